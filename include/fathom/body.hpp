@@ -1,0 +1,64 @@
+// Bodies: ids, materials, filters and the definition a body is created from.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <fathom/math.hpp>
+#include <fathom/shape.hpp>
+
+namespace fathom {
+
+/// Names a body. `index` addresses `World::poses()` and `World::velocities()` as long as the body lives;
+/// the generation tells a reused index from the body that had it before.
+struct BodyId {
+  std::uint32_t index = 0xffffffffu;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(BodyId, BodyId) = default;
+};
+
+enum class MotionType : std::uint8_t {
+  fixed,      ///< "static": never moves
+  kinematic,  ///< moves with the velocity it is given; pushes, is not pushed
+  dynamic,    ///< moves by forces and contacts
+};
+
+/// How the two materials of a contact become one coefficient. Of two different rules the one later in
+/// this list wins.
+enum class CombineRule : std::uint8_t { average, minimum, geometric_mean, multiply, maximum };
+
+struct Material {
+  float friction = 0.5f;     ///< Coulomb coefficient, ≥ 0
+  float restitution = 0.0f;  ///< 0 … 1
+  CombineRule friction_rule = CombineRule::geometric_mean;
+  CombineRule restitution_rule = CombineRule::maximum;
+};
+
+/// Two bodies collide where each one's category is in the other's mask.
+struct Filter {
+  std::uint32_t category = 1;
+  std::uint32_t mask = 0xffffffffu;
+};
+
+/// What a body is created from. The body's frame is centred at its centre of mass (see `hull`).
+struct BodyDef {
+  MotionType motion = MotionType::dynamic;
+  Pose pose;  ///< of the centre of mass; the rotation is normalised
+  Velocity velocity;
+  Shape shape;
+  Material material;
+  Filter filter;
+  /// Mass (kg); where absent the density (kg/m³) and the shape's volume give it.
+  std::optional<float> mass;
+  float density = 1000.0f;
+  /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite.
+  std::optional<SymMat3> inertia;
+  float gravity_scale = 1.0f;
+  float linear_damping = 0.0f;   ///< 1/s, ≥ 0
+  float angular_damping = 0.0f;  ///< 1/s, ≥ 0
+  bool can_sleep = true;
+  std::uint64_t user_data = 0;
+};
+
+}  // namespace fathom

@@ -1,0 +1,28 @@
+// What the library throws: one exception type with a code, a place and a remedy in its text.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace fathom {
+
+enum class ErrorCode {
+  invalid_argument,  ///< a value is out of range, not finite or of zero length
+  stale_id,          ///< the id names a body that was removed or never existed
+  degenerate_shape,  ///< points that span no volume, a shape of zero size
+  capacity,          ///< more bodies than the world or the machine can hold
+  unavailable,       ///< asked for a simulator, back end or option that this build has not
+  file,              ///< a file is missing, unreadable, unwritable or malformed
+};
+
+/// Thrown by every function of the library that refuses its input; the world is then as it was.
+class Error : public std::runtime_error {
+ public:
+  Error(ErrorCode code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  ErrorCode code() const { return code_; }
+
+ private:
+  ErrorCode code_;
+};
+
+}  // namespace fathom

@@ -1,0 +1,236 @@
+// Vectors, quaternions, matrices, poses and boxes: plain structs for host and device code.
+//
+// Every function is explicit about its roundings: contraction is off in this project, `fma` is
+// written where it is wanted, so that all back ends give the same bits. `cross` uses no fma on
+// purpose: with it a × a would not be exactly zero.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__CUDACC__)
+#define FATHOM_HD __host__ __device__ inline
+#else
+#define FATHOM_HD inline
+#endif
+
+namespace fathom {
+
+inline constexpr float pi = 3.14159265358979323846f;
+
+/// a·b + c with one rounding, on every target.
+FATHOM_HD float fma(float a, float b, float c) {
+#if defined(__CUDA_ARCH__)
+  return __fmaf_rn(a, b, c);
+#else
+  return __builtin_fmaf(a, b, c);
+#endif
+}
+
+/// Square root, correctly rounded on every target (IEEE 754 roundTiesToEven).
+FATHOM_HD float sqrt(float a) {
+#if defined(__CUDA_ARCH__)
+  return __fsqrt_rn(a);
+#else
+  return __builtin_sqrtf(a);
+#endif
+}
+
+FATHOM_HD float abs(float a) { return __builtin_fabsf(a); }
+FATHOM_HD float min(float a, float b) { return a < b ? a : b; }
+FATHOM_HD float max(float a, float b) { return a > b ? a : b; }
+FATHOM_HD float clamp(float a, float lo, float hi) { return min(max(a, lo), hi); }
+
+/// True for every number that is neither infinite nor NaN.
+FATHOM_HD bool is_finite(float a) { return a - a == 0.0f; }
+
+struct Vec3 {
+  float x = 0, y = 0, z = 0;
+
+  FATHOM_HD float operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
+};
+
+FATHOM_HD Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+FATHOM_HD Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+FATHOM_HD Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
+FATHOM_HD Vec3 operator*(float s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
+FATHOM_HD Vec3 operator*(Vec3 a, float s) { return s * a; }
+FATHOM_HD Vec3& operator+=(Vec3& a, Vec3 b) { return a = a + b; }
+FATHOM_HD Vec3& operator-=(Vec3& a, Vec3 b) { return a = a - b; }
+FATHOM_HD Vec3& operator*=(Vec3& a, float s) { return a = s * a; }
+FATHOM_HD bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+FATHOM_HD float dot(Vec3 a, Vec3 b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+FATHOM_HD Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+/// a + s·b, one rounding per component.
+FATHOM_HD Vec3 mul_add(Vec3 a, float s, Vec3 b) {
+  return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
+}
+FATHOM_HD float length_squared(Vec3 a) { return dot(a, a); }
+FATHOM_HD float length(Vec3 a) { return fathom::sqrt(dot(a, a)); }
+FATHOM_HD float distance(Vec3 a, Vec3 b) { return length(a - b); }
+FATHOM_HD Vec3 abs(Vec3 a) { return {fathom::abs(a.x), fathom::abs(a.y), fathom::abs(a.z)}; }
+FATHOM_HD Vec3 min(Vec3 a, Vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+FATHOM_HD Vec3 max(Vec3 a, Vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
+FATHOM_HD float max_component(Vec3 a) { return max(a.x, max(a.y, a.z)); }
+FATHOM_HD float min_component(Vec3 a) { return min(a.x, min(a.y, a.z)); }
+FATHOM_HD bool is_finite(Vec3 a) { return is_finite(a.x) && is_finite(a.y) && is_finite(a.z); }
+
+/// Unit vector along `a`, or `fallback` where `a` is shorter than 1e-18 m.
+FATHOM_HD Vec3 normalize(Vec3 a, Vec3 fallback = {0, 0, 1}) {
+  const float l = length(a);
+  return l > 1e-18f ? (1.0f / l) * a : fallback;
+}
+
+/// A unit vector perpendicular to the unit vector `n`, chosen by n's smallest component.
+FATHOM_HD Vec3 any_perpendicular(Vec3 n) {
+  const Vec3 a = abs(n);
+  const Vec3 axis = a.x <= a.y && a.x <= a.z ? Vec3{1, 0, 0} : a.y <= a.z ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+  return normalize(cross(n, axis));
+}
+
+/// Unit quaternion for a rotation; text and memory order is (w, x, y, z).
+struct Quat {
+  float w = 1, x = 0, y = 0, z = 0;
+
+  FATHOM_HD Vec3 vector() const { return {x, y, z}; }
+};
+
+FATHOM_HD Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
+FATHOM_HD float dot(Quat a, Quat b) { return fma(a.w, b.w, fma(a.x, b.x, fma(a.y, b.y, a.z * b.z))); }
+FATHOM_HD bool is_finite(Quat q) { return is_finite(q.w) && is_finite(q.vector()); }
+
+/// Hamilton product: the rotation b followed by the rotation a.
+FATHOM_HD Quat operator*(Quat a, Quat b) {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+
+/// The quaternion scaled to unit length; the identity where it has no direction.
+FATHOM_HD Quat normalize(Quat q) {
+  const float l = fathom::sqrt(dot(q, q));
+  if (!(l > 1e-18f)) return {};
+  const float s = 1.0f / l;
+  return {s * q.w, s * q.x, s * q.y, s * q.z};
+}
+
+/// Vector `v` rotated by unit quaternion `q`: v + 2w(q×v) + 2q×(q×v).
+FATHOM_HD Vec3 rotate(Quat q, Vec3 v) {
+  const Vec3 u = q.vector();
+  const Vec3 t = 2.0f * cross(u, v);
+  return mul_add(v, q.w, t) + cross(u, t);
+}
+FATHOM_HD Vec3 inverse_rotate(Quat q, Vec3 v) { return rotate(conjugate(q), v); }
+
+/// 3×3 matrix by columns.
+struct Mat3 {
+  Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+
+  FATHOM_HD float operator()(int row, int column) const {
+    return column == 0 ? x[row] : column == 1 ? y[row] : z[row];
+  }
+};
+
+FATHOM_HD Vec3 operator*(const Mat3& m, Vec3 v) {
+  return mul_add(mul_add(v.x * m.x, v.y, m.y), v.z, m.z);
+}
+FATHOM_HD Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
+FATHOM_HD Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+FATHOM_HD Mat3 operator*(float s, const Mat3& a) { return {s * a.x, s * a.y, s * a.z}; }
+FATHOM_HD Mat3 transpose(const Mat3& m) {
+  return {{m.x.x, m.y.x, m.z.x}, {m.x.y, m.y.y, m.z.y}, {m.x.z, m.y.z, m.z.z}};
+}
+/// transpose(m)·v.
+FATHOM_HD Vec3 transpose_mul(const Mat3& m, Vec3 v) { return {dot(m.x, v), dot(m.y, v), dot(m.z, v)}; }
+FATHOM_HD float determinant(const Mat3& m) { return dot(m.x, cross(m.y, m.z)); }
+/// Inverse by cofactors; all zeros where the determinant is zero.
+FATHOM_HD Mat3 inverse(const Mat3& m) {
+  const float det = determinant(m);
+  const float s = det != 0.0f ? 1.0f / det : 0.0f;
+  return transpose(Mat3{s * cross(m.y, m.z), s * cross(m.z, m.x), s * cross(m.x, m.y)});
+}
+FATHOM_HD Mat3 abs(const Mat3& m) { return {abs(m.x), abs(m.y), abs(m.z)}; }
+
+/// Rotation matrix of a unit quaternion.
+FATHOM_HD Mat3 to_matrix(Quat q) {
+  const float xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z;
+  const float xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z;
+  const float wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
+  return {{1 - 2 * (yy + zz), 2 * (xy + wz), 2 * (xz - wy)},
+          {2 * (xy - wz), 1 - 2 * (xx + zz), 2 * (yz + wx)},
+          {2 * (xz + wy), 2 * (yz - wx), 1 - 2 * (xx + yy)}};
+}
+
+/// Symmetric 3×3 matrix: inertia tensors and their inverses.
+struct SymMat3 {
+  float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+};
+FATHOM_HD Vec3 operator*(const SymMat3& m, Vec3 v) {
+  return {fma(m.xz, v.z, fma(m.xy, v.y, m.xx * v.x)), fma(m.yz, v.z, fma(m.yy, v.y, m.xy * v.x)),
+          fma(m.zz, v.z, fma(m.yz, v.y, m.xz * v.x))};
+}
+FATHOM_HD Mat3 to_matrix(const SymMat3& m) {
+  return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
+}
+/// r · m · transpose(r): a tensor turned by a rotation.
+FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
+  const Mat3 rm = r * to_matrix(m);
+  const auto element = [&](int i, int j) {
+    return fma(rm.z[i], r.z[j], fma(rm.y[i], r.y[j], rm.x[i] * r.x[j]));
+  };
+  return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
+}
+
+/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads.
+struct alignas(16) Pose {
+  Vec3 position;
+  float reserved = 0;
+  Quat rotation;
+};
+FATHOM_HD Vec3 transform(const Pose& p, Vec3 v) { return rotate(p.rotation, v) + p.position; }
+FATHOM_HD Vec3 inverse_transform(const Pose& p, Vec3 v) {
+  return inverse_rotate(p.rotation, v - p.position);
+}
+/// `b` seen from `a`: inverse(a)·b.
+FATHOM_HD Pose relative(const Pose& a, const Pose& b) {
+  return {inverse_rotate(a.rotation, b.position - a.position), 0, conjugate(a.rotation) * b.rotation};
+}
+FATHOM_HD Pose operator*(const Pose& a, const Pose& b) {
+  return {transform(a, b.position), 0, a.rotation * b.rotation};
+}
+FATHOM_HD bool is_finite(const Pose& p) { return is_finite(p.position) && is_finite(p.rotation); }
+
+/// Linear velocity (m/s) of the centre of mass and angular velocity (rad/s), both in world axes.
+struct alignas(16) Velocity {
+  Vec3 linear;
+  float reserved0 = 0;
+  Vec3 angular;
+  float reserved1 = 0;
+};
+
+/// Axis-aligned bounding box.
+struct Aabb {
+  Vec3 lower, upper;
+};
+FATHOM_HD bool overlaps(const Aabb& a, const Aabb& b) {
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
+         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+}
+FATHOM_HD bool contains(const Aabb& outer, const Aabb& inner) {
+  return outer.lower.x <= inner.lower.x && outer.lower.y <= inner.lower.y && outer.lower.z <= inner.lower.z &&
+         outer.upper.x >= inner.upper.x && outer.upper.y >= inner.upper.y && outer.upper.z >= inner.upper.z;
+}
+FATHOM_HD Aabb merged(const Aabb& a, const Aabb& b) { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
+FATHOM_HD Aabb grown(const Aabb& a, float margin) {
+  const Vec3 m{margin, margin, margin};
+  return {a.lower - m, a.upper + m};
+}
+FATHOM_HD Vec3 centre(const Aabb& a) { return 0.5f * (a.lower + a.upper); }
+FATHOM_HD Vec3 half_extents(const Aabb& a) { return 0.5f * (a.upper - a.lower); }
+FATHOM_HD float surface_area(const Aabb& a) {
+  const Vec3 e = a.upper - a.lower;
+  return 2.0f * (e.x * e.y + e.y * e.z + e.z * e.x);
+}
+
+}  // namespace fathom

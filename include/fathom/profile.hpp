@@ -1,0 +1,46 @@
+// What a step costs and what it met: times per stage, counts, and reported results.
+#pragma once
+
+#include <cstdint>
+
+namespace fathom {
+
+/// Milliseconds of wall time of each verb of a step (see docs/architecture.md).
+struct StageTimes {
+  double find_pairs = 0;
+  double update_manifolds = 0;
+  double build_constraints = 0;
+  double solve = 0;
+  double finish = 0;
+
+  /// The stages as the dissertation names them (its section 4.2).
+  double broad_phase() const { return find_pairs; }
+  double narrow_phase() const { return update_manifolds; }
+  double collision_resolution() const { return build_constraints + solve + finish; }
+  double total() const { return find_pairs + update_manifolds + build_constraints + solve + finish; }
+};
+
+struct StepCounts {
+  std::uint32_t bodies = 0;        ///< all bodies of the world
+  std::uint32_t active = 0;        ///< awake bodies that can move
+  std::uint32_t pairs = 0;         ///< pairs of the broad phase
+  std::uint32_t manifolds = 0;     ///< pairs with contact points, as solved
+  std::uint32_t points = 0;        ///< contact points, as solved
+  std::uint32_t colours = 0;       ///< colours of the constraint graph in use
+  std::uint32_t overflow = 0;      ///< manifolds beyond the last colour, solved one by one
+  std::uint32_t islands = 0;       ///< islands met (0 where sleeping is off)
+  std::uint32_t recycled = 0;      ///< manifolds kept from the last step by the narrow phase
+  std::uint32_t quarantined = 0;   ///< bodies stopped in this step because their state was not finite
+  std::uint64_t launches = 0;         ///< kernels submitted (device simulator)
+  std::uint64_t bytes_to_device = 0;  ///< copied to the device (device simulator)
+  std::uint64_t bytes_to_host = 0;    ///< copied back (device simulator)
+  std::uint64_t memory_bytes = 0;     ///< held by the simulator
+};
+
+struct Profile {
+  std::uint64_t step = 0;  ///< number of the step this describes, from 1; 0 before the first
+  StageTimes times;
+  StepCounts counts;
+};
+
+}  // namespace fathom

@@ -1,0 +1,94 @@
+// Collision shapes and their mass properties.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+class Hull;
+
+enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
+
+/// A convex shape centred at its centre of mass. Cheap to copy; hulls are shared and immutable.
+/// Made by `sphere`, `capsule`, `box` and `hull`, which check their arguments.
+struct Shape {
+  ShapeType type = ShapeType::box;
+  float radius = 0;             ///< sphere, capsule (m)
+  Vec3 half_extents{0, 0, 0};   ///< box (m); capsule: (0, 0, half the length of its segment)
+  std::shared_ptr<const Hull> hull;
+};
+
+/// Sphere of radius `radius` > 0 (m).
+Shape sphere(float radius);
+/// Capsule along z: points within `radius` > 0 of the segment from −half_length to +half_length ≥ 0 (m).
+Shape capsule(float radius, float half_length);
+/// Box with the given half extents, each > 0 (m).
+Shape box(Vec3 half_extents);
+/// Convex hull of a point cloud (m). The hull is moved so that its centre of mass is the origin;
+/// `Hull::offset` tells by how much. Throws `Error{degenerate_shape}` where the points span no
+/// volume (fewer than 4, collinear or coplanar), and where the hull would exceed 255 vertices, faces or
+/// 1,024 half-edges, naming the remedy; `invalid_argument` on non-finite points.
+Shape hull(std::span<const Vec3> points);
+
+/// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
+struct MassProperties {
+  float mass = 0;
+  SymMat3 inertia;          ///< in the body's axes
+  Vec3 principal_moments;   ///< ascending eigenvalues of `inertia`
+  Quat principal_rotation;  ///< turns principal axes into the body's axes
+};
+
+/// Volume (m³) of the shape.
+float volume(const Shape& shape);
+/// Exact mass properties of a solid of uniform density with the total mass `mass` > 0.
+MassProperties mass_properties(const Shape& shape, float mass);
+
+/// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.
+class Hull {
+ public:
+  struct Plane {
+    Vec3 normal;       ///< outward unit normal
+    float offset = 0;  ///< dot(normal, point) of the face's points
+  };
+  /// Half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: the twin of
+  /// edge e is e ^ 1, so that the undirected edges are the pairs (2k, 2k + 1).
+  struct HalfEdge {
+    std::uint16_t next = 0;
+    std::uint8_t origin = 0;
+    std::uint8_t face = 0;
+  };
+
+  std::span<const Vec3> vertices() const { return vertices_; }
+  std::span<const HalfEdge> edges() const { return edges_; }
+  std::span<const Plane> planes() const { return planes_; }
+  /// For each face one of its half-edges.
+  std::span<const std::uint16_t> face_edges() const { return face_edges_; }
+  /// Centre of mass in the coordinates of the points the hull was built from.
+  Vec3 offset() const { return offset_; }
+  float volume() const { return volume_; }
+  /// Inertia about the centre of mass for unit mass (m²).
+  const SymMat3& unit_inertia() const { return unit_inertia_; }
+  /// Distance of the farthest vertex from the centre of mass (m), and of the nearest face plane.
+  float outer_radius() const { return outer_radius_; }
+  float inner_radius() const { return inner_radius_; }
+
+ private:
+  friend class HullBuilder;
+  std::vector<Vec3> vertices_;
+  std::vector<HalfEdge> edges_;
+  std::vector<Plane> planes_;
+  std::vector<std::uint16_t> face_edges_;
+  Vec3 offset_;
+  float volume_ = 0;
+  SymMat3 unit_inertia_;
+  float outer_radius_ = 0;
+  float inner_radius_ = 0;
+};
+
+}  // namespace fathom

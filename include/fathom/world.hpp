@@ -1,0 +1,196 @@
+// The world: bodies, forces, steps, queries and events. This is the interface an application uses.
+//
+//   fathom::World world({.threads = 4});
+//   world.add({.motion = fathom::MotionType::fixed, .shape = fathom::box({50, 50, 0.5f})});
+//   fathom::BodyId crate = world.add({.pose = {.position = {0, 0, 5}}, .shape = fathom::box({0.5f, 0.5f, 0.5f}), .mass = 1});
+//   for (int i = 0; i < 600; ++i) world.step();
+//   fathom::Vec3 where = world.pose(crate).position;
+//
+// A world is used by one thread at a time; different worlds are independent. Errors are thrown as
+// `fathom::Error` and leave the world as it was.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fathom/body.hpp>
+#include <fathom/error.hpp>
+#include <fathom/profile.hpp>
+
+namespace fathom {
+
+enum class BroadPhase : std::uint8_t {
+  tree,   ///< 8-wide bounding volume hierarchy over Morton-sorted boxes with margins (default)
+  sweep,  ///< sweep-and-sort along one axis (dissertation, section 3.3.1)
+};
+
+enum class Solver : std::uint8_t {
+  soft,     ///< substepped soft constraints with relaxation (default)
+  impulse,  ///< sequential impulses with a velocity bias (dissertation, equations 3.20–3.23)
+};
+
+struct SolverSettings {
+  Solver method = Solver::soft;
+  int substeps = 4;              ///< ≥ 1
+  int iterations = 10;           ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
+  float contact_hertz = 30.0f;   ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
+  float contact_damping_ratio = 10.0f;
+  float push_out_velocity = 3.0f;       ///< m/s at most to resolve a penetration
+  float restitution_threshold = 1.0f;   ///< m/s of approach below which nothing bounces
+  float max_linear_speed = 1000.0f;     ///< m/s; faster bodies are slowed to it
+};
+
+struct SleepSettings {
+  bool enabled = true;
+  float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep
+  float time = 0.5f;           ///< s that all bodies of an island must have been slow
+};
+
+/// What a world is created from.
+struct WorldDef {
+  Vec3 gravity{0, 0, -9.81f};
+  float dt = 1.0f / 60.0f;  ///< s, the fixed time step
+  int threads = 0;          ///< 0: as many as the machine has
+  BroadPhase broad_phase = BroadPhase::tree;
+  Vec3 sweep_axis{0.8017837f, 0.5345225f, 0.2672612f};  ///< for `sweep`: components ≥ 0, not all 0
+  SolverSettings solver;
+  SleepSettings sleep;
+  std::uint32_t max_bodies = 1u << 24;  ///< `add` refuses more
+  /// Called with one line of text for what the application should know; never from inside a step's threads.
+  std::function<void(std::string_view)> log;
+};
+
+/// Two bodies, in ascending order of index, that began or ceased to touch in the last step.
+struct ContactEvent {
+  BodyId a, b;
+};
+/// Two bodies that met faster than `SolverSettings::restitution_threshold`.
+struct HitEvent {
+  BodyId a, b;
+  Vec3 point;            ///< m, world
+  Vec3 normal;           ///< unit, from a to b
+  float approach_speed;  ///< m/s
+};
+
+/// One contact point as solved in the last step.
+struct ContactPointInfo {
+  Vec3 position;     ///< m, world
+  float separation;  ///< m, negative where the bodies overlap
+  float impulse;     ///< N·s along the normal over the last substep; times substeps / dt gives the force
+};
+struct ContactInfo {
+  BodyId a, b;
+  Vec3 normal;  ///< unit, from a to b
+  int point_count = 0;
+  ContactPointInfo points[4];
+};
+
+struct RayHit {
+  BodyId body;
+  float fraction = 0;  ///< of the ray's translation
+  Vec3 point;          ///< m, world
+  Vec3 normal;         ///< unit, outward from the body; zero where the ray starts inside
+};
+
+/// A body taken out of the simulation because its state was not finite after a step; its pose is that
+/// before the step, its velocity zero. It stays fixed until its velocity or pose is set again.
+struct Quarantine {
+  BodyId body;
+  std::uint64_t step = 0;
+};
+
+/// Everything between the bodies and the application. See the head of this file.
+class World {
+ public:
+  /// Throws `Error{invalid_argument}` on a definition out of range.
+  explicit World(const WorldDef& def = {});
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  const WorldDef& definition() const;
+
+  // Bodies ------------------------------------------------------------------------------------------------
+  /// Throws `invalid_argument` (non-finite, negative or zero values), `capacity`.
+  BodyId add(const BodyDef& def);
+  /// Makes room for `bodies` so that adding them allocates little.
+  void reserve(std::uint32_t bodies);
+  /// Throws `stale_id`. Bodies that rested on it wake.
+  void remove(BodyId id);
+  bool contains(BodyId id) const;
+  std::uint32_t body_count() const;
+  /// All living bodies in ascending order of index; valid until a body is added or removed.
+  std::span<const BodyId> bodies() const;
+
+  /// Poses and velocities of all bodies by `BodyId::index`, contiguous, 32 bytes each; slots of removed
+  /// bodies hold identity and zero. Valid until the next step or change of the world.
+  std::span<const Pose> poses() const;
+  std::span<const Velocity> velocities() const;
+
+  // All of these throw `stale_id`; setters `invalid_argument` on non-finite values. Setters wake the body.
+  const Pose& pose(BodyId id) const;
+  void set_pose(BodyId id, const Pose& pose);
+  const Velocity& velocity(BodyId id) const;
+  void set_velocity(BodyId id, Vec3 linear, Vec3 angular);
+  MotionType motion(BodyId id) const;
+  const Shape& shape(BodyId id) const;
+  float mass(BodyId id) const;  ///< kg; 0 for bodies that forces do not move
+  MassProperties mass_properties(BodyId id) const;
+  Aabb bounds(BodyId id) const;  ///< m, tight, world
+  std::uint64_t user_data(BodyId id) const;
+  void set_user_data(BodyId id, std::uint64_t data);
+  void set_material(BodyId id, const Material& material);
+  const Material& material(BodyId id) const;
+  void set_filter(BodyId id, Filter filter);
+  void set_gravity_scale(BodyId id, float scale);
+  void set_damping(BodyId id, float linear, float angular);
+  bool is_awake(BodyId id) const;
+  void wake(BodyId id);
+
+  // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes.
+  void apply_force(BodyId id, Vec3 force);                   ///< N at the centre of mass
+  void apply_force_at(BodyId id, Vec3 force, Vec3 point);    ///< N at a point (m)
+  void apply_torque(BodyId id, Vec3 torque);                 ///< N·m
+  void apply_impulse(BodyId id, Vec3 impulse);               ///< N·s at the centre of mass
+  void apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point);
+  void apply_angular_impulse(BodyId id, Vec3 impulse);       ///< N·m·s
+
+  // Time --------------------------------------------------------------------------------------------------
+  /// Advances by `definition().dt`.
+  void step();
+  std::uint64_t step_count() const;
+  double time() const;  ///< s simulated
+  void set_gravity(Vec3 gravity);
+  Vec3 gravity() const;
+
+  // Results of the last step, valid until the next ----------------------------------------------------------
+  const Profile& profile() const;
+  std::span<const ContactEvent> contacts_begun() const;
+  std::span<const ContactEvent> contacts_ended() const;
+  std::span<const HitEvent> hits() const;
+  std::span<const Quarantine> quarantined() const;
+  /// Calls `visit` for every touching pair.
+  void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
+
+  // Queries -------------------------------------------------------------------------------------------------
+  /// Nearest body along `origin` + t·`translation`, 0 ≤ t ≤ 1, whose category is in `mask`.
+  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask = 0xffffffffu) const;
+  /// Bodies whose tight bounds overlap the box, ascending.
+  std::vector<BodyId> overlap_aabb(const Aabb& box, std::uint32_t mask = 0xffffffffu) const;
+  /// Bodies that the placed shape touches, ascending.
+  std::vector<BodyId> overlap_shape(const Shape& shape, const Pose& pose, std::uint32_t mask = 0xffffffffu) const;
+
+  /// XXH3 of all living bodies' poses and velocities in ascending order of index. Equal for any number of threads.
+  std::uint64_t state_hash() const;
+
+ private:
+  std::unique_ptr<class Simulator> simulator_;
+};
+
+}  // namespace fathom

@@ -1,0 +1,39 @@
+// Contact manifolds between two convex shapes: pure functions for host and device.
+//
+// Everything is told in the frame of shape A: the pose of B relative to A comes in, the normal and points go
+// out. That keeps precision far from the world's origin and saves one rotation a pair.
+#pragma once
+
+#include "geometry/geometry.hpp"
+
+namespace fathom {
+
+inline constexpr int max_manifold_points = 4;
+
+struct ManifoldPoint {
+  Vec3 position;             ///< in A's frame, half-way between the two surfaces
+  float separation = 0;      ///< m along the normal, negative where the shapes overlap
+  std::uint32_t feature = 0; ///< which features of A and B meet here; equal from step to step for the same pair of features
+};
+
+struct Manifold {
+  Vec3 normal;  ///< unit, in A's frame, from A to B
+  int count = 0;
+  ManifoldPoint points[max_manifold_points];
+};
+
+/// What the last call learned of the pair: the axis to try first. Zero means nothing is known.
+struct AxisCache {
+  enum Kind : std::uint8_t { none, face_a, face_b, edges };
+  std::uint8_t kind = none;
+  std::uint8_t a = 0;  ///< face of A, or edge of A (undirected index)
+  std::uint8_t b = 0;  ///< face of B, or edge of B
+  std::uint8_t separated = 0;  ///< 1 where the axis separated the shapes by more than the margin
+};
+
+/// Contact points of the shapes `a` and `b`, with `b_in_a` the pose of B in A's frame, where they are nearer
+/// than `margin` ≥ 0 (m). Returns a manifold with count 0 where they are not. `cache` is read and written.
+/// Any order of shape types is accepted.
+Manifold collide(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, AxisCache& cache);
+
+}  // namespace fathom

@@ -1,0 +1,41 @@
+// Shapes as the simulators see them: plain structs for host and device code.
+#pragma once
+
+#include <fathom/shape.hpp>
+
+namespace fathom {
+
+/// Read-only view of a hull's arrays, wherever they live.
+struct HullView {
+  const Vec3* vertices = nullptr;
+  const Hull::HalfEdge* edges = nullptr;
+  const Hull::Plane* planes = nullptr;
+  const std::uint16_t* face_edges = nullptr;
+  int vertex_count = 0;
+  int edge_count = 0;  ///< half-edges
+  int face_count = 0;
+};
+
+inline HullView view(const Hull& hull) {
+  return {hull.vertices().data(),
+          hull.edges().data(),
+          hull.planes().data(),
+          hull.face_edges().data(),
+          static_cast<int>(hull.vertices().size()),
+          static_cast<int>(hull.edges().size()),
+          static_cast<int>(hull.planes().size())};
+}
+
+/// A shape without ownership.
+struct Geometry {
+  ShapeType type = ShapeType::box;
+  float radius = 0;            ///< sphere, capsule
+  Vec3 half_extents{0, 0, 0};  ///< box; capsule: z is half its segment's length
+  HullView hull;               ///< hull
+};
+
+inline Geometry geometry(const Shape& shape) {
+  return {shape.type, shape.radius, shape.half_extents, shape.hull ? view(*shape.hull) : HullView{}};
+}
+
+}  // namespace fathom
