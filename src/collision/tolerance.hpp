@@ -1,0 +1,25 @@
+// Lengths below which the narrow phase does not care: one place, so that all paths agree.
+//
+// They are fractions of the solver's linear slop (5 mm) for things of everyday size and shrink with small
+// shapes, so that a pebble is not judged by a yardstick longer than itself.
+#pragma once
+
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+/// How `collide` breaks ties between features of a pair.
+struct Tolerance {
+  float axis = 0;        ///< m by which another axis must beat the preferred one
+  float side = 0;        ///< m beyond a reference face's side at which a point still counts as inside
+  float depth_tie = 0;   ///< m within which two points are equally deep
+  float noise = 0;       ///< m of rounding to expect in a separation along an unnormalised axis
+};
+
+/// `smallest`: least half width of the two shapes; `reach`: bound on the coordinates that enter a separation.
+FATHOM_HD Tolerance make_tolerance(float smallest, float reach) {
+  const float axis = min(0.0025f, 0.05f * smallest) + 1e-6f * reach;
+  return {axis, 0.2f * axis, 0.1f * axis, 2e-7f * reach};
+}
+
+}  // namespace fathom
