@@ -1,0 +1,64 @@
+// The state that a step moves, by slot. Separate arrays because every stage reads only a few of them; slots
+// rather than a compacted list because contacts, trees and the application keep them as stable names.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "native/solver_body.hpp"
+#include "world/body_table.hpp"
+
+namespace fathom::native {
+
+enum BodyFlag : std::uint8_t {
+  awake = 1,         ///< takes part in steps
+  box_changed = 2,   ///< its fat box is new since the broad phase last ran
+  has_force = 4,     ///< `forces` holds something for the next step
+  isolated = 8,       ///< stopped because its state was not finite
+};
+
+struct Force {
+  Vec3 force, torque;
+};
+
+struct BodyState {
+  std::vector<Pose> poses;
+  std::vector<Velocity> velocities;
+  std::vector<Aabb> boxes;      ///< bounds of the next step's motion plus the speculative margin
+  std::vector<Aabb> fat_boxes;  ///< with room to move; what the broad phase knows
+  std::vector<std::uint8_t> flags;
+  std::vector<float> slow_time;               ///< s that the body has been slow
+  std::vector<std::uint32_t> first_contact;   ///< head of the body's contact list
+  std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
+  std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
+  std::vector<Force> forces;
+
+  // Used only between two steps' ends, by bodies in contact.
+  std::vector<SolverBody> solver;  ///< entry 0 stands for "no body"; slot s is entry s + 1
+  std::vector<BodyMotion> motion;
+  std::vector<WarmStart> warm;
+  std::vector<WorldInertia> inertia;
+
+  SolverBody* solver_bodies() { return solver.data() + 1; }
+
+  void resize(std::size_t slots);
+  void reserve(std::size_t slots);
+  /// Back to what an unused slot looks like.
+  void clear(std::uint32_t slot);
+  std::size_t size() const { return poses.size(); }
+  std::size_t memory_bytes() const;
+
+ private:
+  template <class Act>
+  void for_each_array(const Act& act);
+};
+
+/// Half the distance at which two bodies become a contact although they do not touch yet (m): speculative margin.
+inline constexpr float half_speculative_margin = 0.01f;
+
+/// Box of everything the body may reach within `dt`, plus half the speculative margin.
+Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt);
+/// `box` with room for several steps of motion, so that the broad phase hears of a body only now and then.
+Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt);
+
+}  // namespace fathom::native

@@ -1,0 +1,95 @@
+#include "native/broad_phase.hpp"
+
+namespace fathom::native {
+
+bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
+  const BodyInfo &x = bodies[a], &y = bodies[b];
+  if (x.motion != MotionType::dynamic && y.motion != MotionType::dynamic) return false;
+  if ((x.filter.category & y.filter.mask) == 0 || (y.filter.category & x.filter.mask) == 0) return false;
+  return !known.contains(a, b);
+}
+
+namespace {
+
+class TreeBroadPhase : public BroadPhase {
+ public:
+  void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
+    refresh(input);
+    constexpr std::size_t grain = 64;
+    const std::size_t chunks = (input.changed.size() + grain - 1) / grain;
+    if (found.size() < chunks) found.resize(chunks);
+    if (hits_.size() < chunks) hits_.resize(chunks);
+    for (std::vector<Pair>& list : found) list.clear();
+    pool.for_each_chunk(input.changed.size(), grain, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint32_t>& hits = hits_[begin / grain];
+      for (std::size_t i = begin; i < end; ++i) search(input, input.changed[i], hits, found[begin / grain]);
+    });
+  }
+
+  void refresh(const BroadPhaseInput& input) override {
+    const Aabb* boxes = input.state.fat_boxes.data();
+    bool moving_changed = false, fixed_changed = false;
+    for (const std::uint32_t slot : input.changed)
+      (input.bodies[slot].motion == MotionType::fixed ? fixed_changed : moving_changed) = true;
+    if (input.set_changed) {
+      sort_bodies_out(input);
+      moving_.build(moving_slots_, boxes);
+      fixed_.build(fixed_slots_, boxes);
+      return;
+    }
+    if (moving_changed) {
+      moving_.refit(boxes);
+      if (moving_.is_loose()) moving_.build(moving_slots_, boxes);
+    }
+    if (fixed_changed) fixed_.build(fixed_slots_, boxes);
+  }
+
+  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
+    moving_.overlap(box, found);
+    fixed_.overlap(box, found);
+  }
+
+  void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const override {
+    const auto take = [&](std::uint32_t slot, float limit) {
+      found.push_back(slot);
+      return limit;
+    };
+    moving_.ray(origin, translation, 1.0f, take);
+    fixed_.ray(origin, translation, 1.0f, take);
+  }
+
+  std::size_t memory_bytes() const override {
+    return moving_.memory_bytes() + fixed_.memory_bytes() +
+           (moving_slots_.capacity() + fixed_slots_.capacity()) * sizeof(std::uint32_t);
+  }
+
+ private:
+  void sort_bodies_out(const BroadPhaseInput& input) {
+    moving_slots_.clear();
+    fixed_slots_.clear();
+    for (const BodyId id : input.bodies.living())
+      (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
+  }
+
+  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits, std::vector<Pair>& found) const {
+    const Aabb& box = input.state.fat_boxes[slot];
+    hits.clear();
+    moving_.overlap(box, hits);
+    if (input.bodies[slot].motion != MotionType::fixed) fixed_.overlap(box, hits);
+    for (const std::uint32_t other : hits) {
+      // Of two changed bodies the one in the lower slot reports.
+      if (other == slot || (input.is_changed(other) && other < slot)) continue;
+      if (input.is_wanted(slot, other)) found.push_back({slot, other});
+    }
+  }
+
+  Bvh moving_, fixed_;
+  std::vector<std::uint32_t> moving_slots_, fixed_slots_;
+  std::vector<std::vector<std::uint32_t>> hits_;  // per chunk
+};
+
+}  // namespace
+
+std::unique_ptr<BroadPhase> make_tree_broad_phase() { return std::make_unique<TreeBroadPhase>(); }
+
+}  // namespace fathom::native

@@ -1,0 +1,52 @@
+// Which fat boxes overlap: two interchangeable ways to find new pairs.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/bvh.hpp"
+#include "native/pair_set.hpp"
+#include "native/thread_pool.hpp"
+
+namespace fathom::native {
+
+struct Pair {
+  std::uint32_t a, b;
+};
+
+/// What a broad phase looks at. A "changed" body is one whose fat box is new.
+struct BroadPhaseInput {
+  const BodyTable& bodies;
+  const BodyState& state;
+  const PairSet& known;
+  std::span<const std::uint32_t> changed;  ///< ascending slots
+  bool set_changed;                        ///< bodies were added or removed
+
+  bool is_changed(std::uint32_t slot) const { return state.flags[slot] & box_changed; }
+  /// True for a pair that can collide and is not known yet.
+  bool is_wanted(std::uint32_t a, std::uint32_t b) const;
+};
+
+class BroadPhase {
+ public:
+  virtual ~BroadPhase() = default;
+  /// Overwrites `found` with the new pairs, a list per chunk of work; lists and order do not depend on threads.
+  virtual void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
+
+  // Queries see the boxes as of the last `find` or `refresh`.
+  virtual void refresh(const BroadPhaseInput& input) = 0;
+  virtual void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
+  /// Slots whose fat boxes the segment meets.
+  virtual void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const = 0;
+  virtual std::size_t memory_bytes() const = 0;
+};
+
+/// Two `Bvh`s, one of bodies that move and one of bodies that do not; only changed bodies search.
+std::unique_ptr<BroadPhase> make_tree_broad_phase();
+/// Sweep-and-sort along the unit vector `axis` with components ≥ 0 (dissertation, section 3.3.1).
+std::unique_ptr<BroadPhase> make_sweep_broad_phase(Vec3 axis);
+
+}  // namespace fathom::native

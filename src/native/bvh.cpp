@@ -1,0 +1,185 @@
+#include "native/bvh.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#define HWY_DISABLE_PCLMUL_AES
+#include <hwy/highway.h>
+
+namespace fathom::native {
+
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// 21 bits to every third bit of 63.
+std::uint64_t spread_bits(std::uint64_t x) {
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x1f00000000ffffull;
+  x = (x | x << 16) & 0x1f0000ff0000ffull;
+  x = (x | x << 8) & 0x100f00f00f00f00full;
+  x = (x | x << 4) & 0x10c30c30c30c30c3ull;
+  return (x | x << 2) & 0x1249249249249249ull;
+}
+
+int exponent(float x) { return x > 0 ? std::ilogb(x) : -126; }
+
+float largest_extent(const Aabb& box) { return max_component(box.upper - box.lower); }
+
+// The exponent of two of the median of the boxes' largest extents, from a histogram.
+int median_exponent(std::span<const std::uint32_t> items, const Aabb* boxes) {
+  std::array<std::uint32_t, 256> histogram{};
+  for (const std::uint32_t item : items) ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
+  std::size_t seen = 0;
+  for (int e = 0; e < 256; ++e)
+    if ((seen += histogram[static_cast<std::size_t>(e)]) * 2 >= items.size()) return e - 127;
+  return 0;
+}
+
+constexpr int morton_bits = 20;  // per axis
+
+struct Quantiser {
+  Vec3 lower;
+  float scale;
+
+  std::uint64_t operator()(Vec3 p) const {
+    constexpr float cells = static_cast<float>(1 << morton_bits) - 1;
+    const Vec3 cell = scale * (p - lower);
+    const auto index = [](float c) { return static_cast<std::uint64_t>(clamp(c, 0.0f, cells)); };
+    return spread_bits(index(cell.x)) | spread_bits(index(cell.y)) << 1 | spread_bits(index(cell.z)) << 2;
+  }
+};
+
+Quantiser quantiser(std::span<const std::uint32_t> items, const Aabb* boxes) {
+  Aabb range{centre(boxes[items[0]]), centre(boxes[items[0]])};
+  for (const std::uint32_t item : items) {
+    const Vec3 c = centre(boxes[item]);
+    range = {min(range.lower, c), max(range.upper, c)};
+  }
+  // One scale for all axes keeps the cells cubes.
+  const float extent = max_component(range.upper - range.lower);
+  return {range.lower, extent > 0 ? static_cast<float>(1 << morton_bits) / extent : 0.0f};
+}
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+}  // namespace
+
+void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes) {
+  leaves_.resize(items.size());
+  levels_.clear();
+  area_ = area_when_built_ = 0;
+  if (items.empty()) return;
+  keys_.resize(items.size());
+  const int median = median_exponent(items, boxes);
+  const Quantiser quantise = quantiser(items, boxes);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Aabb& box = boxes[items[i]];
+    const auto size_class = static_cast<std::uint64_t>(std::clamp((exponent(largest_extent(box)) - median) / 3, 0, 3));
+    keys_[i] = {size_class << (3 * morton_bits) | quantise(centre(box)), items[i]};
+  }
+  sort_keys();
+  for (std::size_t i = 0; i < items.size(); ++i) leaves_[i] = keys_[i].item;
+  lay_out_levels();
+  refit(boxes);
+  area_when_built_ = area_;
+}
+
+// Least-significant-digit radix sort; stable, so equal codes keep the order of the items.
+void Bvh::sort_keys() {
+  constexpr int digit_bits = 11;
+  constexpr std::size_t buckets = 1u << digit_bits;
+  sorted_.resize(keys_.size());
+  for (int shift = 0; shift < 3 * morton_bits + 2; shift += digit_bits) {
+    std::array<std::uint32_t, buckets> start{};
+    for (const Key& key : keys_) ++start[key.code >> shift & (buckets - 1)];
+    if (start[keys_[0].code >> shift & (buckets - 1)] == keys_.size()) continue;
+    std::uint32_t sum = 0;
+    for (std::uint32_t& s : start) sum += std::exchange(s, sum);
+    for (const Key& key : keys_) sorted_[start[key.code >> shift & (buckets - 1)]++] = key;
+    keys_.swap(sorted_);
+  }
+}
+
+void Bvh::lay_out_levels() {
+  std::size_t first = 0;
+  std::size_t count = leaves_.size();
+  do {
+    count = (count + width - 1) / width;
+    levels_.push_back({first, count});
+    first += count;
+  } while (count > 1);
+  nodes_.resize(first);
+}
+
+void Bvh::set_child(Node& node, std::size_t child, const Aabb& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    node.lower[axis][child] = box.lower[axis];
+    node.upper[axis][child] = box.upper[axis];
+  }
+}
+
+Aabb Bvh::box_of(const Node& node) {
+  Vec3 lower{infinity, infinity, infinity}, upper{-infinity, -infinity, -infinity};
+  for (std::size_t c = 0; c < width; ++c) {
+    lower = min(lower, {node.lower[0][c], node.lower[1][c], node.lower[2][c]});
+    upper = max(upper, {node.upper[0][c], node.upper[1][c], node.upper[2][c]});
+  }
+  return {lower, upper};
+}
+
+void Bvh::refit(const Aabb* boxes) {
+  if (leaves_.empty()) return;
+  constexpr Aabb empty{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+  for (std::size_t i = 0; i < levels_[0].count * width; ++i)
+    set_child(nodes_[i / width], i % width, i < leaves_.size() ? boxes[leaves_[i]] : empty);
+  area_ = 0;
+  for (std::size_t level = 1; level < levels_.size(); ++level) {
+    const Level below = levels_[level - 1];
+    for (std::size_t i = 0; i < levels_[level].count * width; ++i) {
+      const Aabb box = i < below.count ? box_of(nodes_[below.first + i]) : empty;
+      set_child(nodes_[levels_[level].first + i / width], i % width, box);
+      if (level == 1 && i < below.count) area_ += static_cast<double>(surface_area(box));
+    }
+  }
+}
+
+void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
+  if (leaves_.empty()) return;
+  const hn::CappedTag<float, width> d;
+  constexpr std::size_t lanes = hn::MaxLanes(hn::CappedTag<float, width>());
+  const auto lower_x = hn::Set(d, box.lower.x), lower_y = hn::Set(d, box.lower.y), lower_z = hn::Set(d, box.lower.z);
+  const auto upper_x = hn::Set(d, box.upper.x), upper_y = hn::Set(d, box.upper.y), upper_z = hn::Set(d, box.upper.z);
+  struct Entry {
+    std::uint32_t level, node;
+  };
+  Entry stack[width * 12];
+  int top = 0;
+  stack[top++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    const Node& node = nodes_[levels_[entry.level].first + entry.node];
+    for (std::size_t c = 0; c < width; c += lanes) {
+      const auto x = hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
+      const auto y = hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
+      const auto z = hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
+      for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
+        const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
+        if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+        else found.push_back(leaves_[child]);
+      }
+    }
+  }
+}
+
+std::size_t Bvh::memory_bytes() const {
+  return leaves_.capacity() * sizeof(std::uint32_t) + nodes_.capacity() * sizeof(Node) +
+         (keys_.capacity() + sorted_.capacity()) * sizeof(Key);
+}
+
+}  // namespace fathom::native

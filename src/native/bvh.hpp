@@ -1,0 +1,102 @@
+// A bounding volume hierarchy with eight children a node and no pointers.
+//
+// Leaves are sorted along a Morton curve (Lauterbach et al., "Fast BVH Construction on GPUs", 2009), then every
+// eight neighbours share a node, every eight nodes a parent, and so on: node i of level k has the children
+// 8i … 8i+7 of level k−1. Building is a radix sort and refitting one pass over arrays, which is why the native
+// simulator refits whenever a box moved and sorts anew only when the boxes have drifted apart. A node holds
+// its children's boxes by component, so that one node is six vector comparisons.
+//
+// Size comes first in the sort key: boxes much larger than the median (a sea floor) get subtrees of their own and
+// do not swell the nodes of small ones.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <fathom/math.hpp>
+
+namespace fathom::native {
+
+class Bvh {
+ public:
+  /// Sorts `items` (indices into `boxes`) and builds the tree over them.
+  void build(std::span<const std::uint32_t> items, const Aabb* boxes);
+  /// Recomputes all boxes of the tree in place.
+  void refit(const Aabb* boxes);
+  /// True where moved items have made the nodes so loose that sorting again pays.
+  bool is_loose() const { return area_ > 1.5 * area_when_built_; }
+
+  /// Appends the items whose boxes overlap `box`; their order depends only on the tree.
+  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
+
+  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new limit.
+  template <class Visit>
+  void ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const;
+
+  std::size_t size() const { return leaves_.size(); }
+  std::size_t memory_bytes() const;
+
+ private:
+  static constexpr std::size_t width = 8;
+  struct alignas(32) Node {
+    float lower[3][width];
+    float upper[3][width];
+  };
+  struct Level {
+    std::size_t first;  // node
+    std::size_t count;
+  };
+  struct Key {
+    std::uint64_t code;
+    std::uint32_t item;
+  };
+
+  void sort_keys();
+  void lay_out_levels();
+  static void set_child(Node& node, std::size_t child, const Aabb& box);
+  static Aabb box_of(const Node& node);
+
+  std::vector<std::uint32_t> leaves_;  // items in tree order
+  std::vector<Node> nodes_;            // level by level, leaves' parents first
+  std::vector<Level> levels_;
+  std::vector<Key> keys_, sorted_;
+  double area_ = 0;
+  double area_when_built_ = 0;
+};
+
+template <class Visit>
+void Bvh::ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const {
+  if (leaves_.empty()) return;
+  struct Entry {
+    std::uint32_t level, node;
+  };
+  Entry stack[width * 12];
+  int top = 0;
+  stack[top++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    const Node& node = nodes_[levels_[entry.level].first + entry.node];
+    for (std::size_t c = 0; c < width; ++c) {
+      float enter = 0, leave = limit;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float lo = node.lower[axis][c] - origin[axis], hi = node.upper[axis][c] - origin[axis];
+        const float t = translation[axis];
+        if (t == 0) {
+          if (lo > 0 || hi < 0) leave = -1;
+          continue;
+        }
+        const float t0 = lo / t, t1 = hi / t;
+        enter = max(enter, min(t0, t1));
+        leave = min(leave, max(t0, t1));
+      }
+      if (!(enter <= leave)) continue;
+      const std::size_t child = entry.node * width + c;
+      if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+      else limit = visit(leaves_[child], limit);
+    }
+  }
+}
+
+}  // namespace fathom::native

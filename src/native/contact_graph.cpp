@@ -1,0 +1,110 @@
+#include "native/contact_graph.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "dynamics/softness.hpp"
+
+namespace fathom::native {
+
+std::uint32_t ContactGraph::add(Pair pair) {
+  std::uint32_t index;
+  if (free_.empty()) {
+    index = static_cast<std::uint32_t>(contacts_.size());
+    contacts_.emplace_back();
+  } else {
+    index = free_.back();
+    free_.pop_back();
+    contacts_[index] = {};
+  }
+  Contact& c = contacts_[index];
+  c.a = std::min(pair.a, pair.b);
+  c.b = std::max(pair.a, pair.b);
+  if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
+  c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
+  c.in_use = true;
+  mix_materials(c);
+  link(index, 0);
+  link(index, 1);
+  pairs_.insert(c.a, c.b);
+  return index;
+}
+
+void ContactGraph::remove(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  if (c.colour != no_colour) uncolour(index);
+  unlink(index, 0);
+  unlink(index, 1);
+  pairs_.erase(c.a, c.b);
+  c.in_use = false;
+  c.point_count = 0;
+  free_.push_back(index);
+}
+
+void ContactGraph::mix_materials(Contact& c) const {
+  const Material &a = bodies_[c.a].material, &b = bodies_[c.b].material;
+  c.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
+  c.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
+}
+
+void ContactGraph::colour(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
+  std::uint32_t taken = state_.colour_mask[c.b];
+  if (c.fixed_a) taken |= ~fixed_colours;
+  else taken |= state_.colour_mask[c.a] | fixed_colours;
+  if (~taken != 0) {
+    c.colour = static_cast<std::uint8_t>(std::countr_one(taken));
+    const std::uint32_t bit = 1u << c.colour;
+    state_.colour_mask[c.b] |= bit;
+    if (!c.fixed_a) state_.colour_mask[c.a] |= bit;
+  } else {
+    c.colour = overflow_colour;
+    ++state_.overflow_count[c.b];
+    if (!c.fixed_a) ++state_.overflow_count[c.a];
+  }
+  c.colour_slot = static_cast<std::uint32_t>(colours_[c.colour].size());
+  colours_[c.colour].push_back(index);
+}
+
+void ContactGraph::uncolour(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  std::vector<std::uint32_t>& list = colours_[c.colour];
+  contacts_[list.back()].colour_slot = c.colour_slot;
+  list[c.colour_slot] = list.back();
+  list.pop_back();
+  if (c.colour == overflow_colour) {
+    --state_.overflow_count[c.b];
+    if (!c.fixed_a) --state_.overflow_count[c.a];
+  } else {
+    const std::uint32_t bit = 1u << c.colour;
+    state_.colour_mask[c.b] &= ~bit;
+    if (!c.fixed_a) state_.colour_mask[c.a] &= ~bit;
+  }
+  c.colour = no_colour;
+}
+
+void ContactGraph::link(std::uint32_t index, std::uint32_t side) {
+  Contact& c = contacts_[index];
+  std::uint32_t& head = state_.first_contact[body(c, side)];
+  c.next[side] = head;
+  c.previous[side] = none;
+  if (head != none) contacts_[head >> 1].previous[head & 1] = index << 1 | side;
+  head = index << 1 | side;
+}
+
+void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
+  const Contact& c = contacts_[index];
+  const std::uint32_t next = c.next[side], previous = c.previous[side];
+  if (previous == none) state_.first_contact[body(c, side)] = next;
+  else contacts_[previous >> 1].next[previous & 1] = next;
+  if (next != none) contacts_[next >> 1].previous[next & 1] = previous;
+}
+
+std::size_t ContactGraph::memory_bytes() const {
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + free_.capacity() * sizeof(std::uint32_t) + pairs_.memory_bytes();
+  for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
+  return sum;
+}
+
+}  // namespace fathom::native

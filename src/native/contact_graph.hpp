@@ -1,0 +1,71 @@
+// All contacts of a world: their storage, which bodies they hang on, and the colours of those that touch.
+//
+// Colouring is greedy and persistent (as in Box2D v3 and Box3D): a contact takes the lowest colour free on both of
+// its bodies when it begins to touch and keeps it until it ends. Contacts with a body that cannot be pushed
+// block only the other body and have colours of their own, solved last because the ground is the firmer side. A
+// contact that finds no colour goes to the overflow list, which is solved one by one. Changes are made by one thread in
+// the order of contacts, so colours do not depend on timing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/broad_phase.hpp"
+#include "native/contact.hpp"
+#include "native/pair_set.hpp"
+
+namespace fathom::native {
+
+inline constexpr int colour_count = 32;
+inline constexpr int first_fixed_colour = 24;
+inline constexpr std::uint8_t overflow_colour = 32;
+
+class ContactGraph {
+ public:
+  ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state) {}
+
+  Contact& operator[](std::uint32_t index) { return contacts_[index]; }
+  const Contact& operator[](std::uint32_t index) const { return contacts_[index]; }
+  /// Upper end of indices; slots in between may be unused (`Contact::in_use`).
+  std::size_t size() const { return contacts_.size(); }
+  std::size_t pair_count() const { return pairs_.size(); }
+  const PairSet& pairs() const { return pairs_; }
+  Contact* data() { return contacts_.data(); }
+
+  std::uint32_t add(Pair pair);
+  void remove(std::uint32_t index);
+  void mix_materials(Contact& contact) const;
+
+  /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
+  void colour(std::uint32_t index);
+  void uncolour(std::uint32_t index);
+  const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
+  bool in_contact(std::uint32_t slot) const { return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0; }
+
+  /// Calls act(index) for each contact of the body; `act` may remove that contact.
+  template <class Act>
+  void for_each_of(std::uint32_t slot, const Act& act) const {
+    for (std::uint32_t link = state_.first_contact[slot]; link != none;) {
+      const std::uint32_t index = link >> 1;
+      link = contacts_[index].next[link & 1];
+      act(index);
+    }
+  }
+
+  std::size_t memory_bytes() const;
+
+ private:
+  void link(std::uint32_t index, std::uint32_t side);
+  void unlink(std::uint32_t index, std::uint32_t side);
+  static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
+
+  BodyTable& bodies_;
+  BodyState& state_;
+  std::vector<Contact> contacts_;
+  std::vector<std::uint32_t> free_;
+  PairSet pairs_;
+  std::vector<std::uint32_t> colours_[colour_count + 1];
+};
+
+}  // namespace fathom::native

@@ -1,0 +1,101 @@
+#include "native/islands.hpp"
+
+#include <algorithm>
+
+namespace fathom::native {
+
+// Union-find with path halving; the smaller root wins, so the outcome does not depend on the order of contacts.
+std::uint32_t Islands::root(std::uint32_t slot) {
+  while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
+  return slot;
+}
+
+void Islands::find_islands(std::span<const std::uint32_t> active) {
+  parent_.resize(state_.size());
+  slow_time_.resize(state_.size());
+  for (const std::uint32_t slot : active) parent_[slot] = slot;
+  for (int colour = 0; colour <= overflow_colour; ++colour) {
+    for (const std::uint32_t index : graph_.of_colour(colour)) {
+      const Contact& c = graph_[index];
+      if (c.fixed_a) {
+        // A body that something moving pushes stays awake.
+        const Velocity& v = state_.velocities[c.a];
+        if (length_squared(v.linear) + length_squared(v.angular) > 0) state_.slow_time[c.b] = 0;
+        continue;
+      }
+      if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) continue;  // one of them is quarantined
+      const std::uint32_t a = root(c.a), b = root(c.b);
+      if (a < b) parent_[b] = a;
+      else parent_[a] = b;
+    }
+  }
+}
+
+bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {
+  find_islands(active);
+  count_ = 0;
+  for (const std::uint32_t slot : active) slow_time_[slot] = def_.sleep.time * 2;
+  for (const std::uint32_t slot : active) {
+    const std::uint32_t r = root(slot);
+    count_ += r == slot;
+    slow_time_[r] = min(slow_time_[r], state_.slow_time[slot]);
+  }
+  members_.clear();
+  for (const std::uint32_t slot : active)
+    if (bodies_[slot].motion == MotionType::dynamic && slow_time_[root(slot)] >= def_.sleep.time) members_.push_back(slot);
+  if (members_.empty()) return false;
+  std::stable_sort(members_.begin(), members_.end(), [&](std::uint32_t a, std::uint32_t b) { return root(a) < root(b); });
+  for (auto begin = members_.begin(); begin != members_.end();) {
+    const std::uint32_t island = root(*begin);
+    const auto end = std::find_if(begin, members_.end(), [&](std::uint32_t slot) { return root(slot) != island; });
+    sleep({begin, end});
+    begin = end;
+  }
+  return true;
+}
+
+void Islands::sleep(const std::vector<std::uint32_t>& members) {
+  std::uint32_t island;
+  if (free_.empty()) {
+    island = static_cast<std::uint32_t>(sleeping_.size());
+    sleeping_.emplace_back();
+  } else {
+    island = free_.back();
+    free_.pop_back();
+  }
+  sleeping_[island] = members;
+  sleeping_in_.resize(state_.size(), none);
+  for (const std::uint32_t slot : members) {
+    sleeping_in_[slot] = island;
+    state_.flags[slot] &= static_cast<std::uint8_t>(~awake);
+    state_.velocities[slot] = {};
+    state_.solver_bodies()[slot] = {};
+    graph_.for_each_of(slot, [&](std::uint32_t index) {
+      if (graph_[index].colour != no_colour) graph_.uncolour(index);
+    });
+  }
+}
+
+void Islands::wake(std::uint32_t slot) {
+  if (slot >= sleeping_in_.size() || sleeping_in_[slot] == none) return;
+  const std::uint32_t island = sleeping_in_[slot];
+  const std::vector<std::uint32_t> members = std::move(sleeping_[island]);
+  sleeping_[island].clear();
+  free_.push_back(island);
+  for (const std::uint32_t member : members) {
+    sleeping_in_[member] = none;
+    state_.flags[member] |= awake;
+    state_.slow_time[member] = 0;
+    graph_.for_each_of(member, [&](std::uint32_t index) {
+      if (graph_[index].point_count > 0 && graph_[index].colour == no_colour) graph_.colour(index);
+    });
+  }
+}
+
+void Islands::forget(std::uint32_t slot) {
+  if (slot >= sleeping_in_.size() || sleeping_in_[slot] == none) return;
+  std::erase(sleeping_[sleeping_in_[slot]], slot);
+  sleeping_in_[slot] = none;
+}
+
+}  // namespace fathom::native

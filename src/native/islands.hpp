@@ -1,0 +1,44 @@
+// Islands: bodies connected by touching contacts. They fall asleep and wake together.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <fathom/world.hpp>
+
+#include "native/contact_graph.hpp"
+
+namespace fathom::native {
+
+class Islands {
+ public:
+  Islands(const WorldDef& def, BodyTable& bodies, BodyState& state, ContactGraph& graph)
+      : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
+
+  /// Puts every island to sleep whose bodies have all been slow for long enough; returns true where any did.
+  bool put_to_sleep(std::span<const std::uint32_t> active);
+  /// Wakes the island of a sleeping body and gives its contacts back their colours.
+  void wake(std::uint32_t slot);
+  void forget(std::uint32_t slot);
+  std::uint32_t count() const { return count_; }
+
+ private:
+  std::uint32_t root(std::uint32_t slot);
+  void find_islands(std::span<const std::uint32_t> active);
+  void sleep(const std::vector<std::uint32_t>& members);
+
+  const WorldDef& def_;
+  BodyTable& bodies_;
+  BodyState& state_;
+  ContactGraph& graph_;
+  std::vector<std::uint32_t> parent_;       // by slot; the lowest slot of an island is its root
+  std::vector<float> slow_time_;            // by root: the least of its bodies'
+  std::vector<std::uint32_t> sleeping_in_;  // by slot: index into sleeping_, or none
+  std::vector<std::vector<std::uint32_t>> sleeping_;
+  std::vector<std::uint32_t> free_;
+  std::vector<std::uint32_t> members_;
+  std::uint32_t count_ = 0;
+};
+
+}  // namespace fathom::native

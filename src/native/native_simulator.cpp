@@ -1,0 +1,470 @@
+#include "native/native_simulator.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "dynamics/rotation.hpp"
+#include "geometry/query.hpp"
+#include "geometry/support.hpp"
+
+namespace fathom {
+
+std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def) {
+  return std::make_unique<native::NativeSimulator>(def);
+}
+
+namespace native {
+
+namespace {
+
+constexpr std::size_t body_grain = 128;
+constexpr std::size_t contact_grain = 64;
+
+int thread_count(const WorldDef& def) {
+  return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+std::unique_ptr<BroadPhase> make_broad_phase(const WorldDef& def) {
+  return def.broad_phase == fathom::BroadPhase::sweep ? make_sweep_broad_phase(def.sweep_axis) : make_tree_broad_phase();
+}
+
+/// Runs `verb` and returns the milliseconds it took.
+template <class Verb>
+double timed(const Verb& verb) {
+  const auto start = std::chrono::steady_clock::now();
+  verb();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+NativeSimulator::NativeSimulator(const WorldDef& definition)
+    : Simulator(definition),
+      graph_(bodies, state_),
+      pool_(thread_count(def)),
+      broad_phase_(make_broad_phase(def)),
+      solver_(def, bodies, state_, graph_, pool_),
+      islands_(def, bodies, state_, graph_) {
+  state_.resize(0);
+}
+
+// --- the step ------------------------------------------------------------------------------------------------
+
+void NativeSimulator::step() {
+  StageTimes& times = profile.times;
+  times.find_pairs = timed([&] { find_pairs(); });
+  times.update_manifolds = timed([&] { update_manifolds(); });
+  times.build_constraints = timed([&] { build_constraints(); });
+  times.solve = timed([&] { solve(); });
+  times.finish = timed([&] { finish(); });
+  queries_are_current_ = false;
+  profile.step = ++steps;
+  count();
+}
+
+void NativeSimulator::find_pairs() {
+  ended_.clear();
+  ended_.swap(ended_by_removal_);
+  begun_.clear();
+  hits_.clear();
+  quarantined_.clear();
+  if (!active_is_current_) list_active();
+  collect_changed();
+  broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
+  edited_.clear();
+  set_changed_ = false;
+  for (const std::vector<Pair>& list : new_pairs_)
+    for (const Pair pair : list)
+      if (!graph_.pairs().contains(pair.a, pair.b)) graph_.add(pair);
+}
+
+void NativeSimulator::update_manifolds() {
+  changes_.resize(graph_.size());
+  pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Contact& c = graph_[static_cast<std::uint32_t>(i)];
+      changes_[i] = c.in_use && is_active(c) ? update_contact(c, bodies, state_, def.dt) : Change::nothing;
+    }
+  });
+}
+
+void NativeSimulator::build_constraints() {
+  profile.counts.recycled = 0;
+  for (std::uint32_t i = 0; i < changes_.size(); ++i) {
+    switch (changes_[i]) {
+      case Change::nothing: break;
+      case Change::recycled: ++profile.counts.recycled; break;
+      case Change::began: begin_touching(i); break;
+      case Change::ended: end_touching(i); break;
+      case Change::gone: drop_contact(i, ended_); break;
+    }
+  }
+  for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
+  if (!active_is_current_) list_active();
+  if (!in_contact_is_current_) {
+    in_contact_.clear();
+    for (const std::uint32_t slot : active_)
+      if (graph_.in_contact(slot)) in_contact_.push_back(slot);
+    in_contact_is_current_ = true;
+  }
+  solver_.build(in_contact_);
+}
+
+void NativeSimulator::solve() {
+  solver_.solve(in_contact_);
+  solver_.store();
+}
+
+void NativeSimulator::finish() {
+  failed_.assign(active_.size(), 0);
+  chunk_changed_.assign(active_.size() / body_grain + 1, 0);
+  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      failed_[i] = !finish_body(active_[i]);
+      if (state_.flags[active_[i]] & box_changed) chunk_changed_[begin / body_grain] = 1;
+    }
+  });
+  if (std::find(failed_.begin(), failed_.end(), 1) != failed_.end())
+    for (std::size_t i = 0; i < active_.size(); ++i)
+      if (failed_[i]) quarantine(active_[i]);
+  for (const std::uint32_t slot : forced_) {
+    state_.forces[slot] = {};
+    state_.flags[slot] &= static_cast<std::uint8_t>(~has_force);
+  }
+  forced_.clear();
+  if (def.sleep.enabled && islands_.put_to_sleep(active_)) active_is_current_ = in_contact_is_current_ = false;
+}
+
+// --- parts of the step ---------------------------------------------------------------------------------------
+
+void NativeSimulator::list_active() {
+  active_.clear();
+  for (const BodyId id : bodies.living())
+    if (state_.flags[id.index] & awake) active_.push_back(id.index);
+  active_is_current_ = true;
+  in_contact_is_current_ = false;
+  chunk_changed_.assign(active_.size() / body_grain + 1, 1);
+}
+
+BroadPhaseInput NativeSimulator::broad_phase_input() const {
+  return {bodies, state_, graph_.pairs(), changed_, set_changed_};
+}
+
+// All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
+void NativeSimulator::collect_changed() {
+  changed_.clear();
+  for (std::size_t chunk = 0; chunk * body_grain < active_.size(); ++chunk) {
+    if (!chunk_changed_[chunk]) continue;
+    const std::size_t end = std::min(active_.size(), (chunk + 1) * body_grain);
+    for (std::size_t i = chunk * body_grain; i < end; ++i)
+      if (state_.flags[active_[i]] & box_changed) changed_.push_back(active_[i]);
+  }
+  if (edited_.empty()) return;
+  for (const std::uint32_t slot : edited_)
+    if (bodies.alive(slot) && state_.flags[slot] & box_changed) changed_.push_back(slot);
+  std::sort(changed_.begin(), changed_.end());
+  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+}
+
+// Between steps the tree may not know of boxes that the last step or the application changed.
+void NativeSimulator::refresh_for_queries() {
+  if (queries_are_current_) return;
+  if (!active_is_current_) list_active();
+  collect_changed();
+  broad_phase_->refresh(broad_phase_input());
+  queries_are_current_ = true;
+}
+
+ContactEvent NativeSimulator::event(const Contact& c) const {
+  return {bodies.id(std::min(c.a, c.b)), bodies.id(std::max(c.a, c.b))};
+}
+
+void NativeSimulator::begin_touching(std::uint32_t index) {
+  Contact& c = graph_[index];
+  for (const std::uint32_t slot : {c.a, c.b})
+    if (!(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic) {
+      islands_.wake(slot);
+      active_is_current_ = false;
+    }
+  if (c.colour == no_colour) graph_.colour(index);
+  in_contact_is_current_ = false;
+  begun_.push_back(event(c));
+  report_hit(c);
+}
+
+void NativeSimulator::end_touching(std::uint32_t index) {
+  if (graph_[index].colour != no_colour) graph_.uncolour(index);
+  in_contact_is_current_ = false;
+  ended_.push_back(event(graph_[index]));
+}
+
+void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
+  if (graph_[index].point_count > 0) {
+    ended.push_back(event(graph_[index]));
+    in_contact_is_current_ = false;
+  }
+  graph_.remove(index);
+}
+
+void NativeSimulator::report_hit(Contact& c) {
+  const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
+  const Velocity &va = state_.velocities[c.a], &vb = state_.velocities[c.b];
+  const Vec3 normal = rotate(pa.rotation, c.normal);
+  float fastest = 0;
+  Vec3 where;
+  for (int i = 0; i < c.point_count; ++i) {
+    const Vec3 arm_a = rotate(pa.rotation, c.points[i].anchor_a), arm_b = rotate(pb.rotation, c.points[i].anchor_b);
+    const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
+    if (-dot(speed, normal) > fastest) fastest = -dot(speed, normal), where = pa.position + arm_a;
+  }
+  c.approach_speed = fastest;
+  if (fastest <= def.solver.restitution_threshold) return;
+  const bool swapped = c.b < c.a;
+  const ContactEvent ids = event(c);
+  hits_.push_back({ids.a, ids.b, where, swapped ? -normal : normal, fastest});
+}
+
+// A body without contacts: all substeps in registers.
+void NativeSimulator::move_free_body(std::uint32_t slot, Pose& pose, Velocity& v) const {
+  const BodyInfo& info = bodies[slot];
+  const int substeps = def.solver.substeps;
+  const float h = def.dt / static_cast<float>(substeps);
+  if (info.motion != MotionType::dynamic) {
+    pose.position = mul_add(pose.position, def.dt, v.linear);
+    pose.rotation = turned(pose.rotation, def.dt * v.angular);
+    return;
+  }
+  Vec3 acceleration = info.gravity_scale * def.gravity, angular_acceleration;
+  if (state_.flags[slot] & has_force) {
+    const Force& f = state_.forces[slot];
+    acceleration = mul_add(acceleration, info.inverse_mass, f.force);
+    angular_acceleration = rotate(pose.rotation, info.inverse_inertia * inverse_rotate(pose.rotation, f.torque));
+  }
+  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping), angular_damping = 1.0f / (1.0f + h * info.angular_damping);
+  Vec3 moved, angle;
+  for (int i = 0; i < substeps; ++i) {
+    v.linear = mul_add(linear_damping * v.linear, h, acceleration);
+    v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
+    moved = mul_add(moved, h, v.linear);
+    if (info.isotropic) angle = mul_add(angle, h, v.angular);
+    else step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
+  }
+  pose.position += moved;
+  if (info.isotropic) pose.rotation = turned(pose.rotation, angle);
+}
+
+namespace {
+
+Vec3 limited(Vec3 v, float limit) {
+  const float squared = length_squared(v);
+  return squared > limit * limit ? (limit / fathom::sqrt(squared)) * v : v;
+}
+
+// −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
+Vec3 without_negative_zeros(Vec3 v) { return {v.x + 0.0f, v.y + 0.0f, v.z + 0.0f}; }
+
+}  // namespace
+
+/// Takes over the solver's result; returns false, with the old state kept, where it is not finite.
+bool NativeSimulator::finish_body(std::uint32_t slot) {
+  Pose pose = state_.poses[slot];
+  Velocity v = state_.velocities[slot];
+  if (graph_.in_contact(slot)) {
+    const SolverBody& body = state_.solver_bodies()[slot];
+    v = {body.linear, 0, body.angular, 0};
+    pose.position += body.moved;
+    // Anisotropic bodies have been turned substep by substep.
+    if (bodies[slot].isotropic) pose.rotation = turned(pose.rotation, body.turned);
+  } else {
+    move_free_body(slot, pose, v);
+  }
+  // One sum tells of any NaN or infinity among the terms.
+  if (!is_finite(length_squared(v.linear) + length_squared(v.angular) + length_squared(pose.position))) return false;
+  v.linear = without_negative_zeros(limited(v.linear, def.solver.max_linear_speed));
+  v.angular = without_negative_zeros(limited(v.angular, pi / def.dt));
+  pose.position = without_negative_zeros(pose.position);
+  place(slot, pose, v);
+  if (def.sleep.enabled) {
+    const BodyInfo& info = bodies[slot];
+    const float speed = length(v.linear) + length(v.angular) * info.radius;
+    const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < def.sleep.linear_speed;
+    state_.slow_time[slot] = slow ? state_.slow_time[slot] + def.dt : 0.0f;
+  }
+  return true;
+}
+
+void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity& v) {
+  const BodyInfo& info = bodies[slot];
+  state_.poses[slot] = pose;
+  state_.velocities[slot] = v;
+  const Aabb box = motion_box(info, pose, v, def.dt);
+  state_.boxes[slot] = box;
+  if (!contains(state_.fat_boxes[slot], box)) {
+    state_.fat_boxes[slot] = fat_box(info, box, v.linear, def.dt);
+    state_.flags[slot] |= box_changed;
+  }
+}
+
+void NativeSimulator::quarantine(std::uint32_t slot) {
+  state_.velocities[slot] = {};
+  state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~awake) | isolated);
+  state_.solver_bodies()[slot] = {};
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    Contact& c = graph_[index];
+    for (ContactPointState& point : c.points) point.impulse = 0;
+    c.friction_impulse[0] = c.friction_impulse[1] = c.twist_impulse = 0;
+  });
+  if (!is_finite(state_.poses[slot].rotation)) state_.poses[slot].rotation = {};
+  active_is_current_ = false;
+  quarantined_.push_back({bodies.id(slot), steps + 1});
+}
+
+void NativeSimulator::count() {
+  StepCounts& counts = profile.counts;
+  counts.bodies = bodies.count();
+  counts.active = static_cast<std::uint32_t>(active_.size());
+  counts.pairs = static_cast<std::uint32_t>(graph_.pair_count());
+  counts.manifolds = counts.points = 0;
+  for (int colour = 0; colour <= overflow_colour; ++colour) {
+    counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
+    for (const std::uint32_t index : graph_.of_colour(colour)) counts.points += graph_[index].point_count;
+  }
+  counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
+  counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  counts.islands = islands_.count();
+  counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
+  counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() + broad_phase_->memory_bytes() +
+                        solver_.memory_bytes();
+}
+
+// --- changes by the application --------------------------------------------------------------------------------
+
+void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
+  queries_are_current_ = false;
+  if (slot >= state_.size()) state_.resize(slot + 1);
+  state_.clear(slot);
+  const BodyInfo& info = bodies[slot];
+  state_.poses[slot] = pose;
+  state_.velocities[slot] = velocity;
+  state_.boxes[slot] = motion_box(info, pose, velocity, def.dt);
+  state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], velocity.linear, def.dt);
+  state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake));
+  edited_.push_back(slot);
+  set_changed_ = true;
+  active_is_current_ = false;
+}
+
+void NativeSimulator::body_removed(std::uint32_t slot) {
+  queries_are_current_ = false;
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    const Contact& c = graph_[index];
+    const std::uint32_t other = c.a == slot ? c.b : c.a;
+    if (c.point_count > 0) wake(other);
+  });
+  graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
+  islands_.forget(slot);
+  state_.clear(slot);
+  std::erase(forced_, slot);
+  set_changed_ = true;
+  active_is_current_ = false;
+}
+
+void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
+  queries_are_current_ = false;
+  wake(slot);
+  graph_.for_each_of(slot, [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  const BodyInfo& info = bodies[slot];
+  const Velocity& v = state_.velocities[slot];
+  state_.poses[slot] = pose;
+  state_.boxes[slot] = motion_box(info, pose, v, def.dt);
+  state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], v.linear, def.dt);
+  state_.flags[slot] |= box_changed;
+  edited_.push_back(slot);
+}
+
+void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
+  queries_are_current_ = false;
+  wake(slot);
+  place(slot, state_.poses[slot], velocity);
+  if (state_.flags[slot] & box_changed) edited_.push_back(slot);
+}
+
+void NativeSimulator::material_changed(std::uint32_t slot) {
+  wake(slot);
+  graph_.for_each_of(slot, [&](std::uint32_t index) { graph_.mix_materials(graph_[index]); });
+}
+
+void NativeSimulator::filter_changed(std::uint32_t slot) {
+  queries_are_current_ = false;
+  wake(slot);
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a);
+  });
+  graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
+  state_.flags[slot] |= box_changed;  // so that it looks for pairs again
+  edited_.push_back(slot);
+}
+
+void NativeSimulator::wake(std::uint32_t slot) {
+  state_.slow_time[slot] = 0;
+  if (bodies[slot].motion == MotionType::fixed || state_.flags[slot] & awake) return;
+  if (state_.flags[slot] & isolated) state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
+  else islands_.wake(slot);
+  active_is_current_ = false;
+}
+
+void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
+  if (bodies[slot].motion != MotionType::dynamic) return;
+  wake(slot);
+  if (!(state_.flags[slot] & has_force)) forced_.push_back(slot);
+  state_.flags[slot] |= has_force;
+  state_.forces[slot].force += force;
+  state_.forces[slot].torque += torque;
+}
+
+// --- results and queries -----------------------------------------------------------------------------------------
+
+Aabb NativeSimulator::bounds(std::uint32_t slot) const { return fathom::bounds(bodies[slot].geometry, state_.poses[slot]); }
+
+void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
+  for (std::uint32_t i = 0; i < graph_.size(); ++i) {
+    const Contact& c = graph_[i];
+    if (!c.in_use || c.point_count == 0) continue;
+    const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
+    const ContactEvent ids = event(c);
+    const Vec3 normal = rotate(pa.rotation, c.normal);
+    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, c.point_count, {}};
+    for (int p = 0; p < c.point_count; ++p) {
+      const Vec3 on_a = transform(pa, c.points[p].anchor_a), on_b = transform(pb, c.points[p].anchor_b);
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), c.points[p].impulse};
+    }
+    visit(info);
+  }
+}
+
+std::optional<RayHit> NativeSimulator::ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const {
+  const_cast<NativeSimulator*>(this)->refresh_for_queries();
+  std::vector<std::uint32_t> candidates;
+  broad_phase_->ray(origin, translation, candidates);
+  std::optional<RayHit> nearest;
+  std::sort(candidates.begin(), candidates.end());
+  for (const std::uint32_t slot : candidates) {
+    if ((bodies[slot].filter.category & mask) == 0) continue;
+    const auto hit = fathom::ray_cast(bodies[slot].geometry, state_.poses[slot], origin, translation);
+    if (!hit || (nearest && nearest->fraction <= hit->fraction)) continue;
+    nearest = RayHit{bodies.id(slot), hit->fraction, mul_add(origin, hit->fraction, translation), hit->normal};
+  }
+  return nearest;
+}
+
+void NativeSimulator::overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const {
+  const_cast<NativeSimulator*>(this)->refresh_for_queries();
+  broad_phase_->overlap(box, slots);
+  std::erase_if(slots, [&](std::uint32_t slot) {
+    return (bodies[slot].filter.category & mask) == 0 || !overlaps(bounds(slot), box);
+  });
+}
+
+}  // namespace native
+}  // namespace fathom

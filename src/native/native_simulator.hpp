@@ -1,0 +1,98 @@
+// The native simulator: rigid bodies on the CPU's cores and vector lanes.
+#pragma once
+
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/broad_phase.hpp"
+#include "native/contact_graph.hpp"
+#include "native/islands.hpp"
+#include "native/narrow_phase.hpp"
+#include "native/solver.hpp"
+#include "native/thread_pool.hpp"
+#include "world/simulator.hpp"
+
+namespace fathom::native {
+
+class NativeSimulator final : public Simulator {
+ public:
+  explicit NativeSimulator(const WorldDef& definition);
+
+  void step() override;
+
+  void reserve(std::uint32_t count) override { state_.reserve(count); }
+  void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
+  void body_removed(std::uint32_t slot) override;
+  void set_pose(std::uint32_t slot, const Pose& pose) override;
+  void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void material_changed(std::uint32_t slot) override;
+  void filter_changed(std::uint32_t slot) override;
+  void info_changed(std::uint32_t slot) override { wake(slot); }
+  void wake(std::uint32_t slot) override;
+  bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
+  void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
+
+  std::span<const Pose> poses() const override { return state_.poses; }
+  std::span<const Velocity> velocities() const override { return state_.velocities; }
+  Aabb bounds(std::uint32_t slot) const override;
+
+  std::span<const ContactEvent> contacts_begun() const override { return begun_; }
+  std::span<const ContactEvent> contacts_ended() const override { return ended_; }
+  std::span<const HitEvent> hits() const override { return hits_; }
+  std::span<const Quarantine> quarantined() const override { return quarantined_; }
+  void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
+
+  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
+  void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
+
+ private:
+  // The verbs of a step.
+  void find_pairs();
+  void update_manifolds();
+  void build_constraints();
+  void solve();
+  void finish();
+
+  bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
+  BroadPhaseInput broad_phase_input() const;
+  void collect_changed();
+  void list_active();
+  void refresh_for_queries();
+  void begin_touching(std::uint32_t index);
+  void end_touching(std::uint32_t index);
+  void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
+  ContactEvent event(const Contact& c) const;
+  void report_hit(Contact& c);
+  void move_free_body(std::uint32_t slot, Pose& pose, Velocity& velocity) const;
+  bool finish_body(std::uint32_t slot);
+  void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
+  void quarantine(std::uint32_t slot);
+  void count();
+
+  BodyState state_;
+  ContactGraph graph_;
+  ThreadPool pool_;
+  std::unique_ptr<BroadPhase> broad_phase_;
+  ContactSolver solver_;
+  Islands islands_;
+
+  std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
+  std::vector<std::uint32_t> in_contact_;  // those of them with touching contacts
+  bool active_is_current_ = false;
+  bool in_contact_is_current_ = false;
+  bool queries_are_current_ = false;
+  bool set_changed_ = false;               // bodies added or removed since the broad phase last ran
+  std::vector<std::uint32_t> changed_;     // bodies with new fat boxes
+  std::vector<std::uint8_t> chunk_changed_;  // per chunk of active_: does it hold any of them?
+  std::vector<std::uint32_t> edited_;      // bodies whose fat boxes the application changed
+  std::vector<std::uint32_t> forced_;      // bodies with a force
+  std::vector<std::vector<Pair>> new_pairs_;
+  std::vector<Change> changes_;            // per contact, of this step
+  std::vector<std::uint8_t> failed_;       // per active body: state not finite
+
+  std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
+  std::vector<HitEvent> hits_;
+  std::vector<Quarantine> quarantined_;
+};
+
+}  // namespace fathom::native

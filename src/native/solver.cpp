@@ -1,0 +1,203 @@
+#include "native/solver.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "dynamics/rotation.hpp"
+#include "dynamics/softness.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::size_t block_grain = 4;    // blocks a chunk of a sweep
+constexpr std::size_t body_grain = 256;   // bodies a chunk of an integration
+constexpr std::size_t alignment = 64;
+
+float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
+
+}  // namespace
+
+ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool)
+    : def_(def), bodies_(bodies), state_(state), graph_(graph), pool_(pool), wide_(wide_kernels()), single_(single_kernels()) {}
+
+// --- build ---------------------------------------------------------------------------------------------------
+
+void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
+  });
+  lay_out_blocks();
+  const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data()};
+  const Contact* contacts = graph_.data();
+  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
+    wide_.prepare(wide_blocks_, begin, end, lanes_.data(), contacts, view);
+  });
+  single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), contacts, view);
+}
+
+void ContactSolver::load_body(std::uint32_t slot) {
+  const BodyInfo& info = bodies_[slot];
+  const Velocity& v = state_.velocities[slot];
+  SolverBody& body = state_.solver_bodies()[slot];
+  body = {v.linear, 0, v.angular, 0, {}, info.inverse_mass, {}, info.isotropic ? info.inverse_inertia.xx : 0};
+  BodyMotion& motion = state_.motion[slot];
+  motion = {};
+  if (info.motion != MotionType::dynamic) return;
+  const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+  motion.acceleration = info.gravity_scale * def_.gravity;
+  motion.linear_damping = damping_factor(info.linear_damping, h);
+  motion.angular_damping = damping_factor(info.angular_damping, h);
+  const Quat q = state_.poses[slot].rotation;
+  if (state_.flags[slot] & has_force) {
+    const Force& f = state_.forces[slot];
+    motion.acceleration = mul_add(motion.acceleration, info.inverse_mass, f.force);
+    motion.angular_acceleration = rotate(q, info.inverse_inertia * inverse_rotate(q, f.torque));
+  }
+  if (!info.isotropic) {
+    const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
+    state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+  }
+}
+
+void ContactSolver::lay_out_blocks() {
+  const auto width = static_cast<std::size_t>(wide_.width);
+  stretches_.clear();
+  lanes_.clear();
+  wide_count_ = 0;
+  for (int colour = 0; colour < colour_count; ++colour) {
+    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour);
+    if (contacts.empty()) continue;
+    lanes_.insert(lanes_.end(), contacts.begin(), contacts.end());
+    lanes_.resize((lanes_.size() + width - 1) / width * width, none);
+    stretches_.push_back({wide_count_, lanes_.size() / width});
+    wide_count_ = lanes_.size() / width;
+  }
+  colours_in_use_ = static_cast<int>(stretches_.size());
+  single_count_ = graph_.of_colour(overflow_colour).size();
+  const std::size_t bytes = wide_count_ * wide_.block_bytes + single_count_ * single_.block_bytes + alignment;
+  if (blocks_.size() < bytes) {
+    blocks_.clear();
+    blocks_.resize(bytes + bytes / 4);
+  }
+  const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
+  wide_blocks_ = blocks_.data() + (misaligned ? alignment - misaligned : 0);
+  single_blocks_ = wide_blocks_ + wide_count_ * wide_.block_bytes;
+}
+
+// --- solve ---------------------------------------------------------------------------------------------------
+
+void ContactSolver::solve(std::span<const std::uint32_t> in_contact) {
+  const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+  if (def_.solver.method == Solver::soft) solve_soft(in_contact, h);
+  else solve_impulse(in_contact, h);
+}
+
+void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float h) {
+  const SolverSettings& settings = def_.solver;
+  const float hertz = min(settings.contact_hertz, 0.125f / h);
+  SweepParameters soft;
+  soft.inverse_substep = 1 / h;
+  soft.dynamic = make_soft(hertz, settings.contact_damping_ratio, h);
+  soft.fixed = make_soft(2 * hertz, settings.contact_damping_ratio, h);
+  soft.push_out_velocity = settings.push_out_velocity;
+  soft.restitution_threshold = settings.restitution_threshold;
+  for (int substep = 0; substep < settings.substeps; ++substep) {
+    integrate_velocities(in_contact, h, substep == 0);
+    if (substep == 0)
+      for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+        k.warm_start(blocks, begin, end, state_.solver_bodies());
+      });
+    sweep(&SolverKernels::solve, soft);
+    integrate_positions(in_contact, h);
+    sweep(&SolverKernels::relax, soft);
+  }
+  sweep(&SolverKernels::restitute, soft);
+}
+
+// Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
+// 3.20–3.23; Catto 2005 for the factor 0.2 of Baumgarte's b = β/Δt·C). Restitution follows as in the soft step.
+void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, float h) {
+  constexpr float baumgarte = 0.2f;
+  SweepParameters p;
+  p.inverse_substep = 1 / h;
+  p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / h;
+  p.push_out_velocity = def_.solver.push_out_velocity;
+  p.restitution_threshold = def_.solver.restitution_threshold;
+  for (int substep = 0; substep < def_.solver.substeps; ++substep) {
+    integrate_velocities(in_contact, h, substep == 0);
+    if (substep == 0)
+      for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+        k.warm_start(blocks, begin, end, state_.solver_bodies());
+      });
+    for (int i = 0; i < def_.solver.iterations; ++i) sweep(&SolverKernels::iterate, p);
+    integrate_positions(in_contact, h);
+  }
+  sweep(&SolverKernels::restitute, p);
+}
+
+void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t slot = in_contact[i];
+      SolverBody& body = state_.solver_bodies()[slot];
+      if (body.inverse_mass == 0) continue;
+      const BodyMotion& motion = state_.motion[slot];
+      WarmStart& warm = state_.warm[slot];
+      if (first) {
+        warm.linear = warm.angular = {};
+      } else {
+        warm.linear += body.linear - warm.linear_reference;
+        warm.angular += body.angular - warm.angular_reference;
+      }
+      // The reference leaves the warm start out in the first substep, where a sweep applies it.
+      body.linear = mul_add(motion.linear_damping * body.linear, h, motion.acceleration) + warm.linear;
+      body.angular = mul_add(motion.angular_damping * body.angular, h, motion.angular_acceleration) + warm.angular;
+      warm.linear_reference = body.linear;
+      warm.angular_reference = body.angular;
+    }
+  });
+}
+
+void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t slot = in_contact[i];
+      SolverBody& body = state_.solver_bodies()[slot];
+      body.moved = mul_add(body.moved, h, body.linear);
+      if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+        // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
+        const BodyInfo& info = bodies_[slot];
+        const Vec3 before = body.angular;
+        body.turned += step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
+        state_.warm[slot].angular_reference += body.angular - before;
+      } else {
+        body.turned = mul_add(body.turned, h, body.angular);
+      }
+    }
+  });
+}
+
+template <class Kernel>
+void ContactSolver::for_each_colour(const Kernel& kernel) {
+  if (single_count_ > 0) kernel(single_, single_blocks_, 0, single_count_);
+  for (const Stretch& stretch : stretches_)
+    pool_.for_each_chunk(stretch.end - stretch.first, block_grain, [&](std::size_t begin, std::size_t end) {
+      kernel(wide_, wide_blocks_, stretch.first + begin, stretch.first + end);
+    });
+}
+
+void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters) {
+  for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+    (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
+  });
+}
+
+void ContactSolver::store() {
+  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
+    wide_.store(wide_blocks_, begin, end, graph_.data());
+  });
+  single_.store(single_blocks_, 0, single_count_, graph_.data());
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,66 @@
+// The loops over blocks of contact constraints, in the widest vectors the machine has.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "dynamics/softness.hpp"
+#include "native/contact.hpp"
+#include "native/solver_body.hpp"
+
+namespace fathom::native {
+
+struct SweepParameters {
+  float inverse_substep = 0;  ///< 1/s
+  Softness dynamic;           ///< between two bodies that can be pushed
+  Softness fixed;             ///< against one that cannot
+  float push_out_velocity = 0;
+  float restitution_threshold = 0;
+};
+
+/// What `prepare` reads beside the contacts; all by slot.
+struct BodiesView {
+  const Pose* poses = nullptr;
+  SolverBody* bodies = nullptr;
+  const WorldInertia* inertias = nullptr;
+};
+
+/// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
+/// then `width` indices of A, of B and of the contact, then the floats.
+struct BlockHeader {
+  std::uint8_t lanes = 0;       ///< in use
+  std::uint8_t max_points = 0;  ///< of any lane
+  bool fixed_a = false;         ///< no lane's A can be pushed
+  bool still_a = false;         ///< … nor moves by itself
+  bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
+  bool restitution = false;     ///< some lane bounces
+};
+
+struct SolverKernels {
+  const char* name;      ///< of the instruction set
+  int width;             ///< lanes
+  std::size_t block_bytes;
+
+  /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes).
+  void (*prepare)(std::byte* blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                  const Contact* contacts, const BodiesView& view);
+  /// The sweeps over blocks of one colour.
+  void (*warm_start)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
+  void (*solve)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*relax)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*restitute)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
+  void (*iterate)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  /// Writes accumulated impulses back to the contacts.
+  void (*store)(const std::byte* blocks, std::size_t begin, std::size_t end, Contact* contacts);
+};
+
+/// The kernels for this machine, and the same one lane wide for constraints that no colour could take.
+const SolverKernels& wide_kernels();
+const SolverKernels& single_kernels();
+
+/// Names of the instruction sets this machine can run, widest first, and a way to insist on one (for tests).
+/// Not thread-safe; affects worlds created afterwards. Null restores the default; returns false where unknown.
+bool select_kernels(const char* name);
+
+}  // namespace fathom::native

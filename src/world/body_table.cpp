@@ -1,0 +1,110 @@
+#include "world/body_table.hpp"
+
+#include <string>
+
+#include <fathom/error.hpp>
+
+#include "geometry/support.hpp"
+
+namespace fathom {
+
+namespace {
+
+bool is_isotropic(const SymMat3& m) {
+  const float mean = (m.xx + m.yy + m.zz) / 3;
+  const float spread = max(max(abs(m.xx - mean), abs(m.yy - mean)), abs(m.zz - mean));
+  const float mixed = max(max(abs(m.xy), abs(m.xz)), abs(m.yz));
+  return max(spread, mixed) <= 1e-5f * mean;
+}
+
+SymMat3 inverse(const SymMat3& m) {
+  const Mat3 i = inverse(to_matrix(m));
+  return {i.x.x, i.y.y, i.z.z, i.y.x, i.z.x, i.z.y};
+}
+
+BodyInfo make_info(const BodyDef& def) {
+  BodyInfo info;
+  info.motion = def.motion;
+  info.can_sleep = def.can_sleep;
+  info.shape = def.shape;
+  info.geometry = geometry(def.shape);
+  info.radius = bounding_radius(info.geometry);
+  info.gravity_scale = def.gravity_scale;
+  info.linear_damping = def.linear_damping;
+  info.angular_damping = def.angular_damping;
+  info.material = def.material;
+  info.filter = def.filter;
+  info.user_data = def.user_data;
+  if (def.motion == MotionType::dynamic) {
+    info.mass = def.mass ? *def.mass : def.density * volume(def.shape);
+    info.inverse_mass = 1 / info.mass;
+    info.inertia = def.inertia ? *def.inertia : mass_properties(def.shape, info.mass).inertia;
+    info.isotropic = is_isotropic(info.inertia);
+    if (info.isotropic) info.inertia.xy = info.inertia.xz = info.inertia.yz = 0;
+    if (info.isotropic) info.inertia.yy = info.inertia.zz = info.inertia.xx;
+    info.inverse_inertia = inverse(info.inertia);
+  }
+  return info;
+}
+
+}  // namespace
+
+std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_count() : free_slots_.back(); }
+
+BodyId BodyTable::add(const BodyDef& def) {
+  BodyInfo info = make_info(def);
+  const std::uint32_t slot = next_slot();
+  if (slot == slot_count()) {
+    infos_.push_back(std::move(info));
+    generations_.push_back(1);
+  } else {
+    infos_[slot] = std::move(info);
+    ++generations_[slot];
+    free_slots_.pop_back();
+  }
+  ++count_;
+  if (living_is_current_ && (living_.empty() || living_.back().index < slot)) living_.push_back(id(slot));
+  else living_is_current_ = false;
+  return id(slot);
+}
+
+void BodyTable::remove(BodyId id) {
+  infos_[id.index] = {};
+  ++generations_[id.index];
+  free_slots_.push_back(id.index);
+  --count_;
+  living_is_current_ = false;
+}
+
+std::uint32_t BodyTable::slot(BodyId id, const char* action) const {
+  if (contains(id)) return id.index;
+  const bool existed = id.index < generations_.size() && id.generation <= generations_[id.index];
+  throw Error(ErrorCode::stale_id, std::string(action) + ": body {index " + std::to_string(id.index) + ", generation " +
+                                       std::to_string(id.generation) + "} " +
+                                       (existed ? "was removed" : "never existed in this world") +
+                                       "; ask World::contains before using an id that may be gone");
+}
+
+std::span<const BodyId> BodyTable::living() const {
+  if (!living_is_current_) {
+    living_.clear();
+    living_.reserve(count_);
+    for (std::uint32_t slot = 0; slot < slot_count(); ++slot)
+      if (alive(slot)) living_.push_back(id(slot));
+    living_is_current_ = true;
+  }
+  return living_;
+}
+
+void BodyTable::reserve(std::uint32_t bodies) {
+  infos_.reserve(bodies);
+  generations_.reserve(bodies);
+  living_.reserve(bodies);
+}
+
+std::size_t BodyTable::memory_bytes() const {
+  return infos_.capacity() * sizeof(BodyInfo) + generations_.capacity() * sizeof(std::uint32_t) +
+         free_slots_.capacity() * sizeof(std::uint32_t) + living_.capacity() * sizeof(BodyId);
+}
+
+}  // namespace fathom

@@ -1,0 +1,71 @@
+// What every simulator knows of its bodies: ids, and the data that a step only reads.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <fathom/body.hpp>
+
+#include "geometry/geometry.hpp"
+
+namespace fathom {
+
+/// The rarely changing side of one body. The state that a step moves lives in the simulators.
+struct BodyInfo {
+  MotionType motion = MotionType::fixed;
+  bool can_sleep = true;
+  /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
+  bool isotropic = true;
+  Shape shape;
+  Geometry geometry;
+  float radius = 0;  ///< of the bounding sphere about the centre of mass (m)
+  float mass = 0;    ///< kg, 0 unless dynamic
+  float inverse_mass = 0;
+  SymMat3 inertia;          ///< body axes, 0 unless dynamic
+  SymMat3 inverse_inertia;  ///< body axes, 0 unless dynamic
+  float gravity_scale = 1;
+  float linear_damping = 0;
+  float angular_damping = 0;
+  Material material;
+  Filter filter;
+  std::uint64_t user_data = 0;
+};
+
+/// Slots with generations: a removed body's slot is reused, its old ids are not.
+class BodyTable {
+ public:
+  /// The slot that the next `add` will fill.
+  std::uint32_t next_slot() const;
+  /// `def` must have been checked (see `check_body`).
+  BodyId add(const BodyDef& def);
+  void remove(BodyId id);
+
+  bool contains(BodyId id) const {
+    return id.index < generations_.size() && generations_[id.index] == id.generation && alive(id.index);
+  }
+  /// The slot of `id`; throws `Error{stale_id}` naming `action` where the body is gone.
+  std::uint32_t slot(BodyId id, const char* action) const;
+
+  bool alive(std::uint32_t slot) const { return generations_[slot] & 1u; }
+  BodyId id(std::uint32_t slot) const { return {slot, generations_[slot]}; }
+  std::uint32_t slot_count() const { return static_cast<std::uint32_t>(generations_.size()); }
+  std::uint32_t count() const { return count_; }
+  /// Living bodies in ascending order of slot.
+  std::span<const BodyId> living() const;
+  void reserve(std::uint32_t bodies);
+  std::size_t memory_bytes() const;
+
+  BodyInfo& operator[](std::uint32_t slot) { return infos_[slot]; }
+  const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
+
+ private:
+  std::vector<BodyInfo> infos_;
+  std::vector<std::uint32_t> generations_;  // odd: alive
+  std::vector<std::uint32_t> free_slots_;
+  std::uint32_t count_ = 0;
+  mutable std::vector<BodyId> living_;
+  mutable bool living_is_current_ = true;
+};
+
+}  // namespace fathom

@@ -1,0 +1,58 @@
+// What a simulator must offer to be a World's engine. Arguments have been checked by World.
+#pragma once
+
+#include <memory>
+
+#include <fathom/world.hpp>
+
+#include "world/body_table.hpp"
+
+namespace fathom {
+
+class Simulator {
+ public:
+  explicit Simulator(const WorldDef& definition) : def(definition) {}
+  virtual ~Simulator() = default;
+  Simulator(const Simulator&) = delete;
+  Simulator& operator=(const Simulator&) = delete;
+
+  WorldDef def;
+  BodyTable bodies;
+  std::uint64_t steps = 0;
+  Profile profile;
+
+  // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
+  virtual void reserve(std::uint32_t count) = 0;
+  virtual void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) = 0;
+  virtual void body_removed(std::uint32_t slot) = 0;
+  virtual void set_pose(std::uint32_t slot, const Pose& pose) = 0;
+  virtual void set_velocity(std::uint32_t slot, const Velocity& velocity) = 0;
+  /// The body's material, filter, damping or gravity scale was changed in the table.
+  virtual void material_changed(std::uint32_t slot) = 0;
+  virtual void filter_changed(std::uint32_t slot) = 0;
+  virtual void info_changed(std::uint32_t slot) = 0;
+  virtual void wake(std::uint32_t slot) = 0;
+  virtual bool is_awake(std::uint32_t slot) const = 0;
+  /// Force (N) and torque (N·m) about the centre of mass for the next step; they add up.
+  virtual void apply(std::uint32_t slot, Vec3 force, Vec3 torque) = 0;
+
+  virtual std::span<const Pose> poses() const = 0;
+  virtual std::span<const Velocity> velocities() const = 0;
+  virtual Aabb bounds(std::uint32_t slot) const = 0;
+
+  virtual void step() = 0;
+
+  virtual std::span<const ContactEvent> contacts_begun() const = 0;
+  virtual std::span<const ContactEvent> contacts_ended() const = 0;
+  virtual std::span<const HitEvent> hits() const = 0;
+  virtual std::span<const Quarantine> quarantined() const = 0;
+  virtual void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const = 0;
+
+  virtual std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const = 0;
+  /// Slots of bodies whose tight bounds overlap the box, in any order.
+  virtual void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const = 0;
+};
+
+std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def);
+
+}  // namespace fathom

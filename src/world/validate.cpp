@@ -1,0 +1,125 @@
+#include "world/validate.hpp"
+
+#include <cstdio>
+#include <string>
+
+namespace fathom {
+
+namespace {
+
+std::string text(float value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", static_cast<double>(value));
+  return buffer;
+}
+
+std::string text(Vec3 v) { return "(" + text(v.x) + ", " + text(v.y) + ", " + text(v.z) + ")"; }
+
+void require_positive(float value, const char* action, const char* name) {
+  if (is_finite(value) && value > 0) return;
+  refuse(std::string(action) + ": " + name + " is " + text(value) + "; it must be finite and greater than 0");
+}
+
+void require_not_negative(float value, const char* action, const char* name) {
+  if (is_finite(value) && value >= 0) return;
+  refuse(std::string(action) + ": " + name + " is " + text(value) + "; it must be finite and at least 0");
+}
+
+void check_shape(const Shape& shape) {
+  const char* action = "add body";
+  switch (shape.type) {
+    case ShapeType::sphere: return require_positive(shape.radius, action, "the sphere's radius");
+    case ShapeType::capsule:
+      require_positive(shape.radius, action, "the capsule's radius");
+      return require_not_negative(shape.half_extents.z, action, "the capsule's half length");
+    case ShapeType::box: return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
+    case ShapeType::hull:
+      if (!shape.hull) refuse("add body: the shape's type is hull but it has none; make it with fathom::hull(points)");
+      return;
+  }
+  refuse("add body: the shape's type is " + std::to_string(static_cast<int>(shape.type)) + ", which is unknown");
+}
+
+// Sylvester's criterion: all leading minors positive.
+bool is_positive_definite(const SymMat3& m) {
+  const float minor = m.xx * m.yy - m.xy * m.xy;
+  return m.xx > 0 && minor > 0 && determinant(to_matrix(m)) > 0;
+}
+
+void check_inertia(const SymMat3& m) {
+  const bool finite = is_finite(Vec3{m.xx, m.yy, m.zz}) && is_finite(Vec3{m.xy, m.xz, m.yz});
+  if (!finite || !is_positive_definite(m))
+    refuse("add body: the inertia with diagonal " + text(Vec3{m.xx, m.yy, m.zz}) +
+           " is not positive definite; leave it out to take the shape's");
+}
+
+}  // namespace
+
+void refuse(const std::string& message) { throw Error(ErrorCode::invalid_argument, message); }
+
+void check_finite(Vec3 value, const char* action, const char* name) {
+  if (!is_finite(value)) refuse(std::string(action) + ": " + name + " is " + text(value) + "; it must be finite");
+}
+
+void check_pose(const Pose& pose, const char* action) {
+  check_finite(pose.position, action, "the position");
+  const float norm = dot(pose.rotation, pose.rotation);
+  if (!is_finite(norm) || norm < 1e-12f)
+    refuse(std::string(action) + ": the rotation (w, x, y, z) has length " + text(fathom::sqrt(norm)) +
+           "; it must be a finite quaternion that is not zero");
+}
+
+void check_material(const Material& m, const char* action) {
+  require_not_negative(m.friction, action, "the friction");
+  require_not_negative(m.restitution, action, "the restitution");
+  if (m.restitution > 1) refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
+}
+
+void check_damping(float linear, float angular, const char* action) {
+  require_not_negative(linear, action, "the linear damping");
+  require_not_negative(angular, action, "the angular damping");
+}
+
+void check_body(const BodyDef& def) {
+  const char* action = "add body";
+  check_shape(def.shape);
+  check_pose(def.pose, action);
+  check_finite(def.velocity.linear, action, "the linear velocity");
+  check_finite(def.velocity.angular, action, "the angular velocity");
+  check_material(def.material, action);
+  check_damping(def.linear_damping, def.angular_damping, action);
+  check_finite({def.gravity_scale, 0, 0}, action, "the gravity scale");
+  if (def.motion != MotionType::dynamic) return;
+  if (def.mass) require_positive(*def.mass, action, "the mass");
+  else require_positive(def.density, action, "the density");
+  if (!def.mass) require_positive(def.density * volume(def.shape), action, "the mass (density × volume)");
+  if (def.inertia) check_inertia(*def.inertia);
+}
+
+void check_world(const WorldDef& def) {
+  const char* action = "create world";
+  check_finite(def.gravity, action, "the gravity");
+  require_positive(def.dt, action, "dt");
+  if (def.dt > 1) refuse("create world: dt is " + text(def.dt) + " s; it must be at most 1 s, typically 1/60");
+  if (def.threads < 0 || def.threads > 1024)
+    refuse("create world: threads is " + std::to_string(def.threads) + "; it must be 0 (all of the machine's) to 1024");
+  const SolverSettings& s = def.solver;
+  if (s.substeps < 1 || s.substeps > 1000)
+    refuse("create world: solver.substeps is " + std::to_string(s.substeps) + "; it must be 1 to 1000");
+  if (s.iterations < 1 || s.iterations > 1000)
+    refuse("create world: solver.iterations is " + std::to_string(s.iterations) + "; it must be 1 to 1000");
+  require_positive(s.contact_hertz, action, "solver.contact_hertz");
+  require_not_negative(s.contact_damping_ratio, action, "solver.contact_damping_ratio");
+  require_not_negative(s.push_out_velocity, action, "solver.push_out_velocity");
+  require_not_negative(s.restitution_threshold, action, "solver.restitution_threshold");
+  require_positive(s.max_linear_speed, action, "solver.max_linear_speed");
+  require_not_negative(def.sleep.linear_speed, action, "sleep.linear_speed");
+  require_not_negative(def.sleep.time, action, "sleep.time");
+  const Vec3 a = def.sweep_axis;
+  if (!is_finite(a) || min_component(a) < 0 || !(length(a) > 1e-6f))
+    refuse("create world: sweep_axis is " + text(a) + "; its components must be at least 0 and not all 0");
+  if (def.max_bodies == 0 || def.max_bodies > (1u << 30))
+    refuse("create world: max_bodies is " + std::to_string(def.max_bodies) + "; it must be 1 to 2^30");
+}
+
+}  // namespace fathom

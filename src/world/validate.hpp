@@ -1,0 +1,16 @@
+// Checks of what the application hands in; each throws one Error that names the value and the remedy.
+#pragma once
+
+#include <fathom/world.hpp>
+
+namespace fathom {
+
+void check_world(const WorldDef& def);
+void check_body(const BodyDef& def);
+void check_pose(const Pose& pose, const char* action);
+void check_finite(Vec3 value, const char* action, const char* name);
+void check_material(const Material& material, const char* action);
+void check_damping(float linear, float angular, const char* action);
+[[noreturn]] void refuse(const std::string& text);
+
+}  // namespace fathom

@@ -1,0 +1,299 @@
+// The World: checks what the application asks, then lets its simulator do it.
+#include <fathom/world.hpp>
+
+#include <algorithm>
+#include <new>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "collision/manifold.hpp"
+#include "geometry/support.hpp"
+#include "world/simulator.hpp"
+#include "world/validate.hpp"
+
+namespace fathom {
+
+namespace {
+
+WorldDef normalised(WorldDef def) {
+  check_world(def);
+  def.sweep_axis = normalize(def.sweep_axis);
+  return def;
+}
+
+}  // namespace
+
+World::World(const WorldDef& def) : simulator_(make_native_simulator(normalised(def))) {}
+World::~World() = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+
+const WorldDef& World::definition() const { return simulator_->def; }
+
+// Bodies --------------------------------------------------------------------------------------------------
+
+BodyId World::add(const BodyDef& def) {
+  check_body(def);
+  Simulator& sim = *simulator_;
+  if (sim.bodies.count() >= sim.def.max_bodies)
+    throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " + std::to_string(sim.def.max_bodies) +
+                                         " bodies; raise WorldDef::max_bodies");
+  const BodyId id = sim.bodies.add(def);
+  Pose pose = def.pose;
+  pose.rotation = normalize(pose.rotation);
+  const Velocity velocity = def.motion == MotionType::fixed ? Velocity{} : def.velocity;
+  try {
+    sim.body_added(id.index, pose, velocity);
+  } catch (const std::bad_alloc&) {
+    sim.bodies.remove(id);
+    throw Error(ErrorCode::capacity, "add body: out of memory at " + std::to_string(sim.bodies.count()) + " bodies");
+  }
+  return id;
+}
+
+void World::reserve(std::uint32_t count) {
+  const std::uint32_t limit = simulator_->def.max_bodies;
+  if (count > limit)
+    throw Error(ErrorCode::capacity, "reserve: " + std::to_string(count) + " bodies are more than the world's limit of " +
+                                         std::to_string(limit) + "; raise WorldDef::max_bodies");
+  try {
+    simulator_->bodies.reserve(count);
+    simulator_->reserve(count);
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::capacity, "reserve: out of memory for " + std::to_string(count) + " bodies");
+  }
+}
+
+void World::remove(BodyId id) {
+  simulator_->body_removed(simulator_->bodies.slot(id, "remove body"));
+  simulator_->bodies.remove(id);
+}
+
+bool World::contains(BodyId id) const { return simulator_->bodies.contains(id); }
+std::uint32_t World::body_count() const { return simulator_->bodies.count(); }
+std::span<const BodyId> World::bodies() const { return simulator_->bodies.living(); }
+std::span<const Pose> World::poses() const { return simulator_->poses(); }
+std::span<const Velocity> World::velocities() const { return simulator_->velocities(); }
+
+const Pose& World::pose(BodyId id) const { return simulator_->poses()[simulator_->bodies.slot(id, "read pose")]; }
+
+void World::set_pose(BodyId id, const Pose& pose) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set pose");
+  check_pose(pose, "set pose");
+  simulator_->set_pose(slot, {pose.position, 0, normalize(pose.rotation)});
+}
+
+const Velocity& World::velocity(BodyId id) const {
+  return simulator_->velocities()[simulator_->bodies.slot(id, "read velocity")];
+}
+
+void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set velocity");
+  check_finite(linear, "set velocity", "the linear velocity");
+  check_finite(angular, "set velocity", "the angular velocity");
+  if (simulator_->bodies[slot].motion == MotionType::fixed)
+    refuse("set velocity: the body is fixed; make it kinematic to move it by its velocity");
+  simulator_->set_velocity(slot, {linear, 0, angular, 0});
+}
+
+MotionType World::motion(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion; }
+const Shape& World::shape(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read shape")].shape; }
+float World::mass(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read mass")].mass; }
+
+MassProperties World::mass_properties(BodyId id) const {
+  const BodyInfo& info = simulator_->bodies[simulator_->bodies.slot(id, "read mass properties")];
+  if (info.motion != MotionType::dynamic) return {};
+  return principal_frame(info.mass, info.inertia);
+}
+
+Aabb World::bounds(BodyId id) const { return simulator_->bounds(simulator_->bodies.slot(id, "read bounds")); }
+
+std::uint64_t World::user_data(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read user data")].user_data;
+}
+
+void World::set_user_data(BodyId id, std::uint64_t data) {
+  simulator_->bodies[simulator_->bodies.slot(id, "set user data")].user_data = data;
+}
+
+void World::set_material(BodyId id, const Material& material) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set material");
+  check_material(material, "set material");
+  simulator_->bodies[slot].material = material;
+  simulator_->material_changed(slot);
+}
+
+const Material& World::material(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read material")].material;
+}
+
+void World::set_filter(BodyId id, Filter filter) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set filter");
+  simulator_->bodies[slot].filter = filter;
+  simulator_->filter_changed(slot);
+}
+
+void World::set_gravity_scale(BodyId id, float scale) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set gravity scale");
+  check_finite({scale, 0, 0}, "set gravity scale", "the scale");
+  simulator_->bodies[slot].gravity_scale = scale;
+  simulator_->info_changed(slot);
+}
+
+void World::set_damping(BodyId id, float linear, float angular) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set damping");
+  check_damping(linear, angular, "set damping");
+  simulator_->bodies[slot].linear_damping = linear;
+  simulator_->bodies[slot].angular_damping = angular;
+  simulator_->info_changed(slot);
+}
+
+bool World::is_awake(BodyId id) const { return simulator_->is_awake(simulator_->bodies.slot(id, "read sleep state")); }
+void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake")); }
+
+// Forces and impulses ---------------------------------------------------------------------------------------
+
+void World::apply_force(BodyId id, Vec3 force) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  check_finite(force, "apply force", "the force");
+  simulator_->apply(slot, force, {});
+}
+
+void World::apply_force_at(BodyId id, Vec3 force, Vec3 point) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  check_finite(force, "apply force", "the force");
+  check_finite(point, "apply force", "the point");
+  const Vec3 torque = cross(point - simulator_->poses()[slot].position, force);
+  check_finite(torque, "apply force", "the torque of the force at this point");
+  simulator_->apply(slot, force, torque);
+}
+
+void World::apply_torque(BodyId id, Vec3 torque) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply torque");
+  check_finite(torque, "apply torque", "the torque");
+  simulator_->apply(slot, {}, torque);
+}
+
+namespace {
+
+// Impulses act at once: Δv = P/m, Δω = I⁻¹·L, only on dynamic bodies.
+void add_impulse(Simulator& sim, std::uint32_t slot, Vec3 impulse, Vec3 angular_impulse) {
+  const BodyInfo& info = sim.bodies[slot];
+  if (info.motion != MotionType::dynamic) return;
+  Velocity v = sim.velocities()[slot];
+  const Quat q = sim.poses()[slot].rotation;
+  v.linear = mul_add(v.linear, info.inverse_mass, impulse);
+  v.angular += rotate(q, info.inverse_inertia * inverse_rotate(q, angular_impulse));
+  check_finite(v.linear, "apply impulse", "the resulting velocity");
+  check_finite(v.angular, "apply impulse", "the resulting angular velocity");
+  sim.set_velocity(slot, v);
+}
+
+}  // namespace
+
+void World::apply_impulse(BodyId id, Vec3 impulse) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  check_finite(impulse, "apply impulse", "the impulse");
+  add_impulse(*simulator_, slot, impulse, {});
+}
+
+void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  check_finite(impulse, "apply impulse", "the impulse");
+  check_finite(point, "apply impulse", "the point");
+  add_impulse(*simulator_, slot, impulse, cross(point - simulator_->poses()[slot].position, impulse));
+}
+
+void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "apply angular impulse");
+  check_finite(impulse, "apply angular impulse", "the impulse");
+  add_impulse(*simulator_, slot, {}, impulse);
+}
+
+// Time and results --------------------------------------------------------------------------------------------
+
+void World::step() {
+  simulator_->step();
+}
+
+std::uint64_t World::step_count() const { return simulator_->steps; }
+double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
+
+void World::set_gravity(Vec3 gravity) {
+  check_finite(gravity, "set gravity", "the gravity");
+  simulator_->def.gravity = gravity;
+}
+
+Vec3 World::gravity() const { return simulator_->def.gravity; }
+const Profile& World::profile() const { return simulator_->profile; }
+std::span<const ContactEvent> World::contacts_begun() const { return simulator_->contacts_begun(); }
+std::span<const ContactEvent> World::contacts_ended() const { return simulator_->contacts_ended(); }
+std::span<const HitEvent> World::hits() const { return simulator_->hits(); }
+std::span<const Quarantine> World::quarantined() const { return simulator_->quarantined(); }
+
+void World::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
+  simulator_->for_each_contact(visit);
+}
+
+// Queries -----------------------------------------------------------------------------------------------------
+
+std::optional<RayHit> World::ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const {
+  check_finite(origin, "ray cast", "the origin");
+  check_finite(translation, "ray cast", "the translation");
+  if (length_squared(translation) == 0) refuse("ray cast: the translation is zero; give the vector from origin to end");
+  return simulator_->ray_cast(origin, translation, mask);
+}
+
+namespace {
+
+std::vector<BodyId> sorted_ids(const BodyTable& bodies, std::vector<std::uint32_t>& slots) {
+  std::sort(slots.begin(), slots.end());
+  std::vector<BodyId> ids;
+  ids.reserve(slots.size());
+  for (const std::uint32_t slot : slots) ids.push_back(bodies.id(slot));
+  return ids;
+}
+
+}  // namespace
+
+std::vector<BodyId> World::overlap_aabb(const Aabb& box, std::uint32_t mask) const {
+  check_finite(box.lower, "overlap", "the box's lower corner");
+  check_finite(box.upper, "overlap", "the box's upper corner");
+  if (min_component(box.upper - box.lower) < 0) refuse("overlap: the box's upper corner is below its lower corner");
+  std::vector<std::uint32_t> slots;
+  simulator_->overlap(box, mask, slots);
+  return sorted_ids(simulator_->bodies, slots);
+}
+
+std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, std::uint32_t mask) const {
+  BodyDef probe;
+  probe.motion = MotionType::fixed;
+  probe.shape = shape;
+  probe.pose = pose;
+  check_body(probe);
+  const Pose placed{pose.position, 0, normalize(pose.rotation)};
+  const Geometry probe_geometry = geometry(shape);
+  std::vector<std::uint32_t> slots;
+  simulator_->overlap(fathom::bounds(probe_geometry, placed), mask, slots);
+  std::erase_if(slots, [&](std::uint32_t slot) {
+    AxisCache cache;
+    const Pose other = relative(placed, simulator_->poses()[slot]);
+    return collide(probe_geometry, simulator_->bodies[slot].geometry, other, 0.0f, cache).count == 0;
+  });
+  return sorted_ids(simulator_->bodies, slots);
+}
+
+std::uint64_t World::state_hash() const {
+  XXH3_state_t* state = XXH3_createState();
+  XXH3_64bits_reset(state);
+  for (const BodyId id : bodies()) {
+    XXH3_64bits_update(state, &simulator_->poses()[id.index], sizeof(Pose));
+    XXH3_64bits_update(state, &simulator_->velocities()[id.index], sizeof(Velocity));
+  }
+  const std::uint64_t hash = XXH3_64bits_digest(state);
+  XXH3_freeState(state);
+  return hash;
+}
+
+}  // namespace fathom
