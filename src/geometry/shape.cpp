@@ -1,0 +1,121 @@
+#include <cmath>
+#include <fathom/error.hpp>
+#include <fathom/shape.hpp>
+#include <limits>
+#include <string>
+
+#include "geometry/hull_builder.hpp"
+#include "math/eigen.hpp"
+#include "math/vec3d.hpp"
+
+namespace fathom {
+namespace {
+
+constexpr double pi_d = 3.14159265358979323846;
+
+void require(bool condition, const std::string& place, float value, const char* remedy) {
+  if (condition) return;
+  throw Error(ErrorCode::invalid_argument, place + " is " + std::to_string(value) + " m; " + remedy);
+}
+
+void require_positive(const std::string& place, float value) {
+  require(is_finite(value) && value > 0, place, value, "it must be finite and greater than zero");
+}
+
+double exact_volume(const Shape& shape) {
+  const double r = double{shape.radius}, ball = 4.0 / 3.0 * pi_d * r * r * r;
+  const Vec3 h = shape.half_extents;
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return ball;
+    case ShapeType::capsule:
+      return ball + 2 * pi_d * r * r * double{h.z};
+    case ShapeType::box:
+      return 8 * double{h.x} * double{h.y} * double{h.z};
+    case ShapeType::hull:
+      return shape.hull ? double{shape.hull->volume()} : 0;
+  }
+  return 0;
+}
+
+/// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite.
+Shape checked(const Shape& shape, const char* place) {
+  const double v = exact_volume(shape);
+  if (v < double{std::numeric_limits<float>::min()} || v > double{std::numeric_limits<float>::max()}) {
+    throw Error(ErrorCode::degenerate_shape, std::string(place) + ": the volume is too " + (v < 1 ? "small" : "large") +
+                                                 " for single precision; lengths are in metres");
+  }
+  return shape;
+}
+
+/// Diagonal of the inertia for unit mass.
+Vec3d unit_moments(const Shape& shape) {
+  const double r = double{shape.radius};
+  const Vec3d h = to_double(shape.half_extents);
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return 0.4 * r * r * Vec3d{1, 1, 1};
+    case ShapeType::capsule: {
+      // Shares of the cylinder and the two half balls; these turn about their own centres of mass, 3r/8 from
+      // the flat side, carried to the capsule's centre by Steiner's theorem.
+      const double cylinder = 2 * h.z / (2 * h.z + 4.0 / 3.0 * r), balls = 1 - cylinder;
+      const double across = cylinder * (r * r / 4 + h.z * h.z / 3) + balls * (0.4 * r * r + h.z * h.z + 0.75 * h.z * r);
+      return {across, across, cylinder * r * r / 2 + balls * 0.4 * r * r};
+    }
+    case ShapeType::box:
+      return (1.0 / 3.0) * Vec3d{h.y * h.y + h.z * h.z, h.x * h.x + h.z * h.z, h.x * h.x + h.y * h.y};
+    case ShapeType::hull:
+      break;
+  }
+  return {};
+}
+
+SymMat3 scaled(float s, const SymMat3& m) { return {s * m.xx, s * m.yy, s * m.zz, s * m.xy, s * m.xz, s * m.yz}; }
+
+}  // namespace
+
+Shape sphere(float radius) {
+  require_positive("fathom::sphere: radius", radius);
+  return checked({ShapeType::sphere, radius, {}, nullptr}, "fathom::sphere");
+}
+
+Shape capsule(float radius, float half_length) {
+  require_positive("fathom::capsule: radius", radius);
+  require(is_finite(half_length) && half_length >= 0, "fathom::capsule: half_length", half_length,
+          "it must be finite and not negative");
+  return checked({ShapeType::capsule, radius, {0, 0, half_length}, nullptr}, "fathom::capsule");
+}
+
+Shape box(Vec3 half_extents) {
+  require_positive("fathom::box: half_extents.x", half_extents.x);
+  require_positive("fathom::box: half_extents.y", half_extents.y);
+  require_positive("fathom::box: half_extents.z", half_extents.z);
+  return checked({ShapeType::box, 0, half_extents, nullptr}, "fathom::box");
+}
+
+Shape hull(std::span<const Vec3> points) {
+  return checked({ShapeType::hull, 0, {}, std::make_shared<const Hull>(HullBuilder::build(points))}, "fathom::hull");
+}
+
+float volume(const Shape& shape) { return static_cast<float>(exact_volume(shape)); }
+
+MassProperties mass_properties(const Shape& shape, float mass) {
+  if (!is_finite(mass) || mass <= 0) {
+    throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + std::to_string(mass) +
+                                                 " kg; it must be finite and greater than zero");
+  }
+  MassProperties result;
+  result.mass = mass;
+  if (shape.hull) {
+    result.inertia = scaled(mass, shape.hull->unit_inertia());
+  } else {
+    const Vec3 moments = to_float(double{mass} * unit_moments(shape));
+    result.inertia = {moments.x, moments.y, moments.z, 0, 0, 0};
+  }
+  const PrincipalFrame frame = principal_frame(result.inertia);
+  result.principal_moments = frame.moments;
+  result.principal_rotation = frame.rotation;
+  return result;
+}
+
+}  // namespace fathom

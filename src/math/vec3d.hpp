@@ -1,0 +1,24 @@
+// Vectors in double precision, for what is computed once and not in the step: hulls, mass properties, eigenvalues.
+#pragma once
+
+#include <cmath>
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+struct Vec3d {
+  double x = 0, y = 0, z = 0;
+};
+
+inline Vec3d operator+(Vec3d a, Vec3d b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3d operator-(Vec3d a, Vec3d b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3d operator*(double s, Vec3d a) { return {s * a.x, s * a.y, s * a.z}; }
+inline Vec3d& operator+=(Vec3d& a, Vec3d b) { return a = a + b; }
+inline double dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3d cross(Vec3d a, Vec3d b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline double length(Vec3d a) { return std::sqrt(dot(a, a)); }
+
+inline Vec3d to_double(Vec3 a) { return {double{a.x}, double{a.y}, double{a.z}}; }
+inline Vec3 to_float(Vec3d a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
+
+}  // namespace fathom
