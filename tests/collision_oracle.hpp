@@ -94,8 +94,6 @@ inline double lowest_separation(const Manifold& m) {
   return lowest;
 }
 
-inline Pose inverse(const Pose& p) {
-  return {-inverse_rotate(p.rotation, p.position), 0, conjugate(p.rotation)};
-}
+inline Pose inverse(const Pose& p) { return {-inverse_rotate(p.rotation, p.position), 0, conjugate(p.rotation)}; }
 
 }  // namespace fathom::test

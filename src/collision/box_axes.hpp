@@ -11,10 +11,10 @@ namespace fathom {
 
 /// Two boxes as the axis tests read them. Indices i are axes of A, j of B.
 struct BoxPair {
-  float ha[3], hb[3];    ///< half extents
-  float r[3][3];         ///< r[i][j]: component along axis i of A of axis j of B
-  float q[3][3];         ///< absolute values of r
-  float ta[3], tb[3];    ///< from centre of A to centre of B in the axes of A and of B
+  float ha[3], hb[3];  ///< half extents
+  float r[3][3];       ///< r[i][j]: component along axis i of A of axis j of B
+  float q[3][3];       ///< absolute values of r
+  float ta[3], tb[3];  ///< from centre of A to centre of B in the axes of A and of B
   Tolerance tolerance;
 };
 

@@ -7,6 +7,7 @@
 
 #include "collision/box_axes.hpp"
 #include "collision/box_clip.hpp"
+#include "collision/cache.hpp"
 
 namespace fathom {
 
@@ -40,7 +41,7 @@ FATHOM_HD BoxEdges best_edges(const BoxPair& pair, float threshold) {
 }
 
 /// One point where the supporting edges of both boxes along the axis pass each other.
-FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, Manifold& manifold) {
+FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Manifold& manifold) {
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   const float gap = p.ta[i2] * p.r[i1][j] - p.ta[i1] * p.r[i2][j];
   const float length_squared = fma(p.r[i1][j], p.r[i1][j], p.r[i2][j] * p.r[i2][j]);
@@ -69,10 +70,14 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, Manifold& manifo
   a[i] += x;
   for (int c = 0; c < 3; ++c) b[c] = fma(y, p.r[c][j], b[c]);
 
+  const float separation = fma(n[i2], d[i2], n[i1] * d[i1]);
+  const Vec3 on_a{a[0], a[1], a[2]}, on_b{b[0], b[1], b[2]};
+  // Ends of edges may be farther apart than the planes between them.
+  if (separation > 0 && fathom::length_squared(on_b - on_a) > margin * margin) return;
   manifold.normal = {n[0], n[1], n[2]};
   manifold.count = 1;
-  manifold.points[0].position = 0.5f * (Vec3{a[0], a[1], a[2]} + Vec3{b[0], b[1], b[2]});
-  manifold.points[0].separation = fma(n[i2], d[i2], n[i1] * d[i1]);
+  manifold.points[0].position = 0.5f * (on_a + on_b);
+  manifold.points[0].separation = separation;
   manifold.points[0].feature = edge_feature(box_edge(i, a1, a2), box_edge(j, b1, b2), false);
 }
 
@@ -106,11 +111,6 @@ FATHOM_HD void box_face_contact(const BoxPair& p, int axis, bool flipped, float 
   manifold.normal = to_a(n);
 }
 
-FATHOM_HD AxisCache make_cache(AxisCache::Kind kind, int a, int b, bool separated) {
-  return {static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b),
-          static_cast<std::uint8_t>(separated)};
-}
-
 /// See `collide`. The cache names axes 0 … 2 of the boxes for faces and for edges.
 FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache) {
   Manifold manifold;
@@ -142,7 +142,7 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   }
   if (edges.separation > edge_threshold) {
     cache = make_cache(AxisCache::edges, edges.i, edges.j, false);
-    box_edge_contact(pair, edges.i, edges.j, manifold);
+    box_edge_contact(pair, edges.i, edges.j, margin, manifold);
     return manifold;
   }
 
@@ -158,7 +158,7 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   if (manifold.count == 0 && face <= 0) {
     // Overlapping, yet not over this face: edges within the tolerance of it are what touches.
     const BoxEdges nearest = best_edges(pair, -3e18f);
-    if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, manifold);
+    if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, margin, manifold);
   }
   return manifold;
 }

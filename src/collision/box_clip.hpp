@@ -16,13 +16,14 @@ namespace fathom {
 struct BoxFacePair {
   float hx, hy;
   Vec3 centre, u, v;
-  int ref_axis, inc_axis;             ///< normals of the faces
-  bool ref_positive, inc_positive;    ///< on which side of their box
-  bool flipped;                       ///< reference is B
+  int ref_axis, inc_axis;           ///< normals of the faces
+  bool ref_positive, inc_positive;  ///< on which side of their box
+  bool flipped;                     ///< reference is B
 };
 
 FATHOM_HD std::uint32_t box_vertex(int axis, bool s0, bool s1, bool s2) {
-  return (std::uint32_t{s0} << axis) | (std::uint32_t{s1} << ((axis + 1) % 3)) | (std::uint32_t{s2} << ((axis + 2) % 3));
+  return (std::uint32_t{s0} << axis) | (std::uint32_t{s1} << ((axis + 1) % 3)) |
+         (std::uint32_t{s2} << ((axis + 2) % 3));
 }
 /// Undirected edge along `axis` on the given sides of the next two axes.
 FATHOM_HD std::uint32_t box_edge(int axis, bool s1, bool s2) {
@@ -137,7 +138,8 @@ inline constexpr int max_box_points = 12;  ///< four ends of either pair of edge
 FATHOM_HD int clip_faces(const BoxFacePair& f, float side_tolerance, float margin, FacePoint* points) {
   FacePointList list{points, 0, margin};
   const float hx = f.hx + side_tolerance, hy = f.hy + side_tolerance;
-  const bool inside = abs(f.centre.x) + abs(f.u.x) + abs(f.v.x) <= hx && abs(f.centre.y) + abs(f.u.y) + abs(f.v.y) <= hy;
+  const bool inside =
+      abs(f.centre.x) + abs(f.u.x) + abs(f.v.x) <= hx && abs(f.centre.y) + abs(f.u.y) + abs(f.v.y) <= hy;
   if (inside) {
     for (int i = 0; i < 4; ++i) {
       const bool pu = (i & 1) != 0, pv = (i & 2) != 0;
