@@ -21,9 +21,8 @@ struct BoxCase {
 };
 
 double axis_tolerance(const BoxCase& c) {
-  return make_tolerance(std::min(min_component(c.ha), min_component(c.hb)),
-                        max_component(c.ha) + max_component(c.hb) + max_component(abs(c.pose.position)))
-      .axis;
+  const float reach = max_component(c.ha) + max_component(c.hb) + max_component(abs(c.pose.position));
+  return double(make_tolerance(std::min(min_component(c.ha), min_component(c.hb)), reach).axis);
 }
 
 /// Pairs about as far apart as their sizes, and every degeneracy that stacks of boxes are made of.
@@ -97,7 +96,7 @@ TEST(CollisionBox, MatchesExactSeparation) {
       continue;
     }
     ++touching;
-    EXPECT_LE(exact, double{c.margin} + tolerance);
+    EXPECT_LE(exact, double(c.margin) + tolerance);
     EXPECT_NEAR(length(m.normal), 1, 1e-5);
     const double lowest = lowest_separation(m);
     if (exact <= 0) {
@@ -110,7 +109,7 @@ TEST(CollisionBox, MatchesExactSeparation) {
       const ManifoldPoint& p = m.points[i];
       features.insert(p.feature);
       EXPECT_LE(p.separation, c.margin);
-      const double allowed = 0.5 * std::max(std::abs(double{p.separation}), double{c.margin}) + tolerance;
+      const double allowed = 0.5 * std::max(std::abs(double(p.separation)), double(c.margin)) + tolerance;
       EXPECT_LE(height_over(a, to_double(p.position)), allowed);
       EXPECT_LE(height_over(b, to_double(p.position)), allowed);
     }

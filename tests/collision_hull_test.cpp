@@ -73,7 +73,7 @@ std::vector<HullCase> hull_cases(const std::vector<TestHull>& hulls, Random& ran
 }
 
 double axis_tolerance(const HullCase& c) {
-  return double{make_hull_pair(c.a->geometry().hull, c.b->geometry().hull, c.pose).tolerance.axis};
+  return double(make_hull_pair(c.a->geometry().hull, c.b->geometry().hull, c.pose).tolerance.axis);
 }
 
 TEST(CollisionHull, MatchesExactSeparation) {
@@ -90,7 +90,7 @@ TEST(CollisionHull, MatchesExactSeparation) {
       continue;
     }
     ++touching;
-    EXPECT_LE(exact, double{c.margin} + tolerance);
+    EXPECT_LE(exact, double(c.margin) + tolerance);
     EXPECT_NEAR(length(m.normal), 1, 1e-5);
     // Apart, cross products of edges that do not see each other may separate more than any that do.
     const double along_normal = gap(a, b, to_double(m.normal));
@@ -104,7 +104,7 @@ TEST(CollisionHull, MatchesExactSeparation) {
       const ManifoldPoint& p = m.points[i];
       features.insert(p.feature);
       EXPECT_LE(p.separation, c.margin);
-      const double allowed = 0.5 * std::max(std::abs(double{p.separation}), double{c.margin}) + tolerance;
+      const double allowed = 0.5 * std::max(std::abs(double(p.separation)), double(c.margin)) + tolerance;
       EXPECT_LE(height_over(a, to_double(p.position)), allowed);
       EXPECT_LE(height_over(b, to_double(p.position)), allowed);
     }
@@ -178,7 +178,7 @@ TEST(CollisionHull, ReductionKeepsTheDeepestAndTheArea) {
         double twice = 0;
         for (std::size_t i = 0; i < q.size(); ++i) {
           const FacePoint &p = q[i], &r = q[(i + 1) % q.size()];
-          twice += double{p.x} * double{r.y} - double{p.y} * double{r.x};
+          twice += double(p.x) * double(r.y) - double(p.y) * double(r.x);
         }
         return 0.5 * twice;
       };

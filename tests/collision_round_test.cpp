@@ -70,7 +70,7 @@ struct Ends {
   DVec from, to;
 };
 Ends ends(const Geometry& g, const Pose& pose) {
-  const DVec h{0, 0, double{g.half_extents.z}};
+  const DVec h{0, 0, double(g.half_extents.z)};
   return {rotate(pose.rotation, -1.0 * h) + to_double(pose.position),
           rotate(pose.rotation, h) + to_double(pose.position)};
 }
@@ -193,16 +193,16 @@ TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
         overlap > 0 ? (is_sphere ? distance_to(solid, e.from) : distance_to(solid, e.from, e.to)) : overlap;
     const double tolerance = 3e-3;
     if (m.count == 0) {
-      EXPECT_GT(exact - double{r}, double{margin} - 1e-4);
+      EXPECT_GT(exact - double(r), double(margin) - 1e-4);
       continue;
     }
     (overlap > 0 ? outside : inside) += 1;
     expect_sound(m, margin);
-    EXPECT_LE(exact - double{r}, double{margin} + 1e-4);
+    EXPECT_LE(exact - double(r), double(margin) + 1e-4);
     EXPECT_LE(m.count, is_sphere ? 1 : 2);
-    EXPECT_GE(lowest_separation(m), exact - double{r} - tolerance);
+    EXPECT_GE(lowest_separation(m), exact - double(r) - tolerance);
     if (overlap > 0) {
-      EXPECT_NEAR(lowest_separation(m), exact - double{r}, is_sphere ? 1e-4 : tolerance);
+      EXPECT_NEAR(lowest_separation(m), exact - double(r), is_sphere ? 1e-4 : tolerance);
     }
     // Moved out along the normal by the overlap, the shapes are apart.
     const DVec out = (-std::min(overlap, 0.0) + 2 * tolerance) * to_double(m.normal);
@@ -210,7 +210,7 @@ TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
       EXPECT_GT(core_overlap(solid, e.from + out, e.to + out), 0) << "the normal must point from A to B";
     }
     for (int k = 0; k < m.count; ++k) {
-      const double allowed = 0.5 * std::max(std::abs(double{m.points[k].separation}), double{margin}) + tolerance;
+      const double allowed = 0.5 * std::max(std::abs(double(m.points[k].separation)), double(margin)) + tolerance;
       EXPECT_LE(height_over(solid, to_double(m.points[k].position)), allowed);
     }
 

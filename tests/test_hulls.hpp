@@ -35,7 +35,7 @@ inline TestHull make_hull(std::vector<Vec3> points) {
   for (Vec3& p : points) p -= mean;
   float extent = 0;
   for (const Vec3& p : points) extent = std::max(extent, length(p));
-  const double flat = 2e-6 * double{extent};
+  const double flat = 2e-6 * double(extent);
 
   TestHull hull;
   hull.vertices = points;
@@ -59,7 +59,7 @@ inline TestHull make_hull(std::vector<Vec3> points) {
         for (int m = 0; m < n && !outside; ++m) {
           const Vec3 d = points[m] - points[i];
           const double h =
-              double{d.x} * double{normal.x} + double{d.y} * double{normal.y} + double{d.z} * double{normal.z};
+              double(d.x) * double(normal.x) + double(d.y) * double(normal.y) + double(d.z) * double(normal.z);
           outside = h > flat;
           if (std::abs(h) <= flat) on.push_back(m);
         }
