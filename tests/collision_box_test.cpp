@@ -21,9 +21,8 @@ struct BoxCase {
 };
 
 double axis_tolerance(const BoxCase& c) {
-  return make_tolerance(std::min(min_component(c.ha), min_component(c.hb)),
-                        max_component(c.ha) + max_component(c.hb) + max_component(abs(c.pose.position)))
-      .axis;
+  const float reach = max_component(c.ha) + max_component(c.hb) + max_component(abs(c.pose.position));
+  return double(make_tolerance(std::min(min_component(c.ha), min_component(c.hb)), reach).axis);
 }
 
 /// Pairs about as far apart as their sizes, and every degeneracy that stacks of boxes are made of.
@@ -66,7 +65,8 @@ std::vector<BoxCase> box_cases(int count) {
         break;
       case 7:  // small on large
         c.ha = {50, 50, 0.5f};
-        c.pose.position = {random.uniform(-40, 40), random.uniform(-40, 40), 0.5f + c.hb.z + random.uniform(-0.1f, 0.1f)};
+        c.pose.position = {random.uniform(-40, 40), random.uniform(-40, 40),
+                           0.5f + c.hb.z + random.uniform(-0.1f, 0.1f)};
         c.pose.rotation = random.small_rotation(random.uniform(0, 0.2f));
         break;
       case 8:  // large and small
@@ -76,7 +76,8 @@ std::vector<BoxCase> box_cases(int count) {
       case 9:  // deep
         c.pose.position = 0.1f * c.pose.position;
         break;
-      default: break;
+      default:
+        break;
     }
     cases.push_back(c);
   }
@@ -89,13 +90,13 @@ TEST(CollisionBox, MatchesExactSeparation) {
     AxisCache cache;
     const Manifold m = collide(box_geometry(c.ha), box_geometry(c.hb), c.pose, c.margin, cache);
     const Solid a = place(make_hull(box_points(c.ha)), {}), b = place(make_hull(box_points(c.hb)), c.pose);
-    const double exact = sat_separation(a, b), tolerance = 1.6 * axis_tolerance(c);
+    const double exact = sat_separation(a, b), tolerance = 2.1 * axis_tolerance(c);  // edges yield to B, B to A
     if (m.count == 0) {
       EXPECT_GT(exact, 0) << "overlapping boxes must touch";
       continue;
     }
     ++touching;
-    EXPECT_LE(exact, double{c.margin} + tolerance);
+    EXPECT_LE(exact, double(c.margin) + tolerance);
     EXPECT_NEAR(length(m.normal), 1, 1e-5);
     const double lowest = lowest_separation(m);
     if (exact <= 0) {
@@ -108,7 +109,7 @@ TEST(CollisionBox, MatchesExactSeparation) {
       const ManifoldPoint& p = m.points[i];
       features.insert(p.feature);
       EXPECT_LE(p.separation, c.margin);
-      const double allowed = 0.5 * std::abs(double{p.separation}) + tolerance;
+      const double allowed = 0.5 * std::max(std::abs(double(p.separation)), double(c.margin)) + tolerance;
       EXPECT_LE(height_over(a, to_double(p.position)), allowed);
       EXPECT_LE(height_over(b, to_double(p.position)), allowed);
     }
@@ -178,7 +179,8 @@ TEST(CollisionBox, AlignedStackKeepsItsVertices) {
   std::set<std::uint32_t> features;
   AxisCache cache;
   for (int i = 0; i < 1000; ++i) {
-    const Pose pose{{random.uniform(-1e-4f, 1e-4f), random.uniform(-1e-4f, 1e-4f), 0.999f}, 0, random.small_rotation(1e-4f)};
+    const Pose pose{
+        {random.uniform(-1e-4f, 1e-4f), random.uniform(-1e-4f, 1e-4f), 0.999f}, 0, random.small_rotation(1e-4f)};
     const Manifold m = collide(box_geometry(h), box_geometry(h), pose, 0.02f, cache);
     ASSERT_EQ(m.count, 4);
     for (const ManifoldPoint& p : m.points) features.insert(p.feature);

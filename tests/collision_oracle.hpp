@@ -18,12 +18,12 @@ inline DVec operator*(double s, DVec a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(DVec a, DVec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline DVec cross(DVec a, DVec b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double length(DVec a) { return std::sqrt(dot(a, a)); }
-inline DVec to_double(Vec3 a) { return {a.x, a.y, a.z}; }
+inline DVec to_double(Vec3 a) { return {double(a.x), double(a.y), double(a.z)}; }
 inline DVec rotate(Quat q, DVec v) {
-  const DVec u{q.x, q.y, q.z};
-  const double norm = double{q.w} * double{q.w} + dot(u, u);
+  const DVec u{double(q.x), double(q.y), double(q.z)};
+  const double norm = double(q.w) * double(q.w) + dot(u, u);
   const DVec t = (2 / norm) * cross(u, v);
-  return v + double{q.w} * t + cross(u, t);
+  return v + double(q.w) * t + cross(u, t);
 }
 
 /// A convex polyhedron placed in A's frame.
@@ -90,12 +90,10 @@ inline double height_over(const Solid& solid, DVec point) {
 
 inline double lowest_separation(const Manifold& m) {
   double lowest = 1e300;
-  for (int i = 0; i < m.count; ++i) lowest = std::min(lowest, double{m.points[i].separation});
+  for (int i = 0; i < m.count; ++i) lowest = std::min(lowest, double(m.points[i].separation));
   return lowest;
 }
 
-inline Pose inverse(const Pose& p) {
-  return {-inverse_rotate(p.rotation, p.position), 0, conjugate(p.rotation)};
-}
+inline Pose inverse(const Pose& p) { return {-inverse_rotate(p.rotation, p.position), 0, conjugate(p.rotation)}; }
 
 }  // namespace fathom::test

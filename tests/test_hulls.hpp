@@ -35,7 +35,7 @@ inline TestHull make_hull(std::vector<Vec3> points) {
   for (Vec3& p : points) p -= mean;
   float extent = 0;
   for (const Vec3& p : points) extent = std::max(extent, length(p));
-  const double flat = 2e-6 * double{extent};
+  const double flat = 2e-6 * double(extent);
 
   TestHull hull;
   hull.vertices = points;
@@ -58,7 +58,8 @@ inline TestHull make_hull(std::vector<Vec3> points) {
         bool outside = false;
         for (int m = 0; m < n && !outside; ++m) {
           const Vec3 d = points[m] - points[i];
-          const double h = double{d.x} * double{normal.x} + double{d.y} * double{normal.y} + double{d.z} * double{normal.z};
+          const double h =
+              double(d.x) * double(normal.x) + double(d.y) * double(normal.y) + double(d.z) * double(normal.z);
           outside = h > flat;
           if (std::abs(h) <= flat) on.push_back(m);
         }
@@ -111,7 +112,8 @@ inline std::vector<Vec3> prism_points(int sides, float radius, float half_height
   std::vector<Vec3> points;
   for (int i = 0; i < sides; ++i) {
     const float angle = 2 * pi * static_cast<float>(i) / static_cast<float>(sides);
-    for (float z : {-half_height, half_height}) points.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    for (float z : {-half_height, half_height})
+      points.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
   }
   return points;
 }

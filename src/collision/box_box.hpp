@@ -7,40 +7,12 @@
 
 #include "collision/box_axes.hpp"
 #include "collision/box_clip.hpp"
+#include "collision/cache.hpp"
 
 namespace fathom {
 
-/// A pair of edge directions and the separation along their cross product.
-struct BoxEdges {
-  int i = -1, j = -1;
-  float separation = -3e38f;
-};
-
-/// Separation along the axis that the cache names.
-FATHOM_HD float cached_separation(const BoxPair& pair, const AxisCache& cache) {
-  if (cache.kind == AxisCache::face_a) return face_a_separation(pair, cache.a);
-  if (cache.kind == AxisCache::face_b) return face_b_separation(pair, cache.b);
-  return separation(edge_axis(pair, cache.a, cache.b));
-}
-
-/// The edge axis with the largest separation above `threshold`, if any.
-FATHOM_HD BoxEdges best_edges(const BoxPair& pair, float threshold) {
-  BoxEdges best;
-  float to_beat = signed_square(threshold);
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const EdgeAxis axis = edge_axis(pair, i, j);
-      if (signed_square(axis.scaled) > to_beat * axis.length_squared) {
-        best = {i, j, separation(axis)};
-        to_beat = signed_square(best.separation);
-      }
-    }
-  }
-  return best;
-}
-
 /// One point where the supporting edges of both boxes along the axis pass each other.
-FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, Manifold& manifold) {
+FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Manifold& manifold) {
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   const float gap = p.ta[i2] * p.r[i1][j] - p.ta[i1] * p.r[i2][j];
   const float length_squared = fma(p.r[i1][j], p.r[i1][j], p.r[i2][j] * p.r[i2][j]);
@@ -69,61 +41,60 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, Manifold& manifo
   a[i] += x;
   for (int c = 0; c < 3; ++c) b[c] = fma(y, p.r[c][j], b[c]);
 
+  const float separation = fma(n[i2], d[i2], n[i1] * d[i1]);
+  const Vec3 on_a{a[0], a[1], a[2]}, on_b{b[0], b[1], b[2]};
+  // Ends of edges may be farther apart than the planes between them.
+  if (separation > 0 && fathom::length_squared(on_b - on_a) > margin * margin) return;
   manifold.normal = {n[0], n[1], n[2]};
   manifold.count = 1;
-  manifold.points[0].position = 0.5f * (Vec3{a[0], a[1], a[2]} + Vec3{b[0], b[1], b[2]});
-  manifold.points[0].separation = fma(n[i2], d[i2], n[i1] * d[i1]);
+  manifold.points[0].position = 0.5f * (on_a + on_b);
+  manifold.points[0].separation = separation;
   manifold.points[0].feature = edge_feature(box_edge(i, a1, a2), box_edge(j, b1, b2), false);
 }
 
-/// Up to four points where the face `axis` of the reference box and the face of the other one that looks at it overlap.
-FATHOM_HD void box_face_contact(const BoxPair& p, int axis, bool flipped, float margin, Manifold& manifold) {
+/// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
+/// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
+FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin, Manifold& manifold) {
+  const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
   const int clipped = clip_faces(faces, p.tolerance.side, margin, points);
   manifold.count = reduce(points, clipped, p.tolerance.depth_tie);
 
-  const int k1 = (axis + 1) % 3, k2 = (axis + 2) % 3;
-  const float side = faces.ref_positive ? 1.0f : -1.0f;
-  const float height = flipped ? p.hb[axis] : p.ha[axis];
-  const auto to_a = [&](const float(&v)[3]) {
-    if (!flipped) return Vec3{v[0], v[1], v[2]};
-    const auto row = [&](int i) { return fma(p.r[i][2], v[2], fma(p.r[i][1], v[1], p.r[i][0] * v[0])); };
-    return Vec3{row(0), row(1), row(2)};
-  };
+  // Axes of the reference face in the frame of the result: its own ones, or its rows in the other box.
+  const Lanes own[3] = {lanes(1, 0, 0), lanes(0, 1, 0), lanes(0, 0, 1)};
+  const Lanes* axes = flipped ? p.r : own;
+  const Lanes x = axes[(axis + 1) % 3], y = axes[(axis + 2) % 3], n = (faces.ref_positive ? 1.0f : -1.0f) * axes[axis];
+  const Lanes middle = p.ha[axis] * n;
+  const Lanes origin = flipped ? unswapped->ta + middle : middle;
   for (int i = 0; i < manifold.count; ++i) {
-    float v[3];
-    v[axis] = side * fma(0.5f, points[i].z, height);
-    v[k1] = points[i].x;
-    v[k2] = points[i].y;
-    const Vec3 position = to_a(v);
-    manifold.points[i].position = flipped ? position + Vec3{p.ta[0], p.ta[1], p.ta[2]} : position;
-    manifold.points[i].separation = points[i].z;
-    manifold.points[i].feature = points[i].feature;
+    const FacePoint& point = points[i];
+    const Lanes position = origin + point.x * x + point.y * y + 0.5f * point.z * n;
+    manifold.points[i] = {vector(position), point.z, point.feature};
   }
-  float n[3] = {0, 0, 0};
-  n[axis] = flipped ? -side : side;
-  manifold.normal = to_a(n);
+  manifold.normal = vector(flipped ? -1.0f * n : n);
 }
 
-FATHOM_HD AxisCache make_cache(AxisCache::Kind kind, int a, int b, bool separated) {
-  return {static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b),
-          static_cast<std::uint8_t>(separated)};
+struct BoxFace {
+  int axis;
+  bool of_b;
+};
+
+/// Of the best faces of A and B the one to clip against: A's, unless B's is clearly better or last step's still good.
+FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, const AxisCache& cache) {
+  const float best_a = p.face_a[of_a.axis], best_b = p.face_b[of_b.axis];
+  const float enough = max(best_a, best_b) - p.tolerance.axis;
+  if (cache.kind == AxisCache::face_a && p.face_a[cache.a] > enough) return {cache.a, false};
+  if (cache.kind == AxisCache::face_b && p.face_b[cache.b] > enough) return {cache.b, true};
+  return best_b > best_a + p.tolerance.axis ? of_b : of_a;
 }
 
 /// See `collide`. The cache names axes 0 … 2 of the boxes for faces and for edges.
 FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache) {
   Manifold manifold;
   const BoxPair pair = make_box_pair(ha, hb, b_in_a);
-  if (cache.separated && cached_separation(pair, cache) > margin) return manifold;
-
-  int axis_a = 0, axis_b = 0;
-  float face_a = face_a_separation(pair, 0), face_b = face_b_separation(pair, 0);
-  for (int k = 1; k < 3; ++k) {
-    const float s_a = face_a_separation(pair, k), s_b = face_b_separation(pair, k);
-    if (s_a > face_a) face_a = s_a, axis_a = k;
-    if (s_b > face_b) face_b = s_b, axis_b = k;
-  }
+  const int axis_a = largest(pair.face_a), axis_b = largest(pair.face_b);
+  const float face_a = pair.face_a[axis_a], face_b = pair.face_b[axis_b];
   if (face_a > margin) {
     cache = make_cache(AxisCache::face_a, axis_a, 0, true);
     return manifold;
@@ -132,33 +103,37 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
     cache = make_cache(AxisCache::face_b, 0, axis_b, true);
     return manifold;
   }
+  if (cache.separated && cache.kind == AxisCache::edges && edge_separation(edge_axes(pair, cache.a), cache.b) > margin) {
+    return manifold;
+  }
 
   const float face = max(face_a, face_b), tolerance = pair.tolerance.axis;
   const float edge_threshold = face + (cache.kind == AxisCache::edges ? 0.5f * tolerance : tolerance);
-  const BoxEdges edges = best_edges(pair, min(edge_threshold, margin));
-  if (edges.separation > margin) {
-    cache = make_cache(AxisCache::edges, edges.i, edges.j, true);
-    return manifold;
-  }
-  if (edges.separation > edge_threshold) {
-    cache = make_cache(AxisCache::edges, edges.i, edges.j, false);
-    box_edge_contact(pair, edges.i, edges.j, manifold);
-    return manifold;
+  if (any_edges_above(pair, min(edge_threshold, margin))) {
+    const BoxEdges edges = best_edges(pair, min(edge_threshold, margin));
+    if (edges.separation > margin) {
+      cache = make_cache(AxisCache::edges, edges.i, edges.j, true);
+      return manifold;
+    }
+    if (edges.separation > edge_threshold) {
+      cache = make_cache(AxisCache::edges, edges.i, edges.j, false);
+      box_edge_contact(pair, edges.i, edges.j, margin, manifold);
+      return manifold;
+    }
   }
 
-  bool flipped = face_b > face_a + tolerance;
-  int axis = flipped ? axis_b : axis_a;
-  const bool cached_face = cache.kind == AxisCache::face_a || cache.kind == AxisCache::face_b;
-  if (cached_face && cached_separation(pair, cache) + tolerance > face) {
-    flipped = cache.kind == AxisCache::face_b;
-    axis = flipped ? cache.b : cache.a;
+  const BoxFace reference = reference_face(pair, {axis_a, false}, {axis_b, true}, cache);
+  cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
+                         : make_cache(AxisCache::face_a, reference.axis, 0, false);
+  if (reference.of_b) {
+    box_face_contact(swapped(pair), reference.axis, &pair, margin, manifold);
+  } else {
+    box_face_contact(pair, reference.axis, nullptr, margin, manifold);
   }
-  cache = flipped ? make_cache(AxisCache::face_b, 0, axis, false) : make_cache(AxisCache::face_a, axis, 0, false);
-  box_face_contact(pair, axis, flipped, margin, manifold);
   if (manifold.count == 0 && face <= 0) {
     // Overlapping, yet not over this face: edges within the tolerance of it are what touches.
-    const BoxEdges nearest = best_edges(pair, -3e18f);
-    if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, manifold);
+    const BoxEdges nearest = best_edges(pair, -1e18f);
+    if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, margin, manifold);
   }
   return manifold;
 }

@@ -16,44 +16,40 @@ namespace fathom {
 struct BoxFacePair {
   float hx, hy;
   Vec3 centre, u, v;
-  int ref_axis, inc_axis;             ///< normals of the faces
-  bool ref_positive, inc_positive;    ///< on which side of their box
-  bool flipped;                       ///< reference is B
+  int ref_axis, inc_axis;           ///< normals of the faces
+  bool ref_positive, inc_positive;  ///< on which side of their box
+  bool flipped;                     ///< what is called A here is B of the pair
 };
 
 FATHOM_HD std::uint32_t box_vertex(int axis, bool s0, bool s1, bool s2) {
-  return (std::uint32_t{s0} << axis) | (std::uint32_t{s1} << ((axis + 1) % 3)) | (std::uint32_t{s2} << ((axis + 2) % 3));
+  return (std::uint32_t{s0} << axis) | (std::uint32_t{s1} << ((axis + 1) % 3)) |
+         (std::uint32_t{s2} << ((axis + 2) % 3));
 }
 /// Undirected edge along `axis` on the given sides of the next two axes.
 FATHOM_HD std::uint32_t box_edge(int axis, bool s1, bool s2) {
   return static_cast<std::uint32_t>(axis) * 4 + std::uint32_t{s1} + 2 * std::uint32_t{s2};
 }
 
+/// The face of A across `axis` that looks at B, and the face of B that looks back.
 FATHOM_HD BoxFacePair make_face_pair(const BoxPair& p, int axis, bool flipped) {
   BoxFacePair f;
   const int k = axis, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-  const float* h_ref = flipped ? p.hb : p.ha;
-  const float* h_inc = flipped ? p.ha : p.hb;
-  const auto r = [&](int row, int column) { return flipped ? p.r[column][row] : p.r[row][column]; };
-  const auto q = [&](int column) { return flipped ? p.q[column][k] : p.q[k][column]; };
-  const auto t = [&](int row) { return flipped ? -p.tb[row] : p.ta[row]; };
-
   f.flipped = flipped;
   f.ref_axis = k;
-  f.ref_positive = t(k) >= 0;
+  f.ref_positive = p.ta[k] >= 0;
   const float side = f.ref_positive ? 1.0f : -1.0f;
-  f.hx = h_ref[k1];
-  f.hy = h_ref[k2];
+  f.hx = p.ha[k1];
+  f.hy = p.ha[k2];
 
-  const int j = q(0) >= q(1) ? (q(0) >= q(2) ? 0 : 2) : (q(1) >= q(2) ? 1 : 2);
+  const int j = largest(p.q[k]);
   const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   f.inc_axis = j;
-  f.inc_positive = side * r(k, j) < 0;
-  const float h = f.inc_positive ? h_inc[j] : -h_inc[j];
-  const auto column = [&](int c, float s) { return Vec3{s * r(k1, c), s * r(k2, c), s * side * r(k, c)}; };
-  f.centre = Vec3{t(k1), t(k2), side * t(k) - h_ref[k]} + column(j, h);
-  f.u = column(j1, h_inc[j1]);
-  f.v = column(j2, h_inc[j2]);
+  f.inc_positive = side * p.r[k][j] < 0;
+  const float h = f.inc_positive ? p.hb[j] : -p.hb[j];
+  const auto column = [&](int c, float s) { return Vec3{s * p.r[k1][c], s * p.r[k2][c], s * side * p.r[k][c]}; };
+  f.centre = Vec3{p.ta[k1], p.ta[k2], side * p.ta[k] - p.ha[k]} + column(j, h);
+  f.u = column(j1, p.hb[j1]);
+  f.v = column(j2, p.hb[j2]);
   return f;
 }
 
@@ -137,7 +133,8 @@ inline constexpr int max_box_points = 12;  ///< four ends of either pair of edge
 FATHOM_HD int clip_faces(const BoxFacePair& f, float side_tolerance, float margin, FacePoint* points) {
   FacePointList list{points, 0, margin};
   const float hx = f.hx + side_tolerance, hy = f.hy + side_tolerance;
-  const bool inside = abs(f.centre.x) + abs(f.u.x) + abs(f.v.x) <= hx && abs(f.centre.y) + abs(f.u.y) + abs(f.v.y) <= hy;
+  const bool inside =
+      abs(f.centre.x) + abs(f.u.x) + abs(f.v.x) <= hx && abs(f.centre.y) + abs(f.u.y) + abs(f.v.y) <= hy;
   if (inside) {
     for (int i = 0; i < 4; ++i) {
       const bool pu = (i & 1) != 0, pv = (i & 2) != 0;

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-
 #include <fathom/math.hpp>
 
 namespace fathom {
@@ -25,6 +24,13 @@ FATHOM_HD std::uint32_t vertex_feature(std::uint32_t vertex, bool of_b) {
 FATHOM_HD std::uint32_t edge_feature(std::uint32_t reference, std::uint32_t incident, bool flipped) {
   return flipped ? make_feature(FeatureKind::edges, incident, reference)
                  : make_feature(FeatureKind::edges, reference, incident);
+}
+
+/// The same feature for the same shapes in the other order.
+FATHOM_HD std::uint32_t swap_feature(std::uint32_t feature) {
+  const std::uint32_t a = (feature >> 15) & 0x7fff, b = feature & 0x7fff;
+  const std::uint32_t kind = feature >> 30, on_vertex = kind == 1 || kind == 2 ? 3 - kind : kind;
+  return make_feature(static_cast<FeatureKind>(on_vertex), b, a);
 }
 
 }  // namespace fathom

@@ -10,10 +10,10 @@ namespace fathom {
 
 /// How `collide` breaks ties between features of a pair.
 struct Tolerance {
-  float axis = 0;        ///< m by which another axis must beat the preferred one
-  float side = 0;        ///< m beyond a reference face's side at which a point still counts as inside
-  float depth_tie = 0;   ///< m within which two points are equally deep
-  float noise = 0;       ///< m of rounding to expect in a separation along an unnormalised axis
+  float axis = 0;       ///< m by which another axis must beat the preferred one
+  float side = 0;       ///< m beyond a reference face's side at which a point still counts as inside
+  float depth_tie = 0;  ///< m within which two points are equally deep
+  float noise = 0;      ///< m of rounding to expect in a separation along an unnormalised axis
 };
 
 /// `smallest`: least half width of the two shapes; `reach`: bound on the coordinates that enter a separation.

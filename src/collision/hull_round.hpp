@@ -1,0 +1,183 @@
+// A hull against a sphere or a capsule.
+//
+// The core of the round shape is a segment. While it is outside the hull the closest features are found exactly and
+// tell the normal; once it has entered, the axis of least overlap takes over: faces, and cross products of the segment
+// with the edges whose arc of normals crosses the great circle perpendicular to it.
+#pragma once
+
+#include "collision/cache.hpp"
+#include "collision/closest.hpp"
+#include "collision/feature.hpp"
+#include "collision/hull_axes.hpp"
+#include "collision/round_shapes.hpp"
+
+namespace fathom {
+
+/// Closest points of a hull and a segment outside of it.
+struct HullSegment {
+  float distance_squared = 3e38f;
+  Vec3 on_hull, on_segment;
+  std::uint32_t feature = 0;
+};
+
+FATHOM_HD Vec3 end_of(const Segment& s) { return s.from + s.along; }
+
+FATHOM_HD float face_separation(const Hull::Plane& plane, const Segment& s) {
+  return min(plane_height(plane, s.from), plane_height(plane, end_of(s)));
+}
+
+FATHOM_HD FaceAxis best_face(const HullView& hull, const Segment& s, float reach) {
+  FaceAxis best;
+  for (int f = 0; f < hull.face_count; ++f) {
+    const float separation = face_separation(hull.planes[f], s);
+    if (separation > best.separation) best = {f, separation};
+    if (separation > reach) break;
+  }
+  return best;
+}
+
+FATHOM_HD EdgesAxis best_edges(const HullView& hull, const Segment& s, float noise) {
+  EdgesAxis best;
+  if (!(length_squared(s.along) > 0)) return best;
+  for (int k = 0; 2 * k < hull.edge_count; ++k) {
+    const EdgeView e = edge_view(hull, k);
+    if (!(dot(e.left, s.along) * dot(e.right, s.along) < 0)) continue;
+    const EdgesAxis axis = edges_axis(e, {s.from, s.along, {}, {}}, noise);
+    if (axis.separation > best.separation) best = {k, 0, axis.separation, axis.normal};
+  }
+  return best;
+}
+
+/// The stretch lo ≤ t ≤ hi of the segment over a face, and the half-edges that cut it (−1: none).
+struct Stretch {
+  float lo = 0, hi = 1;
+  int lo_edge = -1, hi_edge = -1;
+
+  FATHOM_HD bool empty() const { return lo > hi; }
+};
+FATHOM_HD Stretch clip_segment(const HullView& hull, int face, const Segment& s, float side_tolerance) {
+  Stretch stretch;
+  const Vec3 normal = hull.planes[face].normal;
+  int e = hull.face_edges[face];
+  do {
+    const Vec3 from = hull.vertices[hull.edges[e].origin];
+    const Vec3 along = hull.vertices[hull.edges[e ^ 1].origin] - from;
+    const Vec3 outward = cross(along, normal);
+    const float outside = dot(outward, s.from - from) - side_tolerance * length(along), rate = dot(outward, s.along);
+    const float t = -outside / rate;
+    if (rate > 0) {
+      if (t < stretch.hi) stretch.hi = t, stretch.hi_edge = e;
+    } else if (rate < 0) {
+      if (t > stretch.lo) stretch.lo = t, stretch.lo_edge = e;
+    } else if (outside > 0) {
+      stretch.lo = 2;
+    }
+    e = hull.edges[e].next;
+  } while (e != hull.face_edges[face]);
+  return stretch;
+}
+
+FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
+  if (t <= 0) return vertex_feature(0, true);
+  if (t >= 1) return vertex_feature(1, true);
+  return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
+}
+
+/// Exhaustive over the features that can be seen from the segment; the hull's edges bring its vertices along.
+FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s) {
+  HullSegment best;
+  const auto offer = [&](Vec3 on_hull, Vec3 on_segment, std::uint32_t feature) {
+    const float distance_squared = length_squared(on_segment - on_hull);
+    if (distance_squared < best.distance_squared) best = {distance_squared, on_hull, on_segment, feature};
+  };
+  for (int f = 0; f < hull.face_count; ++f) {
+    for (int i = 0; i < 2; ++i) {
+      const Vec3 point = i == 0 ? s.from : end_of(s);
+      const float height = plane_height(hull.planes[f], point);
+      if (height < 0 || height * height > best.distance_squared) continue;
+      if (clip_segment(hull, f, {point, {}}, 0).empty()) continue;
+      offer(mul_add(point, -height, hull.planes[f].normal), point, vertex_feature(static_cast<std::uint32_t>(i), true));
+    }
+  }
+  for (int k = 0; 2 * k < hull.edge_count; ++k) {
+    const EdgeView e = edge_view(hull, k);
+    const SegmentPair pair = closest_points({e.from, e.along}, s);
+    offer(pair.on_1, pair.on_2, segment_feature(pair.t, k));
+  }
+  return best;
+}
+
+/// One or two points where the core runs over the face, not higher than `reach`. None where the lowest of them is not
+/// as high as `expected`: what is closest then is not the face, or is seen under another angle.
+FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape& round, const Tolerance& tolerance,
+                               float expected, float reach, Manifold& m) {
+  const Hull::Plane& plane = hull.planes[face];
+  const Stretch stretch = clip_segment(hull, face, round.core, tolerance.side);
+  if (stretch.empty()) return;
+  const Vec3 ends[2] = {mul_add(round.core.from, stretch.lo, round.core.along),
+                        mul_add(round.core.from, stretch.hi, round.core.along)};
+  const float heights[2] = {plane_height(plane, ends[0]), plane_height(plane, ends[1])};
+  if (abs(min(heights[0], heights[1]) - expected) > tolerance.axis) return;
+  m.normal = plane.normal;
+  const bool one = length_squared(ends[1] - ends[0]) <= tolerance.side * tolerance.side;
+  for (int i = 0; i < (one ? 1 : 2); ++i) {
+    if (heights[i] > reach) continue;
+    const float t = i == 0 ? stretch.lo : stretch.hi;
+    const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
+    add_round_point(m, mul_add(ends[i], -heights[i], plane.normal), 0, heights[i], round.radius,
+                    segment_feature(t, edge >> 1));
+  }
+}
+
+/// Hull A and a round shape given in A's frame. Cache: `kind` face_a names a face of the hull.
+FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& round, float margin, AxisCache& cache) {
+  Manifold m;
+  const Segment& core = round.core;
+  const float reach = round.radius + margin;
+  if (cache.separated && cache.a < hull.face_count && face_separation(hull.planes[cache.a], core) > reach) return m;
+
+  const FaceAxis face = best_face(hull, core, reach);
+  cache = make_cache(AxisCache::face_a, face.face, 0, face.separation > reach);
+  if (face.separation > reach) return m;
+
+  const HullSize size = size_of(hull);
+  const float extent = size.outer + max_component(abs(core.from)) + max_component(abs(core.along));
+  const Tolerance tolerance = make_tolerance(min(size.inner, round.radius), extent);
+  const EdgesAxis edges = best_edges(hull, core, tolerance.noise);
+  if (edges.separation > reach) return m;
+
+  // Of a core that all but touches the hull the closest points give no direction; the axes do.
+  const float separation = max(face.separation, edges.separation);
+  if (separation > tolerance.depth_tie) {
+    const HullSegment closest = closest_outside(hull, core);
+    const float gap = fathom::sqrt(closest.distance_squared);
+    if (gap > reach) return m;
+    add_face_points(hull, face.face, round, tolerance, gap, reach, m);
+    if (m.count == 0) {
+      m.normal = (1.0f / gap) * (closest.on_segment - closest.on_hull);
+      add_round_point(m, closest.on_hull, 0, gap, round.radius, closest.feature);
+    }
+    return m;
+  }
+
+  if (edges.separation > face.separation + tolerance.axis) {
+    const EdgeView e = edge_view(hull, edges.a);
+    const SegmentPair pair = closest_points({e.from, e.along}, core);
+    m.normal = edges.normal;
+    add_round_point(m, pair.on_1, 0, dot(m.normal, core.from - e.from), round.radius, segment_feature(pair.t, edges.a));
+    return m;
+  }
+  add_face_points(hull, face.face, round, tolerance, face.separation, reach, m);
+  if (m.count == 0) {
+    // The deepest end is beside the face.
+    const Hull::Plane& plane = hull.planes[face.face];
+    const std::uint32_t lower = plane_height(plane, core.from) <= plane_height(plane, end_of(core)) ? 0 : 1;
+    const Vec3 end = lower == 0 ? core.from : end_of(core);
+    m.normal = plane.normal;
+    add_round_point(m, mul_add(end, -face.separation, plane.normal), 0, face.separation, round.radius,
+                    vertex_feature(lower, true));
+  }
+  return m;
+}
+
+}  // namespace fathom

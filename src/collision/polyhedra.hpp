@@ -1,0 +1,152 @@
+// Contact manifold of two hulls: the axis of least overlap, then faces clipped or edges crossed.
+//
+// The order of preference is that of boxes (box_box.hpp): faces before edges, A before B, last step's face before
+// others.
+#pragma once
+
+#include "collision/cache.hpp"
+#include "collision/clip.hpp"
+#include "collision/closest.hpp"
+#include "collision/hull_axes.hpp"
+
+namespace fathom {
+
+/// Two hulls in each other's frames.
+struct HullPair {
+  HullView a, b;
+  Frame b_in_a, a_in_b;
+  Tolerance tolerance;
+};
+
+FATHOM_HD HullPair make_hull_pair(const HullView& a, const HullView& b, const Pose& b_in_a) {
+  const Frame frame = make_frame(b_in_a);
+  const HullSize size_a = size_of(a), size_b = size_of(b);
+  const float reach = size_a.outer + size_b.outer + max_component(abs(b_in_a.position));
+  return {a, b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach)};
+}
+
+/// The face of `inc` that looks at `normal` most directly, of those around the vertex that is lowest along it: so
+/// what touches in the deepest point is on that face.
+FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
+  const int vertex = lowest_vertex(inc, normal).vertex;
+  int start = 0;
+  while (inc.edges[start].origin != vertex) ++start;
+  int best = inc.edges[start].face;
+  float best_dot = dot(inc.planes[best].normal, normal);
+  int e = start;
+  do {
+    e = inc.edges[e ^ 1].next;
+    const int face = inc.edges[e].face;
+    const float d = dot(inc.planes[face].normal, normal);
+    if (d < best_dot) best = face, best_dot = d;
+  } while (e != start);
+  return best;
+}
+
+/// Up to four points over a face of A, or with `flipped` of B.
+FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, float margin, Manifold& manifold) {
+  const HullView& ref = flipped ? p.b : p.a;
+  const HullView& inc = flipped ? p.a : p.b;
+  const Frame& inc_in_ref = flipped ? p.a_in_b : p.b_in_a;
+  const FaceFrame frame = make_face_frame(ref.planes[face]);
+  const int other_face = incident_face(inc, transpose_mul(inc_in_ref.rotation, frame.n));
+
+  FacePoint points[max_face_points];
+  const int clipped =
+      clip_hull_faces(ref, face, inc, inc_in_ref, other_face, frame, p.tolerance.side, margin, flipped, points);
+  manifold.count = reduce(points, clipped, p.tolerance.depth_tie);
+  manifold.normal = flipped ? -(p.b_in_a.rotation * frame.n) : frame.n;
+  for (int i = 0; i < manifold.count; ++i) {
+    const Vec3 position = from_face(frame, points[i].x, points[i].y, 0.5f * points[i].z);
+    manifold.points[i].position = flipped ? transform(p.b_in_a, position) : position;
+    manifold.points[i].separation = points[i].z;
+    manifold.points[i].feature = points[i].feature;
+  }
+}
+
+/// One point where the edges pass each other.
+FATHOM_HD void hull_edge_contact(const HullPair& p, const EdgesAxis& axis, float margin, Manifold& manifold) {
+  const EdgeView a = edge_view(p.a, axis.a), b = transform(p.b_in_a, edge_view(p.b, axis.b));
+  const SegmentPair closest = closest_points({a.from, a.along}, {b.from, b.along});
+  const float separation = dot(axis.normal, b.from - a.from);
+  // Ends of edges may be farther apart than the planes between them.
+  if (separation > 0 && length_squared(closest.on_2 - closest.on_1) > margin * margin) return;
+  manifold.normal = axis.normal;
+  manifold.count = 1;
+  manifold.points[0].position = 0.5f * (closest.on_1 + closest.on_2);
+  manifold.points[0].separation = separation;
+  manifold.points[0].feature =
+      edge_feature(static_cast<std::uint32_t>(axis.a), static_cast<std::uint32_t>(axis.b), false);
+}
+
+/// One point at the vertex of B that is deepest under a face of A, or with `flipped` the other way round.
+FATHOM_HD void hull_vertex_contact(const HullPair& p, int face, bool flipped, Manifold& manifold) {
+  const HullView& ref = flipped ? p.b : p.a;
+  const HullView& inc = flipped ? p.a : p.b;
+  const Frame& inc_in_ref = flipped ? p.a_in_b : p.b_in_a;
+  const Hull::Plane plane = ref.planes[face];
+  const int vertex = lowest_vertex(inc, transpose_mul(inc_in_ref.rotation, plane.normal)).vertex;
+  const Vec3 point = transform(inc_in_ref, inc.vertices[vertex]);
+  const float height = plane_height(plane, point);
+  const Vec3 position = mul_add(point, -0.5f * height, plane.normal);
+  manifold.count = 1;
+  manifold.normal = flipped ? -(p.b_in_a.rotation * plane.normal) : plane.normal;
+  manifold.points[0].position = flipped ? transform(p.b_in_a, position) : position;
+  manifold.points[0].separation = height;
+  manifold.points[0].feature = vertex_feature(static_cast<std::uint32_t>(vertex), !flipped);
+}
+
+/// See `collide`.
+FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pose& b_in_a, float margin,
+                                 AxisCache& cache) {
+  Manifold manifold;
+  const HullPair p = make_hull_pair(a, b, b_in_a);
+  if (cache.separated && cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) > margin)
+    return manifold;
+
+  const FaceAxis face_a = best_face(a, b, p.b_in_a, margin);
+  if (face_a.separation > margin) {
+    cache = make_cache(AxisCache::face_a, face_a.face, 0, true);
+    return manifold;
+  }
+  const FaceAxis face_b = best_face(b, a, p.a_in_b, margin);
+  if (face_b.separation > margin) {
+    cache = make_cache(AxisCache::face_b, 0, face_b.face, true);
+    return manifold;
+  }
+  const EdgesAxis edges = best_edges(a, b, p.b_in_a, p.tolerance.noise, margin);
+  if (edges.separation > margin) {
+    cache = make_cache(AxisCache::edges, edges.a, edges.b, true);
+    return manifold;
+  }
+
+  const float face_separation = max(face_a.separation, face_b.separation), tolerance = p.tolerance.axis;
+  const float edge_threshold = face_separation + (cache.kind == AxisCache::edges ? 0.5f * tolerance : tolerance);
+  if (edges.separation > edge_threshold) {
+    cache = make_cache(AxisCache::edges, edges.a, edges.b, false);
+    hull_edge_contact(p, edges, margin, manifold);
+    return manifold;
+  }
+
+  bool flipped = face_b.separation > face_a.separation + tolerance;
+  int face = flipped ? face_b.face : face_a.face;
+  const bool cached_face = cache.kind == AxisCache::face_a || cache.kind == AxisCache::face_b;
+  if (cached_face &&
+      cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) + tolerance > face_separation) {
+    flipped = cache.kind == AxisCache::face_b;
+    face = flipped ? cache.b : cache.a;
+  }
+  cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
+  hull_face_contact(p, face, flipped, margin, manifold);
+  if (manifold.count == 0 && face_separation <= 0) {
+    // Overlapping, yet not over this face: what touches is within the tolerance of it.
+    if (edges.a >= 0) {
+      hull_edge_contact(p, edges, margin, manifold);
+    } else {
+      hull_vertex_contact(p, face, flipped, manifold);
+    }
+  }
+  return manifold;
+}
+
+}  // namespace fathom
