@@ -8,35 +8,17 @@
 #include <fathom/error.hpp>
 #include <fathom/shape.hpp>
 #include <functional>
-#include <random>
 #include <set>
 #include <string>
 
 #include "math/vec3d.hpp"
+#include "random.hpp"
 
 namespace fathom {
 namespace {
 
+using namespace test;
 using Cloud = std::vector<Vec3>;
-using Random = std::mt19937;
-
-// Library distributions differ between standard libraries; this does not.
-float uniform(Random& random, float lo, float hi) {
-  return lo + (hi - lo) * (static_cast<float>(random() >> 8) * 0x1p-24f);
-}
-Vec3 in_cube(Random& random) { return {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}; }
-Vec3 on_sphere(Random& random) {
-  for (;;) {
-    const Vec3 v = in_cube(random);
-    const float l = length(v);
-    if (l > 0.1f && l < 1) return (1 / l) * v;
-  }
-}
-Quat any_rotation(Random& random) {
-  return normalize(
-      Quat{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
-}
-
 Cloud rotated(Cloud cloud, Quat q) {
   for (Vec3& p : cloud) p = rotate(q, p);
   return cloud;

@@ -6,6 +6,7 @@
 
 #include "geometry/hull_builder.hpp"
 #include "math/eigen.hpp"
+#include "math/text.hpp"
 #include "math/vec3d.hpp"
 
 namespace fathom {
@@ -15,7 +16,7 @@ constexpr double pi_d = 3.14159265358979323846;
 
 void require(bool condition, const std::string& place, float value, const char* remedy) {
   if (condition) return;
-  throw Error(ErrorCode::invalid_argument, place + " is " + std::to_string(value) + " m; " + remedy);
+  throw Error(ErrorCode::invalid_argument, place + " is " + text(double{value}) + " m; " + remedy);
 }
 
 void require_positive(const std::string& place, float value) {
@@ -101,7 +102,7 @@ float volume(const Shape& shape) { return static_cast<float>(exact_volume(shape)
 
 MassProperties mass_properties(const Shape& shape, float mass) {
   if (!is_finite(mass) || mass <= 0) {
-    throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + std::to_string(mass) +
+    throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + text(double{mass}) +
                                                  " kg; it must be finite and greater than zero");
   }
   MassProperties result;

@@ -17,6 +17,8 @@
 #include <fathom/error.hpp>
 #include <string>
 
+#include "math/text.hpp"
+
 namespace fathom {
 namespace {
 
@@ -165,8 +167,7 @@ class Builder {
 
   void make_simplex() {
     const double thinnest = degenerate_tolerance * cloud_.noise;
-    const std::string within =
-        " within " + std::to_string(thinnest * cloud_.step * 1e6) + " µm, the precision of their coordinates; ";
+    const std::string within = " within " + text(thinnest * cloud_.step) + " m, the precision of their coordinates; ";
     const auto span = [&](const auto& measure, const char* fault, const char* remedy) {
       const double most = largest(measure);
       if (most <= thinnest) refuse("the " + std::to_string(points_.size()) + " points " + fault + within + remedy);
