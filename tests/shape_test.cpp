@@ -53,7 +53,7 @@ Counted count_cells(const Shape& shape, float mass, const std::function<bool(Vec
       }
     }
   }
-  const auto share = [&](double sum) { return static_cast<float>(double{mass} * sum / count); };
+  const auto share = [&](double sum) { return static_cast<float>(to_double(mass) * sum / count); };
   return {count * cell.x * cell.y * cell.z,
           {share(yy + zz), share(xx + zz), share(xx + yy), share(-xy), share(-xz), share(-yz)}};
 }
@@ -61,7 +61,7 @@ Counted count_cells(const Shape& shape, float mass, const std::function<bool(Vec
 void expect_counted(const Shape& shape, const std::function<bool(Vec3)>& inside) {
   const Counted counted = count_cells(shape, 3, inside);
   const MassProperties properties = mass_properties(shape, 3);
-  EXPECT_NEAR(double{volume(shape)}, counted.volume, 0.01 * counted.volume);
+  EXPECT_NEAR(to_double(volume(shape)), counted.volume, 0.01 * counted.volume);
   expect_inertia(properties.inertia, counted.inertia, 0.01f * properties.principal_moments.z);
 }
 
