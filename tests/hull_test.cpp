@@ -8,35 +8,17 @@
 #include <fathom/error.hpp>
 #include <fathom/shape.hpp>
 #include <functional>
-#include <random>
 #include <set>
 #include <string>
 
 #include "math/vec3d.hpp"
+#include "random.hpp"
 
 namespace fathom {
 namespace {
 
+using namespace test;
 using Cloud = std::vector<Vec3>;
-using Random = std::mt19937;
-
-// Library distributions differ between standard libraries; this does not.
-float uniform(Random& random, float lo, float hi) {
-  return lo + (hi - lo) * (static_cast<float>(random() >> 8) * 0x1p-24f);
-}
-Vec3 in_cube(Random& random) { return {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)}; }
-Vec3 on_sphere(Random& random) {
-  for (;;) {
-    const Vec3 v = in_cube(random);
-    const float l = length(v);
-    if (l > 0.1f && l < 1) return (1 / l) * v;
-  }
-}
-Quat any_rotation(Random& random) {
-  return normalize(
-      Quat{uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
-}
-
 Cloud rotated(Cloud cloud, Quat q) {
   for (Vec3& p : cloud) p = rotate(q, p);
   return cloud;
@@ -61,7 +43,7 @@ void expect_hull_of(const Hull& hull, const Cloud& cloud) {
   const auto vertices = hull.vertices();
   const auto edges = hull.edges();
   const auto planes = hull.planes();
-  const double tolerance = 32 * 0x1p-23 * double{largest_coordinate(cloud)};
+  const double tolerance = 32 * 0x1p-23 * to_double(largest_coordinate(cloud));
 
   ASSERT_GE(planes.size(), 4u);
   ASSERT_LE(vertices.size(), 255u);
@@ -95,13 +77,13 @@ void expect_hull_of(const Hull& hull, const Cloud& cloud) {
       const std::size_t e1 = edges[e].next, e2 = edges[e1].next;
       const Vec3d a = to_double(vertices[edges[e].origin]), b = to_double(vertices[edges[e1].origin]),
                   c = to_double(vertices[edges[e2].origin]);
-      ASSERT_NEAR(dot(n, a), double{planes[f].offset}, tolerance) << "the face is planar";
+      ASSERT_NEAR(dot(n, a), to_double(planes[f].offset), tolerance) << "the face is planar";
       ASSERT_GT(dot(cross(b - a, c - a), n), -tolerance * length(c - a)) << "convex and counter-clockwise";
       if (e1 == hull.face_edges()[f]) break;
     }
     ASSERT_GE(count, 3);
     for (const Vec3 p : cloud) {
-      ASSERT_LE(dot(n, to_double(p) - to_double(hull.offset())), double{planes[f].offset} + tolerance);
+      ASSERT_LE(dot(n, to_double(p) - to_double(hull.offset())), to_double(planes[f].offset) + tolerance);
     }
     ASSERT_GT(planes[f].offset, 0) << "the centre of mass is inside";
   }
@@ -298,7 +280,7 @@ TEST(Hull, VolumeAndCentreMatchASlowHull) {
   for (int trial = 0; trial < 500; ++trial) {
     const Cloud cloud = many(4 + static_cast<int>(random() % 16), [&] { return in_cube(random); });
     const double expected = slow_volume(cloud);
-    EXPECT_NEAR(double{hull(cloud).hull->volume()}, expected, 2e-6 + 1e-5 * expected);
+    EXPECT_NEAR(to_double(hull(cloud).hull->volume()), expected, 2e-6 + 1e-5 * expected);
   }
 }
 

@@ -24,6 +24,9 @@ struct Shape {
   std::shared_ptr<const Hull> hull;
 };
 
+// Each of the four throws `Error{invalid_argument}` on a value that is out of range or not finite and
+// `Error{degenerate_shape}` on a volume that single precision cannot hold.
+
 /// Sphere of radius `radius` > 0 (m).
 Shape sphere(float radius);
 /// Capsule along z: points within `radius` > 0 of the segment from −half_length to +half_length ≥ 0 (m).
@@ -31,9 +34,10 @@ Shape capsule(float radius, float half_length);
 /// Box with the given half extents, each > 0 (m).
 Shape box(Vec3 half_extents);
 /// Convex hull of a point cloud (m). The hull is moved so that its centre of mass is the origin;
-/// `Hull::offset` tells by how much. Throws `Error{degenerate_shape}` where the points span no
-/// volume (fewer than 4, collinear or coplanar), and where the hull would exceed 255 vertices, faces or
-/// 1,024 half-edges, naming the remedy; `invalid_argument` on non-finite points.
+/// `Hull::offset` tells by how much. Coplanar triangles become one polygon; what differs by less than a few
+/// roundings of the largest coordinate (about 10⁻⁶ of it) counts as equal. Also throws `Error{degenerate_shape}`
+/// where the points span no volume (fewer than 4, coincident, collinear or coplanar) and where the hull would
+/// exceed 255 vertices, 255 faces or 1,024 half-edges, naming the remedy.
 Shape hull(std::span<const Vec3> points);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
@@ -46,7 +50,8 @@ struct MassProperties {
 
 /// Volume (m³) of the shape.
 float volume(const Shape& shape);
-/// Exact mass properties of a solid of uniform density with the total mass `mass` > 0.
+/// Exact mass properties of a solid of uniform density with the total mass `mass` > 0 (kg). Throws
+/// `Error{invalid_argument}` on any other mass.
 MassProperties mass_properties(const Shape& shape, float mass);
 
 /// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.

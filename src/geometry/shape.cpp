@@ -6,6 +6,7 @@
 
 #include "geometry/hull_builder.hpp"
 #include "math/eigen.hpp"
+#include "math/text.hpp"
 #include "math/vec3d.hpp"
 
 namespace fathom {
@@ -15,7 +16,7 @@ constexpr double pi_d = 3.14159265358979323846;
 
 void require(bool condition, const std::string& place, float value, const char* remedy) {
   if (condition) return;
-  throw Error(ErrorCode::invalid_argument, place + " is " + std::to_string(value) + " m; " + remedy);
+  throw Error(ErrorCode::invalid_argument, place + " is " + text(to_double(value)) + " m; " + remedy);
 }
 
 void require_positive(const std::string& place, float value) {
@@ -23,25 +24,25 @@ void require_positive(const std::string& place, float value) {
 }
 
 double exact_volume(const Shape& shape) {
-  const double r = double{shape.radius}, ball = 4.0 / 3.0 * pi_d * r * r * r;
-  const Vec3 h = shape.half_extents;
+  const double r = to_double(shape.radius), ball = 4.0 / 3.0 * pi_d * r * r * r;
+  const Vec3d h = to_double(shape.half_extents);
   switch (shape.type) {
     case ShapeType::sphere:
       return ball;
     case ShapeType::capsule:
-      return ball + 2 * pi_d * r * r * double{h.z};
+      return ball + 2 * pi_d * r * r * h.z;
     case ShapeType::box:
-      return 8 * double{h.x} * double{h.y} * double{h.z};
+      return 8 * h.x * h.y * h.z;
     case ShapeType::hull:
-      return shape.hull ? double{shape.hull->volume()} : 0;
+      break;
   }
-  return 0;
+  return shape.hull ? to_double(shape.hull->volume()) : 0;
 }
 
 /// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite.
 Shape checked(const Shape& shape, const char* place) {
   const double v = exact_volume(shape);
-  if (v < double{std::numeric_limits<float>::min()} || v > double{std::numeric_limits<float>::max()}) {
+  if (v < to_double(std::numeric_limits<float>::min()) || v > to_double(std::numeric_limits<float>::max())) {
     throw Error(ErrorCode::degenerate_shape, std::string(place) + ": the volume is too " + (v < 1 ? "small" : "large") +
                                                  " for single precision; lengths are in metres");
   }
@@ -50,7 +51,7 @@ Shape checked(const Shape& shape, const char* place) {
 
 /// Diagonal of the inertia for unit mass.
 Vec3d unit_moments(const Shape& shape) {
-  const double r = double{shape.radius};
+  const double r = to_double(shape.radius);
   const Vec3d h = to_double(shape.half_extents);
   switch (shape.type) {
     case ShapeType::sphere:
@@ -101,7 +102,7 @@ float volume(const Shape& shape) { return static_cast<float>(exact_volume(shape)
 
 MassProperties mass_properties(const Shape& shape, float mass) {
   if (!is_finite(mass) || mass <= 0) {
-    throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + std::to_string(mass) +
+    throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + text(to_double(mass)) +
                                                  " kg; it must be finite and greater than zero");
   }
   MassProperties result;
@@ -109,7 +110,7 @@ MassProperties mass_properties(const Shape& shape, float mass) {
   if (shape.hull) {
     result.inertia = scaled(mass, shape.hull->unit_inertia());
   } else {
-    const Vec3 moments = to_float(double{mass} * unit_moments(shape));
+    const Vec3 moments = to_float(to_double(mass) * unit_moments(shape));
     result.inertia = {moments.x, moments.y, moments.z, 0, 0, 0};
   }
   const PrincipalFrame frame = principal_frame(result.inertia);

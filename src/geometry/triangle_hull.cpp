@@ -17,6 +17,8 @@
 #include <fathom/error.hpp>
 #include <string>
 
+#include "math/text.hpp"
+
 namespace fathom {
 namespace {
 
@@ -38,7 +40,7 @@ GridPoint cross(GridPoint a, GridPoint b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 Int128 dot(GridPoint a, GridPoint b) { return Int128{a.x} * b.x + Int128{a.y} * b.y + Int128{a.z} * b.z; }
-Vec3d to_double(GridPoint a) { return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)}; }
+Vec3d rounded(GridPoint a) { return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)}; }
 
 /// The cloud on its grid; `noise` in grid steps.
 struct Cloud {
@@ -70,7 +72,7 @@ Cloud snap(std::span<const Vec3> points) {
   const auto to_grid = [&](double a) { return std::round(a / cloud.step); };
   const Vec3d middle = 0.5 * (to_double(upper) + to_double(lower));
   cloud.centre = cloud.step * Vec3d{to_grid(middle.x), to_grid(middle.y), to_grid(middle.z)};
-  const double farthest = max_component(max(abs(lower), abs(upper)));
+  const double farthest = to_double(max_component(max(abs(lower), abs(upper))));
   cloud.noise = std::ldexp(farthest, -23) / cloud.step;
   cloud.points.reserve(points.size());
   for (const Vec3 p : points) {
@@ -98,7 +100,7 @@ class Builder {
 
  public:
   explicit Builder(const Cloud& cloud) : cloud_(cloud), tolerance_(snap_tolerance * cloud.noise) {
-    for (const GridPoint p : cloud.points) points_.push_back(to_double(p));
+    for (const GridPoint p : cloud.points) points_.push_back(rounded(p));
     new_face_at_.resize(points_.size());
   }
 
@@ -165,8 +167,7 @@ class Builder {
 
   void make_simplex() {
     const double thinnest = degenerate_tolerance * cloud_.noise;
-    const std::string within =
-        " within " + std::to_string(thinnest * cloud_.step * 1e6) + " µm, the precision of their coordinates; ";
+    const std::string within = " within " + text(thinnest * cloud_.step) + " m, the precision of their coordinates; ";
     const auto span = [&](const auto& measure, const char* fault, const char* remedy) {
       const double most = largest(measure);
       if (most <= thinnest) refuse("the " + std::to_string(points_.size()) + " points " + fault + within + remedy);
@@ -197,7 +198,7 @@ class Builder {
     const auto& p = cloud_.points;
     const auto& v = triangle.vertex;
     Face face{triangle, cross(p[v[1]] - p[v[0]], p[v[2]] - p[v[0]]), {}};
-    const Vec3d normal = to_double(face.normal);
+    const Vec3d normal = rounded(face.normal);
     face.unit = (1 / length(normal)) * normal;
     face.farthest = largest(height_above(face));
     faces_.push_back(face);

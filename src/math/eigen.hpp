@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fathom/math.hpp>
+
+#include "math/vec3d.hpp"
 
 namespace fathom {
 
@@ -70,7 +71,9 @@ inline Quat quaternion(const Matrix& m) {
 /// Eigenvalues and eigenvectors of `m`, which must be finite. A diagonal matrix that is already in ascending
 /// order gives the identity rotation.
 inline PrincipalFrame principal_frame(const SymMat3& m) {
-  eigen_detail::Matrix a{{{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}}};
+  const double xx = to_double(m.xx), yy = to_double(m.yy), zz = to_double(m.zz);
+  const double xy = to_double(m.xy), xz = to_double(m.xz), yz = to_double(m.yz);
+  eigen_detail::Matrix a{{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}};
   eigen_detail::Matrix v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   // Convergence is quadratic: 3×3 matrices take four or five sweeps, ten is a bound that is never reached.
   for (int sweep = 0; sweep < 10; ++sweep) {

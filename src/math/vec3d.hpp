@@ -18,7 +18,8 @@ inline double dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.z; 
 inline Vec3d cross(Vec3d a, Vec3d b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double length(Vec3d a) { return std::sqrt(dot(a, a)); }
 
-inline Vec3d to_double(Vec3 a) { return {double{a.x}, double{a.y}, double{a.z}}; }
+inline double to_double(float a) { return static_cast<double>(a); }
+inline Vec3d to_double(Vec3 a) { return {to_double(a.x), to_double(a.y), to_double(a.z)}; }
 inline Vec3 to_float(Vec3d a) { return {static_cast<float>(a.x), static_cast<float>(a.y), static_cast<float>(a.z)}; }
 
 }  // namespace fathom
