@@ -2,6 +2,7 @@
 
 #include "geometry/support.hpp"
 #include "native/contact.hpp"
+#include "world/growth.hpp"
 
 namespace fathom::native {
 
@@ -13,7 +14,7 @@ void BodyState::for_each_array(const Act& act) {
 }
 
 void BodyState::resize(std::size_t slots) {
-  for_each_array([&](auto& array, std::size_t extra) { array.resize(slots + extra); });
+  for_each_array([&](auto& array, std::size_t extra) { grow_to(array, slots + extra); });
 }
 
 void BodyState::reserve(std::size_t slots) {

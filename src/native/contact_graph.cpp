@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "dynamics/softness.hpp"
+#include "world/growth.hpp"
 
 namespace fathom::native {
 
@@ -11,7 +12,7 @@ std::uint32_t ContactGraph::add(Pair pair) {
   std::uint32_t index;
   if (free_.empty()) {
     index = static_cast<std::uint32_t>(contacts_.size());
-    contacts_.emplace_back();
+    grow_to(contacts_, contacts_.size() + 1);
   } else {
     index = free_.back();
     free_.pop_back();
@@ -23,7 +24,6 @@ std::uint32_t ContactGraph::add(Pair pair) {
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
-  mix_materials(c);
   link(index, 0);
   link(index, 1);
   pairs_.insert(c.a, c.b);
@@ -36,15 +36,36 @@ void ContactGraph::remove(std::uint32_t index) {
   unlink(index, 0);
   unlink(index, 1);
   pairs_.erase(c.a, c.b);
+  if (c.touching()) end(index);
   c.in_use = false;
-  c.point_count = 0;
   free_.push_back(index);
 }
 
-void ContactGraph::mix_materials(Contact& c) const {
+void ContactGraph::begin(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  if (free_manifolds_.empty()) {
+    c.manifold = static_cast<std::uint32_t>(manifolds_.size());
+    grow_to(manifolds_, manifolds_.size() + 1);
+  } else {
+    c.manifold = free_manifolds_.back();
+    free_manifolds_.pop_back();
+    manifolds_[c.manifold] = {};
+  }
+  mix_materials(c);
+}
+
+void ContactGraph::end(std::uint32_t index) {
+  free_manifolds_.push_back(contacts_[index].manifold);
+  contacts_[index].manifold = none;
+}
+
+void ContactGraph::mix_materials(const Contact& c) {
+  if (!c.touching()) return;
+  ContactManifold& m = manifolds_[c.manifold];
   const Material &a = bodies_[c.a].material, &b = bodies_[c.b].material;
-  c.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
-  c.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
+  m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
+  m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
+  may_bounce_ = may_bounce_ || m.restitution > 0;
 }
 
 void ContactGraph::colour(std::uint32_t index) {
@@ -64,6 +85,7 @@ void ContactGraph::colour(std::uint32_t index) {
     if (!c.fixed_a) ++state_.overflow_count[c.a];
   }
   c.colour_slot = static_cast<std::uint32_t>(colours_[c.colour].size());
+  make_room(colours_[c.colour], colours_[c.colour].size() + 1);
   colours_[c.colour].push_back(index);
 }
 
@@ -102,7 +124,8 @@ void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + free_.capacity() * sizeof(std::uint32_t) + pairs_.memory_bytes();
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) + pairs_.memory_bytes() +
+                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -14,6 +14,7 @@
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
 #include "native/pair_set.hpp"
+#include "native/solver_kernels.hpp"
 
 namespace fathom::native {
 
@@ -31,11 +32,18 @@ class ContactGraph {
   std::size_t size() const { return contacts_.size(); }
   std::size_t pair_count() const { return pairs_.size(); }
   const PairSet& pairs() const { return pairs_; }
-  Contact* data() { return contacts_.data(); }
+  ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
+  const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
+  Constrained constrained() { return {contacts_.data(), manifolds_.data()}; }
+  /// True once any contact had a restitution above zero.
+  bool may_bounce() const { return may_bounce_; }
 
   std::uint32_t add(Pair pair);
   void remove(std::uint32_t index);
-  void mix_materials(Contact& contact) const;
+  /// Gives a contact that begins to touch its manifold; takes it away when it ends.
+  void begin(std::uint32_t index);
+  void end(std::uint32_t index);
+  void mix_materials(const Contact& contact);
 
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
@@ -64,6 +72,9 @@ class ContactGraph {
   BodyState& state_;
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> free_;
+  std::vector<ContactManifold> manifolds_;
+  std::vector<std::uint32_t> free_manifolds_;
+  bool may_bounce_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> colours_[colour_count + 1];
 };

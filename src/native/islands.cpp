@@ -87,7 +87,7 @@ void Islands::wake(std::uint32_t slot) {
     state_.flags[member] |= awake;
     state_.slow_time[member] = 0;
     graph_.for_each_of(member, [&](std::uint32_t index) {
-      if (graph_[index].point_count > 0 && graph_[index].colour == no_colour) graph_.colour(index);
+      if (graph_[index].touching() && graph_[index].colour == no_colour) graph_.colour(index);
     });
   }
 }

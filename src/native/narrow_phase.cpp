@@ -13,7 +13,7 @@ constexpr float recycle_distance = 0.005f;           // m, and at most a part of
 constexpr float recycle_part_of_radius = 0.01f;
 constexpr float recycle_sine_of_half_angle = 0.0025f;  // 5 mrad
 
-bool moved_little(const Contact& c, const Pose& b_in_a, float smaller_radius) {
+bool moved_little(const ContactManifold& c, const Pose& b_in_a, float smaller_radius) {
   const float limit = min(recycle_distance, recycle_part_of_radius * smaller_radius);
   const Vec3 shift = b_in_a.position - c.position_at_build;
   if (!(length_squared(shift) < limit * limit)) return false;
@@ -31,58 +31,55 @@ float speculative_margin(const BodyInfo& a, const BodyInfo& b, const Velocity& v
 
 // Friction lives in a frame that turns with A. A new manifold keeps the old tangent as nearly as its normal allows, so
 // that the impulses stay where they were in space.
-void set_frame(Contact& c, Vec3 normal) {
-  const bool had_frame = c.point_count > 0;
-  const Vec3 old = mul_add(c.tangent, -dot(c.tangent, normal), normal);
-  c.tangent = had_frame && length_squared(old) > 0.25f ? normalize(old) : any_perpendicular(normal);
-  c.normal = normal;
-}
-
-void set_points(Contact& c, const Manifold& manifold, const Pose& b_in_a) {
-  ContactPointState old[max_manifold_points];
-  const int old_count = c.point_count;
-  for (int i = 0; i < old_count; ++i) old[i] = c.points[i];
-  for (int i = 0; i < manifold.count; ++i) {
-    const ManifoldPoint& from = manifold.points[i];
-    ContactPointState& to = c.points[i];
-    const Vec3 half_gap = (0.5f * from.separation) * manifold.normal;
-    to.anchor_a = from.position - half_gap;
-    to.anchor_b = inverse_transform(b_in_a, from.position + half_gap);
-    to.feature = from.feature;
-    to.impulse = 0;
-    for (int k = 0; k < old_count; ++k)
-      if (old[k].feature == from.feature) to.impulse = old[k].impulse;
-  }
-  c.point_count = static_cast<std::uint8_t>(manifold.count);
-}
-
-Change part(Contact& c) {
-  if (c.point_count == 0) return Change::nothing;
-  c.point_count = 0;
-  c.friction_impulse[0] = c.friction_impulse[1] = c.twist_impulse = 0;
-  return Change::ended;
+Vec3 continued_tangent(const ContactManifold& m, Vec3 normal) {
+  const Vec3 old = mul_add(m.tangent, -dot(m.tangent, normal), normal);
+  return length_squared(old) > 0.25f ? normalize(old) : any_perpendicular(normal);
 }
 
 }  // namespace
 
-Change update_contact(Contact& c, const BodyTable& bodies, const BodyState& state, float dt) {
+void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a) {
+  to.tangent = continued_tangent(to, from.normal);
+  to.normal = from.normal;
+  ContactPointState old[max_manifold_points];
+  const std::uint32_t old_count = to.point_count;
+  for (std::uint32_t i = 0; i < old_count; ++i) old[i] = to.points[i];
+  for (int i = 0; i < from.count; ++i) {
+    const ManifoldPoint& source = from.points[i];
+    ContactPointState& point = to.points[i];
+    const Vec3 half_gap = (0.5f * source.separation) * from.normal;
+    point.anchor_a = source.position - half_gap;
+    point.anchor_b = inverse_transform(b_in_a, source.position + half_gap);
+    point.feature = source.feature;
+    point.impulse = 0;
+    for (std::uint32_t k = 0; k < old_count; ++k)
+      if (old[k].feature == source.feature) point.impulse = old[k].impulse;
+  }
+  to.point_count = static_cast<std::uint32_t>(from.count);
+  to.rotation_at_build = b_in_a.rotation;
+  to.position_at_build = b_in_a.position;
+}
+
+Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
+                      float dt, std::vector<NewManifold>& begun) {
   if ((state.flags[c.a] | state.flags[c.b]) & box_changed)
     if (!overlaps(state.fat_boxes[c.a], state.fat_boxes[c.b])) return Change::gone;
-  if (!overlaps(state.boxes[c.a], state.boxes[c.b])) return part(c);
+  const Change parted = manifold ? Change::ended : Change::nothing;
+  if (!overlaps(state.boxes[c.a], state.boxes[c.b])) return parted;
 
   const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (c.point_count > 0 && moved_little(c, b_in_a, min(a.radius, b.radius))) return Change::recycled;
+  if (manifold && moved_little(*manifold, b_in_a, min(a.radius, b.radius))) return Change::recycled;
 
   const float margin = speculative_margin(a, b, state.velocities[c.a], state.velocities[c.b], dt);
-  const Manifold manifold = collide(a.geometry, b.geometry, b_in_a, margin, c.axis);
-  if (manifold.count == 0) return part(c);
-  const bool touched = c.point_count > 0;
-  set_frame(c, manifold.normal);
-  set_points(c, manifold, b_in_a);
-  c.rotation_at_build = b_in_a.rotation;
-  c.position_at_build = b_in_a.position;
-  return touched ? Change::nothing : Change::began;
+  const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, c.axis);
+  if (fresh.count == 0) return parted;
+  if (!manifold) {
+    begun.push_back({index, b_in_a, fresh});
+    return Change::began;
+  }
+  set_manifold(*manifold, fresh, b_in_a);
+  return Change::nothing;
 }
 
 }  // namespace fathom::native

@@ -1,5 +1,7 @@
-// Brings one contact's manifold up to date with the poses of its bodies.
+// Brings contacts up to date with the poses of their bodies.
 #pragma once
+
+#include <vector>
 
 #include "native/body_state.hpp"
 #include "native/contact.hpp"
@@ -14,7 +16,19 @@ enum class Change : std::uint8_t {
   gone,      ///< the fat boxes parted; `remove` it
 };
 
-/// Updates points, anchors and impulses of the contact. Writes nothing but the contact.
-Change update_contact(Contact& contact, const BodyTable& bodies, const BodyState& state, float dt);
+/// A manifold that has no place yet, because only one thread may give it one.
+struct NewManifold {
+  std::uint32_t contact;
+  Pose b_in_a;
+  Manifold manifold;
+};
+
+/// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
+/// with contact index `index`. Writes nothing else.
+Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold, const BodyTable& bodies,
+                      const BodyState& state, float dt, std::vector<NewManifold>& begun);
+
+/// Points, anchors and friction frame from a fresh manifold; impulses of points with known features are kept.
+void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a);
 
 }  // namespace fathom::native

@@ -7,6 +7,7 @@
 #include "dynamics/rotation.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
+#include "world/growth.hpp"
 
 namespace fathom {
 
@@ -80,26 +81,23 @@ void NativeSimulator::find_pairs() {
 }
 
 void NativeSimulator::update_manifolds() {
-  changes_.resize(graph_.size());
+  grow_to(changes_, graph_.size());
+  new_manifolds_.resize(std::max(new_manifolds_.size(), graph_.size() / contact_grain + 1));
   pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Contact& c = graph_[static_cast<std::uint32_t>(i)];
-      changes_[i] = c.in_use && is_active(c) ? update_contact(c, bodies, state_, def.dt) : Change::nothing;
+    std::vector<NewManifold>& begun = new_manifolds_[begin / contact_grain];
+    begun.clear();
+    for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      Contact& c = graph_[i];
+      changes_[i] = Change::nothing;
+      if (!c.in_use || !is_active(c)) continue;
+      ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
+      changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, begun);
     }
   });
 }
 
 void NativeSimulator::build_constraints() {
-  profile.counts.recycled = 0;
-  for (std::uint32_t i = 0; i < changes_.size(); ++i) {
-    switch (changes_[i]) {
-      case Change::nothing: break;
-      case Change::recycled: ++profile.counts.recycled; break;
-      case Change::began: begin_touching(i); break;
-      case Change::ended: end_touching(i); break;
-      case Change::gone: drop_contact(i, ended_); break;
-    }
-  }
+  take_over_changes();
   for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) {
@@ -180,8 +178,24 @@ ContactEvent NativeSimulator::event(const Contact& c) const {
   return {bodies.id(std::min(c.a, c.b)), bodies.id(std::max(c.a, c.b))};
 }
 
-void NativeSimulator::begin_touching(std::uint32_t index) {
-  Contact& c = graph_[index];
+// What the narrow phase found, in the order of contacts.
+void NativeSimulator::take_over_changes() {
+  profile.counts.recycled = 0;
+  for (std::uint32_t i = 0; i < changes_.size(); ++i) {
+    if (changes_[i] == Change::recycled) ++profile.counts.recycled;
+    else if (changes_[i] == Change::ended) end_touching(i);
+    else if (changes_[i] == Change::gone) drop_contact(i, ended_);
+  }
+  const std::size_t chunks = (changes_.size() + contact_grain - 1) / contact_grain;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+    for (const NewManifold& fresh : new_manifolds_[chunk]) begin_touching(fresh);
+}
+
+void NativeSimulator::begin_touching(const NewManifold& fresh) {
+  const std::uint32_t index = fresh.contact;
+  graph_.begin(index);
+  const Contact& c = graph_[index];
+  set_manifold(graph_.manifold(c), fresh.manifold, fresh.b_in_a);
   for (const std::uint32_t slot : {c.a, c.b})
     if (!(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic) {
       islands_.wake(slot);
@@ -197,28 +211,29 @@ void NativeSimulator::end_touching(std::uint32_t index) {
   if (graph_[index].colour != no_colour) graph_.uncolour(index);
   in_contact_is_current_ = false;
   ended_.push_back(event(graph_[index]));
+  graph_.end(index);
 }
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
-  if (graph_[index].point_count > 0) {
+  if (graph_[index].touching()) {
     ended.push_back(event(graph_[index]));
     in_contact_is_current_ = false;
   }
   graph_.remove(index);
 }
 
-void NativeSimulator::report_hit(Contact& c) {
+void NativeSimulator::report_hit(const Contact& c) {
+  const ContactManifold& m = graph_.manifold(c);
   const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
   const Velocity &va = state_.velocities[c.a], &vb = state_.velocities[c.b];
-  const Vec3 normal = rotate(pa.rotation, c.normal);
+  const Vec3 normal = rotate(pa.rotation, m.normal);
   float fastest = 0;
   Vec3 where;
-  for (int i = 0; i < c.point_count; ++i) {
-    const Vec3 arm_a = rotate(pa.rotation, c.points[i].anchor_a), arm_b = rotate(pb.rotation, c.points[i].anchor_b);
+  for (std::uint32_t i = 0; i < m.point_count; ++i) {
+    const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
     const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
     if (-dot(speed, normal) > fastest) fastest = -dot(speed, normal), where = pa.position + arm_a;
   }
-  c.approach_speed = fastest;
   if (fastest <= def.solver.restitution_threshold) return;
   const bool swapped = c.b < c.a;
   const ContactEvent ids = event(c);
@@ -311,9 +326,10 @@ void NativeSimulator::quarantine(std::uint32_t slot) {
   state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~awake) | isolated);
   state_.solver_bodies()[slot] = {};
   graph_.for_each_of(slot, [&](std::uint32_t index) {
-    Contact& c = graph_[index];
-    for (ContactPointState& point : c.points) point.impulse = 0;
-    c.friction_impulse[0] = c.friction_impulse[1] = c.twist_impulse = 0;
+    if (!graph_[index].touching()) return;
+    ContactManifold& m = graph_.manifold(graph_[index]);
+    for (ContactPointState& point : m.points) point.impulse = 0;
+    m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
   });
   if (!is_finite(state_.poses[slot].rotation)) state_.poses[slot].rotation = {};
   active_is_current_ = false;
@@ -328,7 +344,7 @@ void NativeSimulator::count() {
   counts.manifolds = counts.points = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour) {
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-    for (const std::uint32_t index : graph_.of_colour(colour)) counts.points += graph_[index].point_count;
+    for (const std::uint32_t index : graph_.of_colour(colour)) counts.points += graph_.manifold(graph_[index]).point_count;
   }
   counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
   counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
@@ -360,7 +376,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
     const std::uint32_t other = c.a == slot ? c.b : c.a;
-    if (c.point_count > 0) wake(other);
+    if (c.touching()) wake(other);
   });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   islands_.forget(slot);
@@ -430,14 +446,15 @@ Aabb NativeSimulator::bounds(std::uint32_t slot) const { return fathom::bounds(b
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {
     const Contact& c = graph_[i];
-    if (!c.in_use || c.point_count == 0) continue;
+    if (!c.in_use || !c.touching()) continue;
+    const ContactManifold& m = graph_.manifold(c);
     const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
     const ContactEvent ids = event(c);
-    const Vec3 normal = rotate(pa.rotation, c.normal);
-    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, c.point_count, {}};
-    for (int p = 0; p < c.point_count; ++p) {
-      const Vec3 on_a = transform(pa, c.points[p].anchor_a), on_b = transform(pb, c.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), c.points[p].impulse};
+    const Vec3 normal = rotate(pa.rotation, m.normal);
+    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, static_cast<int>(m.point_count), {}};
+    for (int p = 0; p < info.point_count; ++p) {
+      const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.points[p].impulse};
     }
     visit(info);
   }

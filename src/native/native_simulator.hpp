@@ -58,11 +58,12 @@ class NativeSimulator final : public Simulator {
   void collect_changed();
   void list_active();
   void refresh_for_queries();
-  void begin_touching(std::uint32_t index);
+  void take_over_changes();
+  void begin_touching(const NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
-  void report_hit(Contact& c);
+  void report_hit(const Contact& c);
   void move_free_body(std::uint32_t slot, Pose& pose, Velocity& velocity) const;
   bool finish_body(std::uint32_t slot);
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
@@ -88,6 +89,7 @@ class NativeSimulator final : public Simulator {
   std::vector<std::uint32_t> forced_;      // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;
   std::vector<Change> changes_;            // per contact, of this step
+  std::vector<std::vector<NewManifold>> new_manifolds_;  // per chunk of contacts
   std::vector<std::uint8_t> failed_;       // per active body: state not finite
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;

@@ -5,6 +5,7 @@
 
 #include "dynamics/rotation.hpp"
 #include "dynamics/softness.hpp"
+#include "world/growth.hpp"
 
 namespace fathom::native {
 
@@ -29,11 +30,11 @@ void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
   });
   lay_out_blocks();
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data()};
-  const Contact* contacts = graph_.data();
+  const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
-    wide_.prepare(wide_blocks_, begin, end, lanes_.data(), contacts, view);
+    wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
   });
-  single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), contacts, view);
+  single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -68,8 +69,10 @@ void ContactSolver::lay_out_blocks() {
   for (int colour = 0; colour < colour_count; ++colour) {
     const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour);
     if (contacts.empty()) continue;
+    const std::size_t padded = (contacts.size() + width - 1) / width * width;
+    make_room(lanes_, lanes_.size() + padded);
     lanes_.insert(lanes_.end(), contacts.begin(), contacts.end());
-    lanes_.resize((lanes_.size() + width - 1) / width * width, none);
+    lanes_.resize(wide_count_ * width + padded, none);
     stretches_.push_back({wide_count_, lanes_.size() / width});
     wide_count_ = lanes_.size() / width;
   }
@@ -78,11 +81,20 @@ void ContactSolver::lay_out_blocks() {
   const std::size_t bytes = wide_count_ * wide_.block_bytes + single_count_ * single_.block_bytes + alignment;
   if (blocks_.size() < bytes) {
     blocks_.clear();
-    blocks_.resize(bytes + bytes / 4);
+    grow_to(blocks_, bytes);
   }
   const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
-  wide_blocks_ = blocks_.data() + (misaligned ? alignment - misaligned : 0);
-  single_blocks_ = wide_blocks_ + wide_count_ * wide_.block_bytes;
+  wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
+  single_blocks_.blocks = wide_blocks_.blocks + wide_count_ * wide_.block_bytes;
+  if (!graph_.may_bounce()) {
+    wide_blocks_.bounces = single_blocks_.bounces = nullptr;
+    return;
+  }
+  const std::size_t floats = wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
+  if (bounces_.size() < floats) grow_to(bounces_, floats);
+  const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
+  wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
+  single_blocks_.bounces = wide_blocks_.bounces + wide_count_ * wide_.bounce_floats;
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
@@ -105,7 +117,7 @@ void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float 
   for (int substep = 0; substep < settings.substeps; ++substep) {
     integrate_velocities(in_contact, h, substep == 0);
     if (substep == 0)
-      for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+      for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
         k.warm_start(blocks, begin, end, state_.solver_bodies());
       });
     sweep(&SolverKernels::solve, soft);
@@ -127,7 +139,7 @@ void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, flo
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     integrate_velocities(in_contact, h, substep == 0);
     if (substep == 0)
-      for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+      for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
         k.warm_start(blocks, begin, end, state_.solver_bodies());
       });
     for (int i = 0; i < def_.solver.iterations; ++i) sweep(&SolverKernels::iterate, p);
@@ -188,16 +200,16 @@ void ContactSolver::for_each_colour(const Kernel& kernel) {
 }
 
 void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters) {
-  for_each_colour([&](const SolverKernels& k, std::byte* blocks, std::size_t begin, std::size_t end) {
+  for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
   });
 }
 
 void ContactSolver::store() {
   pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, graph_.data());
+    wide_.store(wide_blocks_, begin, end, graph_.constrained());
   });
-  single_.store(single_blocks_, 0, single_count_, graph_.data());
+  single_.store(single_blocks_, 0, single_count_, graph_.constrained());
 }
 
 }  // namespace fathom::native

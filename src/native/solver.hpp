@@ -34,13 +34,15 @@ class ContactSolver {
   void store();
 
   int colours_in_use() const { return colours_in_use_; }
-  std::size_t memory_bytes() const { return blocks_.capacity() + lanes_.capacity() * sizeof(std::uint32_t); }
+  std::size_t memory_bytes() const {
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t);
+  }
 
  private:
   struct Stretch {  // blocks of one colour
     std::size_t first, end;
   };
-  using Sweep = void (*)(std::byte*, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
+  using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
 
   void lay_out_blocks();
   void load_body(std::uint32_t slot);
@@ -62,13 +64,12 @@ class ContactSolver {
   const SolverKernels& single_;
   // Blocks of constraints; alignment by hand because std::vector<std::byte> gives 16 bytes.
   std::vector<std::byte> blocks_;
-  std::byte* wide_blocks_ = nullptr;
-  std::byte* single_blocks_ = nullptr;
+  std::vector<float> bounces_;
+  BlockArray wide_blocks_, single_blocks_;
   std::size_t wide_count_ = 0, single_count_ = 0;
   std::vector<std::uint32_t> lanes_;
   std::vector<Stretch> stretches_;
   int colours_in_use_ = 0;
-  bool bounces_ = false;
 };
 
 }  // namespace fathom::native

@@ -41,10 +41,14 @@ enum Field : int {
   twist_mass, patch_radius,
   inertia_a,  // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
-  restitution = inertia_b + 6,
+  field_count = inertia_b + 6
+};
+/// Kept apart, see BlockArray.
+enum BounceField : int {
+  restitution,
   approach,  // normal velocity before the step, one a point
   peak = approach + max_manifold_points,  // largest impulse of the step, one a point
-  field_count = peak + max_manifold_points
+  bounce_field_count = peak + max_manifold_points
 };
 enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };
 
@@ -58,16 +62,19 @@ struct Block {
   using V = hn::Vec<D>;
 
   std::byte* base;
+  float* bounces;  // null where nothing bounces
 
   HWY_INLINE BlockHeader& header() const { return *reinterpret_cast<BlockHeader*>(base); }
   HWY_INLINE std::uint32_t* a() const { return reinterpret_cast<std::uint32_t*>(base + header_bytes); }
   HWY_INLINE std::uint32_t* b() const { return a() + width; }
-  HWY_INLINE std::uint32_t* contact() const { return a() + 2 * width; }
+  HWY_INLINE std::uint32_t* manifold() const { return a() + 2 * width; }
   HWY_INLINE float* at(int field) const {
     return reinterpret_cast<float*>(base + header_bytes) + (3 + static_cast<std::size_t>(field)) * width;
   }
   HWY_INLINE V get(int field) const { return hn::Load(D(), at(field)); }
   HWY_INLINE void set(int field, V v) const { hn::Store(v, D(), at(field)); }
+  HWY_INLINE V get(BounceField field, int i = 0) const { return hn::Load(D(), bounces + static_cast<std::size_t>(field + i) * width); }
+  HWY_INLINE void set(BounceField field, int i, V v) const { hn::Store(v, D(), bounces + static_cast<std::size_t>(field + i) * width); }
   HWY_INLINE Vec3V<V> get3(int field) const { return {get(field), get(field + 1), get(field + 2)}; }
   HWY_INLINE void set3(int field, Vec3V<V> v) const {
     set(field, v.x), set(field + 1, v.y), set(field + 2, v.z);
@@ -328,7 +335,7 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
     const V impulse = hn::Max(wanted, zero);
     block.set(Block<D>::point(i, point_impulse), impulse);
     rows.add(hn::Sub(impulse, old), x, y);
-    if (pass != Pass::relax && block.header().restitution) block.set(peak + i, hn::Max(block.get(peak + i), impulse));
+    if (pass != Pass::relax && block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
   }
   push_normal(bodies, f, rows.sum);
 }
@@ -377,8 +384,8 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
   const V e = block.get(restitution), threshold = hn::Set(d, -p.restitution_threshold);
   for (int i = 0; i < block.header().max_points; ++i) {
     const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
-    const V old = block.get(Block<D>::point(i, point_impulse)), before = block.get(approach + i);
-    const auto bounces = hn::And(hn::Lt(before, threshold), hn::Gt(block.get(peak + i), hn::Zero(d)));
+    const V old = block.get(Block<D>::point(i, point_impulse)), before = block.get(approach, i);
+    const auto bounces = hn::And(hn::Lt(before, threshold), hn::Gt(block.get(peak, i), hn::Zero(d)));
     const V speed = hn::MulAdd(e, before, at_point(rows.motion, x, y));
     const V wanted = hn::Max(hn::NegMulAdd(block.get(Block<D>::point(i, point_mass)), speed, old), hn::Zero(d));
     const V impulse = hn::IfThenElse(hn::And(bounces, hn::Gt(e, hn::Zero(d))), wanted, old);
@@ -402,13 +409,18 @@ HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
   }
 }
 
+template <class D>
+HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
+  return {array.blocks + i * Block<D>::bytes, array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
+}
+
 template <class D, class Act>
-HWY_INLINE void for_blocks(std::byte* blocks, std::size_t begin, std::size_t end, const Act& act) {
-  for (std::size_t i = begin; i < end; ++i) act(Block<D>{blocks + i * Block<D>::bytes});
+HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const Act& act) {
+  for (std::size_t i = begin; i < end; ++i) act(block_at<D>(blocks, i));
 }
 
 template <Pass pass, class D>
-void sweep(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
+void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
       sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p);
@@ -417,7 +429,7 @@ void sweep(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* al
 }
 
 template <class D>
-void warm_start(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* all) {
+void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
       warm_start_block<D, fixed_a.value, isotropic.value>(block, all);
@@ -426,7 +438,7 @@ void warm_start(std::byte* blocks, std::size_t begin, std::size_t end, SolverBod
 }
 
 template <class D>
-void restitute(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
+void restitute(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
@@ -439,12 +451,12 @@ void restitute(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody
 
 alignas(64) constexpr float zeros[64] = {};
 
-/// Reads the contacts of a block's lanes.
+/// Reads the manifolds of a block's lanes.
 template <class D>
 struct LaneContacts {
   using V = hn::Vec<D>;
   static constexpr std::size_t width = hn::MaxLanes(D());
-  const float* contact[width];
+  const float* manifold[width];
   const float* pose_a[width];
   const float* pose_b[width];
   const float* body_a[width];
@@ -464,38 +476,40 @@ struct LaneContacts {
 HWY_INLINE bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
 
 template <class D>
-HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices, const Contact* contacts,
+HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices, const Constrained& constrained,
                              const BodiesView& view, LaneContacts<D>& lanes) {
   BlockHeader h;
   h.fixed_a = h.still_a = h.isotropic = true;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
-    block.contact()[i] = index;
     if (index == none) {
+      block.manifold()[i] = none;
       block.a()[i] = block.b()[i] = none;
-      lanes.contact[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
+      lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
       lanes.counts[i] = 0;
       continue;
     }
-    const Contact& c = contacts[index];
+    const Contact& c = constrained.contacts[index];
+    const ContactManifold& m = constrained.manifolds[c.manifold];
     const SolverBody &a = view.bodies[c.a], &b = view.bodies[c.b];
+    block.manifold()[i] = c.manifold;
     block.a()[i] = c.a;
     block.b()[i] = c.b;
-    lanes.contact[i] = reinterpret_cast<const float*>(&c);
+    lanes.manifold[i] = reinterpret_cast<const float*>(&m);
     lanes.pose_a[i] = reinterpret_cast<const float*>(view.poses + c.a);
     lanes.pose_b[i] = reinterpret_cast<const float*>(view.poses + c.b);
     lanes.body_a[i] = reinterpret_cast<const float*>(&a);
     lanes.body_b[i] = reinterpret_cast<const float*>(&b);
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
-    lanes.counts[i] = static_cast<float>(c.point_count);
+    lanes.counts[i] = static_cast<float>(m.point_count);
     h.lanes = static_cast<std::uint8_t>(i + 1);
-    if (c.point_count > h.max_points) h.max_points = c.point_count;
+    if (m.point_count > h.max_points) h.max_points = static_cast<std::uint8_t>(m.point_count);
     h.fixed_a = h.fixed_a && c.fixed_a;
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
-    h.restitution = h.restitution || c.restitution > 0;
+    h.restitution = h.restitution || m.restitution > 0;
   }
   block.header() = h;
 }
@@ -508,18 +522,18 @@ HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from.
 template <class D>
-HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indices, const Contact* contacts, const BodiesView& view) {
+HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained, const BodiesView& view) {
   using V = hn::Vec<D>;
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   LaneContacts<D> lanes;
-  locate_lanes(block, indices, contacts, view, lanes);
+  locate_lanes(block, indices, constrained, view, lanes);
 
   // World frame of the manifold, relative to A's centre.
   const QuadV<V> q_a = lanes.quad(lanes.pose_a, 4), q_b = lanes.quad(lanes.pose_b, 4);
   const Mat3V<V> rot_a = to_matrix(d, q_a.x, q_a.y, q_a.z, q_a.w), rot_b = to_matrix(d, q_b.x, q_b.y, q_b.z, q_b.w);
   const Vec3V<V> between = lanes.quad(lanes.pose_b, 0).xyz() - lanes.quad(lanes.pose_a, 0).xyz();
-  const QuadV<V> normal = lanes.quad(lanes.contact, 16), tangent = lanes.quad(lanes.contact, 20), impulses = lanes.quad(lanes.contact, 24);
+  const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4), impulses = lanes.quad(lanes.manifold, 8);
   Frame<V> f;
   f.n = rot_a * normal.xyz();
   f.t1 = rot_a * tangent.xyz();
@@ -530,7 +544,7 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
   Vec3V<V> sum{zero, zero, zero};
   const int max_points = block.header().max_points;
   for (int i = 0; i < max_points; ++i) {
-    const QuadV<V> anchor_a = lanes.quad(lanes.contact, 32 + 8 * i), anchor_b = lanes.quad(lanes.contact, 36 + 8 * i);
+    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 12 + 8 * static_cast<std::size_t>(i)), anchor_b = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i));
     const Vec3V<V> on_a = rot_a * anchor_a.xyz();
     const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
@@ -607,41 +621,41 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
     block.set_inertia(inertia_b, i_b);
   }
   if (block.header().restitution) {
-    block.set(restitution, tangent.w);
+    block.set(restitution, 0, tangent.w);
     const Vec3V<V> va = lanes.quad(lanes.body_a, 0).xyz(), wa = lanes.quad(lanes.body_a, 4).xyz();
     const Vec3V<V> vb = lanes.quad(lanes.body_b, 0).xyz(), wb = lanes.quad(lanes.body_b, 4).xyz();
     const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
     for (int i = 0; i < max_points; ++i) {
-      block.set(approach + i, at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
-      block.set(peak + i, zero);
+      block.set(approach, i, at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
+      block.set(peak, i, zero);
     }
   }
 }
 
 template <class D>
-void prepare(std::byte* blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes, const Contact* contacts,
+void prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes, const Constrained& constrained,
              const BodiesView& view) {
-  for (std::size_t i = begin; i < end; ++i)
-    prepare_block(Block<D>{blocks + i * Block<D>::bytes}, lanes + i * Block<D>::width, contacts, view);
+  for (std::size_t i = begin; i < end; ++i) prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
 }
 
 template <class D>
-void store(const std::byte* blocks, std::size_t begin, std::size_t end, Contact* contacts) {
+void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
   for (std::size_t i = begin; i < end; ++i) {
-    const Block<D> block{const_cast<std::byte*>(blocks) + i * Block<D>::bytes};
+    const Block<D> block = block_at<D>(blocks, i);
     for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
-      Contact& c = contacts[block.contact()[lane]];
-      for (int p = 0; p < c.point_count; ++p) c.points[p].impulse = block.at(Block<D>::point(p, point_impulse))[lane];
-      c.friction_impulse[0] = block.at(friction_impulse_1)[lane];
-      c.friction_impulse[1] = block.at(friction_impulse_2)[lane];
-      c.twist_impulse = block.at(twist_impulse)[lane];
+      ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
+      for (std::uint32_t p = 0; p < m.point_count; ++p)
+        m.points[p].impulse = block.at(Block<D>::point(static_cast<int>(p), point_impulse))[lane];
+      m.friction_impulse[0] = block.at(friction_impulse_1)[lane];
+      m.friction_impulse[1] = block.at(friction_impulse_2)[lane];
+      m.twist_impulse = block.at(twist_impulse)[lane];
     }
   }
 }
 
 template <class D>
 SolverKernels make_kernels(const char* name) {
-  return {name, static_cast<int>(Block<D>::width), Block<D>::bytes, prepare<D>, warm_start<D>, sweep<Pass::soft, D>,
+  return {name, static_cast<int>(Block<D>::width), Block<D>::bytes, bounce_field_count * Block<D>::width, prepare<D>, warm_start<D>, sweep<Pass::soft, D>,
           sweep<Pass::relax, D>, restitute<D>, sweep<Pass::iterate, D>, store<D>};
 }
 

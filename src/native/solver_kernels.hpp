@@ -25,6 +25,18 @@ struct BodiesView {
   const WorldInertia* inertias = nullptr;
 };
 
+/// Constraints and manifolds they are made from.
+struct Constrained {
+  const Contact* contacts = nullptr;
+  ContactManifold* manifolds = nullptr;
+};
+
+/// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces.
+struct BlockArray {
+  std::byte* blocks = nullptr;
+  float* bounces = nullptr;
+};
+
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
 /// then `width` indices of A, of B and of the contact, then the floats.
 struct BlockHeader {
@@ -40,19 +52,20 @@ struct SolverKernels {
   const char* name;      ///< of the instruction set
   int width;             ///< lanes
   std::size_t block_bytes;
+  std::size_t bounce_floats;  ///< a block
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes).
-  void (*prepare)(std::byte* blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
-                  const Contact* contacts, const BodiesView& view);
+  void (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                  const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
-  void (*warm_start)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
-  void (*solve)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*relax)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*restitute)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*warm_start)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
+  void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
-  void (*iterate)(std::byte* blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  /// Writes accumulated impulses back to the contacts.
-  void (*store)(const std::byte* blocks, std::size_t begin, std::size_t end, Contact* contacts);
+  void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  /// Writes accumulated impulses back to the manifolds.
+  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained);
 };
 
 /// The kernels for this machine, and the same one lane wide for constraints that no colour could take.

@@ -5,6 +5,7 @@
 #include <fathom/error.hpp>
 
 #include "geometry/support.hpp"
+#include "world/growth.hpp"
 
 namespace fathom {
 
@@ -55,6 +56,7 @@ BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
   const std::uint32_t slot = next_slot();
   if (slot == slot_count()) {
+    make_room(infos_, infos_.size() + 1);
     infos_.push_back(std::move(info));
     generations_.push_back(1);
   } else {

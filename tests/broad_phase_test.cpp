@@ -1,0 +1,168 @@
+// Both broad phases against brute force, and the trees and tables they are made of.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <set>
+
+#include "native/broad_phase.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::native {
+namespace {
+
+using Found = std::set<std::pair<std::uint32_t, std::uint32_t>>;
+
+struct Boxes {
+  BodyTable bodies;
+  BodyState state;
+  PairSet known;
+  std::vector<std::uint32_t> changed;
+  std::mt19937 random{11};
+
+  float uniform(float lo, float hi) { return lo + (hi - lo) * static_cast<float>(random() >> 8) / 16777216.0f; }
+
+  void add(MotionType motion, const Aabb& box) {
+    BodyDef def = test::cube({});
+    def.motion = motion;
+    const std::uint32_t slot = bodies.add(def).index;
+    state.resize(slot + 1);
+    state.fat_boxes[slot] = box;
+  }
+  Aabb random_box(float space, float size) {
+    const Vec3 c{uniform(-space, space), uniform(-space, space), uniform(-space, space)};
+    return {c, c + Vec3{uniform(0, size), uniform(0, size), uniform(0, size)}};
+  }
+  BroadPhaseInput input(bool set_changed) { return {bodies, state, known, changed, set_changed}; }
+
+  void change_all() {
+    changed.clear();
+    for (std::uint32_t slot = 0; slot < bodies.slot_count(); ++slot) change(slot);
+  }
+  void change(std::uint32_t slot) {
+    changed.push_back(slot);
+    state.flags[slot] |= box_changed;
+  }
+  void settle() {
+    for (const std::uint32_t slot : changed) state.flags[slot] = 0;
+    changed.clear();
+  }
+  Found brute_force() {
+    Found pairs;
+    for (std::uint32_t a = 0; a < bodies.slot_count(); ++a)
+      for (std::uint32_t b = a + 1; b < bodies.slot_count(); ++b)
+        if (overlaps(state.fat_boxes[a], state.fat_boxes[b]) &&
+            (bodies[a].motion == MotionType::dynamic || bodies[b].motion == MotionType::dynamic))
+          pairs.insert({a, b});
+    return pairs;
+  }
+};
+
+Found search(BroadPhase& broad_phase, const BroadPhaseInput& input, int threads) {
+  ThreadPool pool(threads);
+  std::vector<std::vector<Pair>> lists;
+  broad_phase.find(input, pool, lists);
+  Found found;
+  for (const auto& list : lists)
+    for (const Pair p : list) {
+      const bool is_new = found.insert({std::min(p.a, p.b), std::max(p.a, p.b)}).second;
+      EXPECT_TRUE(is_new) << "pair " << p.a << ", " << p.b << " reported twice";
+    }
+  return found;
+}
+
+class BroadPhases : public testing::TestWithParam<bool> {
+ protected:
+  std::unique_ptr<BroadPhase> make() const {
+    return GetParam() ? make_sweep_broad_phase(normalize(Vec3{3, 2, 1})) : make_tree_broad_phase();
+  }
+};
+
+TEST_P(BroadPhases, FindAllPairsOfRandomBoxes) {
+  for (const int count : {0, 1, 2, 7, 8, 9, 64, 65, 700}) {
+    Boxes boxes;
+    for (int i = 0; i < count; ++i)
+      boxes.add(i % 10 == 3 ? MotionType::fixed : MotionType::dynamic, boxes.random_box(6, 2));
+    boxes.change_all();
+    const auto broad_phase = make();
+    EXPECT_EQ(search(*broad_phase, boxes.input(true), 2), boxes.brute_force()) << count << " boxes";
+  }
+}
+
+TEST_P(BroadPhases, FindAllPairsWithHugeAndTinyAndFlatBoxes) {
+  Boxes boxes;
+  boxes.add(MotionType::fixed, {{-500, -500, -1}, {500, 500, 0}});
+  boxes.add(MotionType::dynamic, {{-50, -50, -1}, {50, 50, 60}});
+  for (int i = 0; i < 500; ++i) boxes.add(MotionType::dynamic, boxes.random_box(30, i % 3 == 0 ? 0.01f : 3.0f));
+  for (int i = 0; i < 50; ++i) boxes.add(MotionType::dynamic, {{1, 1, 1}, {1, 1, 1}});  // points in one place
+  boxes.change_all();
+  const auto broad_phase = make();
+  EXPECT_EQ(search(*broad_phase, boxes.input(true), 2), boxes.brute_force());
+}
+
+TEST_P(BroadPhases, FindOnlyNewPairsAsBoxesMove) {
+  Boxes boxes;
+  for (int i = 0; i < 300; ++i) boxes.add(i % 20 == 0 ? MotionType::fixed : MotionType::dynamic, boxes.random_box(5, 1.5f));
+  boxes.change_all();
+  const auto broad_phase = make();
+  for (const auto& [a, b] : search(*broad_phase, boxes.input(true), 1)) boxes.known.insert(a, b);
+  for (int step = 0; step < 200; ++step) {
+    boxes.settle();
+    const Found before = boxes.brute_force();
+    for (std::uint32_t slot = 0; slot < boxes.bodies.slot_count(); ++slot) {
+      if (boxes.random() % 4 != 0) continue;
+      const Vec3 d{boxes.uniform(-0.5f, 0.5f), boxes.uniform(-0.5f, 0.5f), boxes.uniform(-0.5f, 0.5f)};
+      boxes.state.fat_boxes[slot].lower += d;
+      boxes.state.fat_boxes[slot].upper += d;
+      boxes.change(slot);
+    }
+    const Found now = boxes.brute_force();
+    for (const auto& [a, b] : before)
+      if (!now.count({a, b})) boxes.known.erase(a, b);
+    Found expected;
+    for (const auto& pair : now)
+      if (!before.count(pair)) expected.insert(pair);
+    const Found found = search(*broad_phase, boxes.input(false), 2);
+    ASSERT_EQ(found, expected) << "step " << step;
+    for (const auto& [a, b] : found) boxes.known.insert(a, b);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(TreeAndSweep, BroadPhases, testing::Bool(),
+                         [](const auto& parameter) { return parameter.param ? "sweep" : "tree"; });
+
+TEST(PairSet, HoldsWhatASetWouldHold) {
+  PairSet set;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> oracle;
+  std::mt19937 random(3);
+  for (int i = 0; i < 50000; ++i) {
+    const std::uint32_t a = random() % 80, b = 80 + random() % 40;
+    if (oracle.count({a, b})) {
+      set.erase(b, a);
+      oracle.erase({a, b});
+    } else {
+      set.insert(a, b);
+      oracle.insert({a, b});
+    }
+    ASSERT_EQ(set.size(), oracle.size());
+    const std::uint32_t c = random() % 80, d = 80 + random() % 40;
+    ASSERT_EQ(set.contains(c, d), oracle.count({c, d}) == 1);
+  }
+}
+
+TEST(ThreadPool, RunsEveryItemOnceWithAnyNumberOfThreads) {
+  for (const int threads : {1, 2, 3, 8}) {
+    ThreadPool pool(threads);
+    for (int round = 0; round < 500; ++round) {
+      std::vector<int> seen(static_cast<std::size_t>(round), 0);
+      pool.for_each_chunk(seen.size(), 7, [&](std::size_t begin, std::size_t end) {
+        EXPECT_EQ(begin % 7, 0u);
+        for (std::size_t i = begin; i < end; ++i) ++seen[i];
+      });
+      ASSERT_TRUE(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; })) << threads << " threads, round " << round;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fathom::native

@@ -1,0 +1,69 @@
+// A world at rest or in steady motion allocates nothing, and keeps to its memory budget.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "world_fixture.hpp"
+
+namespace {
+std::atomic<std::size_t> allocations{0};
+}
+
+// Counting replacements of the global operators: every allocation of this program passes here.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const std::size_t a = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace fathom::test {
+namespace {
+
+TEST(SteadyState, StepsAllocateNothing) {
+  for (const BroadPhase kind : {BroadPhase::tree, BroadPhase::sweep}) {
+    WorldDef def = quiet_world(2);
+    def.broad_phase = kind;
+    World world(def);
+    world.add(ground());
+    add_pyramid(world, 6);
+    run(world, 60);
+    const std::size_t before = allocations;
+    run(world, 120);
+    EXPECT_EQ(allocations - before, 0u);
+  }
+}
+
+TEST(SteadyState, MemoryPerBodyAndManifoldIsBounded) {
+  WorldDef def = quiet_world();
+  def.gravity = {};
+  World sparse(def);
+  for (int i = 0; i < 4096; ++i)
+    sparse.add(cube({static_cast<float>(i % 16) * 4, static_cast<float>(i / 16 % 16) * 4, static_cast<float>(i / 256) * 4}));
+  run(sparse, 5);
+  EXPECT_LE(sparse.profile().counts.memory_bytes / 4096, 1024u);
+
+  World dense(quiet_world());
+  dense.add(ground());
+  dense.reserve(1241);
+  add_pyramid(dense, 15);
+  run(dense, 5);
+  const StepCounts& c = dense.profile().counts;
+  const double for_contacts = static_cast<double>(c.memory_bytes) - 1241.0 * 1024;
+  // Pairs that do not touch are counted with the manifolds they may become.
+  EXPECT_LE(for_contacts / c.pairs, 512);
+}
+
+}  // namespace
+}  // namespace fathom::test

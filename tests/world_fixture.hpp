@@ -1,0 +1,66 @@
+// Small helpers that most tests of the world share.
+#pragma once
+
+#include <cmath>
+
+#include <fathom/world.hpp>
+
+namespace fathom::test {
+
+inline WorldDef quiet_world(int threads = 1) {
+  WorldDef def;
+  def.threads = threads;
+  def.sleep.enabled = false;
+  return def;
+}
+
+/// The ground of the fixed scenes: its surface is at z = 0.5.
+inline BodyDef ground(float friction = 0.5f, float restitution = 0.0f) {
+  BodyDef def;
+  def.motion = MotionType::fixed;
+  def.shape = box({500, 500, 0.5f});
+  def.material = {friction, restitution};
+  return def;
+}
+
+inline BodyDef dynamic(const Shape& shape, Vec3 position, float mass = 1.0f) {
+  BodyDef def;
+  def.shape = shape;
+  def.mass = mass;
+  def.pose.position = position;
+  return def;
+}
+
+inline BodyDef cube(Vec3 position) { return dynamic(box({0.5f, 0.5f, 0.5f}), position); }
+
+inline Quat axis_angle(Vec3 axis, float angle) {
+  const Vec3 n = normalize(axis);
+  const float s = std::sin(0.5f * angle);
+  return {std::cos(0.5f * angle), s * n.x, s * n.y, s * n.z};
+}
+
+inline void run(World& world, int steps) {
+  for (int i = 0; i < steps; ++i) world.step();
+}
+
+inline float kinetic_energy(const World& world, BodyId id) {
+  const Velocity v = world.velocity(id);
+  const Vec3 local = inverse_rotate(world.pose(id).rotation, v.angular);
+  return 0.5f * world.mass(id) * length_squared(v.linear) + 0.5f * dot(local, world.mass_properties(id).inertia * local);
+}
+
+inline Vec3 angular_momentum(const World& world, BodyId id) {
+  const Quat q = world.pose(id).rotation;
+  return rotate(q, world.mass_properties(id).inertia * inverse_rotate(q, world.velocity(id).angular));
+}
+
+inline void add_pyramid(World& world, int layers) {
+  for (int l = 0; l < layers; ++l) {
+    const int side = layers - l;
+    for (int i = 0; i < side * side; ++i)
+      world.add(cube({(static_cast<float>(i % side) - static_cast<float>(side - 1) * 0.5f) * 1.05f,
+                      (static_cast<float>(i / side) - static_cast<float>(side - 1) * 0.5f) * 1.05f, 1.0f + static_cast<float>(l)}));
+  }
+}
+
+}  // namespace fathom::test
