@@ -13,8 +13,8 @@ inline constexpr int max_manifold_points = 4;
 struct ManifoldPoint {
   Vec3 position;         ///< in A's frame, half-way between the two surfaces
   float separation = 0;  ///< m along the normal, negative where the shapes overlap
-  std::uint32_t feature =
-      0;  ///< which features of A and B meet here; equal from step to step for the same pair of features
+  /// Which features of A and B meet here; equal from step to step for the same pair of features.
+  std::uint32_t feature = 0;
 };
 
 struct Manifold {
@@ -24,10 +24,12 @@ struct Manifold {
     ManifoldPoint points[max_manifold_points];
   };
 
-  Manifold() {}
+  FATHOM_HD Manifold() {}
 };
 
-/// What the last call learned of the pair: the axis to try first. Zero means nothing is known.
+/// What the last call learned of the pair: the axis to try first. Zero means nothing is known. Two boxes name axes
+/// 0 … 2 instead of faces and edges; of a polyhedron and a round shape `a` is a face of the polyhedron, whichever it
+/// is.
 struct AxisCache {
   enum Kind : std::uint8_t { none, face_a, face_b, edges };
   std::uint8_t kind = none;
