@@ -13,28 +13,38 @@ namespace fathom {
 
 /// Two boxes as the axis tests read them.
 struct BoxPair {
-  Lanes ha, hb;  ///< half extents
-  Lanes ta, tb;  ///< from centre of A to centre of B in the axes of A and of B
-  Lanes r[3];    ///< r[i][j]: component along axis i of A of axis j of B
-  Lanes q[3];    ///< absolute values of r
+  Lanes ha, hb;          ///< half extents
+  Lanes ta, tb;          ///< from centre of A to centre of B in the axes of A and of B
+  Lanes r[3];            ///< r[i][j]: component along axis i of A of axis j of B
+  Lanes q[3];            ///< absolute values of r
   Lanes face_a, face_b;  ///< separations (m) along the face normals of A's and of B's axes
   Tolerance tolerance;
 };
 
 FATHOM_HD BoxPair make_box_pair(Vec3 half_a, Vec3 half_b, const Pose& b_in_a) {
   BoxPair p;
-  const Mat3 m = to_matrix(b_in_a.rotation);
   const Vec3 t = b_in_a.position;
   p.ha = lanes(half_a);
   p.hb = lanes(half_b);
-  p.r[0] = lanes(m.x.x, m.y.x, m.z.x);
-  p.r[1] = lanes(m.x.y, m.y.y, m.z.y);
-  p.r[2] = lanes(m.x.z, m.y.z, m.z.z);
-  for (int i = 0; i < 3; ++i) p.q[i] = abs(p.r[i]);
   p.ta = lanes(t);
+
+  // Rotation matrix of the quaternion (w, v): (1 − 2v²)·1 + 2·v·vᵀ + 2w·[v]×; its transpose has the last term negative.
+  const Vec3 v = b_in_a.rotation.vector();
+  const float w2 = 2.0f * b_in_a.rotation.w, diagonal = 1.0f - 2.0f * (v.x * v.x + v.y * v.y + v.z * v.z);
+  const Lanes v2 = 2.0f * lanes(v);
+  const Lanes even[3] = {v.x * v2 + lanes(diagonal, 0, 0), v.y * v2 + lanes(0, diagonal, 0),
+                         v.z * v2 + lanes(0, 0, diagonal)};
+  const Lanes odd[3] = {w2 * lanes(0, -v.z, v.y), w2 * lanes(v.z, 0, -v.x), w2 * lanes(-v.y, v.x, 0)};
+  Lanes q_column[3];
+  for (int i = 0; i < 3; ++i) {
+    p.r[i] = even[i] + odd[i];
+    p.q[i] = abs(p.r[i]);
+    q_column[i] = abs(even[i] - odd[i]);
+  }
+
   p.tb = t.x * p.r[0] + t.y * p.r[1] + t.z * p.r[2];
   const Lanes distance = abs(p.ta);
-  p.face_a = distance - p.ha - (half_b.x * abs(lanes(m.x)) + half_b.y * abs(lanes(m.y)) + half_b.z * abs(lanes(m.z)));
+  p.face_a = distance - p.ha - (half_b.x * q_column[0] + half_b.y * q_column[1] + half_b.z * q_column[2]);
   p.face_b = abs(p.tb) - p.hb - (half_a.x * p.q[0] + half_a.y * p.q[1] + half_a.z * p.q[2]);
   p.tolerance = make_tolerance(min_lane(min(p.ha, p.hb)), max_lane(p.ha + p.hb + distance));
   return p;

@@ -54,7 +54,8 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
 
 /// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
 /// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
-FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin, Manifold& manifold) {
+FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
+                                Manifold& manifold) {
   const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
@@ -103,7 +104,8 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
     cache = make_cache(AxisCache::face_b, 0, axis_b, true);
     return manifold;
   }
-  if (cache.separated && cache.kind == AxisCache::edges && edge_separation(edge_axes(pair, cache.a), cache.b) > margin) {
+  if (cache.separated && cache.kind == AxisCache::edges &&
+      edge_separation(edge_axes(pair, cache.a), cache.b) > margin) {
     return manifold;
   }
 

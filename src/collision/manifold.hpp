@@ -11,23 +11,30 @@ namespace fathom {
 inline constexpr int max_manifold_points = 4;
 
 struct ManifoldPoint {
-  Vec3 position;             ///< in A's frame, half-way between the two surfaces
-  float separation = 0;      ///< m along the normal, negative where the shapes overlap
-  std::uint32_t feature = 0; ///< which features of A and B meet here; equal from step to step for the same pair of features
+  Vec3 position;         ///< in A's frame, half-way between the two surfaces
+  float separation = 0;  ///< m along the normal, negative where the shapes overlap
+  /// Which features of A and B meet here; equal from step to step for the same pair of features.
+  std::uint32_t feature = 0;
 };
 
 struct Manifold {
   Vec3 normal;  ///< unit, in A's frame, from A to B
   int count = 0;
-  ManifoldPoint points[max_manifold_points];
+  union {  // left unset by the constructor: most pairs of a broad phase do not touch
+    ManifoldPoint points[max_manifold_points];
+  };
+
+  FATHOM_HD Manifold() {}
 };
 
-/// What the last call learned of the pair: the axis to try first. Zero means nothing is known.
+/// What the last call learned of the pair: the axis to try first. Zero means nothing is known. Two boxes name axes
+/// 0 … 2 instead of faces and edges; of a polyhedron and a round shape `a` is a face of the polyhedron, whichever it
+/// is.
 struct AxisCache {
   enum Kind : std::uint8_t { none, face_a, face_b, edges };
   std::uint8_t kind = none;
-  std::uint8_t a = 0;  ///< face of A, or edge of A (undirected index)
-  std::uint8_t b = 0;  ///< face of B, or edge of B
+  std::uint8_t a = 0;          ///< face of A, or edge of A (undirected index)
+  std::uint8_t b = 0;          ///< face of B, or edge of B
   std::uint8_t separated = 0;  ///< 1 where the axis separated the shapes by more than the margin
 };
 
