@@ -9,6 +9,7 @@
 
 #include "collision/manifold.hpp"
 #include "geometry/support.hpp"
+#include "math/eigen.hpp"
 #include "world/simulator.hpp"
 #include "world/validate.hpp"
 
@@ -104,7 +105,8 @@ float World::mass(BodyId id) const { return simulator_->bodies[simulator_->bodie
 MassProperties World::mass_properties(BodyId id) const {
   const BodyInfo& info = simulator_->bodies[simulator_->bodies.slot(id, "read mass properties")];
   if (info.motion != MotionType::dynamic) return {};
-  return principal_frame(info.mass, info.inertia);
+  const PrincipalFrame frame = principal_frame(info.inertia);
+  return {info.mass, info.inertia, frame.moments, frame.rotation};
 }
 
 Aabb World::bounds(BodyId id) const { return simulator_->bounds(simulator_->bodies.slot(id, "read bounds")); }
