@@ -1,6 +1,5 @@
 // Drops a box and prints its height once it has landed.
 #include <cstdio>
-
 #include <fathom/world.hpp>
 
 int main() {
