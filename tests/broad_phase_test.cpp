@@ -136,7 +136,7 @@ TEST(PairSet, HoldsWhatASetWouldHold) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> oracle;
   std::mt19937 random(3);
   for (int i = 0; i < 50000; ++i) {
-    const std::uint32_t a = random() % 80, b = 80 + random() % 40;
+    const auto a = static_cast<std::uint32_t>(random() % 80), b = static_cast<std::uint32_t>(80 + random() % 40);
     if (oracle.count({a, b})) {
       set.erase(b, a);
       oracle.erase({a, b});
@@ -145,7 +145,7 @@ TEST(PairSet, HoldsWhatASetWouldHold) {
       oracle.insert({a, b});
     }
     ASSERT_EQ(set.size(), oracle.size());
-    const std::uint32_t c = random() % 80, d = 80 + random() % 40;
+    const auto c = static_cast<std::uint32_t>(random() % 80), d = static_cast<std::uint32_t>(80 + random() % 40);
     ASSERT_EQ(set.contains(c, d), oracle.count({c, d}) == 1);
   }
 }

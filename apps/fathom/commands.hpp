@@ -1,0 +1,12 @@
+// The subcommands. Each returns the program's exit code and throws `Error` on what it cannot do.
+#pragma once
+
+#include "options.hpp"
+
+namespace fathom::cli {
+
+int list();
+int run(const RunOptions& options);
+int table(const TableOptions& options);
+
+}  // namespace fathom::cli

@@ -1,0 +1,87 @@
+// fathom: runs the environments and scene files from the command line, and measures them.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <fathom/error.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "build_info.hpp"
+#include "commands.hpp"
+#include "options.hpp"
+#include "scene/suggest.hpp"
+
+namespace {
+
+using namespace fathom::cli;
+
+int complain(std::string_view text, int code) {
+  fmt::print(stderr, "fathom: {}\n", text);
+  return code;
+}
+
+/// The long options of the subcommand in use, or the subcommands' names where none is.
+std::vector<std::string> known_words(const CLI::App& app) {
+  std::vector<std::string> words;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    if (!command->parsed()) continue;
+    for (const CLI::Option* option : command->get_options()) words.push_back(option->get_name(false, false));
+    return words;
+  }
+  for (const CLI::App* command : app.get_subcommands({})) words.push_back(command->get_name());
+  return words;
+}
+
+/// The remedy for a word that the command line does not know.
+std::string remedy(const CLI::App& app) {
+  for (const std::string& word : app.remaining(true)) {
+    const std::vector<std::string> known = known_words(app);
+    const std::vector<std::string_view> views(known.begin(), known.end());
+    const std::string_view guess = fathom::nearest(word, views);
+    if (!guess.empty()) return fmt::format("; did you mean {}?", guess);
+  }
+  return "; see 'fathom --help' and 'fathom run --help'";
+}
+
+int refuse(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+  std::string text = error.what();
+  // One line, whatever CLI11 makes of it.
+  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
+  return complain(text + remedy(app), bad_request);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Fathom: real-time rigid-body physics. Runs scenes without a window and measures them.", "fathom");
+  app.set_version_flag("--version",
+                       fmt::format("fathom {} ({})", fathom::build_info::version, fathom::build_info::commit));
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(36);
+
+  RunOptions run_options;
+  TableOptions table_options;
+  const CLI::App* list_command = app.add_subcommand("list", "Say which environments, simulators and solvers there are");
+  CLI::App* run_command = app.add_subcommand("run", "Simulate an environment or a scene file and print its figures");
+  CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
+  declare_run(*run_command, run_options);
+  declare_table(*table_command, table_options);
+
+  try {
+    app.parse(argc, argv);
+    if (list_command->parsed()) return list();
+    if (table_command->parsed()) return table(table_options);
+    return run(run_options);
+  } catch (const CLI::ParseError& error) {
+    return refuse(app, error);
+  } catch (const fathom::Error& error) {
+    return complain(error.what(), bad_request);
+  } catch (const std::bad_alloc&) {
+    return complain("not enough memory; ask for fewer bodies", failed);
+  } catch (const std::exception& error) {
+    return complain(error.what(), failed);
+  }
+}

@@ -1,0 +1,129 @@
+#include "options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <limits>
+#include <map>
+
+namespace fathom::cli {
+namespace {
+
+/// A positive number that is finite. CLI11's own check lets nan and inf pass.
+CLI::Validator positive_number() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && value <= 1e30;
+        return good ? std::string() : "must be a finite number greater than 0, not " + text;
+      },
+      "> 0");
+}
+
+/// A whole number of at least `least`.
+CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
+  return CLI::Validator(
+      [least, most](std::string& text) -> std::string {
+        std::int64_t value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+        return good ? std::string() : "must be a whole number from " + std::to_string(least) + ", not " + text;
+      },
+      "");
+}
+
+/// One of a few words. CLI11's own message for a wrong one lists numbers.
+template <class T>
+void declare_choice(CLI::App& command, const std::string& flag, std::optional<T>& value, std::map<std::string, T> words,
+                    const std::string& help) {
+  std::string list;
+  for (const auto& word : words) list += (list.empty() ? "" : "|") + word.first;
+  command
+      .add_option_function<std::string>(
+          flag, [&value, words](const std::string& word) { value = words.at(word); }, help)
+      ->type_name(list)
+      ->check(CLI::Validator(
+          [words, list](std::string& word) -> std::string {
+            return words.contains(word) ? std::string() : "must be " + list + ", not " + word;
+          },
+          ""));
+}
+
+void declare_size(CLI::App& command, RunOptions& options) {
+  auto* bodies = command.add_option("--bodies", options.bodies, "About how many bodies an environment has")
+                     ->type_name("N")
+                     ->group("Size");
+  command.add_option("--layers", options.layers, "Size of layers or pyramid in layers")
+      ->type_name("L")
+      ->group("Size")
+      ->excludes(bodies);
+}
+
+void declare_time(CLI::App& command, RunOptions& options) {
+  const std::int64_t most_steps = 1'000'000'000;
+  auto* steps = command.add_option("--steps", options.steps, "Steps to simulate (1800)")
+                    ->type_name("N")
+                    ->check(whole_number(1, most_steps))
+                    ->group("Time");
+  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
+      ->type_name("S")
+      ->check(positive_number())
+      ->excludes(steps)
+      ->group("Time");
+  command.add_option("--dt", options.dt, "Time step (s; 1/60 = 0.0166667)")
+      ->type_name("S")
+      ->check(positive_number())
+      ->group("Time");
+}
+
+void declare_simulator(CLI::App& command, RunOptions& options) {
+  declare_choice<std::string>(command, "--simulator", options.simulator, {{"native", "native"}},
+                              "Which simulator runs the scene");
+  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
+      ->type_name("N")
+      ->check(whole_number(0, 1024));
+  declare_choice<BroadPhase>(command, "--broad-phase", options.broad_phase,
+                             {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}, "How pairs are found (tree)");
+  declare_choice<Solver>(command, "--solver", options.solver, {{"soft", Solver::soft}, {"impulse", Solver::impulse}},
+                         "How contacts are solved (soft)");
+  command.add_option("--substeps", options.substeps, "Substeps of a step (4)")
+      ->type_name("N")
+      ->check(whole_number(1, 1024));
+  declare_choice<bool>(command, "--sleep", options.sleep, {{"on", true}, {"off", false}},
+                       "Whether resting islands sleep (off in the environments)");
+}
+
+void declare_output(CLI::App& command, RunOptions& options) {
+  command.add_option("--json", options.json, "Write the figures of the run as JSON ('-' is stdout)")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_option("--csv", options.csv, "Write a row a step: each stage's ms and the counts")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_flag("--quiet", options.quiet, "No progress bar, no table")->group("Output");
+}
+
+}  // namespace
+
+void declare_run(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("scene", options.scene,
+                  "drift, layers, spread, pyramid ('fathom list' describes them), or a scene file (*.toml)")
+      ->required()
+      ->type_name("ENVIRONMENT|SCENE.toml");
+  declare_size(command, options);
+  declare_time(command, options);
+  declare_simulator(command, options);
+  declare_output(command, options);
+  command.footer(
+      "Examples:\n"
+      "  fathom run pyramid --layers 15\n"
+      "  fathom run layers --bodies 10000 --threads 2 --json layers.json --csv layers.csv\n"
+      "  fathom run examples/scenes/materials.toml --seconds 5\n"
+      "\n"
+      "Exit code: 0 the run finished and every state is finite; 1 it did not, or a state is not finite;\n"
+      "2 the command line, a scene or a file is wrong; 130 Ctrl-C, what was measured is written.");
+}
+
+void declare_table(CLI::App& command, TableOptions& options) {
+  command.add_option("files", options.files, "Results written by 'fathom run --json'")->required()->type_name("FILE");
+}
+
+}  // namespace fathom::cli

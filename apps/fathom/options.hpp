@@ -1,0 +1,51 @@
+// What the command line asks for.
+#pragma once
+
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+
+namespace fathom::cli {
+
+/// Exit codes of the program.
+enum Exit : int {
+  finished = 0,      ///< the run finished and every state is finite
+  failed = 1,        ///< a state is not finite, or the run could not go on
+  bad_request = 2,   ///< the command line, a scene or a file is wrong
+  interrupted = 130  ///< Ctrl-C; what was measured is written
+};
+
+/// Options of `fathom run`. What is absent stays as the scene has it.
+struct RunOptions {
+  std::string scene;  ///< an environment's name or a scene file's path
+  std::optional<std::int64_t> bodies;
+  std::optional<std::int64_t> layers;
+  std::optional<std::string> simulator;
+  std::optional<int> threads;
+  std::optional<std::uint64_t> steps;
+  std::optional<double> seconds;
+  std::optional<float> dt;
+  std::optional<int> substeps;
+  std::optional<BroadPhase> broad_phase;
+  std::optional<Solver> solver;
+  std::optional<bool> sleep;
+  std::string json;  ///< path, "-" for stdout, empty for none
+  std::string csv;
+  bool quiet = false;
+};
+
+struct TableOptions {
+  std::vector<std::string> files;
+};
+
+/// Declares the options of a subcommand; parsing fills them.
+void declare_run(CLI::App& command, RunOptions& options);
+void declare_table(CLI::App& command, TableOptions& options);
+
+}  // namespace fathom::cli

@@ -1,0 +1,46 @@
+#include "progress.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string>
+
+namespace fathom::cli {
+namespace {
+
+constexpr int bar_width = 30;
+constexpr std::chrono::milliseconds redraw_interval{100};
+
+std::string remaining_time(double seconds) {
+  const auto s = static_cast<std::uint64_t>(seconds + 0.5);
+  if (s >= 3600) return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+  return fmt::format("{}:{:02}", s / 60, s % 60);
+}
+
+}  // namespace
+
+Progress::Progress(std::uint64_t steps, bool on) : steps_(steps), on_(on), start_(Clock::now()), drawn_(start_) {}
+
+Progress::~Progress() {
+  if (on_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::update(std::uint64_t done) {
+  if (!on_) return;
+  const Clock::time_point now = Clock::now();
+  if (now - drawn_ < redraw_interval) return;
+  drawn_ = now;
+  draw(done, std::chrono::duration<double>(now - start_).count());
+}
+
+void Progress::draw(std::uint64_t done, double seconds) const {
+  const double share = static_cast<double>(done) / static_cast<double>(steps_);
+  const double rate = static_cast<double>(done) / seconds;
+  const int filled = static_cast<int>(share * bar_width);
+  fmt::print(stderr, "\r[{:=<{}}{: <{}}] {:3.0f} %  step {} of {}  {:.0f} steps/s  {} left\033[K", "", filled, "",
+             bar_width - filled, 100 * share, done, steps_, rate,
+             remaining_time(static_cast<double>(steps_ - done) / rate));
+  std::fflush(stderr);
+}
+
+}  // namespace fathom::cli

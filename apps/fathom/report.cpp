@@ -1,0 +1,123 @@
+#include "report.hpp"
+
+#include <fmt/format.h>
+
+#include "build_info.hpp"
+#include "statistics.hpp"
+#include "system.hpp"
+
+namespace fathom::cli {
+namespace {
+
+Json json_of(const std::vector<double>& series) {
+  const Statistics s = statistics(series);
+  return {{"mean", s.mean}, {"median", s.median}, {"p99", s.p99}, {"max", s.max}};
+}
+
+Json json_of(const Quality& q) {
+  return {{"ground_penetration_max", q.ground_penetration_max},
+          {"displacement_max", q.displacement_max},
+          {"top_drop", q.top_drop},
+          {"kinetic_energy_per_body", q.kinetic_energy_per_body},
+          {"bodies_below_ground", q.bodies_below_ground},
+          {"non_finite", q.non_finite}};
+}
+
+Json json_of(const StepCounts& c) {
+  return {{"pairs", c.pairs},
+          {"manifolds", c.manifolds},
+          {"points", c.points},
+          {"active", c.active},
+          {"colours", c.colours},
+          {"overflow", c.overflow},
+          {"islands", c.islands},
+          {"recycled", c.recycled},
+          {"launches", c.launches},
+          {"bytes_to_device", c.bytes_to_device},
+          {"bytes_to_host", c.bytes_to_host}};
+}
+
+Json build_json() {
+  return {{"version", build_info::version},
+          {"commit", build_info::commit},
+          {"compiler", build_info::compiler},
+          {"build_type", build_info::build_type}};
+}
+
+std::string timing_row(const std::string& name, const Json& s) {
+  return fmt::format("  {:<22}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}\n", name, s["mean"].get<double>(),
+                     s["median"].get<double>(), s["p99"].get<double>(), s["max"].get<double>());
+}
+
+std::string head_text(const Json& r) {
+  return fmt::format(
+      "{}: {} bodies, {} of {:.5g} s, {} substeps{}\n{} simulator, {} thread{}, {} broad phase, {} solver, {}\n",
+      r["environment"].get<std::string>(), r["bodies"].get<std::uint64_t>(),
+      fmt::format("{} steps", r["steps"].get<std::uint64_t>()), r["dt"].get<double>(), r["substeps"].get<int>(),
+      r["finished"].get<bool>() ? "" : " (interrupted)", r["simulator"].get<std::string>(), r["threads"].get<int>(),
+      r["threads"].get<int>() == 1 ? "" : "s", r["broad_phase"].get<std::string>(), r["solver"].get<std::string>(),
+      r["device"].get<std::string>());
+}
+
+std::string timing_text(const Json& r) {
+  const Json& stages = r["stages_ms"];
+  return fmt::format("\n  {:<22}{:>10}{:>10}{:>10}{:>10}\n", "time (ms)", "mean", "median", "p99", "max") +
+         timing_row("step", r["step_ms"]) + timing_row("broad phase", stages["broad_phase"]) +
+         timing_row("narrow phase", stages["narrow_phase"]) +
+         timing_row("collision resolution", stages["collision_resolution"]);
+}
+
+std::string counts_text(const Json& r) {
+  const Json& c = r["counts"];
+  return fmt::format("\n  last step              {} pairs, {} manifolds, {} points\n", c["pairs"].get<std::uint64_t>(),
+                     c["manifolds"].get<std::uint64_t>(), c["points"].get<std::uint64_t>()) +
+         fmt::format("  memory                 {:.1f} MiB in the simulator, {:.1f} MiB in all\n",
+                     r["memory"]["simulator_bytes"].get<double>() / 0x1p20,
+                     r["memory"]["process_peak_bytes"].get<double>() / 0x1p20);
+}
+
+std::string quality_text(const Json& r) {
+  const Json& q = r["quality"];
+  return fmt::format("\n  ground penetration     {:.3f} mm at most; {} bodies below the ground\n",
+                     1e3 * q["ground_penetration_max"].get<double>(), q["bodies_below_ground"].get<std::uint64_t>()) +
+         fmt::format("  displacement           {:.4g} m at most; the top came down {:.4g} m\n",
+                     q["displacement_max"].get<double>(), q["top_drop"].get<double>()) +
+         fmt::format("  kinetic energy         {:.3g} J a body\n", q["kinetic_energy_per_body"].get<double>()) +
+         fmt::format("  states not finite      {}\n", q["non_finite"].get<std::uint64_t>()) +
+         fmt::format("  state hash             {}\n", r["state_hash"].get<std::string>());
+}
+
+}  // namespace
+
+Json to_json(const Scene& scene, const RunResult& result) {
+  const WorldDef& world = scene.world;
+  Json report;
+  report["environment"] = scene.name;
+  report["bodies"] = dynamic_body_count(scene);
+  report["simulator"] = scene.simulator;
+  report["device"] = processor_name();
+  report["threads"] = world.threads;
+  report["dt"] = world.dt;
+  report["substeps"] = world.solver.substeps;
+  report["steps"] = result.step.size();
+  report["step_ms"] = json_of(result.step);
+  report["stages_ms"] = {{"broad_phase", json_of(result.broad_phase)},
+                         {"narrow_phase", json_of(result.narrow_phase)},
+                         {"collision_resolution", json_of(result.collision_resolution)}};
+  report["counts"] = json_of(result.last.counts);
+  report["quality"] = json_of(result.quality);
+  report["state_hash"] = fmt::format("{:016x}", result.state_hash);
+  report["finished"] = !result.interrupted;
+  report["broad_phase"] = world.broad_phase == BroadPhase::tree ? "tree" : "sweep";
+  report["solver"] = world.solver.method == Solver::soft ? "soft" : "impulse";
+  report["sleep"] = world.sleep.enabled;
+  report["memory"] = {{"simulator_bytes", result.last.counts.memory_bytes}, {"process_peak_bytes", peak_memory()}};
+  report["build"] = build_json();
+  return report;
+}
+
+std::string to_text(const Json& report) {
+  return head_text(report) + timing_text(report) + counts_text(report) + quality_text(report);
+}
+
+}  // namespace fathom::cli

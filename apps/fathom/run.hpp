@@ -1,0 +1,33 @@
+// Runs a scene and measures it.
+#pragma once
+
+#include <cstdint>
+#include <fathom/profile.hpp>
+#include <functional>
+#include <set>
+#include <vector>
+
+#include "scene/quality.hpp"
+#include "scene/scene.hpp"
+
+namespace fathom::cli {
+
+/// What was measured, a value a step in the series (ms).
+struct RunResult {
+  std::vector<double> step;
+  std::vector<double> broad_phase;
+  std::vector<double> narrow_phase;
+  std::vector<double> collision_resolution;
+  Profile last;
+  Quality quality;
+  std::uint64_t state_hash = 0;
+  bool interrupted = false;
+};
+
+/// Called after each step with its wall time (ms).
+using StepObserver = std::function<void(const Profile& profile, double step_ms)>;
+
+/// Runs the scene for so many steps, or until Ctrl-C.
+RunResult simulate(const Scene& scene, std::uint64_t steps, const StepObserver& observe);
+
+}  // namespace fathom::cli

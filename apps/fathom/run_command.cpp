@@ -1,0 +1,87 @@
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "commands.hpp"
+#include "csv.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+#include "run.hpp"
+#include "setup.hpp"
+#include "system.hpp"
+
+namespace fathom::cli {
+namespace {
+
+/// A file to write to, or stdout for "-". It is opened before the run, so that a run is not lost to a wrong path.
+class Output {
+ public:
+  explicit Output(std::string path) : path_(std::move(path)) {
+    if (path_.empty() || path_ == "-") return;
+    file_.open(path_);
+    if (!file_) throw Error(ErrorCode::file, path_ + ": cannot be written; check the folder and its permissions");
+  }
+
+  bool wanted() const { return !path_.empty(); }
+  bool is_stdout() const { return path_ == "-"; }
+  std::ostream& stream() { return is_stdout() ? std::cout : file_; }
+
+  /// Throws where something could not be written, e.g. on a full disk.
+  void finish() {
+    if (!wanted()) return;
+    stream().flush();
+    if (!stream()) throw Error(ErrorCode::file, path_ + ": could not be written to its end; is the disk full?");
+  }
+
+ private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+void check_simulator(const Scene& scene) {
+  if (scene.simulator == "native") return;
+  throw Error(ErrorCode::unavailable, "this build has no simulator '" + scene.simulator + "'; use --simulator native");
+}
+
+RunResult simulate_with_outputs(const Scene& scene, std::uint64_t steps, bool quiet, Output& csv) {
+  Progress progress(steps, !quiet && stderr_is_terminal());
+  if (csv.wanted()) write_csv_head(csv.stream());
+  return simulate(scene, steps, [&](const Profile& profile, double step_ms) {
+    if (csv.wanted()) write_csv_row(csv.stream(), profile, step_ms);
+    progress.update(profile.step);
+  });
+}
+
+int exit_code(const RunResult& result) {
+  if (result.quality.non_finite > 0) return failed;
+  return result.interrupted ? interrupted : finished;
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  if (options.json == "-" && options.csv == "-") {
+    throw Error(ErrorCode::invalid_argument, "--json and --csv cannot both go to stdout; give one a file");
+  }
+  const Scene scene = make_scene(options);
+  check_simulator(scene);
+  const std::uint64_t steps = steps_to_run(options, scene.world);
+  Output json(options.json);
+  Output csv(options.csv);
+  const RunResult result = simulate_with_outputs(scene, steps, options.quiet, csv);
+  csv.finish();
+  const Json report = to_json(scene, result);
+  if (json.wanted()) json.stream() << report.dump(2) << "\n";
+  json.finish();
+  // Whoever reads figures from stdout reads nothing else there.
+  if (!options.quiet) fmt::print(json.is_stdout() || csv.is_stdout() ? stderr : stdout, "{}", to_text(report));
+  if (result.quality.non_finite > 0) {
+    fmt::print(stderr, "fathom: the state of {} bodies was not finite; try a smaller --dt or more --substeps\n",
+               result.quality.non_finite);
+  }
+  return exit_code(result);
+}
+
+}  // namespace fathom::cli

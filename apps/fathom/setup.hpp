@@ -1,0 +1,16 @@
+// From the options to the scene that will run.
+#pragma once
+
+#include <cstdint>
+
+#include "options.hpp"
+#include "scene/scene.hpp"
+
+namespace fathom::cli {
+
+/// The environment or file of the options, with what they override. Throws `Error` on what cannot be.
+Scene make_scene(const RunOptions& options);
+/// How many steps to run.
+std::uint64_t steps_to_run(const RunOptions& options, const WorldDef& world);
+
+}  // namespace fathom::cli

@@ -1,0 +1,26 @@
+// What the operating system knows about the machine and this process.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace fathom::cli {
+
+/// The processor's model name.
+std::string processor_name();
+/// The most memory this process has had (bytes).
+std::uint64_t peak_memory();
+bool stderr_is_terminal();
+
+/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one ends the program at once.
+class InterruptGuard {
+ public:
+  InterruptGuard();
+  ~InterruptGuard();
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+  static bool requested();
+};
+
+}  // namespace fathom::cli

@@ -1,0 +1,170 @@
+#include "scene/environments.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace fathom {
+namespace {
+
+constexpr std::int64_t max_bodies = std::int64_t{1} << 24;  // WorldDef::max_bodies; the ground is one of them
+constexpr std::int64_t layer_side = 10;
+constexpr std::int64_t layer_bodies = layer_side * layer_side;
+constexpr std::uint64_t drift_seed = 12345;
+constexpr std::uint64_t kick_seed = 777;
+
+const Vec3 ground_half_extents{500, 500, 0.5f};
+constexpr float half_cube = 0.5f;
+
+void check_size(std::string_view environment, std::string_view unit, std::int64_t size, std::int64_t most) {
+  const auto text = [&](const std::string& remedy) {
+    return std::string(environment) + ": " + std::to_string(size) + " " + std::string(unit) + " asked for; " + remedy;
+  };
+  if (size < 1) throw Error(ErrorCode::invalid_argument, text("ask for at least 1"));
+  if (size > most) throw Error(ErrorCode::capacity, text("a world holds at most " + std::to_string(most)));
+}
+
+Scene empty_scene(std::string_view name, std::int64_t bodies) {
+  Scene scene;
+  scene.name = name;
+  scene.world.sleep.enabled = false;
+  scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);
+  return scene;
+}
+
+Scene scene_with_ground(std::string_view name, std::int64_t bodies) {
+  Scene scene = empty_scene(name, bodies);
+  BodyDef ground;
+  ground.motion = MotionType::fixed;
+  ground.shape = box(ground_half_extents);
+  scene.bodies.push_back(ground);
+  scene.names.push_back({"ground", 0});
+  scene.ground_height = ground_half_extents.z;
+  return scene;
+}
+
+BodyDef cube() {
+  BodyDef body;
+  body.shape = box({half_cube, half_cube, half_cube});
+  body.mass = 1.0f;
+  return body;
+}
+
+/// Adds the first `bodies` of columns × columns cubes at height z, `spacing` apart and centred on the z axis.
+void add_square(Scene& scene, std::int64_t columns, std::int64_t bodies, double spacing, double z) {
+  const double centre = 0.5 * static_cast<double>(columns - 1);
+  BodyDef body = cube();
+  for (std::int64_t i = 0; i < bodies; ++i) {
+    const double x = spacing * (static_cast<double>(i % columns) - centre);
+    const double y = spacing * (static_cast<double>(i / columns) - centre);
+    body.pose.position = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+    scene.bodies.push_back(body);
+  }
+}
+
+/// Uniform over all rotations: a point of the unit ball in four dimensions, found by rejection, has a
+/// uniform direction. It needs no sine, whose last bit differs between machines.
+Quat random_rotation(Random& random) {
+  for (;;) {
+    const double w = random.symmetric(1), x = random.symmetric(1), y = random.symmetric(1), z = random.symmetric(1);
+    const double square = w * w + x * x + y * y + z * z;
+    if (square > 1.0 || square < 1e-4) continue;
+    const double scale = 1.0 / std::sqrt(square);
+    return {static_cast<float>(scale * w), static_cast<float>(scale * x), static_cast<float>(scale * y),
+            static_cast<float>(scale * z)};
+  }
+}
+
+std::int64_t square_root(std::int64_t n) {
+  auto root = static_cast<std::int64_t>(std::sqrt(static_cast<double>(n)));
+  while (root * root > n) --root;
+  while ((root + 1) * (root + 1) <= n) ++root;
+  return root;
+}
+
+std::int64_t layers_bodies(std::int64_t count) { return count > max_bodies ? count : count * layer_bodies; }
+
+Scene pyramid_of_bodies(std::int64_t bodies) {
+  check_size("pyramid", "bodies", bodies, max_bodies - 1);
+  return pyramid(pyramid_layers(bodies));
+}
+
+constexpr std::array<Environment, 4> table{{
+    {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
+     drift},
+    {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
+    {"spread", "⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground: independent contacts", 1000, nullptr, spread},
+    {"pyramid", "L² bodies at the bottom, one at the top: a stack that must stand", 385, pyramid_bodies,
+     pyramid_of_bodies},
+}};
+
+}  // namespace
+
+Scene drift(std::int64_t bodies) {
+  check_size("drift", "bodies", bodies, max_bodies);
+  Scene scene = empty_scene("drift", bodies);
+  scene.world.gravity = {0, 0, 0};
+  scene.kicks = Kicks{.interval = 30, .linear = 0.5f, .angular = 0.5f, .seed = kick_seed};
+  const double half_side = 2.0 * std::cbrt(static_cast<double>(bodies));
+  Random random(drift_seed);
+  BodyDef body = cube();
+  for (std::int64_t i = 0; i < bodies; ++i) {
+    const double x = random.symmetric(half_side), y = random.symmetric(half_side), z = random.symmetric(half_side);
+    body.pose.position = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+    body.pose.rotation = random_rotation(random);
+    scene.bodies.push_back(body);
+  }
+  return scene;
+}
+
+Scene layers(std::int64_t bodies) {
+  check_size("layers", "bodies", bodies, max_bodies - 1);
+  Scene scene = scene_with_ground("layers", bodies);
+  for (std::int64_t first = 0; first < bodies; first += layer_bodies) {
+    const double z = 1.0 + 1.5 * static_cast<double>(first / layer_bodies);
+    add_square(scene, layer_side, std::min(layer_bodies, bodies - first), 1.1, z);
+  }
+  return scene;
+}
+
+Scene spread(std::int64_t bodies) {
+  check_size("spread", "bodies", bodies, max_bodies - 1);
+  const std::int64_t side = square_root(bodies);
+  Scene scene = scene_with_ground("spread", side * side);
+  add_square(scene, side, side * side, 1.1, 1.0);
+  return scene;
+}
+
+Scene pyramid(std::int64_t layers) {
+  check_size("pyramid", "layers", layers, pyramid_layers(max_bodies - 1));
+  Scene scene = scene_with_ground("pyramid", pyramid_bodies(layers));
+  for (std::int64_t layer = 0; layer < layers; ++layer) {
+    const std::int64_t side = layers - layer;
+    add_square(scene, side, side * side, 1.05, 1.0 + static_cast<double>(layer));
+  }
+  return scene;
+}
+
+std::int64_t pyramid_bodies(std::int64_t layers) {
+  // The product would overflow, and no world holds as many.
+  if (layers > 1'000'000) return std::numeric_limits<std::int64_t>::max();
+  return layers * (layers + 1) * (2 * layers + 1) / 6;
+}
+
+std::int64_t pyramid_layers(std::int64_t bodies) {
+  std::int64_t layers = 0;
+  while (pyramid_bodies(layers + 1) <= bodies) ++layers;
+  return layers;
+}
+
+std::span<const Environment> environments() { return table; }
+
+const Environment* find_environment(std::string_view name) {
+  const auto found =
+      std::find_if(table.begin(), table.end(), [name](const Environment& candidate) { return candidate.name == name; });
+  return found == table.end() ? nullptr : &*found;
+}
+
+}  // namespace fathom

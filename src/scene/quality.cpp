@@ -1,0 +1,93 @@
+#include "scene/quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+constexpr double below_ground_margin = 0.5;  // m
+
+bool is_finite(const Pose& pose, const Velocity& velocity) {
+  return fathom::is_finite(pose) && fathom::is_finite(velocity.linear) && fathom::is_finite(velocity.angular);
+}
+
+/// How far the shape reaches from its centre towards the unit direction, which is in the body's axes.
+float extent(const Shape& shape, Vec3 direction) {
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return shape.radius;
+    case ShapeType::capsule:
+      return shape.radius + shape.half_extents.z * abs(direction.z);
+    case ShapeType::box:
+      return dot(shape.half_extents, abs(direction));
+    case ShapeType::hull:
+      break;
+  }
+  float farthest = 0;
+  for (const Vec3 vertex : shape.hull->vertices()) farthest = max(farthest, dot(vertex, direction));
+  return farthest;
+}
+
+double kinetic_energy(const BodyDef& body, const Pose& pose, const Velocity& velocity) {
+  const float mass = body.mass ? *body.mass : body.density * volume(body.shape);
+  const SymMat3 inertia = body.inertia ? *body.inertia : mass_properties(body.shape, mass).inertia;
+  const Vec3 spin = inverse_rotate(pose.rotation, velocity.angular);
+  return 0.5 * static_cast<double>(mass * length_squared(velocity.linear) + dot(spin, inertia * spin));
+}
+
+void measure_against_ground(Quality& quality, double depth) {
+  quality.ground_penetration_max = std::max(quality.ground_penetration_max, depth);
+  if (depth > below_ground_margin) ++quality.bodies_below_ground;
+}
+
+double height(const Pose& pose) { return static_cast<double>(pose.position.z); }
+
+}  // namespace
+
+float lowest_point(const Shape& shape, const Pose& pose) {
+  const Vec3 down = inverse_rotate(pose.rotation, {0, 0, -1});
+  return pose.position.z - extent(shape, down);
+}
+
+Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::span<const Velocity> velocities) {
+  Quality quality;
+  std::optional<std::size_t> top;
+  double energy = 0;
+  std::size_t measured = 0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const BodyDef& body = scene.bodies[i];
+    if (body.motion != MotionType::dynamic) continue;
+    if (!is_finite(poses[i], velocities[i])) {
+      ++quality.non_finite;
+      continue;
+    }
+    ++measured;
+    const double moved = static_cast<double>(distance(poses[i].position, body.pose.position));
+    quality.displacement_max = std::max(quality.displacement_max, moved);
+    energy += kinetic_energy(body, poses[i], velocities[i]);
+    if (scene.ground_height) {
+      measure_against_ground(quality, static_cast<double>(*scene.ground_height - lowest_point(body.shape, poses[i])));
+    }
+    if (!top || height(body.pose) > height(scene.bodies[*top].pose)) top = i;
+  }
+  if (measured > 0) quality.kinetic_energy_per_body = energy / static_cast<double>(measured);
+  if (top) quality.top_drop = height(scene.bodies[*top].pose) - height(poses[*top]);
+  return quality;
+}
+
+Quality measure_quality(const Scene& scene, const SceneInstance& instance, const World& world) {
+  std::vector<Pose> poses;
+  std::vector<Velocity> velocities;
+  poses.reserve(instance.ids().size());
+  velocities.reserve(instance.ids().size());
+  for (const BodyId id : instance.ids()) {
+    poses.push_back(world.pose(id));
+    velocities.push_back(world.velocity(id));
+  }
+  return measure_quality(scene, poses, velocities);
+}
+
+}  // namespace fathom

@@ -1,0 +1,29 @@
+// How well a run was simulated, whichever engine made it: measured from a scene and its final states.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "scene/scene.hpp"
+
+namespace fathom {
+
+/// Figures of the dynamic bodies. Bodies whose state is not finite are counted and left out of the rest.
+struct Quality {
+  double ground_penetration_max = 0;      ///< m, the deepest point of any body under the ground's surface, ≥ 0
+  double displacement_max = 0;            ///< m, the largest distance of a centre of mass from its start
+  double top_drop = 0;                    ///< m, by how much the body that was highest at the start is lower now
+  double kinetic_energy_per_body = 0;     ///< J
+  std::uint64_t bodies_below_ground = 0;  ///< bodies with a point more than 0.5 m under the ground's surface
+  std::uint64_t non_finite = 0;           ///< bodies whose state is not finite
+};
+
+/// Poses and velocities are those of Scene::bodies, in that order.
+Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::span<const Velocity> velocities);
+/// The same of a scene in a world.
+Quality measure_quality(const Scene& scene, const SceneInstance& instance, const World& world);
+
+/// Height (m) of the lowest point of a placed shape.
+float lowest_point(const Shape& shape, const Pose& pose);
+
+}  // namespace fathom

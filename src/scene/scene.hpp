@@ -1,0 +1,63 @@
+// A scene: what a run starts from, whoever wrote it (a file, a built-in environment, a test).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/random.hpp"
+
+namespace fathom {
+
+/// A random change of every dynamic body's velocity before the steps 0, interval, 2·interval, …
+struct Kicks {
+  int interval = 30;     ///< steps
+  float linear = 0.5f;   ///< m/s, the largest change per axis
+  float angular = 0.5f;  ///< rad/s, the largest change per axis
+  std::uint64_t seed = 1;
+};
+
+struct NamedBody {
+  std::string name;
+  std::size_t body = 0;  ///< index in Scene::bodies
+};
+
+struct Scene {
+  std::string name;
+  std::string simulator = "native";
+  WorldDef world;
+  std::vector<BodyDef> bodies;
+  std::vector<NamedBody> names;  ///< of the bodies that have one
+  std::optional<Kicks> kicks;
+  std::optional<float> ground_height;  ///< m, the ground's surface where the scene has one; quality is measured from it
+};
+
+/// Bodies that forces and contacts move.
+std::size_t dynamic_body_count(const Scene& scene);
+
+/// A scene's bodies in a world, and what the scene does to them over time. The scene and the world must
+/// outlive it.
+class SceneInstance {
+ public:
+  /// Adds the scene's bodies. Throws what `World::add` throws, saying which body it was.
+  SceneInstance(const Scene& scene, World& world);
+
+  /// What the scene does before the next step: its kicks. Depends on the number of steps only.
+  void prepare_step();
+
+  /// The body of each of Scene::bodies.
+  const std::vector<BodyId>& ids() const { return ids_; }
+
+ private:
+  void kick();
+
+  const Scene& scene_;
+  World& world_;
+  std::vector<BodyId> ids_;
+  Random random_;
+};
+
+}  // namespace fathom

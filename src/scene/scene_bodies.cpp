@@ -1,0 +1,324 @@
+#include "scene/scene_bodies.hpp"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "scene/suggest.hpp"
+
+namespace fathom {
+namespace {
+
+template <class T>
+using Choice = std::pair<std::string_view, T>;
+
+constexpr std::array<Choice<CombineRule>, 5> combine_rules{{{"average", CombineRule::average},
+                                                            {"minimum", CombineRule::minimum},
+                                                            {"geometric_mean", CombineRule::geometric_mean},
+                                                            {"multiply", CombineRule::multiply},
+                                                            {"maximum", CombineRule::maximum}}};
+constexpr std::array<Choice<MotionType>, 3> motions{
+    {{"static", MotionType::fixed}, {"kinematic", MotionType::kinematic}, {"dynamic", MotionType::dynamic}}};
+constexpr std::array<Choice<ShapeType>, 4> shape_types{{{"sphere", ShapeType::sphere},
+                                                        {"capsule", ShapeType::capsule},
+                                                        {"box", ShapeType::box},
+                                                        {"hull", ShapeType::hull}}};
+
+template <class T>
+using Named = std::map<std::string, T, std::less<>>;
+
+Material read_material(const TomlTable& outer, const toml::node& node, const std::string& name) {
+  const TomlTable table(outer.as_table(node, name), name, outer.file(),
+                        {"friction", "restitution", "friction_rule", "restitution_rule"});
+  Material material;
+  table.read("friction", material.friction, Range::not_negative);
+  table.read("restitution", material.restitution, Range::unit_interval);
+  table.read_choice<CombineRule>("friction_rule", material.friction_rule, combine_rules);
+  table.read_choice<CombineRule>("restitution_rule", material.restitution_rule, combine_rules);
+  return material;
+}
+
+/// The type alone; which other keys a shape may have depends on it.
+ShapeType read_shape_type(const TomlTable& outer, const toml::table& shape, const std::string& name) {
+  const TomlTable table(shape, name, outer.file(), {"type", "radius", "half_length", "half_extents", "points"});
+  ShapeType type = ShapeType::box;
+  table.required("type", "write type = \"sphere\", \"capsule\", \"box\" or \"hull\"");
+  table.read_choice<ShapeType>("type", type, shape_types);
+  return type;
+}
+
+Shape read_sphere(const TomlTable& table) {
+  float radius = 0;
+  table.required("radius", "its radius (m)");
+  table.read("radius", radius, Range::positive);
+  return sphere(radius);
+}
+
+Shape read_capsule(const TomlTable& table) {
+  float radius = 0;
+  float half_length = 0;
+  table.required("radius", "its radius (m)");
+  table.required("half_length", "half the length of its segment along z (m)");
+  table.read("radius", radius, Range::positive);
+  table.read("half_length", half_length, Range::not_negative);
+  return capsule(radius, half_length);
+}
+
+Shape read_box(const TomlTable& table) {
+  Vec3 half_extents;
+  table.required("half_extents", "half its edges along x, y and z (m)");
+  table.read("half_extents", half_extents, Range::positive);
+  return box(half_extents);
+}
+
+Shape read_hull(const TomlTable& table) {
+  const toml::node& node = table.required("points", "at least 4 points [x, y, z] (m) that span a volume");
+  std::vector<Vec3> points;
+  for (const toml::node& point : table.as_array(node, "points")) {
+    const std::vector<float> v = table.numbers(point, "points", 3, 3);
+    points.push_back({v[0], v[1], v[2]});
+  }
+  return hull(points);
+}
+
+Shape read_shape_of_type(const TomlTable& outer, const toml::table& shape, ShapeType type, const std::string& name) {
+  const std::string_view file = outer.file();
+  switch (type) {
+    case ShapeType::sphere:
+      return read_sphere({shape, name, file, {"type", "radius"}});
+    case ShapeType::capsule:
+      return read_capsule({shape, name, file, {"type", "radius", "half_length"}});
+    case ShapeType::box:
+      return read_box({shape, name, file, {"type", "half_extents"}});
+    case ShapeType::hull:
+      break;
+  }
+  return read_hull({shape, name, file, {"type", "points"}});
+}
+
+Shape read_shape(const TomlTable& outer, const toml::node& node, const std::string& name) {
+  const toml::table& shape = outer.as_table(node, name);
+  const ShapeType type = read_shape_type(outer, shape, name);
+  try {
+    return read_shape_of_type(outer, shape, type, name);
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::file) throw;  // it has its place already
+    outer.fail(node, name + ": " + error.what());
+  }
+}
+
+/// Reads one kind of named things, e.g. every table of [shapes].
+template <class T, class Read>
+Named<T> read_named(const TomlTable& root, std::string_view section, Read read) {
+  Named<T> things;
+  const toml::node* node = root.find(section);
+  if (!node) return things;
+  for (const auto& [key, value] : root.as_table(*node, section)) {
+    const std::string name = "[" + std::string(section) + "." + std::string(key.str()) + "]";
+    things.emplace(key.str(), read(root, value, name));
+  }
+  return things;
+}
+
+template <class T>
+const T& look_up(const TomlTable& body, std::string_view key, const Named<T>& things) {
+  std::string name;
+  body.read(key, name);
+  const auto found = things.find(name);
+  if (found != things.end()) return found->second;
+  std::vector<std::string_view> known;
+  for (const auto& thing : things) known.push_back(thing.first);
+  const std::string section = "[" + std::string(key) + "s." + name + "]";
+  body.fail(*body.find(key), "there is no " + section +
+                                 (known.empty() ? "; write one, or the " + std::string(key) + " itself as a table"
+                                                : suggestion(name, known)));
+}
+
+/// Sylvester's criterion.
+bool is_positive_definite(const SymMat3& m) {
+  const float minor = m.xx * m.yy - m.xy * m.xy;
+  const float determinant = dot(to_matrix(m).x, cross(to_matrix(m).y, to_matrix(m).z));
+  return m.xx > 0 && minor > 0 && determinant > 0;
+}
+
+/// Reads [[body]] tables one after the other.
+class BodyReader {
+ public:
+  BodyReader(const TomlTable& root, Scene& scene)
+      : root_(root),
+        scene_(scene),
+        materials_(read_named<Material>(root, "materials", read_material)),
+        shapes_(read_named<Shape>(root, "shapes", read_shape)) {}
+
+  void read(const toml::table& node) {
+    const TomlTable table(node, "[[body]]", root_.file(),
+                          {"name", "motion", "shape", "material", "position", "rotation", "velocity",
+                           "angular_velocity", "mass", "density", "inertia", "gravity_scale", "linear_damping",
+                           "angular_damping", "can_sleep", "filter", "user_data", "repeat"});
+    BodyDef body;
+    read_shape_of(table, body);
+    read_placement(table, body);
+    read_mass(table, body);
+    read_behaviour(table, body);
+    add(table, body);
+  }
+
+ private:
+  struct Repeat {
+    std::array<int, 3> count{1, 1, 1};
+    Vec3 spacing{1, 1, 1};
+  };
+
+  void read_shape_of(const TomlTable& table, BodyDef& body) const {
+    const toml::node& node = table.required("shape", "the name of one of [shapes], or a table");
+    body.shape = node.is_table() ? read_shape(table, node, "shape") : look_up(table, "shape", shapes_);
+    if (const toml::node* material = table.find("material")) {
+      body.material =
+          material->is_table() ? read_material(table, *material, "material") : look_up(table, "material", materials_);
+    }
+  }
+
+  static void read_placement(const TomlTable& table, BodyDef& body) {
+    table.read_choice<MotionType>("motion", body.motion, motions);
+    table.read("position", body.pose.position);
+    if (const toml::node* node = table.find("rotation")) body.pose.rotation = read_rotation(table, *node);
+    table.read("velocity", body.velocity.linear);
+    table.read("angular_velocity", body.velocity.angular);
+  }
+
+  static Quat read_rotation(const TomlTable& table, const toml::node& node) {
+    if (node.is_table()) return read_axis_angle({*node.as_table(), "rotation", table.file(), {"axis", "angle"}});
+    const std::vector<float> v = table.numbers(node, "rotation", 4, 4);
+    const Quat q{v[0], v[1], v[2], v[3]};
+    if (!(dot(q, q) > 1e-12f)) table.fail(node, "'rotation' has no length; [1, 0, 0, 0] is no rotation");
+    return normalize(q);
+  }
+
+  static Quat read_axis_angle(const TomlTable& table) {
+    Vec3 axis;
+    float angle = 0;
+    const toml::node& node = table.required("axis", "write rotation = {axis = [x, y, z], angle = radians}");
+    table.required("angle", "write rotation = {axis = [x, y, z], angle = radians}");
+    table.read("axis", axis);
+    table.read("angle", angle);
+    if (!(length_squared(axis) > 1e-12f))
+      table.fail(node, "'axis' has no length; it points along the axis of rotation");
+    const Vec3 v = static_cast<float>(std::sin(0.5 * static_cast<double>(angle))) * normalize(axis);
+    return {static_cast<float>(std::cos(0.5 * static_cast<double>(angle))), v.x, v.y, v.z};
+  }
+
+  static void read_mass(const TomlTable& table, BodyDef& body) {
+    if (table.has("mass") && table.has("density")) {
+      table.fail(*table.find("density"), "a body has either 'mass' or 'density'; remove one");
+    }
+    table.read("mass", body.mass, Range::positive);
+    table.read("density", body.density, Range::positive);
+    if (const toml::node* node = table.find("inertia")) body.inertia = read_inertia(table, *node);
+  }
+
+  static SymMat3 read_inertia(const TomlTable& table, const toml::node& node) {
+    std::vector<float> v = table.numbers(node, "inertia", 3, 6);
+    if (v.size() != 3 && v.size() != 6) {
+      table.fail(node, "'inertia' must be [xx, yy, zz] or [xx, yy, zz, xy, xz, yz] (kg·m²)");
+    }
+    v.resize(6, 0.0f);
+    const SymMat3 inertia{v[0], v[1], v[2], v[3], v[4], v[5]};
+    if (!is_positive_definite(inertia)) {
+      table.fail(node, "'inertia' must be positive definite; the diagonal must outweigh the products");
+    }
+    return inertia;
+  }
+
+  static void read_behaviour(const TomlTable& table, BodyDef& body) {
+    table.read("gravity_scale", body.gravity_scale);
+    table.read("linear_damping", body.linear_damping, Range::not_negative);
+    table.read("angular_damping", body.angular_damping, Range::not_negative);
+    table.read("can_sleep", body.can_sleep);
+    table.read("user_data", body.user_data);
+    if (const toml::node* node = table.find("filter")) {
+      const TomlTable filter(table.as_table(*node, "filter"), "filter", table.file(), {"category", "mask"});
+      filter.read("category", body.filter.category);
+      filter.read("mask", body.filter.mask);
+    }
+  }
+
+  static Repeat read_repeat(const TomlTable& body) {
+    Repeat repeat;
+    const toml::node* node = body.find("repeat");
+    if (!node) return repeat;
+    const TomlTable table(body.as_table(*node, "repeat"), "repeat", body.file(), {"count", "spacing"});
+    const std::string_view remedy = "write repeat = {count = [4, 4, 1], spacing = [1.1, 1.1, 1.1]}";
+    const toml::node& count = table.required("count", remedy);
+    table.required("spacing", remedy);
+    table.read("spacing", repeat.spacing);
+    const std::vector<float> v = table.numbers(count, "count", 3, 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!(v[i] >= 1) || v[i] > 1e8f || v[i] != std::floor(v[i])) {
+        table.fail(count, "every component of 'count' must be a whole number from 1");
+      }
+      repeat.count[i] = static_cast<int>(v[i]);
+    }
+    return repeat;
+  }
+
+  void add(const TomlTable& table, BodyDef body) {
+    const Repeat repeat = read_repeat(table);
+    const auto [nx, ny, nz] = repeat.count;
+    const double total = static_cast<double>(nx) * ny * nz;
+    if (total + static_cast<double>(scene_.bodies.size()) > static_cast<double>(scene_.world.max_bodies)) {
+      table.fail("the world holds at most " + std::to_string(scene_.world.max_bodies) + " bodies; repeat fewer");
+    }
+    const std::string name = read_name(table);
+    const Vec3 first = body.pose.position;
+    for (int z = 0; z < nz; ++z) {
+      for (int y = 0; y < ny; ++y) {
+        for (int x = 0; x < nx; ++x) {
+          const Vec3 at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+          body.pose.position = first + Vec3{at.x * repeat.spacing.x, at.y * repeat.spacing.y, at.z * repeat.spacing.z};
+          name_next(name, total > 1);
+          scene_.bodies.push_back(body);
+        }
+      }
+    }
+  }
+
+  std::string read_name(const TomlTable& table) {
+    std::string name;
+    table.read("name", name);
+    if (!name.empty() && !taken_.insert(name).second) {
+      table.fail(*table.find("name"), "another body is named '" + name + "'; names are unique");
+    }
+    return name;
+  }
+
+  /// Repeated bodies are numbered: crate.0, crate.1, …
+  void name_next(const std::string& name, bool repeated) {
+    if (name.empty()) return;
+    numbered_ = repeated && last_name_ == name ? numbered_ + 1 : 0;
+    last_name_ = name;
+    scene_.names.push_back({repeated ? name + "." + std::to_string(numbered_) : name, scene_.bodies.size()});
+  }
+
+  const TomlTable& root_;
+  Scene& scene_;
+  Named<Material> materials_;
+  Named<Shape> shapes_;
+  std::set<std::string> taken_;
+  std::string last_name_;
+  std::size_t numbered_ = 0;
+};
+
+}  // namespace
+
+void read_bodies(const TomlTable& root, Scene& scene) {
+  BodyReader reader(root, scene);
+  const toml::node& node = root.required("body", "write at least one [[body]]");
+  if (node.is_table()) root.fail(node, "write [[body]] with two brackets: there may be several");
+  for (const toml::node& body : root.as_array(node, "body")) reader.read(root.as_table(body, "body"));
+  if (scene.bodies.empty()) root.fail(node, "a scene needs at least one [[body]]");
+}
+
+}  // namespace fathom

@@ -1,0 +1,16 @@
+// Guesses what a mistyped word was meant to be.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace fathom {
+
+/// The known word nearest to the given one, or an empty view where none is near.
+std::string_view nearest(std::string_view word, std::span<const std::string_view> known);
+
+/// "; did you mean 'mass'?", or "; known: a, b, c" where no known word is near.
+std::string suggestion(std::string_view word, std::span<const std::string_view> known);
+
+}  // namespace fathom

@@ -1,0 +1,283 @@
+// The program from outside: what it writes, where, and with which exit code.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+class Program : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "/fathom-XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// Starts the program with its output in files of the folder.
+  pid_t start(const std::vector<std::string>& arguments) const {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    redirect(STDOUT_FILENO, path("out"));
+    redirect(STDERR_FILENO, path("err"));
+    std::string program = FATHOM_PROGRAM;
+    std::vector<std::string> words = arguments;
+    std::vector<char*> argv{program.data()};
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(program.c_str(), argv.data());
+    _exit(127);
+  }
+
+  Outcome finish(pid_t child) const {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
+  }
+
+  Outcome fathom(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  /// The result of `fathom run` with these arguments; it must succeed.
+  json result_of(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "run");
+    arguments.insert(arguments.end(), {"--json", "-", "--quiet"});
+    const Outcome outcome = fathom(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out);
+  }
+
+ private:
+  static void redirect(int descriptor, const std::string& file) {
+    const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
+    dup2(opened, descriptor);
+    close(opened);
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Program, ListsEnvironments) {
+  const Outcome outcome = fathom({"list"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* word : {"drift", "layers", "spread", "pyramid", "native", "sweep", "impulse"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(word));
+  }
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(Program, HelpNamesEveryOption) {
+  const Outcome outcome = fathom({"run", "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  for (const char* word :
+       {"--bodies", "--layers", "--simulator", "--threads", "--steps", "--seconds", "--dt", "--substeps",
+        "--broad-phase", "--solver", "--sleep", "--json", "--csv", "--quiet", "Examples"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(word));
+  }
+}
+
+TEST_F(Program, JsonHasThePublishedKeys) {
+  const json r = result_of({"pyramid", "--layers", "5", "--steps", "20", "--threads", "1"});
+  EXPECT_EQ(r.at("environment"), "pyramid");
+  EXPECT_EQ(r.at("bodies"), 55);
+  EXPECT_EQ(r.at("simulator"), "native");
+  EXPECT_FALSE(r.at("device").get<std::string>().empty());
+  EXPECT_EQ(r.at("threads"), 1);
+  EXPECT_NEAR(r.at("dt").get<double>(), 1.0 / 60, 1e-7);
+  EXPECT_EQ(r.at("substeps"), 4);
+  EXPECT_EQ(r.at("steps"), 20);
+  std::vector<json> times{r.at("step_ms")};
+  for (const char* stage : {"broad_phase", "narrow_phase", "collision_resolution"}) {
+    times.push_back(r.at("stages_ms").at(stage));
+  }
+  for (const json& time : times) {
+    EXPECT_GE(time.at("mean").get<double>(), 0);
+    EXPECT_LE(time.at("median").get<double>(), time.at("p99").get<double>());
+    EXPECT_LE(time.at("p99").get<double>(), time.at("max").get<double>());
+  }
+  EXPECT_GT(r.at("counts").at("pairs").get<int>(), 0);
+  EXPECT_GT(r.at("counts").at("manifolds").get<int>(), 0);
+  EXPECT_GT(r.at("counts").at("points").get<int>(), 0);
+  for (const char* key : {"ground_penetration_max", "displacement_max", "top_drop", "kinetic_energy_per_body",
+                          "bodies_below_ground", "non_finite"}) {
+    EXPECT_TRUE(r.at("quality").at(key).is_number()) << key;
+  }
+  EXPECT_THAT(r.at("state_hash").get<std::string>(), testing::MatchesRegex("[0-9a-f]{16}"));
+}
+
+TEST_F(Program, OptionsReachTheWorld) {
+  const json r = result_of({"spread", "--bodies", "10", "--seconds", "0.5", "--dt", "0.01", "--substeps", "2",
+                            "--threads", "2", "--broad-phase", "sweep", "--solver", "impulse", "--sleep", "on"});
+  EXPECT_EQ(r.at("bodies"), 9);
+  EXPECT_EQ(r.at("steps"), 50);
+  EXPECT_NEAR(r.at("dt").get<double>(), 0.01, 1e-9);
+  EXPECT_EQ(r.at("substeps"), 2);
+  EXPECT_EQ(r.at("threads"), 2);
+  EXPECT_EQ(r.at("broad_phase"), "sweep");
+  EXPECT_EQ(r.at("solver"), "impulse");
+  EXPECT_EQ(r.at("sleep"), true);
+}
+
+TEST_F(Program, HashIsTheSameTwiceAndForAnyThreadCount) {
+  const std::vector<std::string> run{"drift", "--bodies", "300", "--steps", "60"};
+  const auto hash = [&](const char* threads) {
+    std::vector<std::string> arguments = run;
+    arguments.insert(arguments.end(), {"--threads", threads});
+    return result_of(arguments).at("state_hash");
+  };
+  const json first = hash("1");
+  EXPECT_EQ(hash("1"), first);
+  EXPECT_EQ(hash("2"), first);
+  EXPECT_EQ(hash("5"), first);
+}
+
+TEST_F(Program, CsvHasARowAStep) {
+  const Outcome outcome = fathom({"run", "layers", "--bodies", "20", "--steps", "15", "--csv", path("steps.csv")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream rows(read_text(path("steps.csv")));
+  std::string head, row;
+  std::getline(rows, head);
+  EXPECT_THAT(head, testing::StartsWith("step,step_ms,find_pairs_ms,update_manifolds_ms,"));
+  const auto columns = std::count(head.begin(), head.end(), ',');
+  int step = 0;
+  while (std::getline(rows, row)) {
+    EXPECT_THAT(row, testing::StartsWith(std::to_string(++step) + ","));
+    EXPECT_EQ(std::count(row.begin(), row.end(), ','), columns);
+  }
+  EXPECT_EQ(step, 15);
+  EXPECT_THAT(outcome.out, HasSubstr("collision resolution"));
+}
+
+TEST_F(Program, RunsASceneFile) {
+  const json r = result_of({FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--steps", "10"});
+  EXPECT_EQ(r.at("environment"), "shapes");
+  EXPECT_EQ(r.at("steps"), 10);
+}
+
+TEST_F(Program, TableReadsItsOwnResults) {
+  ASSERT_EQ(
+      fathom({"run", "drift", "--bodies", "10", "--steps", "5", "--quiet", "--json", path("drift.json")}).exit_code, 0);
+  const Outcome outcome = fathom({"table", path("drift.json")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("mean ms"));
+  EXPECT_THAT(outcome.out, HasSubstr("drift"));
+}
+
+TEST_F(Program, QuietSaysNothing) {
+  const Outcome outcome = fathom({"run", "drift", "--bodies", "10", "--steps", "5", "--quiet"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(Program, JsonOnStdoutIsAlone) {
+  const Outcome outcome = fathom({"run", "drift", "--bodies", "10", "--steps", "5", "--json", "-"});
+  EXPECT_TRUE(json::accept(outcome.out)) << outcome.out;
+  EXPECT_THAT(outcome.err, HasSubstr("state hash"));
+}
+
+struct BadLine {
+  std::vector<std::string> arguments;
+  std::string says;
+};
+
+TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
+  const BadLine lines[] = {
+      {{}, "subcommand"},
+      {{"rum"}, "did you mean run?"},
+      {{"run"}, "scene"},
+      {{"run", "pyramids"},
+       "there is no environment 'pyramids' (a scene file's name ends in .toml); did you mean 'pyramid'?"},
+      {{"run", "nowhere.toml"}, "nowhere.toml: no such file"},
+      {{"run", "drift", "--bodys", "3"}, "did you mean --bodies?"},
+      {{"run", "drift", "--bodies", "0"}, "drift: 0 bodies asked for; ask for at least 1"},
+      {{"run", "drift", "--bodies", "-3"}, "drift: -3 bodies asked for; ask for at least 1"},
+      {{"run", "drift", "--bodies", "1000000000"}, "a world holds at most 16777216"},
+      {{"run", "drift", "--bodies", "many"}, "--bodies"},
+      {{"run", "drift", "--layers", "3"}, "drift has no layers; give its size with --bodies"},
+      {{"run", "pyramid", "--layers", "0"}, "--layers must be at least 1, not 0"},
+      {{"run", "pyramid", "--layers", "3", "--bodies", "3"}, "excludes"},
+      {{"run", "pyramid", "--layers", "1000000"}, "a world holds at most"},
+      {{"run", "drift", "--steps", "0"}, "must be a whole number from 1, not 0"},
+      {{"run", "drift", "--steps", "3", "--seconds", "3"}, "excludes"},
+      {{"run", "drift", "--seconds", "nan"}, "must be a finite number greater than 0, not nan"},
+      {{"run", "drift", "--seconds", "1e-9"}, "--seconds comes to less than one step"},
+      {{"run", "drift", "--dt", "-1"}, "must be a finite number greater than 0, not -1"},
+      {{"run", "drift", "--dt", "inf"}, "must be a finite number greater than 0, not inf"},
+      {{"run", "drift", "--substeps", "0"}, "must be a whole number from 1, not 0"},
+      {{"run", "drift", "--threads", "-1"}, "must be a whole number from 0, not -1"},
+      {{"run", "drift", "--broad-phase", "grid"}, "must be sweep|tree, not grid"},
+      {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
+      {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
+      {{"run", "drift", "--simulator", "device"}, "must be native, not device"},
+      {{"run", "drift", "--json", "/nowhere/x.json"}, "/nowhere/x.json: cannot be written"},
+      {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
+      {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},
+      {{"table", "/nowhere/x.json"}, "/nowhere/x.json: cannot be read"},
+  };
+  for (const BadLine& line : lines) {
+    const Outcome outcome = fathom(line.arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << line.says;
+    EXPECT_EQ(outcome.out, "") << line.says;
+    EXPECT_THAT(outcome.err, HasSubstr(line.says));
+    EXPECT_THAT(outcome.err, testing::StartsWith("fathom: "));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+}
+
+TEST_F(Program, FaultyResultsAreRefused) {
+  std::ofstream(path("empty.json")) << "{}";
+  std::ofstream(path("text.json")) << "hello";
+  EXPECT_THAT(fathom({"table", path("empty.json")}).err, HasSubstr("is no result of 'fathom run --json'"));
+  EXPECT_THAT(fathom({"table", path("text.json")}).err, HasSubstr("is not JSON"));
+}
+
+TEST_F(Program, InterruptedRunWritesWhatItMeasured) {
+  const pid_t child = start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--json", path("run.json"),
+                             "--csv", path("run.csv"), "--quiet"});
+  // Rows appear once steps are made.
+  for (int i = 0; i < 1000 && (!fs::exists(path("run.csv")) || fs::file_size(path("run.csv")) < 10000); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  kill(child, SIGINT);
+  const Outcome outcome = finish(child);
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  const json r = json::parse(read_text(path("run.json")));
+  EXPECT_EQ(r.at("finished"), false);
+  const auto steps = r.at("steps").get<int>();
+  EXPECT_GT(steps, 0);
+  const std::string csv = read_text(path("run.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), steps + 1);
+}
+
+}  // namespace
