@@ -59,11 +59,11 @@ struct WorldDef {
   int threads = 0;          ///< 0: as many as the machine has
   BroadPhase broad_phase = BroadPhase::tree;
   Vec3 sweep_axis{0.8017837f, 0.5345225f, 0.2672612f};  ///< for `sweep`: components ≥ 0, not all 0
-  SolverSettings solver;
-  SleepSettings sleep;
+  SolverSettings solver{};
+  SleepSettings sleep{};
   std::uint32_t max_bodies = 1u << 24;  ///< `add` refuses more
   /// Called with one line of text for what the application should know; never from inside a step's threads.
-  std::function<void(std::string_view)> log;
+  std::function<void(std::string_view)> log{};
 };
 
 /// Two bodies, in ascending order of index, that began or ceased to touch in the last step.
