@@ -223,7 +223,8 @@ TEST(Laws, StackAtRestStaysAndCarriesItsWeight) {
   for (int i = 0; i < 10; ++i) {
     const Vec3 p = world.pose(stack[i]).position;
     EXPECT_LT(length(Vec3{p.x, p.y, 0}), 1e-3f) << "body " << i;
-    EXPECT_NEAR(p.z, 1.0f + static_cast<float>(i), 5e-3f) << "body " << i;
+    // Contacts are springs of 30 Hz over the pair's effective mass, so a column of ten gives way by some 2 mm a storey.
+    EXPECT_NEAR(p.z, 1.0f + static_cast<float>(i), 1e-3f + 3e-3f * static_cast<float>(i)) << "body " << i;
     EXPECT_LT(length(world.velocity(stack[i]).linear), 1e-3f);
   }
   float force = 0;

@@ -264,7 +264,7 @@ TEST(World, OverlapQueriesFindBodies) {
     EXPECT_THAT(world.overlap_aabb({{-1, -1, 1.2f}, {2, 1, 2}}), testing::ElementsAre(a, b));
     EXPECT_THAT(world.overlap_aabb({{-9, -9, -9}, {9, 9, 9}}), testing::ElementsAre(floor, a, b));
     EXPECT_THAT(world.overlap_shape(sphere(0.3f), {{1.8f, 0, 1.8f}, 0, {}}), testing::ElementsAre(b));
-    EXPECT_THAT(world.overlap_shape(box({0.2f, 0.2f, 0.2f}), {{0.6f, 0, 1.5f}, 0, {}}), testing::ElementsAre(a));
+    EXPECT_THAT(world.overlap_shape(box({0.2f, 0.2f, 0.2f}), {{0.45f, 0, 1.5f}, 0, {}}), testing::ElementsAre(a));
     EXPECT_TRUE(world.ray_cast({-2, 0, 1.5f}, {4, 0, 0}));
   }
 }

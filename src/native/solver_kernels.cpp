@@ -335,7 +335,7 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
     const V impulse = hn::Max(wanted, zero);
     block.set(Block<D>::point(i, point_impulse), impulse);
     rows.add(hn::Sub(impulse, old), x, y);
-    if (pass != Pass::relax && block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
+    if (block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
   }
   push_normal(bodies, f, rows.sum);
 }
