@@ -289,7 +289,8 @@ TEST(World, BodiesCanComeAndGoAtAnyTime) {
   const auto random = [&] { return (seed = seed * 1664525u + 1013904223u) >> 8; };
   for (int i = 0; i < 400; ++i) {
     if (ids.size() < 60 || random() % 2) {
-      const Vec3 p{static_cast<float>(random() % 64) / 8, static_cast<float>(random() % 64) / 8, 2 + static_cast<float>(random() % 64) / 8};
+      const Vec3 p{static_cast<float>(random() % 64) / 8, static_cast<float>(random() % 64) / 8,
+                   2 + static_cast<float>(random() % 64) / 8};
       ids.push_back(world.add(random() % 2 ? cube(p) : dynamic(capsule(0.3f, 0.3f), p)));
     } else {
       const std::size_t k = random() % ids.size();

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-
 #include <fathom/math.hpp>
 #include <fathom/shape.hpp>
+#include <optional>
 
 namespace fathom {
 

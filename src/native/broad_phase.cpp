@@ -71,7 +71,8 @@ class TreeBroadPhase : public BroadPhase {
       (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
   }
 
-  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits, std::vector<Pair>& found) const {
+  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits,
+              std::vector<Pair>& found) const {
     const Aabb& box = input.state.fat_boxes[slot];
     hits.clear();
     moving_.overlap(box, hits);

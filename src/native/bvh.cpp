@@ -32,7 +32,8 @@ float largest_extent(const Aabb& box) { return max_component(box.upper - box.low
 // The exponent of two of the median of the boxes' largest extents, from a histogram.
 int median_exponent(std::span<const std::uint32_t> items, const Aabb* boxes) {
   std::array<std::uint32_t, 256> histogram{};
-  for (const std::uint32_t item : items) ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
+  for (const std::uint32_t item : items)
+    ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
   std::size_t seen = 0;
   for (int e = 0; e < 256; ++e)
     if ((seen += histogram[static_cast<std::size_t>(e)]) * 2 >= items.size()) return e - 127;
@@ -163,15 +164,20 @@ void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
     const Entry entry = stack[--top];
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
     for (std::size_t c = 0; c < width; c += lanes) {
-      const auto x = hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
-      const auto y = hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
-      const auto z = hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
+      const auto x =
+          hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
+      const auto y =
+          hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
+      const auto z =
+          hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
       for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
         const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
-        if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-        else found.push_back(leaves_[child]);
+        if (entry.level > 0)
+          stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+        else
+          found.push_back(leaves_[child]);
       }
     }
   }

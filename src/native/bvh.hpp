@@ -11,11 +11,10 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/math.hpp>
 #include <limits>
 #include <span>
 #include <vector>
-
-#include <fathom/math.hpp>
 
 namespace fathom::native {
 
@@ -31,7 +30,8 @@ class Bvh {
   /// Appends the items whose boxes overlap `box`; their order depends only on the tree.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
-  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new limit.
+  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new
+  /// limit.
   template <class Visit>
   void ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const;
 
@@ -93,8 +93,10 @@ void Bvh::ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const {
       }
       if (!(enter <= leave)) continue;
       const std::size_t child = entry.node * width + c;
-      if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-      else limit = visit(leaves_[child], limit);
+      if (entry.level > 0)
+        stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+      else
+        limit = visit(leaves_[child], limit);
     }
   }
 }

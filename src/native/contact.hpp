@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-
 #include <fathom/math.hpp>
 
 #include "collision/manifold.hpp"

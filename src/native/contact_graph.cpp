@@ -72,8 +72,10 @@ void ContactGraph::colour(std::uint32_t index) {
   Contact& c = contacts_[index];
   constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
   std::uint32_t taken = state_.colour_mask[c.b];
-  if (c.fixed_a) taken |= ~fixed_colours;
-  else taken |= state_.colour_mask[c.a] | fixed_colours;
+  if (c.fixed_a)
+    taken |= ~fixed_colours;
+  else
+    taken |= state_.colour_mask[c.a] | fixed_colours;
   if (~taken != 0) {
     c.colour = static_cast<std::uint8_t>(std::countr_one(taken));
     const std::uint32_t bit = 1u << c.colour;
@@ -118,14 +120,16 @@ void ContactGraph::link(std::uint32_t index, std::uint32_t side) {
 void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
   const Contact& c = contacts_[index];
   const std::uint32_t next = c.next[side], previous = c.previous[side];
-  if (previous == none) state_.first_contact[body(c, side)] = next;
-  else contacts_[previous >> 1].next[previous & 1] = next;
+  if (previous == none)
+    state_.first_contact[body(c, side)] = next;
+  else
+    contacts_[previous >> 1].next[previous & 1] = next;
   if (next != none) contacts_[next >> 1].previous[next & 1] = previous;
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) + pairs_.memory_bytes() +
-                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
+                    pairs_.memory_bytes() + (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -49,7 +49,9 @@ class ContactGraph {
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
   const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
-  bool in_contact(std::uint32_t slot) const { return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0; }
+  bool in_contact(std::uint32_t slot) const {
+    return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0;
+  }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>

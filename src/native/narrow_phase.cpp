@@ -9,7 +9,7 @@ namespace {
 // A manifold is kept while its bodies have moved against each other by less than this since it was made. The
 // points are anchored in both bodies, so their separations stay exact; only which points exist may grow stale, by a
 // distance of this order. (Box3D and avian call this contact recycling; it is the largest single gain at rest.)
-constexpr float recycle_distance = 0.005f;           // m, and at most a part of the smaller body
+constexpr float recycle_distance = 0.005f;  // m, and at most a part of the smaller body
 constexpr float recycle_part_of_radius = 0.01f;
 constexpr float recycle_sine_of_half_angle = 0.0025f;  // 5 mrad
 
@@ -60,8 +60,8 @@ void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a)
   to.position_at_build = b_in_a.position;
 }
 
-Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
-                      float dt, std::vector<NewManifold>& begun) {
+Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies,
+                      const BodyState& state, float dt, std::vector<NewManifold>& begun) {
   if ((state.flags[c.a] | state.flags[c.b]) & box_changed)
     if (!overlaps(state.fat_boxes[c.a], state.fat_boxes[c.b])) return Change::gone;
   const Change parted = manifold ? Change::ended : Change::nothing;

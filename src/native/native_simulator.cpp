@@ -27,7 +27,8 @@ int thread_count(const WorldDef& def) {
 }
 
 std::unique_ptr<BroadPhase> make_broad_phase(const WorldDef& def) {
-  return def.broad_phase == fathom::BroadPhase::sweep ? make_sweep_broad_phase(def.sweep_axis) : make_tree_broad_phase();
+  return def.broad_phase == fathom::BroadPhase::sweep ? make_sweep_broad_phase(def.sweep_axis)
+                                                      : make_tree_broad_phase();
 }
 
 /// Runs `verb` and returns the milliseconds it took.
@@ -182,9 +183,12 @@ ContactEvent NativeSimulator::event(const Contact& c) const {
 void NativeSimulator::take_over_changes() {
   profile.counts.recycled = 0;
   for (std::uint32_t i = 0; i < changes_.size(); ++i) {
-    if (changes_[i] == Change::recycled) ++profile.counts.recycled;
-    else if (changes_[i] == Change::ended) end_touching(i);
-    else if (changes_[i] == Change::gone) drop_contact(i, ended_);
+    if (changes_[i] == Change::recycled)
+      ++profile.counts.recycled;
+    else if (changes_[i] == Change::ended)
+      end_touching(i);
+    else if (changes_[i] == Change::gone)
+      drop_contact(i, ended_);
   }
   const std::size_t chunks = (changes_.size() + contact_grain - 1) / contact_grain;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk)
@@ -256,14 +260,17 @@ void NativeSimulator::move_free_body(std::uint32_t slot, Pose& pose, Velocity& v
     acceleration = mul_add(acceleration, info.inverse_mass, f.force);
     angular_acceleration = rotate(pose.rotation, info.inverse_inertia * inverse_rotate(pose.rotation, f.torque));
   }
-  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping), angular_damping = 1.0f / (1.0f + h * info.angular_damping);
+  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping),
+              angular_damping = 1.0f / (1.0f + h * info.angular_damping);
   Vec3 moved, angle;
   for (int i = 0; i < substeps; ++i) {
     v.linear = mul_add(linear_damping * v.linear, h, acceleration);
     v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
     moved = mul_add(moved, h, v.linear);
-    if (info.isotropic) angle = mul_add(angle, h, v.angular);
-    else step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
+    if (info.isotropic)
+      angle = mul_add(angle, h, v.angular);
+    else
+      step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
   }
   pose.position += moved;
   if (info.isotropic) pose.rotation = turned(pose.rotation, angle);
@@ -344,14 +351,15 @@ void NativeSimulator::count() {
   counts.manifolds = counts.points = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour) {
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-    for (const std::uint32_t index : graph_.of_colour(colour)) counts.points += graph_.manifold(graph_[index]).point_count;
+    for (const std::uint32_t index : graph_.of_colour(colour))
+      counts.points += graph_.manifold(graph_[index]).point_count;
   }
   counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
   counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
-  counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() + broad_phase_->memory_bytes() +
-                        solver_.memory_bytes();
+  counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
+                        broad_phase_->memory_bytes() + solver_.memory_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------
@@ -389,7 +397,8 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot, [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  graph_.for_each_of(slot,
+                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
   const BodyInfo& info = bodies[slot];
   const Velocity& v = state_.velocities[slot];
   state_.poses[slot] = pose;
@@ -414,9 +423,8 @@ void NativeSimulator::material_changed(std::uint32_t slot) {
 void NativeSimulator::filter_changed(std::uint32_t slot) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot, [&](std::uint32_t index) {
-    wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a);
-  });
+  graph_.for_each_of(slot,
+                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   state_.flags[slot] |= box_changed;  // so that it looks for pairs again
   edited_.push_back(slot);
@@ -425,8 +433,10 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
 void NativeSimulator::wake(std::uint32_t slot) {
   state_.slow_time[slot] = 0;
   if (bodies[slot].motion == MotionType::fixed || state_.flags[slot] & awake) return;
-  if (state_.flags[slot] & isolated) state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
-  else islands_.wake(slot);
+  if (state_.flags[slot] & isolated)
+    state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
+  else
+    islands_.wake(slot);
   active_is_current_ = false;
 }
 
@@ -441,7 +451,9 @@ void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
 
 // --- results and queries -----------------------------------------------------------------------------------------
 
-Aabb NativeSimulator::bounds(std::uint32_t slot) const { return fathom::bounds(bodies[slot].geometry, state_.poses[slot]); }
+Aabb NativeSimulator::bounds(std::uint32_t slot) const {
+  return fathom::bounds(bodies[slot].geometry, state_.poses[slot]);
+}
 
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {

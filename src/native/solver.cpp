@@ -11,16 +11,23 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t block_grain = 4;    // blocks a chunk of a sweep
-constexpr std::size_t body_grain = 256;   // bodies a chunk of an integration
+constexpr std::size_t block_grain = 4;   // blocks a chunk of a sweep
+constexpr std::size_t body_grain = 256;  // bodies a chunk of an integration
 constexpr std::size_t alignment = 64;
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
 }  // namespace
 
-ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool)
-    : def_(def), bodies_(bodies), state_(state), graph_(graph), pool_(pool), wide_(wide_kernels()), single_(single_kernels()) {}
+ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph,
+                             ThreadPool& pool)
+    : def_(def),
+      bodies_(bodies),
+      state_(state),
+      graph_(graph),
+      pool_(pool),
+      wide_(wide_kernels()),
+      single_(single_kernels()) {}
 
 // --- build ---------------------------------------------------------------------------------------------------
 
@@ -90,7 +97,8 @@ void ContactSolver::lay_out_blocks() {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;
     return;
   }
-  const std::size_t floats = wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
+  const std::size_t floats =
+      wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
   if (bounces_.size() < floats) grow_to(bounces_, floats);
   const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
   wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
@@ -101,8 +109,10 @@ void ContactSolver::lay_out_blocks() {
 
 void ContactSolver::solve(std::span<const std::uint32_t> in_contact) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
-  if (def_.solver.method == Solver::soft) solve_soft(in_contact, h);
-  else solve_impulse(in_contact, h);
+  if (def_.solver.method == Solver::soft)
+    solve_soft(in_contact, h);
+  else
+    solve_impulse(in_contact, h);
 }
 
 void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float h) {
@@ -181,7 +191,8 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
         // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
         const BodyInfo& info = bodies_[slot];
         const Vec3 before = body.angular;
-        body.turned += step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
+        body.turned +=
+            step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
         state_.warm[slot].angular_reference += body.angular - before;
       } else {
         body.turned = mul_add(body.turned, h, body.angular);

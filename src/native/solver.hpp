@@ -5,16 +5,15 @@
 // the push-out velocity away again. Two things are ours:
 //
 // * Warm starting costs one sweep a step, not one a substep. The impulses that a contact would apply again in
-//   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what they
-//   changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
+//   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what
+//   they changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
 //   acceleration. For a body without contacts it is exactly zero.
 // * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
 #pragma once
 
 #include <cstddef>
-#include <vector>
-
 #include <fathom/world.hpp>
+#include <vector>
 
 #include "native/contact_graph.hpp"
 #include "native/solver_kernels.hpp"

@@ -49,8 +49,8 @@ struct BlockHeader {
 };
 
 struct SolverKernels {
-  const char* name;      ///< of the instruction set
-  int width;             ///< lanes
+  const char* name;  ///< of the instruction set
+  int width;         ///< lanes
   std::size_t block_bytes;
   std::size_t bounce_floats;  ///< a block
 
@@ -61,7 +61,8 @@ struct SolverKernels {
   void (*warm_start)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
   void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
+                    const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds.

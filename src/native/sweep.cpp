@@ -26,8 +26,10 @@ class SweepBroadPhase : public BroadPhase {
     if (input.changed.empty() && !input.set_changed) return;
     pool.for_each_chunk(sorted_.size() + wide_.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (i < sorted_.size()) sweep_from(input, i, found[begin / grain]);
-        else match_wide(input, i - sorted_.size(), found[begin / grain]);
+        if (i < sorted_.size())
+          sweep_from(input, i, found[begin / grain]);
+        else
+          match_wide(input, i - sorted_.size(), found[begin / grain]);
       }
     });
   }

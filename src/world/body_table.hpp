@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/body.hpp>
 #include <span>
 #include <vector>
-
-#include <fathom/body.hpp>
 
 #include "geometry/geometry.hpp"
 
