@@ -348,12 +348,10 @@ void NativeSimulator::count() {
   counts.bodies = bodies.count();
   counts.active = static_cast<std::uint32_t>(active_.size());
   counts.pairs = static_cast<std::uint32_t>(graph_.pair_count());
-  counts.manifolds = counts.points = 0;
-  for (int colour = 0; colour <= overflow_colour; ++colour) {
+  counts.manifolds = 0;
+  for (int colour = 0; colour <= overflow_colour; ++colour)
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-    for (const std::uint32_t index : graph_.of_colour(colour))
-      counts.points += graph_.manifold(graph_[index]).point_count;
-  }
+  counts.points = static_cast<std::uint32_t>(solver_.point_count());
   counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
   counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
   counts.islands = islands_.count();

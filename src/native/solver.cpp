@@ -36,12 +36,14 @@ void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
   lay_out_blocks();
+  point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data()};
   const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
-    wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
+    point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
   });
-  single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
+  point_count_ +=
+      single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {

@@ -11,6 +11,7 @@
 // * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <fathom/world.hpp>
 #include <vector>
@@ -33,6 +34,7 @@ class ContactSolver {
   void store();
 
   int colours_in_use() const { return colours_in_use_; }
+  std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
     return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t);
   }
@@ -69,6 +71,7 @@ class ContactSolver {
   std::vector<std::uint32_t> lanes_;
   std::vector<Stretch> stretches_;
   int colours_in_use_ = 0;
+  std::atomic<std::size_t> point_count_ = 0;
 };
 
 }  // namespace fathom::native

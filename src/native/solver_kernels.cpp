@@ -505,10 +505,11 @@ struct LaneContacts {
 HWY_INLINE bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
 
 template <class D>
-HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
-                             const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
+HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
+                                    const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
   BlockHeader h;
   h.fixed_a = h.still_a = h.isotropic = true;
+  std::size_t points_of_block = 0;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {
@@ -534,6 +535,7 @@ HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = static_cast<float>(m.point_count);
     h.lanes = static_cast<std::uint8_t>(i + 1);
+    points_of_block += m.point_count;
     if (m.point_count > h.max_points) h.max_points = static_cast<std::uint8_t>(m.point_count);
     h.fixed_a = h.fixed_a && c.fixed_a;
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
@@ -541,6 +543,7 @@ HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact
     h.restitution = h.restitution || m.restitution > 0;
   }
   block.header() = h;
+  return points_of_block;
 }
 
 template <class D>
@@ -550,15 +553,15 @@ HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const
   return {hn::Add(q0.x, isotropic), hn::Add(q0.y, isotropic), hn::Add(q0.z, isotropic), q0.w, q1.x, q1.y};
 }
 
-/// Rows of one block: frame, arms, effective masses, impulses to start from.
+/// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
-HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
-                              const BodiesView& view) {
+HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
+                                     const Constrained& constrained, const BodiesView& view) {
   using V = hn::Vec<D>;
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   LaneContacts<D> lanes;
-  locate_lanes(block, indices, constrained, view, lanes);
+  const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
 
   // World frame of the manifold, relative to A's centre.
   const QuadV<V> q_a = lanes.quad(lanes.pose_a, 4), q_b = lanes.quad(lanes.pose_b, 4);
@@ -667,13 +670,16 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
       block.set(peak, i, zero);
     }
   }
+  return point_count;
 }
 
 template <class D>
-void prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
-             const Constrained& constrained, const BodiesView& view) {
+std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                    const Constrained& constrained, const BodiesView& view) {
+  std::size_t count = 0;
   for (std::size_t i = begin; i < end; ++i)
-    prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+    count += prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+  return count;
 }
 
 template <class D>
