@@ -81,6 +81,7 @@ TEST(World, RefusesBadDefinitions) {
   refuse("dt is 0", [](WorldDef& d) { d.dt = 0; });
   refuse("dt is -1", [](WorldDef& d) { d.dt = -1; });
   refuse("dt", [](WorldDef& d) { d.dt = nan; });
+  refuse("between 1e-6 and 1 s", [](WorldDef& d) { d.dt = 1e-30f; });
   refuse("gravity", [](WorldDef& d) { d.gravity.z = infinity; });
   refuse("threads is -2", [](WorldDef& d) { d.threads = -2; });
   refuse("substeps is 0", [](WorldDef& d) { d.solver.substeps = 0; });

@@ -105,7 +105,8 @@ void check_world(const WorldDef& def) {
   const char* action = "create world";
   check_finite(def.gravity, action, "the gravity");
   require_positive(def.dt, action, "dt");
-  if (def.dt > 1) refuse("create world: dt is " + text(def.dt) + " s; it must be at most 1 s, typically 1/60");
+  if (def.dt > 1 || def.dt < 1e-6f)
+    refuse("create world: dt is " + text(def.dt) + " s; it must be between 1e-6 and 1 s, typically 1/60");
   if (def.threads < 0 || def.threads > 1024)
     refuse("create world: threads is " + std::to_string(def.threads) + "; it must be 0 (all of the machine's) to 1024");
   const SolverSettings& s = def.solver;
