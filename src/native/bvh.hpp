@@ -16,14 +16,16 @@
 #include <span>
 #include <vector>
 
+#include "native/thread_pool.hpp"
+
 namespace fathom::native {
 
 class Bvh {
  public:
   /// Sorts `items` (indices into `boxes`) and builds the tree over them.
-  void build(std::span<const std::uint32_t> items, const Aabb* boxes);
+  void build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool);
   /// Recomputes all boxes of the tree in place.
-  void refit(const Aabb* boxes);
+  void refit(const Aabb* boxes, ThreadPool& pool);
   /// True where moved items have made the nodes so loose that sorting again pays.
   bool is_loose() const { return area_ > 1.5 * area_when_built_; }
 
@@ -57,11 +59,14 @@ class Bvh {
   void lay_out_levels();
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
+  void refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);
+  void refit_level(std::size_t level, std::size_t begin, std::size_t end);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
   std::vector<Node> nodes_;            // level by level, leaves' parents first
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
+  std::vector<double> areas_;  // per chunk of nodes
   double area_ = 0;
   double area_when_built_ = 0;
 };

@@ -24,6 +24,7 @@ std::uint32_t ContactGraph::add(Pair pair) {
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
+  c.recycle_distance = min(0.005f, 0.01f * min(bodies_[c.a].radius, bodies_[c.b].radius));
   link(index, 0);
   link(index, 1);
   pairs_.insert(c.a, c.b);
@@ -69,6 +70,7 @@ void ContactGraph::mix_materials(const Contact& c) {
 }
 
 void ContactGraph::colour(std::uint32_t index) {
+  ++colouring_;
   Contact& c = contacts_[index];
   constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
   std::uint32_t taken = state_.colour_mask[c.b];
@@ -92,6 +94,7 @@ void ContactGraph::colour(std::uint32_t index) {
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
+  ++colouring_;
   Contact& c = contacts_[index];
   std::vector<std::uint32_t>& list = colours_[c.colour];
   contacts_[list.back()].colour_slot = c.colour_slot;

@@ -71,6 +71,7 @@ class ContactSolver {
   std::vector<std::uint32_t> lanes_;
   std::vector<Stretch> stretches_;
   int colours_in_use_ = 0;
+  std::uint64_t laid_out_ = 0;  // the colouring that the blocks follow
   std::atomic<std::size_t> point_count_ = 0;
 };
 

@@ -533,10 +533,11 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.body_b[i] = reinterpret_cast<const float*>(&b);
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
-    lanes.counts[i] = static_cast<float>(m.point_count);
+    lanes.counts[i] = m.points[3].other;
     h.lanes = static_cast<std::uint8_t>(i + 1);
-    points_of_block += m.point_count;
-    if (m.point_count > h.max_points) h.max_points = static_cast<std::uint8_t>(m.point_count);
+    const int count = m.point_count();
+    points_of_block += static_cast<std::size_t>(count);
+    if (count > h.max_points) h.max_points = static_cast<std::uint8_t>(count);
     h.fixed_a = h.fixed_a && c.fixed_a;
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
@@ -568,7 +569,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   const Mat3V<V> rot_a = to_matrix(d, q_a.x, q_a.y, q_a.z, q_a.w), rot_b = to_matrix(d, q_b.x, q_b.y, q_b.z, q_b.w);
   const Vec3V<V> between = lanes.quad(lanes.pose_b, 0).xyz() - lanes.quad(lanes.pose_a, 0).xyz();
   const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4),
-                 impulses = lanes.quad(lanes.manifold, 8);
+                 impulses = lanes.quad(lanes.manifold, 8), frictions = lanes.quad(lanes.manifold, 12);
   Frame<V> f;
   f.n = rot_a * normal.xyz();
   f.t1 = rot_a * tangent.xyz();
@@ -579,13 +580,14 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   Vec3V<V> sum{zero, zero, zero};
   const int max_points = block.header().max_points;
   for (int i = 0; i < max_points; ++i) {
-    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 12 + 8 * static_cast<std::size_t>(i)),
-                   anchor_b = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i));
+    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i)),
+                   anchor_b = lanes.quad(lanes.manifold, 20 + 8 * static_cast<std::size_t>(i));
     const Vec3V<V> on_a = rot_a * anchor_a.xyz();
     const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
     block.set(Block<D>::point(i, point_separation), dot(on_b - on_a, f.n));
-    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, anchor_a.w));
+    const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
+    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
     middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
     const V weight = hn::IfThenElseZero(used, one);
     sum = mul_add(sum, weight, middle[i]);
@@ -647,9 +649,9 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(k_nn, nn), block.set(k_n1, n1), block.set(k_n2, n2);
   block.set(k_11, k11), block.set(k_12, k12), block.set(k_22, k22);
   block.set(friction, normal.w);
-  block.set(friction_impulse_1, impulses.x);
-  block.set(friction_impulse_2, impulses.y);
-  block.set(twist_impulse, impulses.z);
+  block.set(friction_impulse_1, frictions.x);
+  block.set(friction_impulse_2, frictions.y);
+  block.set(twist_impulse, frictions.z);
   block.set(slide_11, hn::Mul(s22, inverse_det));
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
@@ -686,14 +688,24 @@ template <class D>
 void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
-    for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    const std::size_t used = block.header().lanes;
+    float* impulses[Block<D>::width];
+    float* friction_impulses[Block<D>::width];
+    for (std::size_t lane = 0; lane < used; ++lane) {
       ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
-      for (std::uint32_t p = 0; p < m.point_count; ++p)
-        m.points[p].impulse = block.at(Block<D>::point(static_cast<int>(p), point_impulse))[lane];
-      m.friction_impulse[0] = block.at(friction_impulse_1)[lane];
-      m.friction_impulse[1] = block.at(friction_impulse_2)[lane];
-      m.twist_impulse = block.at(twist_impulse)[lane];
+      impulses[lane] = m.impulses;
+      friction_impulses[lane] = m.friction_impulse;
     }
+    QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
+    const int count = block.header().max_points;
+    q.x = block.get(Block<D>::point(0, point_impulse));
+    if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
+    if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
+    if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
+    store_quads(D(), q, impulses, used);
+    store_quads(D(),
+                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), hn::Zero(D())},
+                friction_impulses, used);
   }
 }
 

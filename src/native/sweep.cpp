@@ -19,7 +19,7 @@ class SweepBroadPhase : public BroadPhase {
   explicit SweepBroadPhase(Vec3 axis) : axis_(axis) {}
 
   void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
-    refresh(input);
+    refresh(input, pool);
     const std::size_t chunks = (sorted_.size() + wide_.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
     for (std::vector<Pair>& list : found) list.clear();
@@ -34,7 +34,7 @@ class SweepBroadPhase : public BroadPhase {
     });
   }
 
-  void refresh(const BroadPhaseInput& input) override {
+  void refresh(const BroadPhaseInput& input, ThreadPool&) override {
     boxes_ = input.state.fat_boxes.data();
     if (input.set_changed) {
       collect(input);
