@@ -21,7 +21,7 @@ namespace native {
 namespace {
 
 constexpr std::size_t body_grain = 128;
-constexpr std::size_t contact_grain = 64;
+constexpr std::size_t contact_grain = 128;
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -88,17 +88,19 @@ void NativeSimulator::update_manifolds() {
   pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
     chunk.begun.clear();
-    chunk.recycled = 0;
-    chunk.any_ended = false;
+    std::uint32_t recycled = 0;
+    bool any_ended = false;
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       Contact& c = graph_[i];
       changes_[i] = Change::nothing;
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
       const Change change = changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
-      chunk.recycled += change == Change::recycled;
-      chunk.any_ended |= change == Change::ended || change == Change::gone;
+      recycled += change == Change::recycled;
+      any_ended |= change == Change::ended || change == Change::gone;
     }
+    chunk.recycled = recycled;
+    chunk.any_ended = any_ended;
   });
 }
 

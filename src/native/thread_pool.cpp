@@ -17,27 +17,35 @@ void relax_cpu() {
 // About 50 µs: longer than the gaps between the loops of a step, shorter than a frame's other work.
 constexpr int spins_before_sleep = 2000;
 
+// The bell's low bits.
+constexpr std::uint32_t thread_bits = 11;
+constexpr std::uint32_t thread_mask = (1u << thread_bits) - 1;
+
 }  // namespace
 
-ThreadPool::ThreadPool(int threads) {
-  for (int i = 1; i < threads; ++i) workers_.emplace_back([this] { work(); });
+ThreadPool::ThreadPool(int threads) : stretches_(static_cast<std::size_t>(threads)) {
+  for (std::size_t i = 1; i < stretches_.size(); ++i) workers_.emplace_back([this, i] { work(i); });
 }
 
 ThreadPool::~ThreadPool() {
   stop_ = true;
-  bell_.fetch_add(1);
+  bell_.store(++number_ << thread_bits);
   bell_.notify_all();
   for (std::thread& worker : workers_) worker.join();
 }
 
 void ThreadPool::run(const Loop& loop) {
   loop_ = loop;
-  next_.store(0, std::memory_order_relaxed);
-  if (++number_ == 0) ++number_;
-  open_.store(number_);
-  bell_.fetch_add(1);
+  const std::size_t chunks = (loop.count + loop.grain - 1) / loop.grain;
+  stretch_count_ = chunks < stretches_.size() ? chunks : stretches_.size();
+  for (std::size_t i = 0; i < stretch_count_; ++i) {
+    stretches_[i].next.store(i * chunks / stretch_count_, std::memory_order_relaxed);
+    stretches_[i].end = (i + 1) * chunks / stretch_count_;
+  }
+  open_.store(1);
+  bell_.store(++number_ << thread_bits | static_cast<std::uint32_t>(stretch_count_));
   if (sleepers_.load() != 0) bell_.notify_all();
-  take_chunks();
+  take_chunks(0);
   // Close first, then wait for those inside: a worker that counts itself in after this sees the loop closed.
   open_.store(0);
   for (int spins = 0; inside_.load() != 0; ++spins) {
@@ -48,17 +56,21 @@ void ThreadPool::run(const Loop& loop) {
   }
 }
 
-void ThreadPool::take_chunks() {
+void ThreadPool::take_chunks(std::size_t thread) {
   const Loop loop = loop_;
-  for (;;) {
-    const std::size_t begin = next_.fetch_add(loop.grain, std::memory_order_relaxed);
-    if (begin >= loop.count) return;
-    const std::size_t end = begin + loop.grain < loop.count ? begin + loop.grain : loop.count;
-    loop.call(loop.context, begin, end);
+  const std::size_t count = stretch_count_;
+  for (std::size_t i = 0; i < count; ++i) {
+    Stretch& stretch = stretches_[(thread + i) % count];
+    while (stretch.next.load(std::memory_order_relaxed) < stretch.end) {
+      const std::size_t chunk = stretch.next.fetch_add(1, std::memory_order_relaxed);
+      if (chunk >= stretch.end) break;
+      const std::size_t begin = chunk * loop.grain;
+      loop.call(loop.context, begin, begin + loop.grain < loop.count ? begin + loop.grain : loop.count);
+    }
   }
 }
 
-void ThreadPool::work() {
+void ThreadPool::work(std::size_t thread) {
   std::uint32_t heard = 0;
   while (!stop_.load(std::memory_order_relaxed)) {
     for (int spins = 0; bell_.load() == heard && spins < spins_before_sleep; ++spins) relax_cpu();
@@ -68,8 +80,9 @@ void ThreadPool::work() {
       sleepers_.fetch_sub(1);
     }
     heard = bell_.load();
+    if (thread >= (heard & thread_mask)) continue;
     inside_.fetch_add(1);
-    if (open_.load() != 0) take_chunks();
+    if (open_.load() != 0) take_chunks(thread);
     inside_.fetch_sub(1);
   }
 }

@@ -1,12 +1,14 @@
 // A fixed set of threads that run loops together. How the native simulator uses its cores is told here, once:
 //
 // * A step is a sequence of loops; the caller's thread runs every loop too and goes on when all of it is done.
-// * A loop's range is cut into chunks that threads take in turn by one atomic counter, so a slow thread only
-//   takes fewer. Chunks are a function of the range alone, never of the number of threads: what a loop writes
-//   per chunk can be read back in chunk order, which keeps results independent of timing.
+// * A loop's range is cut into chunks. Every thread starts on a stretch of chunks of its own, the same in every loop
+//   over the same range, so that what it wrote in one sweep is in its cache in the next; when it is done it helps
+//   with the others' stretches, so a slow thread only takes fewer. Chunks are a function of the range alone, never of
+//   the number of threads: what a loop writes per chunk can be read back in chunk order, which keeps results
+//   independent of timing.
 // * Between loops workers spin for a short while (loops of one step follow each other within microseconds)
-//   and then sleep. A worker that wakes late finds the loop closed and harms nobody: the caller waits only for
-//   workers that entered.
+//   and then sleep. A loop of few chunks calls only as many threads as it has chunks; the others do not even look. A
+//   worker that wakes late finds the loop closed and harms nobody: the caller waits only for workers that entered.
 #pragma once
 
 #include <atomic>
@@ -48,14 +50,21 @@ class ThreadPool {
   };
 
   void run(const Loop& loop);
-  void take_chunks();
-  void work();
+  void take_chunks(std::size_t thread);
+  void work(std::size_t thread);
+
+  /// A stretch of chunks; a cache line each, because its counter is hot.
+  struct alignas(64) Stretch {
+    std::atomic<std::size_t> next{0};
+    std::size_t end = 0;
+  };
 
   Loop loop_;
-  alignas(64) std::atomic<std::size_t> next_{0};
-  alignas(64) std::atomic<std::uint32_t> open_{0};    // number of the loop workers may enter, 0: none
+  std::vector<Stretch> stretches_;                    // one a thread
+  std::size_t stretch_count_ = 0;                     // in use by the loop
+  alignas(64) std::atomic<std::uint32_t> open_{0};    // 1 while workers may enter the loop
   alignas(64) std::atomic<std::uint32_t> inside_{0};  // workers in or about to look into a loop
-  alignas(64) std::atomic<std::uint32_t> bell_{0};    // rung when a loop opens
+  alignas(64) std::atomic<std::uint32_t> bell_{0};  // rung when a loop opens: its number, and how many threads it wants
   std::atomic<std::uint32_t> sleepers_{0};
   std::atomic<bool> stop_{false};
   std::uint32_t number_ = 0;
