@@ -11,22 +11,24 @@ namespace {
 std::atomic<std::size_t> allocations{0};
 }
 
-// Counting replacements of the global operators: every allocation of this program passes here.
-void* operator new(std::size_t size) {
+// Counting replacements of the global operators: every allocation of this program passes here. Not inlined, because g++
+// then takes the pairs of malloc and delete, new and free, for mistakes.
+#define FATHOM_COUNTED [[gnu::noinline]]
+FATHOM_COUNTED void* operator new(std::size_t size) {
   ++allocations;
   if (void* memory = std::malloc(size ? size : 1)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, std::align_val_t alignment) {
+FATHOM_COUNTED void* operator new(std::size_t size, std::align_val_t alignment) {
   ++allocations;
   const std::size_t a = static_cast<std::size_t>(alignment);
   if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+FATHOM_COUNTED void operator delete(void* memory) noexcept { std::free(memory); }
+FATHOM_COUNTED void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+FATHOM_COUNTED void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+FATHOM_COUNTED void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace fathom::test {
 namespace {
