@@ -297,5 +297,19 @@ TEST(Laws, KinematicBodyPushesAndIsNotPushed) {
   EXPECT_NEAR(world.pose(pushed).position.x, 0, 0.05f);
 }
 
+TEST(Laws, ConveyorTakesItsLoadAlong) {
+  World world(quiet_world());
+  BodyDef belt = dynamic(box({50, 1, 0.5f}), {});
+  belt.motion = MotionType::kinematic;
+  const BodyId conveyor = world.add(belt);
+  const BodyId load = world.add(cube({0, 0, 1}));
+  run(world, 30);
+  world.set_velocity(conveyor, {2, 0, 0}, {});
+  run(world, 20);
+  EXPECT_NEAR(world.velocity(load).linear.x, 0.5f * 9.81f * 20 / 60, 0.05f) << "friction accelerates it at µg";
+  run(world, 60);
+  EXPECT_NEAR(world.velocity(load).linear.x, 2, 1e-3f);
+}
+
 }  // namespace
 }  // namespace fathom::test

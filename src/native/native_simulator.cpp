@@ -5,9 +5,9 @@
 #include <chrono>
 #include <thread>
 
-#include "dynamics/rotation.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
+#include "native/move_bodies.hpp"
 #include "world/growth.hpp"
 
 namespace fathom {
@@ -110,8 +110,12 @@ void NativeSimulator::build_constraints() {
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) {
     in_contact_.clear();
-    for (const std::uint32_t slot : active_)
-      if (graph_.in_contact(slot)) in_contact_.push_back(slot);
+    free_.clear();
+    for (const std::uint32_t slot : active_) {
+      // Kinematic bodies go with the solver, which must see them move.
+      const bool solved = graph_.in_contact(slot) || bodies[slot].motion == MotionType::kinematic;
+      (solved ? in_contact_ : free_).push_back(slot);
+    }
     in_contact_is_current_ = true;
   }
   solver_.build(in_contact_);
@@ -123,21 +127,20 @@ void NativeSimulator::solve() {
 }
 
 void NativeSimulator::finish() {
-  chunk_changed_.assign(active_.size() / body_grain + 1, 0);
-  std::atomic<bool> any_failed = false;
-  grow_to(failed_, active_.size());
-  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    bool changed = false;
-    for (std::size_t i = begin; i < end; ++i) {
-      failed_[i] = !finish_body(active_[i]);
-      if (failed_[i]) any_failed = true;
-      changed |= (state_.flags[active_[i]] & box_changed) != 0;
-    }
-    chunk_changed_[begin / body_grain] = changed;
-  });
-  if (any_failed)
-    for (std::size_t i = 0; i < active_.size(); ++i)
-      if (failed_[i]) quarantine(active_[i]);
+  const MoveParameters parameters{
+      def.gravity, def.dt, def.solver.substeps, def.solver.max_linear_speed, def.sleep.enabled, def.sleep.linear_speed};
+  changed_chunks_.assign(state_.size() / body_grain + 1, 0);
+  std::atomic<std::size_t> failed = 0;
+  const auto move = [&](std::span<const std::uint32_t> slots, auto move_chunk) {
+    pool_.for_each_chunk(slots.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+      const auto chunk = slots.subspan(begin, end - begin);
+      if (const std::size_t count = move_chunk(chunk, bodies, state_, parameters)) failed += count;
+      mark_changed(chunk);
+    });
+  };
+  move(in_contact_, move_bodies<true>);
+  move(free_, move_bodies<false>);
+  if (failed > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
     state_.flags[slot] &= static_cast<std::uint8_t>(~has_force);
@@ -154,21 +157,27 @@ void NativeSimulator::list_active() {
     if (state_.flags[id.index] & awake) active_.push_back(id.index);
   active_is_current_ = true;
   in_contact_is_current_ = false;
-  chunk_changed_.assign(active_.size() / body_grain + 1, 1);
 }
 
 BroadPhaseInput NativeSimulator::broad_phase_input() const {
   return {bodies, state_, graph_.pairs(), changed_, set_changed_};
 }
 
+// Chunks of slots that hold bodies with new fat boxes, so that only these are searched for them.
+void NativeSimulator::mark_changed(std::span<const std::uint32_t> slots) {
+  for (const std::uint32_t slot : slots)
+    if (state_.flags[slot] & box_changed)
+      std::atomic_ref(changed_chunks_[slot / body_grain]).store(1, std::memory_order_relaxed);
+}
+
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
 void NativeSimulator::collect_changed() {
   changed_.clear();
-  for (std::size_t chunk = 0; chunk * body_grain < active_.size(); ++chunk) {
-    if (!chunk_changed_[chunk]) continue;
-    const std::size_t end = std::min(active_.size(), (chunk + 1) * body_grain);
-    for (std::size_t i = chunk * body_grain; i < end; ++i)
-      if (state_.flags[active_[i]] & box_changed) changed_.push_back(active_[i]);
+  for (std::size_t chunk = 0; chunk < changed_chunks_.size(); ++chunk) {
+    if (!changed_chunks_[chunk]) continue;
+    const auto end = static_cast<std::uint32_t>(std::min(state_.size(), (chunk + 1) * body_grain));
+    for (auto slot = static_cast<std::uint32_t>(chunk * body_grain); slot < end; ++slot)
+      if (state_.flags[slot] & box_changed) changed_.push_back(slot);
   }
   if (edited_.empty()) return;
   for (const std::uint32_t slot : edited_)
@@ -259,78 +268,6 @@ void NativeSimulator::report_hit(const Contact& c) {
   hits_.push_back({ids.a, ids.b, where, swapped ? -normal : normal, fastest});
 }
 
-// A body without contacts: all substeps in registers.
-void NativeSimulator::move_free_body(std::uint32_t slot, Pose& pose, Velocity& v) const {
-  const BodyInfo& info = bodies[slot];
-  const int substeps = def.solver.substeps;
-  const float h = def.dt / static_cast<float>(substeps);
-  if (info.motion != MotionType::dynamic) {
-    pose.position = mul_add(pose.position, def.dt, v.linear);
-    pose.rotation = turned(pose.rotation, def.dt * v.angular);
-    return;
-  }
-  Vec3 acceleration = info.gravity_scale * def.gravity, angular_acceleration;
-  if (state_.flags[slot] & has_force) {
-    const Force& f = state_.forces[slot];
-    acceleration = mul_add(acceleration, info.inverse_mass, f.force);
-    angular_acceleration = rotate(pose.rotation, info.inverse_inertia * inverse_rotate(pose.rotation, f.torque));
-  }
-  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping),
-              angular_damping = 1.0f / (1.0f + h * info.angular_damping);
-  Vec3 moved, angle;
-  for (int i = 0; i < substeps; ++i) {
-    v.linear = mul_add(linear_damping * v.linear, h, acceleration);
-    v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
-    moved = mul_add(moved, h, v.linear);
-    if (info.isotropic)
-      angle = mul_add(angle, h, v.angular);
-    else
-      step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
-  }
-  pose.position += moved;
-  if (info.isotropic) pose.rotation = turned(pose.rotation, angle);
-}
-
-namespace {
-
-Vec3 limited(Vec3 v, float limit) {
-  const float squared = length_squared(v);
-  return squared > limit * limit ? (limit / fathom::sqrt(squared)) * v : v;
-}
-
-// −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
-Vec3 without_negative_zeros(Vec3 v) { return {v.x + 0.0f, v.y + 0.0f, v.z + 0.0f}; }
-
-}  // namespace
-
-/// Takes over the solver's result; returns false, with the old state kept, where it is not finite.
-bool NativeSimulator::finish_body(std::uint32_t slot) {
-  Pose pose = state_.poses[slot];
-  Velocity v = state_.velocities[slot];
-  if (graph_.in_contact(slot)) {
-    const SolverBody& body = state_.solver_bodies()[slot];
-    v = {body.linear, 0, body.angular, 0};
-    pose.position += body.moved;
-    // Anisotropic bodies have been turned substep by substep.
-    if (bodies[slot].isotropic) pose.rotation = turned(pose.rotation, body.turned);
-  } else {
-    move_free_body(slot, pose, v);
-  }
-  // One sum tells of any NaN or infinity among the terms.
-  if (!is_finite(length_squared(v.linear) + length_squared(v.angular) + length_squared(pose.position))) return false;
-  v.linear = without_negative_zeros(limited(v.linear, def.solver.max_linear_speed));
-  v.angular = without_negative_zeros(limited(v.angular, pi / def.dt));
-  pose.position = without_negative_zeros(pose.position);
-  place(slot, pose, v);
-  if (def.sleep.enabled) {
-    const BodyInfo& info = bodies[slot];
-    const float speed = length(v.linear) + length(v.angular) * info.radius;
-    const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < def.sleep.linear_speed;
-    state_.slow_time[slot] = slow ? state_.slow_time[slot] + def.dt : 0.0f;
-  }
-  return true;
-}
-
 void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity& v) {
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;
@@ -343,19 +280,20 @@ void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity
   }
 }
 
-void NativeSimulator::quarantine(std::uint32_t slot) {
-  state_.velocities[slot] = {};
-  state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~awake) | isolated);
-  state_.solver_bodies()[slot] = {};
-  graph_.for_each_of(slot, [&](std::uint32_t index) {
-    if (!graph_[index].touching()) return;
-    ContactManifold& m = graph_.manifold(graph_[index]);
-    for (float& impulse : m.impulses) impulse = 0;
-    m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
-  });
-  if (!is_finite(state_.poses[slot].rotation)) state_.poses[slot].rotation = {};
+void NativeSimulator::quarantine_failed() {
+  for (const std::uint32_t slot : active_) {
+    if (!(state_.flags[slot] & isolated)) continue;
+    state_.flags[slot] &= static_cast<std::uint8_t>(~awake);
+    state_.solver_bodies()[slot] = {};
+    graph_.for_each_of(slot, [&](std::uint32_t index) {
+      if (!graph_[index].touching()) return;
+      ContactManifold& m = graph_.manifold(graph_[index]);
+      for (float& impulse : m.impulses) impulse = 0;
+      m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
+    });
+    quarantined_.push_back({bodies.id(slot), steps + 1});
+  }
   active_is_current_ = false;
-  quarantined_.push_back({bodies.id(slot), steps + 1});
 }
 
 void NativeSimulator::count() {

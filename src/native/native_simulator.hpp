@@ -64,10 +64,9 @@ class NativeSimulator final : public Simulator {
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
   void report_hit(const Contact& c);
-  void move_free_body(std::uint32_t slot, Pose& pose, Velocity& velocity) const;
-  bool finish_body(std::uint32_t slot);
+  void mark_changed(std::span<const std::uint32_t> slots);
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
-  void quarantine(std::uint32_t slot);
+  void quarantine_failed();
   void count();
 
   /// What one chunk of contacts met in the narrow phase.
@@ -85,19 +84,19 @@ class NativeSimulator final : public Simulator {
   Islands islands_;
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
-  std::vector<std::uint32_t> in_contact_;  // those of them with touching contacts
+  std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
+  std::vector<std::uint32_t> free_;        // and the others
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
-  bool set_changed_ = false;                 // bodies added or removed since the broad phase last ran
-  std::vector<std::uint32_t> changed_;       // bodies with new fat boxes
-  std::vector<std::uint8_t> chunk_changed_;  // per chunk of active_: does it hold any of them?
-  std::vector<std::uint32_t> edited_;        // bodies whose fat boxes the application changed
-  std::vector<std::uint32_t> forced_;        // bodies with a force
+  bool set_changed_ = false;                  // bodies added or removed since the broad phase last ran
+  std::vector<std::uint32_t> changed_;        // bodies with new fat boxes
+  std::vector<std::uint8_t> changed_chunks_;  // per chunk of slots: does it hold any of them?
+  std::vector<std::uint32_t> edited_;         // bodies whose fat boxes the application changed
+  std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;
   std::vector<Change> changes_;  // per contact, of this step
   std::vector<ChunkOfChanges> chunks_of_changes_;
-  std::vector<std::uint8_t> failed_;  // per active body: state not finite
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

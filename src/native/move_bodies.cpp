@@ -1,0 +1,301 @@
+#include "native/move_bodies.hpp"
+
+#include <cstddef>
+
+#define HWY_DISABLE_PCLMUL_AES
+#include <hwy/highway.h>
+
+#include "dynamics/rotation.hpp"
+#include "geometry/support.hpp"
+#include "native/lanes-inl.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+using namespace HWY_NAMESPACE;  // lanes-inl.hpp, for the instruction set this file is compiled for
+using D = hn::ScalableTag<float>;
+using V = hn::Vec<D>;
+constexpr std::size_t width = hn::MaxLanes(D());
+
+// What is read of BodyInfo by quads.
+static_assert(offsetof(BodyInfo, radius) == 4 && offsetof(BodyInfo, gravity_scale) == 12);
+static_assert(offsetof(BodyInfo, linear_damping) == 16 && offsetof(BodyInfo, angular_damping) == 20);
+static_assert(offsetof(BodyInfo, geometry) + offsetof(Geometry, half_extents) == 32);
+
+/// Objects of neighbouring lanes; lanes beyond the last repeat the first.
+struct Lanes {
+  const std::uint32_t* slots;
+  std::size_t used;
+
+  std::uint32_t slot(std::size_t lane) const { return slots[lane < used ? lane : 0]; }
+
+  template <class T>
+  QuadV<V> load(const T* objects, std::size_t quad) const {
+    const float* at[width];
+    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<const float*>(objects + slot(i)) + 4 * quad;
+    return load_quads(D(), at);
+  }
+  template <class T>
+  void store(T* objects, std::size_t quad, const QuadV<V>& value) const {
+    float* at[width];
+    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<float*>(objects + slot(i)) + 4 * quad;
+    store_quads(D(), value, at, used);
+  }
+};
+
+V set(float value) { return hn::Set(D(), value); }
+Vec3V<V> set(Vec3 v) { return {set(v.x), set(v.y), set(v.z)}; }
+Vec3V<V> zero3() { return {hn::Zero(D()), hn::Zero(D()), hn::Zero(D())}; }
+Vec3V<V> min3(Vec3V<V> a, Vec3V<V> b) { return {hn::Min(a.x, b.x), hn::Min(a.y, b.y), hn::Min(a.z, b.z)}; }
+Vec3V<V> max3(Vec3V<V> a, Vec3V<V> b) { return {hn::Max(a.x, b.x), hn::Max(a.y, b.y), hn::Max(a.z, b.z)}; }
+
+struct QuatV {
+  V w, x, y, z;
+};
+
+/// `fathom::exponential` in lanes, the same series.
+QuatV exponential(Vec3V<V> phi) {
+  const V x = hn::Mul(set(0.25f), dot(phi, phi));
+  V c = hn::MulAdd(x, set(1.0f / 479001600.0f), set(-1.0f / 3628800.0f));
+  for (const float k : {1.0f / 40320.0f, -1.0f / 720.0f, 1.0f / 24.0f, -0.5f, 1.0f}) c = hn::MulAdd(x, c, set(k));
+  V s = hn::MulAdd(x, set(1.0f / 6227020800.0f), set(-1.0f / 39916800.0f));
+  for (const float k : {1.0f / 362880.0f, -1.0f / 5040.0f, 1.0f / 120.0f, -1.0f / 6.0f, 1.0f})
+    s = hn::MulAdd(x, s, set(k));
+  const Vec3V<V> v = scale(hn::Mul(set(0.5f), s), phi);
+  return {c, v.x, v.y, v.z};
+}
+
+QuatV product(QuatV a, QuatV b) {
+  const auto component = [](V p, V q, V r, V s, V t, V u, V minus, V times) {
+    return hn::NegMulAdd(minus, times, hn::MulAdd(t, u, hn::MulAdd(r, s, hn::Mul(p, q))));
+  };
+  return {hn::NegMulAdd(a.z, b.z, hn::NegMulAdd(a.y, b.y, hn::NegMulAdd(a.x, b.x, hn::Mul(a.w, b.w)))),
+          component(a.w, b.x, a.x, b.w, a.y, b.z, a.z, b.y), component(a.w, b.y, a.y, b.w, a.z, b.x, a.x, b.z),
+          component(a.w, b.z, a.z, b.w, a.x, b.y, a.y, b.x)};
+}
+
+QuatV normalised(QuatV q) {
+  const V squared = hn::MulAdd(q.w, q.w, hn::MulAdd(q.x, q.x, hn::MulAdd(q.y, q.y, hn::Mul(q.z, q.z))));
+  const V s = hn::Div(set(1.0f), hn::Sqrt(squared));
+  return {hn::Mul(s, q.w), hn::Mul(s, q.x), hn::Mul(s, q.y), hn::Mul(s, q.z)};
+}
+
+Vec3V<V> limited(Vec3V<V> v, float limit) {
+  const V squared = dot(v, v);
+  const auto fast = hn::Gt(squared, set(limit * limit));
+  if (hn::AllFalse(D(), fast)) return v;
+  return scale(hn::IfThenElse(fast, hn::Div(set(limit), hn::Sqrt(squared)), set(1.0f)), v);
+}
+
+// −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
+Vec3V<V> without_negative_zeros(Vec3V<V> v) { return v + zero3(); }
+
+struct Motion {
+  Vec3V<V> position, linear, angular;
+  Vec3V<V> moved, turned;
+  QuatV rotation;
+};
+
+/// Acceleration of lanes that have a force; the rest have gravity's alone.
+void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, Vec3V<V>& linear,
+                Vec3V<V>& angular) {
+  HWY_ALIGN float extra[6][width] = {};
+  bool any = false;
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    const std::uint32_t slot = lanes.slot(i);
+    if (!(state.flags[slot] & has_force)) continue;
+    any = true;
+    const BodyInfo& info = bodies[slot];
+    const Quat q = state.poses[slot].rotation;
+    const Vec3 a = info.inverse_mass * state.forces[slot].force;
+    const Vec3 w = rotate(q, info.inverse_inertia * inverse_rotate(q, state.forces[slot].torque));
+    for (int k = 0; k < 3; ++k) extra[k][i] = a[k], extra[3 + k][i] = w[k];
+  }
+  if (!any) return;
+  const D d;
+  linear = linear + Vec3V<V>{hn::Load(d, extra[0]), hn::Load(d, extra[1]), hn::Load(d, extra[2])};
+  angular = angular + Vec3V<V>{hn::Load(d, extra[3]), hn::Load(d, extra[4]), hn::Load(d, extra[5])};
+}
+
+/// All substeps of bodies without contacts, which are all dynamic.
+void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
+                    Motion& m) {
+  const V h = set(p.dt / static_cast<float>(p.substeps));
+  const QuadV<V> first = lanes.load(&bodies[0], 0), second = lanes.load(&bodies[0], 1);
+  Vec3V<V> acceleration = scale(first.w, set(p.gravity)), angular_acceleration = zero3();
+  add_forces(lanes, bodies, state, acceleration, angular_acceleration);
+  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f)));
+  const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.y, set(1.0f)));
+  m.moved = m.turned = zero3();
+  for (int i = 0; i < p.substeps; ++i) {
+    m.linear = mul_add(scale(linear_damping, m.linear), h, acceleration);
+    m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
+    m.moved = mul_add(m.moved, h, m.linear);
+    m.turned = mul_add(m.turned, h, m.angular);
+  }
+}
+
+/// Bodies with several principal moments turn substep by substep; those in contact the solver has turned already.
+template <bool in_contact>
+void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
+                      const Motion& before, Motion& m) {
+  bool any = false;
+  for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.slot(i)].isotropic;
+  if (!any) return;
+  const D d;
+  HWY_ALIGN float q[4][width], w[3][width];
+  hn::Store(m.rotation.w, d, q[0]), hn::Store(m.rotation.x, d, q[1]), hn::Store(m.rotation.y, d, q[2]),
+      hn::Store(m.rotation.z, d, q[3]);
+  hn::Store(m.angular.x, d, w[0]), hn::Store(m.angular.y, d, w[1]), hn::Store(m.angular.z, d, w[2]);
+  HWY_ALIGN float start[3][width];
+  hn::Store(before.angular.x, d, start[0]), hn::Store(before.angular.y, d, start[1]),
+      hn::Store(before.angular.z, d, start[2]);
+  const float h = p.dt / static_cast<float>(p.substeps);
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    const std::uint32_t slot = lanes.slot(i);
+    const BodyInfo& info = bodies[slot];
+    if (info.isotropic) continue;
+    Quat rotation = state.poses[slot].rotation;
+    if constexpr (!in_contact) {
+      // Damping and torque change the angular velocity by the same amount in lanes; here it is spread over the
+      // substeps.
+      Vec3 angular{start[0][i], start[1][i], start[2][i]};
+      const Vec3 change = (1.0f / static_cast<float>(p.substeps)) * (Vec3{w[0][i], w[1][i], w[2][i]} - angular);
+      for (int s = 0; s < p.substeps; ++s) {
+        angular += change;
+        step_torque_free(rotation, angular, info.inertia, info.inverse_inertia, h);
+      }
+      w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
+    }
+    q[0][i] = rotation.w, q[1][i] = rotation.x, q[2][i] = rotation.y, q[3][i] = rotation.z;
+  }
+  m.rotation = {hn::Load(d, q[0]), hn::Load(d, q[1]), hn::Load(d, q[2]), hn::Load(d, q[3])};
+  m.angular = {hn::Load(d, w[0]), hn::Load(d, w[1]), hn::Load(d, w[2])};
+}
+
+/// Boxes of the lanes' new motion; a fat box only where the old one is left.
+void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
+                  const Motion& m) {
+  const D d;
+  const QuadV<V> first = lanes.load(&bodies[0], 0), third = lanes.load(&bodies[0], 2);
+  const Mat3V<V> r = to_matrix(d, m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z);
+  const auto extent = [&](V x, V y, V z) {
+    return hn::MulAdd(hn::Abs(x), third.x, hn::MulAdd(hn::Abs(y), third.y, hn::Mul(hn::Abs(z), third.z)));
+  };
+  // The same box as `motion_box`, for boxes.
+  const V turning = hn::Mul(hn::Min(hn::Mul(hn::Sqrt(dot(m.angular, m.angular)), set(p.dt)), set(1.0f)), first.y);
+  const V margin = hn::Add(turning, set(half_speculative_margin));
+  const Vec3V<V> reach{hn::Add(extent(r.x.x, r.y.x, r.z.x), margin), hn::Add(extent(r.x.y, r.y.y, r.z.y), margin),
+                       hn::Add(extent(r.x.z, r.y.z, r.z.z), margin)};
+  const Vec3V<V> path = scale(set(p.dt), m.linear);
+  const Vec3V<V> lower = (m.position - reach) + min3(path, zero3()), upper = (m.position + reach) + max3(path, zero3());
+  HWY_ALIGN float corners[6][width];
+  hn::Store(lower.x, d, corners[0]), hn::Store(lower.y, d, corners[1]), hn::Store(lower.z, d, corners[2]);
+  hn::Store(upper.x, d, corners[3]), hn::Store(upper.y, d, corners[4]), hn::Store(upper.z, d, corners[5]);
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    const std::uint32_t slot = lanes.slot(i);
+    const BodyInfo& info = bodies[slot];
+    const Velocity& v = state.velocities[slot];
+    Aabb box{{corners[0][i], corners[1][i], corners[2][i]}, {corners[3][i], corners[4][i], corners[5][i]}};
+    if (info.geometry.type != ShapeType::box) box = motion_box(info, state.poses[slot], v, p.dt);
+    state.boxes[slot] = box;
+    if (contains(state.fat_boxes[slot], box)) continue;
+    state.fat_boxes[slot] = fat_box(info, box, v.linear, p.dt);
+    state.flags[slot] |= box_changed;
+  }
+}
+
+void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    const std::uint32_t slot = lanes.slot(i);
+    const BodyInfo& info = bodies[slot];
+    const Velocity& v = state.velocities[slot];
+    const float speed = length(v.linear) + length(v.angular) * info.radius;
+    const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < p.slow_below;
+    state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
+  }
+}
+
+/// Lanes with a state that is not finite get their old state back, at rest, and the flag.
+std::size_t isolate(const Lanes& lanes, BodyState& state, const Motion& before, Motion& m) {
+  const D d;
+  // One sum tells of any NaN or infinity among the terms.
+  const V sum = hn::Add(hn::Add(dot(m.linear, m.linear), dot(m.angular, m.angular)),
+                        hn::Add(dot(m.position, m.position), m.rotation.w));
+  const auto finite = hn::Eq(hn::Sub(sum, sum), hn::Zero(d));
+  if (hn::AllTrue(d, finite)) return 0;
+  const auto keep = [&](V now, V old) { return hn::IfThenElse(finite, now, old); };
+  const auto keep3 = [&](Vec3V<V> now, Vec3V<V> old) {
+    return Vec3V<V>{keep(now.x, old.x), keep(now.y, old.y), keep(now.z, old.z)};
+  };
+  m.position = keep3(m.position, before.position);
+  m.rotation = {keep(m.rotation.w, before.rotation.w), keep(m.rotation.x, before.rotation.x),
+                keep(m.rotation.y, before.rotation.y), keep(m.rotation.z, before.rotation.z)};
+  m.linear = keep3(m.linear, zero3());
+  m.angular = keep3(m.angular, zero3());
+  HWY_ALIGN float ok[width];
+  hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    if (ok[i] != 0) continue;
+    state.flags[lanes.slot(i)] |= isolated;
+    ++count;
+  }
+  return count;
+}
+
+template <bool in_contact>
+std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
+  Motion before, m;
+  before.position = lanes.load(state.poses.data(), 0).xyz();
+  const QuadV<V> q = lanes.load(state.poses.data(), 1);
+  before.rotation = {q.x, q.y, q.z, q.w};
+  before.linear = lanes.load(state.velocities.data(), 0).xyz();
+  before.angular = lanes.load(state.velocities.data(), 1).xyz();
+  m = before;
+  if constexpr (in_contact) {
+    const SolverBody* solver = state.solver_bodies();
+    m.linear = lanes.load(solver, 0).xyz();
+    m.angular = lanes.load(solver, 1).xyz();
+    m.moved = lanes.load(solver, 2).xyz();
+    m.turned = lanes.load(solver, 3).xyz();
+  } else {
+    integrate_free(lanes, bodies, state, p, m);
+  }
+  m.position = m.position + m.moved;
+  m.rotation = normalised(product(exponential(m.turned), m.rotation));
+  turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
+  const std::size_t failed = isolate(lanes, state, before, m);
+  m.linear = without_negative_zeros(limited(m.linear, p.max_linear_speed));
+  m.angular = without_negative_zeros(limited(m.angular, pi / p.dt));
+  m.position = without_negative_zeros(m.position);
+  const V zero = hn::Zero(D());
+  lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, zero});
+  lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});
+  lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, zero});
+  lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, zero});
+  update_boxes(lanes, bodies, state, p, m);
+  if (p.sleeping) account_for_sleep(lanes, bodies, state, p);
+  return failed;
+}
+
+}  // namespace
+
+template <bool in_contact>
+std::size_t move_bodies(std::span<const std::uint32_t> slots, const BodyTable& bodies, BodyState& state,
+                        const MoveParameters& p) {
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < slots.size(); i += width) {
+    const std::size_t used = slots.size() - i < width ? slots.size() - i : width;
+    failed += move_lanes<in_contact>({slots.data() + i, used}, bodies, state, p);
+  }
+  return failed;
+}
+
+template std::size_t move_bodies<true>(std::span<const std::uint32_t>, const BodyTable&, BodyState&,
+                                       const MoveParameters&);
+template std::size_t move_bodies<false>(std::span<const std::uint32_t>, const BodyTable&, BodyState&,
+                                        const MoveParameters&);
+
+}  // namespace fathom::native

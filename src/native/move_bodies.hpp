@@ -1,0 +1,28 @@
+// The last loop of a step: every active body to its new pose, velocity and box, eight bodies at a time.
+#pragma once
+
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <span>
+
+#include "native/body_state.hpp"
+
+namespace fathom::native {
+
+struct MoveParameters {
+  Vec3 gravity;
+  float dt = 0;
+  int substeps = 1;
+  float max_linear_speed = 0;
+  bool sleeping = false;  ///< keep account of how long bodies have been slow
+  float slow_below = 0;   ///< m/s
+};
+
+/// Bodies that the solver has moved (`in_contact`), or bodies without contacts, which go through all substeps here.
+/// Returns how many of them have a state that is not finite; those keep their old pose and get the flag `isolated`.
+/// Bodies whose new box leaves their fat box get a new one and the flag `box_changed`.
+template <bool in_contact>
+std::size_t move_bodies(std::span<const std::uint32_t> slots, const BodyTable& bodies, BodyState& state,
+                        const MoveParameters& p);
+
+}  // namespace fathom::native
