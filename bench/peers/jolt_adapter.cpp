@@ -27,6 +27,9 @@ struct Layers final : JPH::BroadPhaseLayerInterface {
   JPH::BroadPhaseLayer GetBroadPhaseLayer(JPH::ObjectLayer layer) const override {
     return JPH::BroadPhaseLayer(static_cast<JPH::BroadPhaseLayer::Type>(layer));
   }
+#if defined(JPH_EXTERNAL_PROFILE) || defined(JPH_PROFILE_ENABLED)
+  const char* GetBroadPhaseLayerName(JPH::BroadPhaseLayer) const override { return "layer"; }
+#endif
 };
 struct LayerFilter final : JPH::ObjectVsBroadPhaseLayerFilter {
   bool ShouldCollide(JPH::ObjectLayer a, JPH::BroadPhaseLayer b) const override {
