@@ -64,11 +64,11 @@ void pair(benchmark::State& state, const Shape& a, const Shape& b, const Pose& b
   state.counters["points"] = static_cast<double>(points) / static_cast<double>(state.iterations());
 }
 
-BENCHMARK_CAPTURE(pair, box_box / face, cube(), cube(), above(0.995f));
-BENCHMARK_CAPTURE(pair, box_box / face_first_time, cube(), cube(), above(0.995f), false);
-BENCHMARK_CAPTURE(pair, box_box / edges, cube(), cube(), edge_across_edge());
-BENCHMARK_CAPTURE(pair, box_box / separated, cube(), cube(), above(1.1f));
-BENCHMARK_CAPTURE(pair, box_box / separated_first_time, cube(), cube(), above(1.1f), false);
+BENCHMARK_CAPTURE(pair, box_box_face, cube(), cube(), above(0.995f));
+BENCHMARK_CAPTURE(pair, box_box_face_first_time, cube(), cube(), above(0.995f), false);
+BENCHMARK_CAPTURE(pair, box_box_edges, cube(), cube(), edge_across_edge());
+BENCHMARK_CAPTURE(pair, box_box_separated, cube(), cube(), above(1.1f));
+BENCHMARK_CAPTURE(pair, box_box_separated_first_time, cube(), cube(), above(1.1f), false);
 BENCHMARK_CAPTURE(pair, ground_box, box({500, 500, 0.5f}), cube(), above(0.998f));
 BENCHMARK_CAPTURE(pair, sphere_sphere, sphere(0.5f), sphere(0.5f), above(0.98f));
 BENCHMARK_CAPTURE(pair, sphere_capsule, sphere(0.5f), capsule(0.3f, 0.4f), above(1.19f));
@@ -77,10 +77,10 @@ BENCHMARK_CAPTURE(pair, box_sphere, cube(), sphere(0.5f), above(0.995f));
 BENCHMARK_CAPTURE(pair, box_capsule, cube(), capsule(0.3f, 0.4f), above(1.195f));
 BENCHMARK_CAPTURE(pair, hull_sphere, round_hull(32), sphere(0.5f), above(0.97f));
 BENCHMARK_CAPTURE(pair, box_hull, cube(), round_hull(32), above(0.97f));
-BENCHMARK_CAPTURE(pair, hull_hull / 12_points, round_hull(12), round_hull(12), above(0.85f));
-BENCHMARK_CAPTURE(pair, hull_hull / 32_points, round_hull(32), round_hull(32), above(0.95f));
-BENCHMARK_CAPTURE(pair, hull_hull / 32_points_first_time, round_hull(32), round_hull(32), above(0.95f), false);
-BENCHMARK_CAPTURE(pair, hull_hull / 100_points, round_hull(100), round_hull(100), above(0.97f));
+BENCHMARK_CAPTURE(pair, hull_hull_12_points, round_hull(12), round_hull(12), above(0.85f));
+BENCHMARK_CAPTURE(pair, hull_hull_32_points, round_hull(32), round_hull(32), above(0.95f));
+BENCHMARK_CAPTURE(pair, hull_hull_32_points_first_time, round_hull(32), round_hull(32), above(0.95f), false);
+BENCHMARK_CAPTURE(pair, hull_hull_100_points, round_hull(100), round_hull(100), above(0.97f));
 
 void hull_of_sphere_points(benchmark::State& state) {
   Random random(5);

@@ -1,5 +1,5 @@
 // Manifolds and the contact solver on a pyramid of 15 layers: every kernel for every instruction set that this
-// machine can run, on one thread. Counter `ns_per_manifold` is what to compare.
+// machine can run, on one thread. The counters `per_…` are what to compare.
 #include <benchmark/benchmark.h>
 
 #include <cstring>
@@ -13,11 +13,9 @@ namespace {
 
 constexpr std::int64_t pyramid_size = 15;
 
-using Counter = benchmark::Counter;
-
-/// Nanoseconds for each of `items` things that an iteration works on.
-Counter ns_per(std::size_t items) {
-  return Counter(1e-9 * static_cast<double>(items), Counter::kIsIterationInvariantRate | Counter::kInvert);
+/// Seconds for each of the `items` things that an iteration works on.
+benchmark::Counter per(std::size_t items) {
+  return {static_cast<double>(items), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert};
 }
 
 void narrow_phase(benchmark::State& state, bool recycled) {
@@ -31,7 +29,7 @@ void narrow_phase(benchmark::State& state, bool recycled) {
       scene.update(i, begun);
     }
   state.counters["pairs"] = static_cast<double>(scene.graph.size());
-  state.counters["ns_per_pair"] = ns_per(scene.graph.size());
+  state.counters["per_pair"] = per(scene.graph.size());
 }
 BENCHMARK_CAPTURE(narrow_phase, made_anew, false)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(narrow_phase, recycled, true)->Unit(benchmark::kMicrosecond);
@@ -126,7 +124,7 @@ void kernel(benchmark::State& state, const SolverKernels& kernels, void (Blocks:
     (blocks.*pass)();
   }
   state.counters["manifolds"] = static_cast<double>(blocks.manifolds());
-  state.counters["ns_per_manifold"] = ns_per(blocks.manifolds());
+  state.counters["per_manifold"] = per(blocks.manifolds());
 }
 
 /// The machine's own choice first.
@@ -162,7 +160,7 @@ void contact_solver(benchmark::State& state, Solver method) {
     solver.solve(scene.moving);
     solver.store();
   }
-  state.counters["ns_per_manifold"] = ns_per(scene.manifold_count);
+  state.counters["per_manifold"] = per(scene.manifold_count);
 }
 BENCHMARK_CAPTURE(contact_solver, soft, Solver::soft)->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(contact_solver, impulse, Solver::impulse)->Unit(benchmark::kMicrosecond);
@@ -181,7 +179,7 @@ void integration(benchmark::State& state, Vec3 half_extents) {
     solver.build(scene.moving);
     solver.solve(scene.moving);
   }
-  state.counters["ns_per_body"] = ns_per(scene.moving.size());
+  state.counters["per_body"] = per(scene.moving.size());
 }
 BENCHMARK_CAPTURE(integration, cubes, Vec3{0.5f, 0.5f, 0.5f})->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(integration, slabs, Vec3{0.5f, 0.3f, 0.1f})->Unit(benchmark::kMicrosecond);

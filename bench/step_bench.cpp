@@ -1,4 +1,4 @@
-// Whole steps of the four environments, always the same steps of them, with the milliseconds of each stage.
+// Whole steps of the four environments, always the same steps of them, with the mean time of each stage (s).
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -22,7 +22,9 @@ void add(StageTimes& sum, const StageTimes& t) {
 }
 
 void report(benchmark::State& state, const StageTimes& sum, const StepCounts& last) {
-  const auto mean = [](double total) { return benchmark::Counter(total, benchmark::Counter::kAvgIterations); };
+  const auto mean = [](double total_ms) {
+    return benchmark::Counter(1e-3 * total_ms, benchmark::Counter::kAvgIterations);
+  };
   state.counters["find_pairs"] = mean(sum.find_pairs);
   state.counters["update_manifolds"] = mean(sum.update_manifolds);
   state.counters["build_constraints"] = mean(sum.build_constraints);
@@ -65,6 +67,24 @@ BENCHMARK_CAPTURE(step, drift, drift)->Apply(bodies);
 BENCHMARK_CAPTURE(step, layers, layers)->Apply(bodies);
 BENCHMARK_CAPTURE(step, spread, spread)->Apply(bodies);
 BENCHMARK_CAPTURE(step, pyramid, pyramid)->Apply(layer_counts);
+
+// The end of a step alone, per body: of `drift` most bodies are free, and it integrates them; of `spread` all lie
+// on the ground, and it takes over what the solver made of them.
+void finish(benchmark::State& state, Scene (*make)(std::int64_t)) {
+  Scene scene = make(1000);
+  scene.world.threads = 1;
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  for (int i = 0; i < first_step; ++i) world.step();
+  for (auto _ : state) {
+    world.step();
+    state.SetIterationTime(1e-3 * world.profile().times.finish);
+  }
+  state.counters["per_body"] = {static_cast<double>(dynamic_body_count(scene)),
+                                benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert};
+}
+BENCHMARK_CAPTURE(finish, free_bodies, drift)->UseManualTime()->Iterations(steps)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(finish, resting_bodies, spread)->UseManualTime()->Iterations(steps)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace fathom

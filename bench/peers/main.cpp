@@ -113,6 +113,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   CLI::App app("Sets Fathom beside other physics engines on the four environments: speed and quality.", "fathom_peers");
   Options options;
+  app.get_formatter()->column_width(36);
   declare(app, options);
   try {
     app.parse(argc, argv);

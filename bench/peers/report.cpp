@@ -12,11 +12,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Slowest round over fastest: how much the machine let the figures wander.
+double noise(const Result& r) {
+  const auto [fastest, slowest] =
+      std::minmax_element(r.rounds.begin(), r.rounds.end(),
+                          [](const Measurement& a, const Measurement& b) { return a.step_ms.mean < b.step_ms.mean; });
+  return slowest->step_ms.mean / fastest->step_ms.mean;
+}
+
 void print_row(const Result& r, double ratio) {
   const Quality& q = r.quality();
-  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>9}{:>10.4f}", r.scene->name, dynamic_body_count(r.scene->scene),
-             r.scene->steps, r.engine->name, r.threads, r.mean_ms(), ratio > 0 ? fmt::format("{:.2f}", ratio) : "-",
-             r.p99_ms());
+  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>7.2f}{:>9}{:>10.4f}", r.scene->name,
+             dynamic_body_count(r.scene->scene), r.scene->steps, r.engine->name, r.threads, r.mean_ms(), noise(r),
+             ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
   const bool ground = r.scene->scene.ground_height.has_value();
   fmt::print("{:>10}{:>11.5f}{:>10.2g}{:>7}", ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-",
              q.displacement_max, q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-");
@@ -65,10 +73,12 @@ double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
 
 void print_table(const std::vector<Result>& results) {
   fmt::print("{}; {} build, {}\n", cli::processor_name(), build_info::build_type, build_info::compiler);
-  fmt::print("Milliseconds a step: the median of {} rounds. Ratio: over Fathom's mean, above 1 is slower.\n\n",
-             results.empty() ? 0 : results.front().rounds.size());
-  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>9}{:>10}{:>10}{:>11}{:>10}{:>7}\n", "scene", "bodies", "steps",
-             "engine", "thr", "mean ms", "ratio", "p99 ms", "sunk mm", "moved m", "J a body", "below");
+  fmt::print(
+      "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
+      "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
+      results.empty() ? 0 : results.front().rounds.size());
+  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>11}{:>10}{:>7}\n", "scene", "bodies", "steps",
+             "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm", "moved m", "J a body", "below");
   const SceneEntry* previous = nullptr;
   for (const Result& result : results) {
     if (previous && previous != result.scene) fmt::print("\n");
