@@ -1,0 +1,81 @@
+// Box3D: soft step, 4 substeps, its own threads.
+#include <box3d/box3d.h>
+
+#include "engine.hpp"
+
+namespace fathom::peers {
+namespace {
+
+constexpr int substeps = 4;  // what its samples use
+
+b3Vec3 vector(Vec3 v) { return {v.x, v.y, v.z}; }
+b3Quat quaternion(Quat q) { return {{q.x, q.y, q.z}, q.w}; }
+Vec3 vector(b3Vec3 v) { return {v.x, v.y, v.z}; }
+Quat quaternion(b3Quat q) { return {q.s, q.v.x, q.v.y, q.v.z}; }
+
+class Box3dEngine final : public Engine {
+ public:
+  Box3dEngine(const Scene& scene, int threads) : dt_(scene.world.dt) {
+    b3WorldDef def = b3DefaultWorldDef();
+    def.gravity = vector(scene.world.gravity);
+    def.enableSleep = false;
+    def.workerCount = static_cast<std::uint32_t>(threads);
+    world_ = b3CreateWorld(&def);
+    bodies_.reserve(scene.bodies.size());
+    for (const BodyDef& body : scene.bodies) add(body);
+  }
+
+  ~Box3dEngine() override { b3DestroyWorld(world_); }
+
+  void step() override { b3World_Step(world_, dt_, substeps); }
+
+  void read(std::span<Pose> poses, std::span<Velocity> velocities) const override {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const b3Pos p = b3Body_GetPosition(bodies_[i]);
+      // Positions are double in its large-world build.
+      poses[i] = {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)},
+                  0,
+                  quaternion(b3Body_GetRotation(bodies_[i]))};
+      velocities[i] = {vector(b3Body_GetLinearVelocity(bodies_[i])), 0, vector(b3Body_GetAngularVelocity(bodies_[i])),
+                       0};
+    }
+  }
+
+  void set_velocity(std::size_t body, const Velocity& v) override {
+    b3Body_SetLinearVelocity(bodies_[body], vector(v.linear));
+    b3Body_SetAngularVelocity(bodies_[body], vector(v.angular));
+  }
+
+ private:
+  void add(const BodyDef& def) {
+    b3BodyDef body = b3DefaultBodyDef();
+    body.type = def.motion == MotionType::dynamic ? b3_dynamicBody : b3_staticBody;
+    body.position = {def.pose.position.x, def.pose.position.y, def.pose.position.z};
+    body.rotation = quaternion(def.pose.rotation);
+    body.enableSleep = false;
+    bodies_.push_back(b3CreateBody(world_, &body));
+    b3ShapeDef shape = b3DefaultShapeDef();
+    shape.density = mass_of(def) / volume(def.shape);
+    shape.baseMaterial.friction = def.material.friction;
+    shape.baseMaterial.restitution = def.material.restitution;
+    const Vec3 half = box_half_extents(def);
+    const b3BoxHull hull = b3MakeBoxHull(half.x, half.y, half.z);
+    b3CreateHullShape(bodies_.back(), &shape, &hull.base);
+  }
+
+  float dt_;
+  b3WorldId world_;
+  std::vector<b3BodyId> bodies_;
+};
+
+}  // namespace
+
+EngineKind box3d_engine() {
+  const b3Version v = b3GetVersion();
+  return {"box3d", std::to_string(v.major) + "." + std::to_string(v.minor) + "." + std::to_string(v.revision), true,
+          [](const Scene& scene, int threads) -> std::unique_ptr<Engine> {
+            return std::make_unique<Box3dEngine>(scene, threads);
+          }};
+}
+
+}  // namespace fathom::peers

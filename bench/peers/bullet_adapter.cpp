@@ -1,0 +1,94 @@
+// Bullet: btDiscreteDynamicsWorld with the sequential impulse solver, 10 iterations. Its parallel world needs
+// a library built for threads, which packaged ones are not.
+#include <btBulletDynamicsCommon.h>
+
+#include <cmath>
+
+#include "engine.hpp"
+
+namespace fathom::peers {
+namespace {
+
+btVector3 vector(Vec3 v) { return {v.x, v.y, v.z}; }
+btQuaternion quaternion(Quat q) { return {q.x, q.y, q.z, q.w}; }
+
+// btScalar may be double.
+Vec3 vector(const btVector3& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+Quat quaternion(const btQuaternion& q) {
+  return {static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z())};
+}
+
+class BulletEngine final : public Engine {
+ public:
+  explicit BulletEngine(const Scene& scene) : dt_(scene.world.dt) {
+    world_.setGravity(vector(scene.world.gravity));
+    bodies_.reserve(scene.bodies.size());
+    for (const BodyDef& body : scene.bodies) add(body);
+  }
+
+  ~BulletEngine() override {
+    for (const auto& body : bodies_) world_.removeRigidBody(body.get());
+  }
+
+  // Without substeps of its own a call is exactly one step.
+  void step() override { world_.stepSimulation(dt_, 0); }
+
+  void read(std::span<Pose> poses, std::span<Velocity> velocities) const override {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const btTransform& pose = bodies_[i]->getWorldTransform();
+      poses[i] = {vector(pose.getOrigin()), 0, quaternion(pose.getRotation())};
+      velocities[i] = {vector(bodies_[i]->getLinearVelocity()), 0, vector(bodies_[i]->getAngularVelocity()), 0};
+    }
+  }
+
+  void set_velocity(std::size_t body, const Velocity& v) override {
+    bodies_[body]->setLinearVelocity(vector(v.linear));
+    bodies_[body]->setAngularVelocity(vector(v.angular));
+  }
+
+ private:
+  btCollisionShape* shape(Vec3 half_extents) {
+    if (shapes_.empty() || !(half_extents == last_half_extents_)) {
+      shapes_.push_back(std::make_unique<btBoxShape>(vector(half_extents)));
+      last_half_extents_ = half_extents;
+    }
+    return shapes_.back().get();
+  }
+
+  void add(const BodyDef& def) {
+    btCollisionShape* box = shape(box_half_extents(def));
+    const btScalar mass = def.motion == MotionType::dynamic ? mass_of(def) : 0;
+    btVector3 inertia(0, 0, 0);
+    if (mass > 0) box->calculateLocalInertia(mass, inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, box, inertia);
+    // A contact's coefficient is the product of both bodies', so each gets the square root.
+    info.m_friction = std::sqrt(def.material.friction);
+    info.m_restitution = std::sqrt(def.material.restitution);
+    info.m_startWorldTransform = btTransform(quaternion(def.pose.rotation), vector(def.pose.position));
+    bodies_.push_back(std::make_unique<btRigidBody>(info));
+    bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
+    world_.addRigidBody(bodies_.back().get());
+  }
+
+  btScalar dt_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broad_phase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broad_phase_, &solver_, &configuration_};
+  std::vector<std::unique_ptr<btBoxShape>> shapes_;
+  Vec3 last_half_extents_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+};
+
+}  // namespace
+
+EngineKind bullet_engine() {
+  const int version = btGetVersion();
+  return {"bullet", std::to_string(version / 100) + "." + std::to_string(version % 100), false,
+          [](const Scene& scene, int) -> std::unique_ptr<Engine> { return std::make_unique<BulletEngine>(scene); }};
+}
+
+}  // namespace fathom::peers

@@ -1,0 +1,57 @@
+// What every engine must offer to be measured. One adapter file an engine; engines.cpp lists them.
+//
+// An adapter takes over the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything
+// else at the engine's own defaults, except that bodies neither sleep nor are damped.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scene/scene.hpp"
+
+namespace fathom::peers {
+
+class Engine {
+ public:
+  Engine() = default;
+  virtual ~Engine() = default;
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  /// One step of the scene's Δt.
+  virtual void step() = 0;
+  /// Poses and velocities of Scene::bodies, in that order.
+  virtual void read(std::span<Pose> poses, std::span<Velocity> velocities) const = 0;
+  virtual void set_velocity(std::size_t body, const Velocity& velocity) = 0;
+  /// What the engine itself reports to have gone wrong so far; empty where nothing did.
+  virtual std::string trouble() const { return {}; }
+};
+
+struct EngineKind {
+  std::string_view name;
+  std::string version;
+  bool threaded;  ///< false: runs on one thread, whatever it is given
+  std::unique_ptr<Engine> (*create)(const Scene& scene, int threads);
+};
+
+/// The engines of this build, Fathom first.
+const std::vector<EngineKind>& engines();
+/// The engine of that name; throws `Error{unavailable}` that says what this build has.
+const EngineKind& find_engine(std::string_view name);
+
+/// Half extents of the body's box; throws `Error{unavailable}` for other shapes, which the environments do not have.
+Vec3 box_half_extents(const BodyDef& body);
+/// Mass of a dynamic body (kg).
+float mass_of(const BodyDef& body);
+
+// Each defined by its adapter; only those that CMake found are built.
+EngineKind fathom_engine();
+EngineKind bullet_engine();
+EngineKind box3d_engine();
+EngineKind jolt_engine();
+
+}  // namespace fathom::peers

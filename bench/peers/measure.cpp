@@ -1,0 +1,68 @@
+#include "measure.hpp"
+
+#include <chrono>
+
+namespace fathom::peers {
+namespace {
+
+struct States {
+  std::vector<Pose> poses;
+  std::vector<Velocity> velocities;
+
+  States(const Engine& engine, const Scene& scene) : poses(scene.bodies.size()), velocities(scene.bodies.size()) {
+    engine.read(poses, velocities);
+  }
+};
+
+Vec3 random_vector(Random& random, float limit) {
+  const auto x = static_cast<float>(random.symmetric(limit));
+  const auto y = static_cast<float>(random.symmetric(limit));
+  const auto z = static_cast<float>(random.symmetric(limit));
+  return {x, y, z};
+}
+
+/// The kicks of SceneInstance, number for number, for any engine.
+void kick(Engine& engine, const Scene& scene, Random& random) {
+  const States now(engine, scene);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].motion != MotionType::dynamic) continue;
+    Velocity v = now.velocities[i];
+    v.linear += random_vector(random, scene.kicks->linear);
+    v.angular += random_vector(random, scene.kicks->angular);
+    engine.set_velocity(i, v);
+  }
+}
+
+double timed_step(Engine& engine) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  engine.step();
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+std::string what_went_wrong(const Engine& engine, const Quality& quality) {
+  if (quality.non_finite > 0) return std::to_string(quality.non_finite) + " bodies not finite";
+  if (quality.bodies_below_ground > 0) return std::to_string(quality.bodies_below_ground) + " bodies below the ground";
+  return engine.trouble();
+}
+
+}  // namespace
+
+Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps) {
+  const std::unique_ptr<Engine> engine = kind.create(scene, threads);
+  Random random(scene.kicks ? scene.kicks->seed : 0);
+  std::vector<double> step_ms;
+  step_ms.reserve(static_cast<std::size_t>(steps));
+  for (int step = 0; step < steps; ++step) {
+    if (scene.kicks && step % scene.kicks->interval == 0) kick(*engine, scene, random);
+    step_ms.push_back(timed_step(*engine));
+  }
+  const States end(*engine, scene);
+  Measurement result;
+  result.step_ms = cli::statistics(step_ms);
+  result.quality = measure_quality(scene, end.poses, end.velocities);
+  result.trouble = what_went_wrong(*engine, result.quality);
+  return result;
+}
+
+}  // namespace fathom::peers

@@ -1,0 +1,102 @@
+#include "report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "build_info.hpp"
+#include "system.hpp"
+
+namespace fathom::peers {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Slowest round over fastest: how much the machine let the figures wander.
+double noise(const Result& r) {
+  const auto [fastest, slowest] =
+      std::minmax_element(r.rounds.begin(), r.rounds.end(),
+                          [](const Measurement& a, const Measurement& b) { return a.step_ms.mean < b.step_ms.mean; });
+  return slowest->step_ms.mean / fastest->step_ms.mean;
+}
+
+void print_row(const Result& r, double ratio) {
+  const Quality& q = r.quality();
+  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>7.2f}{:>9}{:>10.4f}", r.scene->name,
+             dynamic_body_count(r.scene->scene), r.scene->steps, r.engine->name, r.threads, r.mean_ms(), noise(r),
+             ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
+  const bool ground = r.scene->scene.ground_height.has_value();
+  fmt::print("{:>10}{:>11.5f}{:>10.2g}{:>7}", ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-",
+             q.displacement_max, q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-");
+  const std::string trouble = r.trouble();
+  fmt::print("{}\n", trouble.empty() ? "" : "  FAILED: " + trouble);
+}
+
+Json json_of(const Result& r, double ratio) {
+  const Quality& q = r.quality();
+  Json means = Json::array();
+  for (const Measurement& round : r.rounds) means.push_back(round.step_ms.mean);
+  Json json = {{"scene", r.scene->name},
+               {"environment", r.scene->scene.name},
+               {"bodies", dynamic_body_count(r.scene->scene)},
+               {"steps", r.scene->steps},
+               {"engine", r.engine->name},
+               {"version", r.engine->version},
+               {"threads", r.threads},
+               {"step_ms",
+                {{"mean", r.mean_ms()},
+                 {"median", r.median_ms()},
+                 {"p99", r.p99_ms()},
+                 {"max", r.max_ms()},
+                 {"mean_of_rounds", means}}}};
+  json["ratio_to_fathom"] = ratio > 0 ? Json(ratio) : Json();
+  json["quality"] = {{"ground_penetration_max", q.ground_penetration_max},
+                     {"displacement_max", q.displacement_max},
+                     {"top_drop", q.top_drop},
+                     {"kinetic_energy_per_body", q.kinetic_energy_per_body},
+                     {"bodies_below_ground", q.bodies_below_ground},
+                     {"non_finite", q.non_finite}};
+  json["failed"] = !r.trouble().empty();
+  json["trouble"] = r.trouble();
+  return json;
+}
+
+}  // namespace
+
+double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
+  const auto fathom = std::find_if(all.begin(), all.end(), [&](const Result& r) {
+    return r.scene == result.scene && r.engine->name == "fathom" &&
+           (r.threads == result.threads || !result.engine->threaded);
+  });
+  return fathom == all.end() ? 0 : result.mean_ms() / fathom->mean_ms();
+}
+
+void print_table(const std::vector<Result>& results) {
+  fmt::print("{}; {} build, {}\n", cli::processor_name(), build_info::build_type, build_info::compiler);
+  fmt::print(
+      "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
+      "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
+      results.empty() ? 0 : results.front().rounds.size());
+  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>11}{:>10}{:>7}\n", "scene", "bodies", "steps",
+             "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm", "moved m", "J a body", "below");
+  const SceneEntry* previous = nullptr;
+  for (const Result& result : results) {
+    if (previous && previous != result.scene) fmt::print("\n");
+    previous = result.scene;
+    print_row(result, ratio_to_fathom(result, results));
+  }
+}
+
+Json to_json(const std::vector<Result>& results) {
+  Json json = {{"device", cli::processor_name()},
+               {"build",
+                {{"version", build_info::version},
+                 {"commit", build_info::commit},
+                 {"compiler", build_info::compiler},
+                 {"build_type", build_info::build_type}}}};
+  json["results"] = Json::array();
+  for (const Result& result : results) json["results"].push_back(json_of(result, ratio_to_fathom(result, results)));
+  return json;
+}
+
+}  // namespace fathom::peers

@@ -1,0 +1,61 @@
+// A scene's bodies and contacts as the stages of the native simulator see them, without a simulator.
+#pragma once
+
+#include "native/broad_phase.hpp"
+#include "native/contact_graph.hpp"
+#include "native/narrow_phase.hpp"
+#include "scene/environments.hpp"
+
+namespace fathom::native {
+
+struct StageFixture {
+  explicit StageFixture(Scene made) : scene(std::move(made)) {
+    state.resize(scene.bodies.size());
+    for (const BodyDef& def : scene.bodies) {
+      const std::uint32_t slot = bodies.add(def).index;
+      const BodyInfo& info = bodies[slot];
+      state.clear(slot);
+      state.poses[slot] = def.pose;
+      state.boxes[slot] = motion_box(info, def.pose, {}, scene.world.dt);
+      state.fat_boxes[slot] = fat_box(info, state.boxes[slot], {}, scene.world.dt);
+      state.flags[slot] = box_changed | awake;
+      changed.push_back(slot);
+      if (info.motion == MotionType::dynamic) moving.push_back(slot);
+    }
+  }
+
+  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, set_changed}; }
+
+  /// Finds all pairs, makes their manifolds and colours them, as a first step does.
+  void make_contacts() {
+    std::vector<std::vector<Pair>> found;
+    make_tree_broad_phase()->find(input(true), pool, found);
+    for (const std::vector<Pair>& list : found)
+      for (const Pair pair : list) graph.add(pair);
+    std::vector<NewManifold> begun;
+    for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
+    for (const NewManifold& fresh : begun) {
+      graph.begin(fresh.contact);
+      set_manifold(graph.manifold(graph[fresh.contact]), fresh.manifold, fresh.b_in_a);
+      graph.colour(fresh.contact);
+    }
+    manifold_count = begun.size();
+  }
+
+  Change update(std::uint32_t contact, std::vector<NewManifold>& begun) {
+    Contact& c = graph[contact];
+    return update_contact(contact, c, c.touching() ? &graph.manifold(c) : nullptr, bodies, state, scene.world.dt,
+                          begun);
+  }
+
+  Scene scene;
+  BodyTable bodies;
+  BodyState state;
+  ContactGraph graph{bodies, state};
+  ThreadPool pool{1};
+  std::vector<std::uint32_t> changed;  // all slots
+  std::vector<std::uint32_t> moving;   // slots of dynamic bodies
+  std::size_t manifold_count = 0;
+};
+
+}  // namespace fathom::native
