@@ -200,6 +200,11 @@ struct Bodies {
       a.angular = a.angular - turn_a(angular_a);
     }
   }
+  /// An angular impulse: plus on B, minus on A.
+  HWY_INLINE void twist(Vec3V<V> torque) {
+    b.angular = b.angular + turn_b(torque);
+    if constexpr (!fixed_a) a.angular = a.angular - turn_a(torque);
+  }
   HWY_INLINE void store(std::size_t used) const {
     b.store_velocities(used);
     if constexpr (!fixed_a) a.store_velocities(used);
@@ -302,9 +307,7 @@ HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f
   const V twist = hn::Sub(new_twist, old_twist);
   // The twist's own effect on sliding at c, where c is not above a centre, is left to the next sweep's slide
   // only through the bodies' velocities, which are updated first.
-  const Vec3V<V> torque = scale(twist, f.n);
-  bodies.b.angular = bodies.b.angular + bodies.turn_b(torque);
-  bodies.a.angular = bodies.a.angular - bodies.turn_a(torque);
+  bodies.twist(scale(twist, f.n));
 
   const Vec3V<V> slide =
       (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
