@@ -48,6 +48,9 @@ struct Phases {
   FATHOM_HD std::uint32_t items(std::uint32_t) const { return 0; }
   FATHOM_HD void operator()(std::uint32_t, std::uint32_t) const {}
 };
+struct Submissions {
+  void operator()() const {}
+};
 
 }  // namespace archetype
 
@@ -86,9 +89,7 @@ concept Device = std::derived_from<D, Memory> &&
   { observed.select_scratch_bytes(n) } -> std::same_as<std::size_t>;
 
   // Graphs: what the function submits is kept instead of run, and replayed by launch.
-  {
-    device.record([] {})
-    } -> std::same_as<typename D::Graph>;
+  { device.record(archetype::Submissions{}) } -> std::same_as<typename D::Graph>;
   device.launch(graph);
 
   // Time and completion.

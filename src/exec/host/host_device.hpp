@@ -54,10 +54,8 @@ class HostDevice final : public Memory {
   void parallel_for(Range range, Kernel kernel, Where where = Where::current()) {
     check_items(range.capacity, where);
     launch_step([this, range, kernel] {
-      const std::uint32_t n = range.size();
-      for_each_chunk(n, 64, [&kernel](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) kernel(static_cast<std::uint32_t>(i));
-      });
+      for_each_chunk(range.size(), 64,
+                     [kernel](std::size_t begin, std::size_t end) { for_each_item(begin, end, kernel); });
     });
   }
 
@@ -82,7 +80,7 @@ class HostDevice final : public Memory {
       for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(); ++phase) {
         const std::uint32_t items = kernel.items(phase);
         for_each_chunk(items < most_items ? items : most_items, 64, [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) kernel(phase, static_cast<std::uint32_t>(i));
+          for_each_item(begin, end, [&](std::uint32_t i) { kernel(phase, i); });
         });
       }
     });
@@ -115,7 +113,8 @@ class HostDevice final : public Memory {
   template <class Key>
   void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
                    Where where = Where::current());
-  /// out[i] = in[0] + … + in[i−1] modulo 2³², in place if in == out; the sum of all goes to `total` unless null.
+  /// out[i] = in[0] + … + in[i−1] modulo 2³², in place if in == out; the sum of all goes to `total` unless null, which
+  /// must not be the range's own count.
   void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
                       std::uint32_t* total = nullptr, Where where = Where::current());
   /// Writes the indices of the flags that are not zero, ascending, and how many they are.
@@ -181,6 +180,13 @@ class HostDevice final : public Memory {
   }
   void submit_copy(void* to, const void* from, std::size_t bytes);
   void submit_zero(void* to, std::size_t bytes);
+
+  /// 32-bit indices that cannot wrap: a loop that compilers turn into vector code where the kernel allows it.
+  template <class Body>
+  static void for_each_item(std::size_t begin, std::size_t end, const Body& body) {
+    const auto last = static_cast<std::uint32_t>(end);
+    for (auto i = static_cast<std::uint32_t>(begin); i < last; ++i) body(i);
+  }
 
   /// Eight chunks a thread even out items of unlike cost; `least` items a chunk keep cheap items from costing more
   /// to hand out than to run.
