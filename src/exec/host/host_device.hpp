@@ -16,7 +16,7 @@
 
 namespace fathom::exec {
 
-class HostDevice final : public Memory {
+class HostDevice : public Memory {
  public:
   /// A point in the queue. What was submitted has run, so every point is already passed.
   class Event {
