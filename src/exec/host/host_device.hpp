@@ -6,17 +6,15 @@
 
 #include <atomic>
 #include <cstdint>
-#include <functional>
 #include <utility>
-#include <vector>
 
-#include "exec/device.hpp"
+#include "exec/closure_queue.hpp"
 #include "exec/host/host_group.hpp"
 #include "native/thread_pool.hpp"
 
 namespace fathom::exec {
 
-class HostDevice : public Memory {
+class HostDevice : public ClosureQueue {
  public:
   /// A point in the queue. What was submitted has run, so every point is already passed.
   class Event {
@@ -32,22 +30,10 @@ class HostDevice : public Memory {
     std::atomic<std::int64_t> nanoseconds_{0};
   };
 
-  /// Submissions kept as closures.
-  class Graph {
-   public:
-    std::size_t size() const { return steps_.size(); }
-
-   private:
-    friend class HostDevice;
-    std::vector<std::function<void()>> steps_;
-    Traffic traffic_;
-  };
-
   /// `threads` counts the submitting thread; 0 takes all that the machine has.
   explicit HostDevice(int threads = 0);
 
   const DeviceInfo& info() const { return info_; }
-  const Traffic& traffic() const { return traffic_; }
   int thread_count() const { return pool_.thread_count(); }
 
   template <ItemKernel Kernel>
@@ -126,33 +112,6 @@ class HostDevice : public Memory {
   std::size_t scan_scratch_bytes(std::uint32_t capacity) const;
   std::size_t select_scratch_bytes(std::uint32_t capacity) const { return scan_scratch_bytes(capacity); }
 
-  template <class Submissions>
-  Graph record(Submissions&& submissions, Where where = Where::current()) {
-    check_can_record(where);
-    Graph graph;
-    const Traffic before = traffic_;
-    recording_into_ = &graph;
-    set_recording(true);
-    const auto stop = [&] {
-      set_recording(false);
-      recording_into_ = nullptr;
-      graph.traffic_ = traffic_ - before;
-      traffic_ = before;
-    };
-    try {
-      submissions();
-    } catch (...) {
-      stop();
-      throw;
-    }
-    stop();
-    return graph;
-  }
-  void launch(Graph& graph, Where = Where::current()) {
-    traffic_ += graph.traffic_;
-    for (const std::function<void()>& step : graph.steps_) step();
-  }
-
   void mark(Event& event, Where = Where::current());
   void wait(Where = Where::current()) {}
 
@@ -166,18 +125,6 @@ class HostDevice : public Memory {
   void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
   void do_release(void* memory) noexcept override;
 
-  template <class Step>
-  void submit(Step step) {
-    if (recording_into_)
-      recording_into_->steps_.emplace_back(std::move(step));
-    else
-      step();
-  }
-  template <class Step>
-  void launch_step(Step step) {
-    ++traffic_.launches;
-    submit(std::move(step));
-  }
   void submit_copy(void* to, const void* from, std::size_t bytes);
   void submit_zero(void* to, std::size_t bytes);
 
@@ -197,9 +144,7 @@ class HostDevice : public Memory {
   }
 
   DeviceInfo info_;
-  Traffic traffic_;
   ThreadPool pool_;
-  Graph* recording_into_ = nullptr;
 };
 
 static_assert(Device<HostDevice>);
