@@ -1,11 +1,12 @@
 // Both broad phases against brute force, and the trees and tables they are made of.
+#include "native/broad_phase.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 #include <set>
 
-#include "native/broad_phase.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::native {
@@ -102,7 +103,8 @@ TEST_P(BroadPhases, FindAllPairsWithHugeAndTinyAndFlatBoxes) {
 
 TEST_P(BroadPhases, FindOnlyNewPairsAsBoxesMove) {
   Boxes boxes;
-  for (int i = 0; i < 300; ++i) boxes.add(i % 20 == 0 ? MotionType::fixed : MotionType::dynamic, boxes.random_box(5, 1.5f));
+  for (int i = 0; i < 300; ++i)
+    boxes.add(i % 20 == 0 ? MotionType::fixed : MotionType::dynamic, boxes.random_box(5, 1.5f));
   boxes.change_all();
   const auto broad_phase = make();
   for (const auto& [a, b] : search(*broad_phase, boxes.input(true), 1)) boxes.known.insert(a, b);
@@ -159,7 +161,8 @@ TEST(ThreadPool, RunsEveryItemOnceWithAnyNumberOfThreads) {
         EXPECT_EQ(begin % 7, 0u);
         for (std::size_t i = begin; i < end; ++i) ++seen[i];
       });
-      ASSERT_TRUE(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; })) << threads << " threads, round " << round;
+      ASSERT_TRUE(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }))
+          << threads << " threads, round " << round;
     }
   }
 }

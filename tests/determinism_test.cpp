@@ -15,7 +15,8 @@ std::uint64_t heap_hash(WorldDef def) {
   const Shape shapes[] = {box({0.4f, 0.5f, 0.3f}), sphere(0.4f), capsule(0.25f, 0.4f), hull(tetrahedron)};
   std::vector<BodyId> ids;
   for (int i = 0; i < 300; ++i) {
-    BodyDef body = dynamic(shapes[i % 4], {static_cast<float>(i % 5) * 0.9f, static_cast<float>(i / 5 % 5) * 0.9f, 1.5f + static_cast<float>(i / 25)});
+    BodyDef body = dynamic(shapes[i % 4], {static_cast<float>(i % 5) * 0.9f, static_cast<float>(i / 5 % 5) * 0.9f,
+                                           1.5f + static_cast<float>(i / 25)});
     body.pose.rotation = axis_angle({1, static_cast<float>(i % 3), 2}, 0.1f * static_cast<float>(i));
     body.material.restitution = i % 7 == 0 ? 0.6f : 0.0f;
     ids.push_back(world.add(body));

@@ -50,7 +50,8 @@ TEST(SteadyState, MemoryPerBodyAndManifoldIsBounded) {
   def.gravity = {};
   World sparse(def);
   for (int i = 0; i < 4096; ++i)
-    sparse.add(cube({static_cast<float>(i % 16) * 4, static_cast<float>(i / 16 % 16) * 4, static_cast<float>(i / 256) * 4}));
+    sparse.add(
+        cube({static_cast<float>(i % 16) * 4, static_cast<float>(i / 16 % 16) * 4, static_cast<float>(i / 256) * 4}));
   run(sparse, 5);
   EXPECT_LE(sparse.profile().counts.memory_bytes / 4096, 1024u);
 

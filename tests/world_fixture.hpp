@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-
 #include <fathom/world.hpp>
 
 namespace fathom::test {
@@ -46,7 +45,8 @@ inline void run(World& world, int steps) {
 inline float kinetic_energy(const World& world, BodyId id) {
   const Velocity v = world.velocity(id);
   const Vec3 local = inverse_rotate(world.pose(id).rotation, v.angular);
-  return 0.5f * world.mass(id) * length_squared(v.linear) + 0.5f * dot(local, world.mass_properties(id).inertia * local);
+  return 0.5f * world.mass(id) * length_squared(v.linear) +
+         0.5f * dot(local, world.mass_properties(id).inertia * local);
 }
 
 inline Vec3 angular_momentum(const World& world, BodyId id) {
@@ -59,7 +59,8 @@ inline void add_pyramid(World& world, int layers) {
     const int side = layers - l;
     for (int i = 0; i < side * side; ++i)
       world.add(cube({(static_cast<float>(i % side) - static_cast<float>(side - 1) * 0.5f) * 1.05f,
-                      (static_cast<float>(i / side) - static_cast<float>(side - 1) * 0.5f) * 1.05f, 1.0f + static_cast<float>(l)}));
+                      (static_cast<float>(i / side) - static_cast<float>(side - 1) * 0.5f) * 1.05f,
+                      1.0f + static_cast<float>(l)}));
   }
 }
 

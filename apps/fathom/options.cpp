@@ -15,7 +15,7 @@ CLI::Validator positive_number() {
         const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && value <= 1e30;
         return good ? std::string() : "must be a finite number greater than 0, not " + text;
       },
-      "> 0");
+      "");
 }
 
 /// A whole number of at least `least`.

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-
 #include <fathom/math.hpp>
 #include <fathom/shape.hpp>
+#include <optional>
 
 namespace fathom {
 
@@ -44,16 +43,16 @@ struct Filter {
 /// What a body is created from. The body's frame is centred at its centre of mass (see `hull`).
 struct BodyDef {
   MotionType motion = MotionType::dynamic;
-  Pose pose;  ///< of the centre of mass; the rotation is normalised
-  Velocity velocity;
-  Shape shape;
-  Material material;
-  Filter filter;
+  Pose pose{};  ///< of the centre of mass; the rotation is normalised
+  Velocity velocity{};
+  Shape shape{};
+  Material material{};
+  Filter filter{};
   /// Mass (kg); where absent the density (kg/m³) and the shape's volume give it.
-  std::optional<float> mass;
+  std::optional<float> mass{};
   float density = 1000.0f;
   /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite.
-  std::optional<SymMat3> inertia;
+  std::optional<SymMat3> inertia{};
   float gravity_scale = 1.0f;
   float linear_damping = 0.0f;   ///< 1/s, ≥ 0
   float angular_damping = 0.0f;  ///< 1/s, ≥ 0

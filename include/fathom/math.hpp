@@ -60,13 +60,9 @@ FATHOM_HD Vec3& operator*=(Vec3& a, float s) { return a = s * a; }
 FATHOM_HD bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 FATHOM_HD float dot(Vec3 a, Vec3 b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
-FATHOM_HD Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
+FATHOM_HD Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 /// a + s·b, one rounding per component.
-FATHOM_HD Vec3 mul_add(Vec3 a, float s, Vec3 b) {
-  return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)};
-}
+FATHOM_HD Vec3 mul_add(Vec3 a, float s, Vec3 b) { return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)}; }
 FATHOM_HD float length_squared(Vec3 a) { return dot(a, a); }
 FATHOM_HD float length(Vec3 a) { return fathom::sqrt(dot(a, a)); }
 FATHOM_HD float distance(Vec3 a, Vec3 b) { return length(a - b); }
@@ -127,14 +123,10 @@ FATHOM_HD Vec3 inverse_rotate(Quat q, Vec3 v) { return rotate(conjugate(q), v); 
 struct Mat3 {
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
 
-  FATHOM_HD float operator()(int row, int column) const {
-    return column == 0 ? x[row] : column == 1 ? y[row] : z[row];
-  }
+  FATHOM_HD float operator()(int row, int column) const { return column == 0 ? x[row] : column == 1 ? y[row] : z[row]; }
 };
 
-FATHOM_HD Vec3 operator*(const Mat3& m, Vec3 v) {
-  return mul_add(mul_add(v.x * m.x, v.y, m.y), v.z, m.z);
-}
+FATHOM_HD Vec3 operator*(const Mat3& m, Vec3 v) { return mul_add(mul_add(v.x * m.x, v.y, m.y), v.z, m.z); }
 FATHOM_HD Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
 FATHOM_HD Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 FATHOM_HD Mat3 operator*(float s, const Mat3& a) { return {s * a.x, s * a.y, s * a.z}; }
@@ -170,15 +162,11 @@ FATHOM_HD Vec3 operator*(const SymMat3& m, Vec3 v) {
   return {fma(m.xz, v.z, fma(m.xy, v.y, m.xx * v.x)), fma(m.yz, v.z, fma(m.yy, v.y, m.xy * v.x)),
           fma(m.zz, v.z, fma(m.yz, v.y, m.xz * v.x))};
 }
-FATHOM_HD Mat3 to_matrix(const SymMat3& m) {
-  return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}};
-}
+FATHOM_HD Mat3 to_matrix(const SymMat3& m) { return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}}; }
 /// r · m · transpose(r): a tensor turned by a rotation.
 FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
   const Mat3 rm = r * to_matrix(m);
-  const auto element = [&](int i, int j) {
-    return fma(rm.z[i], r.z[j], fma(rm.y[i], r.y[j], rm.x[i] * r.x[j]));
-  };
+  const auto element = [&](int i, int j) { return fma(rm.z[i], r.z[j], fma(rm.y[i], r.y[j], rm.x[i] * r.x[j])); };
   return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
 }
 
@@ -189,9 +177,7 @@ struct alignas(16) Pose {
   Quat rotation;
 };
 FATHOM_HD Vec3 transform(const Pose& p, Vec3 v) { return rotate(p.rotation, v) + p.position; }
-FATHOM_HD Vec3 inverse_transform(const Pose& p, Vec3 v) {
-  return inverse_rotate(p.rotation, v - p.position);
-}
+FATHOM_HD Vec3 inverse_transform(const Pose& p, Vec3 v) { return inverse_rotate(p.rotation, v - p.position); }
 /// `b` seen from `a`: inverse(a)·b.
 FATHOM_HD Pose relative(const Pose& a, const Pose& b) {
   return {inverse_rotate(a.rotation, b.position - a.position), 0, conjugate(a.rotation) * b.rotation};
@@ -214,8 +200,8 @@ struct Aabb {
   Vec3 lower, upper;
 };
 FATHOM_HD bool overlaps(const Aabb& a, const Aabb& b) {
-  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y &&
-         b.lower.y <= a.upper.y && a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
+  return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y && b.lower.y <= a.upper.y &&
+         a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
 FATHOM_HD bool contains(const Aabb& outer, const Aabb& inner) {
   return outer.lower.x <= inner.lower.x && outer.lower.y <= inner.lower.y && outer.lower.z <= inner.lower.z &&

@@ -21,16 +21,16 @@ struct StageTimes {
 };
 
 struct StepCounts {
-  std::uint32_t bodies = 0;        ///< all bodies of the world
-  std::uint32_t active = 0;        ///< awake bodies that can move
-  std::uint32_t pairs = 0;         ///< pairs of the broad phase
-  std::uint32_t manifolds = 0;     ///< pairs with contact points, as solved
-  std::uint32_t points = 0;        ///< contact points, as solved
-  std::uint32_t colours = 0;       ///< colours of the constraint graph in use
-  std::uint32_t overflow = 0;      ///< manifolds beyond the last colour, solved one by one
-  std::uint32_t islands = 0;       ///< islands met (0 where sleeping is off)
-  std::uint32_t recycled = 0;      ///< manifolds kept from the last step by the narrow phase
-  std::uint32_t quarantined = 0;   ///< bodies stopped in this step because their state was not finite
+  std::uint32_t bodies = 0;           ///< all bodies of the world
+  std::uint32_t active = 0;           ///< awake bodies that can move
+  std::uint32_t pairs = 0;            ///< pairs of the broad phase
+  std::uint32_t manifolds = 0;        ///< pairs with contact points, as solved
+  std::uint32_t points = 0;           ///< contact points, as solved
+  std::uint32_t colours = 0;          ///< colours of the constraint graph in use
+  std::uint32_t overflow = 0;         ///< manifolds beyond the last colour, solved one by one
+  std::uint32_t islands = 0;          ///< islands met (0 where sleeping is off)
+  std::uint32_t recycled = 0;         ///< manifolds kept from the last step by the narrow phase
+  std::uint32_t quarantined = 0;      ///< bodies stopped in this step because their state was not finite
   std::uint64_t launches = 0;         ///< kernels submitted (device simulator)
   std::uint64_t bytes_to_device = 0;  ///< copied to the device (device simulator)
   std::uint64_t bytes_to_host = 0;    ///< copied back (device simulator)

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/math.hpp>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
-
-#include <fathom/math.hpp>
 
 namespace fathom {
 
@@ -19,8 +18,8 @@ enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
 /// Made by `sphere`, `capsule`, `box` and `hull`, which check their arguments.
 struct Shape {
   ShapeType type = ShapeType::box;
-  float radius = 0;             ///< sphere, capsule (m)
-  Vec3 half_extents{0, 0, 0};   ///< box (m); capsule: (0, 0, half the length of its segment)
+  float radius = 0;            ///< sphere, capsule (m)
+  Vec3 half_extents{0, 0, 0};  ///< box (m); capsule: (0, 0, half the length of its segment)
   std::shared_ptr<const Hull> hull;
 };
 

@@ -2,15 +2,17 @@
 //
 //   fathom::World world({.threads = 4});
 //   world.add({.motion = fathom::MotionType::fixed, .shape = fathom::box({50, 50, 0.5f})});
-//   fathom::BodyId crate = world.add({.pose = {.position = {0, 0, 5}}, .shape = fathom::box({0.5f, 0.5f, 0.5f}), .mass = 1});
-//   for (int i = 0; i < 600; ++i) world.step();
-//   fathom::Vec3 where = world.pose(crate).position;
+//   fathom::BodyId crate = world.add({.pose = {.position = {0, 0, 5}}, .shape = fathom::box({0.5f, 0.5f, 0.5f}), .mass
+//   = 1}); for (int i = 0; i < 600; ++i) world.step(); fathom::Vec3 where = world.pose(crate).position;
 //
 // A world is used by one thread at a time; different worlds are independent. Errors are thrown as
 // `fathom::Error` and leave the world as it was.
 #pragma once
 
 #include <cstdint>
+#include <fathom/body.hpp>
+#include <fathom/error.hpp>
+#include <fathom/profile.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -18,10 +20,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <fathom/body.hpp>
-#include <fathom/error.hpp>
-#include <fathom/profile.hpp>
 
 namespace fathom {
 
@@ -37,13 +35,15 @@ enum class Solver : std::uint8_t {
 
 struct SolverSettings {
   Solver method = Solver::soft;
-  int substeps = 4;              ///< ≥ 1
-  int iterations = 10;           ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
-  float contact_hertz = 30.0f;   ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
-  float contact_damping_ratio = 1.0f;   ///< 1: a penetration decays without overshoot, as fast as it can (docs/solver.md)
-  float push_out_velocity = 3.0f;       ///< m/s at most to resolve a penetration
-  float restitution_threshold = 1.0f;   ///< m/s of approach below which nothing bounces
-  float max_linear_speed = 1000.0f;     ///< m/s; faster bodies are slowed to it
+  int substeps = 4;     ///< ≥ 1
+  int iterations = 10;  ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
+  float contact_hertz =
+      30.0f;  ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
+  float contact_damping_ratio =
+      1.0f;                        ///< 1: a penetration decays without overshoot, as fast as it can (docs/solver.md)
+  float push_out_velocity = 3.0f;  ///< m/s at most to resolve a penetration
+  float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces
+  float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
 };
 
 struct SleepSettings {
@@ -59,11 +59,11 @@ struct WorldDef {
   int threads = 0;          ///< 0: as many as the machine has
   BroadPhase broad_phase = BroadPhase::tree;
   Vec3 sweep_axis{0.8017837f, 0.5345225f, 0.2672612f};  ///< for `sweep`: components ≥ 0, not all 0
-  SolverSettings solver;
-  SleepSettings sleep;
+  SolverSettings solver{};
+  SleepSettings sleep{};
   std::uint32_t max_bodies = 1u << 24;  ///< `add` refuses more
   /// Called with one line of text for what the application should know; never from inside a step's threads.
-  std::function<void(std::string_view)> log;
+  std::function<void(std::string_view)> log{};
 };
 
 /// Two bodies, in ascending order of index, that began or ceased to touch in the last step.
@@ -154,12 +154,12 @@ class World {
   void wake(BodyId id);
 
   // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes.
-  void apply_force(BodyId id, Vec3 force);                   ///< N at the centre of mass
-  void apply_force_at(BodyId id, Vec3 force, Vec3 point);    ///< N at a point (m)
-  void apply_torque(BodyId id, Vec3 torque);                 ///< N·m
-  void apply_impulse(BodyId id, Vec3 impulse);               ///< N·s at the centre of mass
+  void apply_force(BodyId id, Vec3 force);                 ///< N at the centre of mass
+  void apply_force_at(BodyId id, Vec3 force, Vec3 point);  ///< N at a point (m)
+  void apply_torque(BodyId id, Vec3 torque);               ///< N·m
+  void apply_impulse(BodyId id, Vec3 impulse);             ///< N·s at the centre of mass
   void apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point);
-  void apply_angular_impulse(BodyId id, Vec3 impulse);       ///< N·m·s
+  void apply_angular_impulse(BodyId id, Vec3 impulse);  ///< N·m·s
 
   // Time --------------------------------------------------------------------------------------------------
   /// Advances by `definition().dt`.

@@ -25,11 +25,16 @@ FATHOM_HD Softness make_soft(float hertz, float damping_ratio, float h) {
 /// The contact's coefficient from its two materials'; of two different rules the later one in CombineRule wins.
 FATHOM_HD float combine(float a, float b, CombineRule rule_a, CombineRule rule_b) {
   switch (rule_a > rule_b ? rule_a : rule_b) {
-    case CombineRule::average: return 0.5f * (a + b);
-    case CombineRule::minimum: return min(a, b);
-    case CombineRule::geometric_mean: return fathom::sqrt(a * b);
-    case CombineRule::multiply: return a * b;
-    case CombineRule::maximum: break;
+    case CombineRule::average:
+      return 0.5f * (a + b);
+    case CombineRule::minimum:
+      return min(a, b);
+    case CombineRule::geometric_mean:
+      return fathom::sqrt(a * b);
+    case CombineRule::multiply:
+      return a * b;
+    case CombineRule::maximum:
+      break;
   }
   return max(a, b);
 }

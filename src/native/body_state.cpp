@@ -43,8 +43,8 @@ Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity
 }
 
 Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt) {
-  // 3 cm: bodies set 10 cm apart are no pairs. Movers get eight steps' way ahead, but no more than a quarter of their size,
-  // because every step of it costs pairs that never touch.
+  // 3 cm: bodies set 10 cm apart are no pairs. Movers get eight steps' way ahead, but no more than a quarter of their
+  // size, because every step of it costs pairs that never touch.
   constexpr float margin = 0.03f;
   constexpr float steps_ahead = 8.0f;
   const float reach = 0.25f * info.radius;

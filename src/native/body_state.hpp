@@ -11,10 +11,10 @@
 namespace fathom::native {
 
 enum BodyFlag : std::uint8_t {
-  awake = 1,         ///< takes part in steps
-  box_changed = 2,   ///< its fat box is new since the broad phase last ran
-  has_force = 4,     ///< `forces` holds something for the next step
-  isolated = 8,       ///< stopped because its state was not finite
+  awake = 1,        ///< takes part in steps
+  box_changed = 2,  ///< its fat box is new since the broad phase last ran
+  has_force = 4,    ///< `forces` holds something for the next step
+  isolated = 8,     ///< stopped because its state was not finite
 };
 
 struct Force {

@@ -14,7 +14,7 @@ namespace {
 class TreeBroadPhase : public BroadPhase {
  public:
   void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
-    refresh(input);
+    refresh(input, pool);
     constexpr std::size_t grain = 64;
     const std::size_t chunks = (input.changed.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
@@ -26,22 +26,22 @@ class TreeBroadPhase : public BroadPhase {
     });
   }
 
-  void refresh(const BroadPhaseInput& input) override {
+  void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const Aabb* boxes = input.state.fat_boxes.data();
     bool moving_changed = false, fixed_changed = false;
     for (const std::uint32_t slot : input.changed)
       (input.bodies[slot].motion == MotionType::fixed ? fixed_changed : moving_changed) = true;
     if (input.set_changed) {
       sort_bodies_out(input);
-      moving_.build(moving_slots_, boxes);
-      fixed_.build(fixed_slots_, boxes);
+      moving_.build(moving_slots_, boxes, pool);
+      fixed_.build(fixed_slots_, boxes, pool);
       return;
     }
     if (moving_changed) {
-      moving_.refit(boxes);
-      if (moving_.is_loose()) moving_.build(moving_slots_, boxes);
+      moving_.refit(boxes, pool);
+      if (moving_.is_loose()) moving_.build(moving_slots_, boxes, pool);
     }
-    if (fixed_changed) fixed_.build(fixed_slots_, boxes);
+    if (fixed_changed) fixed_.build(fixed_slots_, boxes, pool);
   }
 
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
@@ -71,7 +71,8 @@ class TreeBroadPhase : public BroadPhase {
       (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
   }
 
-  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits, std::vector<Pair>& found) const {
+  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits,
+              std::vector<Pair>& found) const {
     const Aabb& box = input.state.fat_boxes[slot];
     hits.clear();
     moving_.overlap(box, hits);

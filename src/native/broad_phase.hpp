@@ -37,7 +37,7 @@ class BroadPhase {
   virtual void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
 
   // Queries see the boxes as of the last `find` or `refresh`.
-  virtual void refresh(const BroadPhaseInput& input) = 0;
+  virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
   virtual void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
   /// Slots whose fat boxes the segment meets.
   virtual void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const = 0;

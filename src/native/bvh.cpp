@@ -32,7 +32,8 @@ float largest_extent(const Aabb& box) { return max_component(box.upper - box.low
 // The exponent of two of the median of the boxes' largest extents, from a histogram.
 int median_exponent(std::span<const std::uint32_t> items, const Aabb* boxes) {
   std::array<std::uint32_t, 256> histogram{};
-  for (const std::uint32_t item : items) ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
+  for (const std::uint32_t item : items)
+    ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
   std::size_t seen = 0;
   for (int e = 0; e < 256; ++e)
     if ((seen += histogram[static_cast<std::size_t>(e)]) * 2 >= items.size()) return e - 127;
@@ -68,7 +69,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes) {
+void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool) {
   leaves_.resize(items.size());
   levels_.clear();
   area_ = area_when_built_ = 0;
@@ -84,7 +85,7 @@ void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes) {
   sort_keys();
   for (std::size_t i = 0; i < items.size(); ++i) leaves_[i] = keys_[i].item;
   lay_out_levels();
-  refit(boxes);
+  refit(boxes, pool);
   area_when_built_ = area_;
 }
 
@@ -131,18 +132,48 @@ Aabb Bvh::box_of(const Node& node) {
   return {lower, upper};
 }
 
-void Bvh::refit(const Aabb* boxes) {
+namespace {
+
+constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+constexpr std::size_t node_grain = 64;
+
+}  // namespace
+
+void Bvh::refit(const Aabb* boxes, ThreadPool& pool) {
   if (leaves_.empty()) return;
-  constexpr Aabb empty{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-  for (std::size_t i = 0; i < levels_[0].count * width; ++i)
-    set_child(nodes_[i / width], i % width, i < leaves_.size() ? boxes[leaves_[i]] : empty);
+  areas_.assign(levels_[0].count / node_grain + 1, 0.0);
+  pool.for_each_chunk(levels_[0].count, node_grain,
+                      [&](std::size_t begin, std::size_t end) { refit_parents(boxes, begin, end); });
   area_ = 0;
-  for (std::size_t level = 1; level < levels_.size(); ++level) {
-    const Level below = levels_[level - 1];
-    for (std::size_t i = 0; i < levels_[level].count * width; ++i) {
-      const Aabb box = i < below.count ? box_of(nodes_[below.first + i]) : empty;
-      set_child(nodes_[levels_[level].first + i / width], i % width, box);
-      if (level == 1 && i < below.count) area_ += static_cast<double>(surface_area(box));
+  for (const double area : areas_) area_ += area;
+  for (std::size_t level = 1; level < levels_.size(); ++level)
+    pool.for_each_chunk(levels_[level].count, node_grain,
+                        [&](std::size_t begin, std::size_t end) { refit_level(level, begin, end); });
+}
+
+// Nodes whose children are leaves. Their area tells how loose the tree has become.
+void Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
+  double area = 0;
+  for (std::size_t n = begin; n < end; ++n) {
+    Aabb whole = empty_box;
+    for (std::size_t c = 0; c < width; ++c) {
+      const std::size_t leaf = n * width + c;
+      const Aabb& box = leaf < leaves_.size() ? boxes[leaves_[leaf]] : empty_box;
+      set_child(nodes_[n], c, box);
+      whole = merged(whole, box);
+    }
+    area += static_cast<double>(surface_area(whole));
+  }
+  areas_[begin / node_grain] = area;
+}
+
+void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
+  const Level below = levels_[level - 1];
+  for (std::size_t n = begin; n < end; ++n) {
+    for (std::size_t c = 0; c < width; ++c) {
+      const std::size_t child = n * width + c;
+      set_child(nodes_[levels_[level].first + n], c,
+                child < below.count ? box_of(nodes_[below.first + child]) : empty_box);
     }
   }
 }
@@ -163,15 +194,20 @@ void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
     const Entry entry = stack[--top];
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
     for (std::size_t c = 0; c < width; c += lanes) {
-      const auto x = hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
-      const auto y = hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
-      const auto z = hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
+      const auto x =
+          hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
+      const auto y =
+          hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
+      const auto z =
+          hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
       std::uint8_t bits[8] = {};
       hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
       for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
         const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
-        if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-        else found.push_back(leaves_[child]);
+        if (entry.level > 0)
+          stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+        else
+          found.push_back(leaves_[child]);
       }
     }
   }

@@ -11,27 +11,29 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/math.hpp>
 #include <limits>
 #include <span>
 #include <vector>
 
-#include <fathom/math.hpp>
+#include "native/thread_pool.hpp"
 
 namespace fathom::native {
 
 class Bvh {
  public:
   /// Sorts `items` (indices into `boxes`) and builds the tree over them.
-  void build(std::span<const std::uint32_t> items, const Aabb* boxes);
+  void build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool);
   /// Recomputes all boxes of the tree in place.
-  void refit(const Aabb* boxes);
+  void refit(const Aabb* boxes, ThreadPool& pool);
   /// True where moved items have made the nodes so loose that sorting again pays.
   bool is_loose() const { return area_ > 1.5 * area_when_built_; }
 
   /// Appends the items whose boxes overlap `box`; their order depends only on the tree.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
-  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new limit.
+  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new
+  /// limit.
   template <class Visit>
   void ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const;
 
@@ -57,11 +59,14 @@ class Bvh {
   void lay_out_levels();
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
+  void refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);
+  void refit_level(std::size_t level, std::size_t begin, std::size_t end);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
   std::vector<Node> nodes_;            // level by level, leaves' parents first
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
+  std::vector<double> areas_;  // per chunk of nodes
   double area_ = 0;
   double area_when_built_ = 0;
 };
@@ -93,8 +98,10 @@ void Bvh::ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const {
       }
       if (!(enter <= leave)) continue;
       const std::size_t child = entry.node * width + c;
-      if (entry.level > 0) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-      else limit = visit(leaves_[child], limit);
+      if (entry.level > 0)
+        stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+      else
+        limit = visit(leaves_[child], limit);
     }
   }
 }

@@ -24,6 +24,7 @@ std::uint32_t ContactGraph::add(Pair pair) {
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
+  c.recycle_distance = min(0.005f, 0.01f * min(bodies_[c.a].radius, bodies_[c.b].radius));
   link(index, 0);
   link(index, 1);
   pairs_.insert(c.a, c.b);
@@ -69,11 +70,14 @@ void ContactGraph::mix_materials(const Contact& c) {
 }
 
 void ContactGraph::colour(std::uint32_t index) {
+  ++colouring_;
   Contact& c = contacts_[index];
   constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
   std::uint32_t taken = state_.colour_mask[c.b];
-  if (c.fixed_a) taken |= ~fixed_colours;
-  else taken |= state_.colour_mask[c.a] | fixed_colours;
+  if (c.fixed_a)
+    taken |= ~fixed_colours;
+  else
+    taken |= state_.colour_mask[c.a] | fixed_colours;
   if (~taken != 0) {
     c.colour = static_cast<std::uint8_t>(std::countr_one(taken));
     const std::uint32_t bit = 1u << c.colour;
@@ -90,6 +94,7 @@ void ContactGraph::colour(std::uint32_t index) {
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
+  ++colouring_;
   Contact& c = contacts_[index];
   std::vector<std::uint32_t>& list = colours_[c.colour];
   contacts_[list.back()].colour_slot = c.colour_slot;
@@ -118,14 +123,16 @@ void ContactGraph::link(std::uint32_t index, std::uint32_t side) {
 void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
   const Contact& c = contacts_[index];
   const std::uint32_t next = c.next[side], previous = c.previous[side];
-  if (previous == none) state_.first_contact[body(c, side)] = next;
-  else contacts_[previous >> 1].next[previous & 1] = next;
+  if (previous == none)
+    state_.first_contact[body(c, side)] = next;
+  else
+    contacts_[previous >> 1].next[previous & 1] = next;
   if (next != none) contacts_[next >> 1].previous[next & 1] = previous;
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) + pairs_.memory_bytes() +
-                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
+                    pairs_.memory_bytes() + (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

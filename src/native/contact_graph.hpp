@@ -49,7 +49,11 @@ class ContactGraph {
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
   const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
-  bool in_contact(std::uint32_t slot) const { return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0; }
+  /// Changes whenever any colour's list does.
+  std::uint64_t colouring() const { return colouring_; }
+  bool in_contact(std::uint32_t slot) const {
+    return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0;
+  }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>
@@ -77,6 +81,7 @@ class ContactGraph {
   bool may_bounce_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> colours_[colour_count + 1];
+  std::uint64_t colouring_ = 1;
 };
 
 }  // namespace fathom::native

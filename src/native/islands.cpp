@@ -25,8 +25,10 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
       }
       if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) continue;  // one of them is quarantined
       const std::uint32_t a = root(c.a), b = root(c.b);
-      if (a < b) parent_[b] = a;
-      else parent_[a] = b;
+      if (a < b)
+        parent_[b] = a;
+      else
+        parent_[a] = b;
     }
   }
 }
@@ -42,9 +44,11 @@ bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {
   }
   members_.clear();
   for (const std::uint32_t slot : active)
-    if (bodies_[slot].motion == MotionType::dynamic && slow_time_[root(slot)] >= def_.sleep.time) members_.push_back(slot);
+    if (bodies_[slot].motion == MotionType::dynamic && slow_time_[root(slot)] >= def_.sleep.time)
+      members_.push_back(slot);
   if (members_.empty()) return false;
-  std::stable_sort(members_.begin(), members_.end(), [&](std::uint32_t a, std::uint32_t b) { return root(a) < root(b); });
+  std::stable_sort(members_.begin(), members_.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return root(a) < root(b); });
   for (auto begin = members_.begin(); begin != members_.end();) {
     const std::uint32_t island = root(*begin);
     const auto end = std::find_if(begin, members_.end(), [&](std::uint32_t slot) { return root(slot) != island; });

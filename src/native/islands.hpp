@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/world.hpp>
 #include <span>
 #include <vector>
-
-#include <fathom/world.hpp>
 
 #include "native/contact_graph.hpp"
 

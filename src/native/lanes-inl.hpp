@@ -111,8 +111,10 @@ HWY_INLINE QuadV<hn::Vec<D>> load_quads(D d, const float* const* lanes) {
     const hn::Repartition<double, D> dd;
     const auto r0 = load_row(d, lanes, 0), r1 = load_row(d, lanes, 1);
     const auto r2 = load_row(d, lanes, 2), r3 = load_row(d, lanes, 3);
-    const auto xy01 = hn::BitCast(dd, hn::InterleaveLower(d, r0, r1)), xy23 = hn::BitCast(dd, hn::InterleaveLower(d, r2, r3));
-    const auto zw01 = hn::BitCast(dd, hn::InterleaveUpper(d, r0, r1)), zw23 = hn::BitCast(dd, hn::InterleaveUpper(d, r2, r3));
+    const auto xy01 = hn::BitCast(dd, hn::InterleaveLower(d, r0, r1)),
+               xy23 = hn::BitCast(dd, hn::InterleaveLower(d, r2, r3));
+    const auto zw01 = hn::BitCast(dd, hn::InterleaveUpper(d, r0, r1)),
+               zw23 = hn::BitCast(dd, hn::InterleaveUpper(d, r2, r3));
     return {hn::BitCast(d, hn::InterleaveLower(dd, xy01, xy23)), hn::BitCast(d, hn::InterleaveUpper(dd, xy01, xy23)),
             hn::BitCast(d, hn::InterleaveLower(dd, zw01, zw23)), hn::BitCast(d, hn::InterleaveUpper(dd, zw01, zw23))};
   }
@@ -139,8 +141,10 @@ HWY_INLINE void store_quads(D d, QuadV<hn::Vec<D>> q, float* const* lanes, std::
     out[0] = hn::GetLane(q.x), out[1] = hn::GetLane(q.y), out[2] = hn::GetLane(q.z), out[3] = hn::GetLane(q.w);
   } else {
     const hn::Repartition<double, D> dd;
-    const auto xy_lo = hn::BitCast(dd, hn::InterleaveLower(d, q.x, q.y)), xy_hi = hn::BitCast(dd, hn::InterleaveUpper(d, q.x, q.y));
-    const auto zw_lo = hn::BitCast(dd, hn::InterleaveLower(d, q.z, q.w)), zw_hi = hn::BitCast(dd, hn::InterleaveUpper(d, q.z, q.w));
+    const auto xy_lo = hn::BitCast(dd, hn::InterleaveLower(d, q.x, q.y)),
+               xy_hi = hn::BitCast(dd, hn::InterleaveUpper(d, q.x, q.y));
+    const auto zw_lo = hn::BitCast(dd, hn::InterleaveLower(d, q.z, q.w)),
+               zw_hi = hn::BitCast(dd, hn::InterleaveUpper(d, q.z, q.w));
     store_row(d, hn::BitCast(d, hn::InterleaveLower(dd, xy_lo, zw_lo)), lanes, 0, used);
     store_row(d, hn::BitCast(d, hn::InterleaveUpper(dd, xy_lo, zw_lo)), lanes, 1, used);
     store_row(d, hn::BitCast(d, hn::InterleaveLower(dd, xy_hi, zw_hi)), lanes, 2, used);

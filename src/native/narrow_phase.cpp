@@ -6,19 +6,17 @@ namespace fathom::native {
 
 namespace {
 
-// A manifold is kept while its bodies have moved against each other by less than this since it was made. The
-// points are anchored in both bodies, so their separations stay exact; only which points exist may grow stale, by a
-// distance of this order. (Box3D and avian call this contact recycling; it is the largest single gain at rest.)
-constexpr float recycle_distance = 0.005f;           // m, and at most a part of the smaller body
-constexpr float recycle_part_of_radius = 0.01f;
-constexpr float recycle_sine_of_half_angle = 0.0025f;  // 5 mrad
+// A manifold is kept while its bodies have moved against each other by less than `Contact::recycle_distance` and 5 mrad
+// since it was made. The points are anchored in both bodies, so their separations stay exact; only which points exist
+// may grow stale, by a distance of this order. (Box3D and avian call this contact recycling; it is the largest single
+// gain at rest.)
+constexpr float recycle_sine_of_half_angle = 0.0025f;
 
-bool moved_little(const ContactManifold& c, const Pose& b_in_a, float smaller_radius) {
-  const float limit = min(recycle_distance, recycle_part_of_radius * smaller_radius);
-  const Vec3 shift = b_in_a.position - c.position_at_build;
-  if (!(length_squared(shift) < limit * limit)) return false;
+bool moved_little(const Contact& c, const ContactManifold& m, const Pose& b_in_a) {
+  const Vec3 shift = b_in_a.position - m.position_at_build();
+  if (!(length_squared(shift) < c.recycle_distance * c.recycle_distance)) return false;
   // |vector part of conj(q0)·q|² = sin² of half the angle between the two orientations.
-  const Vec3 turn = (conjugate(c.rotation_at_build) * b_in_a.rotation).vector();
+  const Vec3 turn = (conjugate(m.rotation_at_build) * b_in_a.rotation).vector();
   return length_squared(turn) < recycle_sine_of_half_angle * recycle_sine_of_half_angle;
 }
 
@@ -41,9 +39,10 @@ Vec3 continued_tangent(const ContactManifold& m, Vec3 normal) {
 void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a) {
   to.tangent = continued_tangent(to, from.normal);
   to.normal = from.normal;
-  ContactPointState old[max_manifold_points];
-  const std::uint32_t old_count = to.point_count;
-  for (std::uint32_t i = 0; i < old_count; ++i) old[i] = to.points[i];
+  std::uint32_t old_features[max_manifold_points];
+  float old_impulses[max_manifold_points];
+  const int old_count = to.point_count();
+  for (int i = 0; i < old_count; ++i) old_features[i] = to.points[i].feature, old_impulses[i] = to.impulses[i];
   for (int i = 0; i < from.count; ++i) {
     const ManifoldPoint& source = from.points[i];
     ContactPointState& point = to.points[i];
@@ -51,26 +50,24 @@ void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a)
     point.anchor_a = source.position - half_gap;
     point.anchor_b = inverse_transform(b_in_a, source.position + half_gap);
     point.feature = source.feature;
-    point.impulse = 0;
-    for (std::uint32_t k = 0; k < old_count; ++k)
-      if (old[k].feature == source.feature) point.impulse = old[k].impulse;
+    to.impulses[i] = 0;
+    for (int k = 0; k < old_count; ++k)
+      if (old_features[k] == source.feature) to.impulses[i] = old_impulses[k];
   }
-  to.point_count = static_cast<std::uint32_t>(from.count);
-  to.rotation_at_build = b_in_a.rotation;
-  to.position_at_build = b_in_a.position;
+  to.set_build(b_in_a, from.count);
 }
 
-Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
-                      float dt, std::vector<NewManifold>& begun) {
+Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies,
+                      const BodyState& state, float dt, std::vector<NewManifold>& begun) {
   if ((state.flags[c.a] | state.flags[c.b]) & box_changed)
     if (!overlaps(state.fat_boxes[c.a], state.fat_boxes[c.b])) return Change::gone;
   const Change parted = manifold ? Change::ended : Change::nothing;
   if (!overlaps(state.boxes[c.a], state.boxes[c.b])) return parted;
 
-  const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (manifold && moved_little(*manifold, b_in_a, min(a.radius, b.radius))) return Change::recycled;
+  if (manifold && moved_little(c, *manifold, b_in_a)) return Change::recycled;
 
+  const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   const float margin = speculative_margin(a, b, state.velocities[c.a], state.velocities[c.b], dt);
   const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, c.axis);
   if (fresh.count == 0) return parted;

@@ -1,6 +1,7 @@
 #include "native/native_simulator.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -27,7 +28,8 @@ int thread_count(const WorldDef& def) {
 }
 
 std::unique_ptr<BroadPhase> make_broad_phase(const WorldDef& def) {
-  return def.broad_phase == fathom::BroadPhase::sweep ? make_sweep_broad_phase(def.sweep_axis) : make_tree_broad_phase();
+  return def.broad_phase == fathom::BroadPhase::sweep ? make_sweep_broad_phase(def.sweep_axis)
+                                                      : make_tree_broad_phase();
 }
 
 /// Runs `verb` and returns the milliseconds it took.
@@ -82,16 +84,20 @@ void NativeSimulator::find_pairs() {
 
 void NativeSimulator::update_manifolds() {
   grow_to(changes_, graph_.size());
-  new_manifolds_.resize(std::max(new_manifolds_.size(), graph_.size() / contact_grain + 1));
+  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
   pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<NewManifold>& begun = new_manifolds_[begin / contact_grain];
-    begun.clear();
+    ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
+    chunk.begun.clear();
+    chunk.recycled = 0;
+    chunk.any_ended = false;
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       Contact& c = graph_[i];
       changes_[i] = Change::nothing;
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, begun);
+      const Change change = changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
+      chunk.recycled += change == Change::recycled;
+      chunk.any_ended |= change == Change::ended || change == Change::gone;
     }
   });
 }
@@ -115,15 +121,19 @@ void NativeSimulator::solve() {
 }
 
 void NativeSimulator::finish() {
-  failed_.assign(active_.size(), 0);
   chunk_changed_.assign(active_.size() / body_grain + 1, 0);
+  std::atomic<bool> any_failed = false;
+  grow_to(failed_, active_.size());
   pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    bool changed = false;
     for (std::size_t i = begin; i < end; ++i) {
       failed_[i] = !finish_body(active_[i]);
-      if (state_.flags[active_[i]] & box_changed) chunk_changed_[begin / body_grain] = 1;
+      if (failed_[i]) any_failed = true;
+      changed |= (state_.flags[active_[i]] & box_changed) != 0;
     }
+    chunk_changed_[begin / body_grain] = changed;
   });
-  if (std::find(failed_.begin(), failed_.end(), 1) != failed_.end())
+  if (any_failed)
     for (std::size_t i = 0; i < active_.size(); ++i)
       if (failed_[i]) quarantine(active_[i]);
   for (const std::uint32_t slot : forced_) {
@@ -170,7 +180,7 @@ void NativeSimulator::refresh_for_queries() {
   if (queries_are_current_) return;
   if (!active_is_current_) list_active();
   collect_changed();
-  broad_phase_->refresh(broad_phase_input());
+  broad_phase_->refresh(broad_phase_input(), pool_);
   queries_are_current_ = true;
 }
 
@@ -180,15 +190,22 @@ ContactEvent NativeSimulator::event(const Contact& c) const {
 
 // What the narrow phase found, in the order of contacts.
 void NativeSimulator::take_over_changes() {
+  const auto size = static_cast<std::uint32_t>(changes_.size());
+  const std::size_t chunks = (size + contact_grain - 1) / contact_grain;
   profile.counts.recycled = 0;
-  for (std::uint32_t i = 0; i < changes_.size(); ++i) {
-    if (changes_[i] == Change::recycled) ++profile.counts.recycled;
-    else if (changes_[i] == Change::ended) end_touching(i);
-    else if (changes_[i] == Change::gone) drop_contact(i, ended_);
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    profile.counts.recycled += chunks_of_changes_[chunk].recycled;
+    if (!chunks_of_changes_[chunk].any_ended) continue;
+    const auto begin = static_cast<std::uint32_t>(chunk * contact_grain);
+    for (std::uint32_t i = begin; i < std::min(size, begin + static_cast<std::uint32_t>(contact_grain)); ++i) {
+      if (changes_[i] == Change::ended)
+        end_touching(i);
+      else if (changes_[i] == Change::gone)
+        drop_contact(i, ended_);
+    }
   }
-  const std::size_t chunks = (changes_.size() + contact_grain - 1) / contact_grain;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-    for (const NewManifold& fresh : new_manifolds_[chunk]) begin_touching(fresh);
+    for (const NewManifold& fresh : chunks_of_changes_[chunk].begun) begin_touching(fresh);
 }
 
 void NativeSimulator::begin_touching(const NewManifold& fresh) {
@@ -229,7 +246,7 @@ void NativeSimulator::report_hit(const Contact& c) {
   const Vec3 normal = rotate(pa.rotation, m.normal);
   float fastest = 0;
   Vec3 where;
-  for (std::uint32_t i = 0; i < m.point_count; ++i) {
+  for (int i = 0; i < m.point_count(); ++i) {
     const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
     const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
     if (-dot(speed, normal) > fastest) fastest = -dot(speed, normal), where = pa.position + arm_a;
@@ -256,14 +273,17 @@ void NativeSimulator::move_free_body(std::uint32_t slot, Pose& pose, Velocity& v
     acceleration = mul_add(acceleration, info.inverse_mass, f.force);
     angular_acceleration = rotate(pose.rotation, info.inverse_inertia * inverse_rotate(pose.rotation, f.torque));
   }
-  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping), angular_damping = 1.0f / (1.0f + h * info.angular_damping);
+  const float linear_damping = 1.0f / (1.0f + h * info.linear_damping),
+              angular_damping = 1.0f / (1.0f + h * info.angular_damping);
   Vec3 moved, angle;
   for (int i = 0; i < substeps; ++i) {
     v.linear = mul_add(linear_damping * v.linear, h, acceleration);
     v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
     moved = mul_add(moved, h, v.linear);
-    if (info.isotropic) angle = mul_add(angle, h, v.angular);
-    else step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
+    if (info.isotropic)
+      angle = mul_add(angle, h, v.angular);
+    else
+      step_torque_free(pose.rotation, v.angular, info.inertia, info.inverse_inertia, h);
   }
   pose.position += moved;
   if (info.isotropic) pose.rotation = turned(pose.rotation, angle);
@@ -328,7 +348,7 @@ void NativeSimulator::quarantine(std::uint32_t slot) {
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     if (!graph_[index].touching()) return;
     ContactManifold& m = graph_.manifold(graph_[index]);
-    for (ContactPointState& point : m.points) point.impulse = 0;
+    for (float& impulse : m.impulses) impulse = 0;
     m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
   });
   if (!is_finite(state_.poses[slot].rotation)) state_.poses[slot].rotation = {};
@@ -341,17 +361,16 @@ void NativeSimulator::count() {
   counts.bodies = bodies.count();
   counts.active = static_cast<std::uint32_t>(active_.size());
   counts.pairs = static_cast<std::uint32_t>(graph_.pair_count());
-  counts.manifolds = counts.points = 0;
-  for (int colour = 0; colour <= overflow_colour; ++colour) {
+  counts.manifolds = 0;
+  for (int colour = 0; colour <= overflow_colour; ++colour)
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-    for (const std::uint32_t index : graph_.of_colour(colour)) counts.points += graph_.manifold(graph_[index]).point_count;
-  }
+  counts.points = static_cast<std::uint32_t>(solver_.point_count());
   counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
   counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
-  counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() + broad_phase_->memory_bytes() +
-                        solver_.memory_bytes();
+  counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
+                        broad_phase_->memory_bytes() + solver_.memory_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------
@@ -389,7 +408,8 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot, [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  graph_.for_each_of(slot,
+                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
   const BodyInfo& info = bodies[slot];
   const Velocity& v = state_.velocities[slot];
   state_.poses[slot] = pose;
@@ -414,9 +434,8 @@ void NativeSimulator::material_changed(std::uint32_t slot) {
 void NativeSimulator::filter_changed(std::uint32_t slot) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot, [&](std::uint32_t index) {
-    wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a);
-  });
+  graph_.for_each_of(slot,
+                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   state_.flags[slot] |= box_changed;  // so that it looks for pairs again
   edited_.push_back(slot);
@@ -425,8 +444,10 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
 void NativeSimulator::wake(std::uint32_t slot) {
   state_.slow_time[slot] = 0;
   if (bodies[slot].motion == MotionType::fixed || state_.flags[slot] & awake) return;
-  if (state_.flags[slot] & isolated) state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
-  else islands_.wake(slot);
+  if (state_.flags[slot] & isolated)
+    state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
+  else
+    islands_.wake(slot);
   active_is_current_ = false;
 }
 
@@ -441,7 +462,9 @@ void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
 
 // --- results and queries -----------------------------------------------------------------------------------------
 
-Aabb NativeSimulator::bounds(std::uint32_t slot) const { return fathom::bounds(bodies[slot].geometry, state_.poses[slot]); }
+Aabb NativeSimulator::bounds(std::uint32_t slot) const {
+  return fathom::bounds(bodies[slot].geometry, state_.poses[slot]);
+}
 
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {
@@ -451,10 +474,10 @@ void NativeSimulator::for_each_contact(const std::function<void(const ContactInf
     const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
     const ContactEvent ids = event(c);
     const Vec3 normal = rotate(pa.rotation, m.normal);
-    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, static_cast<int>(m.point_count), {}};
+    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.points[p].impulse};
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.impulses[p]};
     }
     visit(info);
   }

@@ -70,6 +70,13 @@ class NativeSimulator final : public Simulator {
   void quarantine(std::uint32_t slot);
   void count();
 
+  /// What one chunk of contacts met in the narrow phase.
+  struct ChunkOfChanges {
+    std::uint32_t recycled = 0;
+    bool any_ended = false;  // or gone
+    std::vector<NewManifold> begun;
+  };
+
   BodyState state_;
   ContactGraph graph_;
   ThreadPool pool_;
@@ -82,15 +89,15 @@ class NativeSimulator final : public Simulator {
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
-  bool set_changed_ = false;               // bodies added or removed since the broad phase last ran
-  std::vector<std::uint32_t> changed_;     // bodies with new fat boxes
+  bool set_changed_ = false;                 // bodies added or removed since the broad phase last ran
+  std::vector<std::uint32_t> changed_;       // bodies with new fat boxes
   std::vector<std::uint8_t> chunk_changed_;  // per chunk of active_: does it hold any of them?
-  std::vector<std::uint32_t> edited_;      // bodies whose fat boxes the application changed
-  std::vector<std::uint32_t> forced_;      // bodies with a force
+  std::vector<std::uint32_t> edited_;        // bodies whose fat boxes the application changed
+  std::vector<std::uint32_t> forced_;        // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;
-  std::vector<Change> changes_;            // per contact, of this step
-  std::vector<std::vector<NewManifold>> new_manifolds_;  // per chunk of contacts
-  std::vector<std::uint8_t> failed_;       // per active body: state not finite
+  std::vector<Change> changes_;  // per contact, of this step
+  std::vector<ChunkOfChanges> chunks_of_changes_;
+  std::vector<std::uint8_t> failed_;  // per active body: state not finite
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

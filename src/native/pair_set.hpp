@@ -46,7 +46,9 @@ class PairSet {
   static std::uint64_t make_key(std::uint32_t a, std::uint32_t b) {
     return a < b ? static_cast<std::uint64_t>(b) << 32 | a : static_cast<std::uint64_t>(a) << 32 | b;
   }
-  std::size_t home(std::uint64_t key) const { return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> shift_); }
+  std::size_t home(std::uint64_t key) const {
+    return static_cast<std::size_t>((key * 0x9e3779b97f4a7c15ull) >> shift_);
+  }
   void place(std::uint64_t key) {
     std::size_t i = home(key);
     while (keys_[i] != 0) i = (i + 1) & mask_;

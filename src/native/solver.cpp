@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
+#define HWY_DISABLE_PCLMUL_AES
+#include <hwy/highway.h>
+
 #include "dynamics/rotation.hpp"
 #include "dynamics/softness.hpp"
 #include "world/growth.hpp"
@@ -11,16 +14,23 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t block_grain = 4;    // blocks a chunk of a sweep
-constexpr std::size_t body_grain = 256;   // bodies a chunk of an integration
+constexpr std::size_t block_grain = 4;   // blocks a chunk of a sweep
+constexpr std::size_t body_grain = 256;  // bodies a chunk of an integration
 constexpr std::size_t alignment = 64;
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
 }  // namespace
 
-ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool)
-    : def_(def), bodies_(bodies), state_(state), graph_(graph), pool_(pool), wide_(wide_kernels()), single_(single_kernels()) {}
+ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph,
+                             ThreadPool& pool)
+    : def_(def),
+      bodies_(bodies),
+      state_(state),
+      graph_(graph),
+      pool_(pool),
+      wide_(wide_kernels()),
+      single_(single_kernels()) {}
 
 // --- build ---------------------------------------------------------------------------------------------------
 
@@ -29,12 +39,14 @@ void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
   lay_out_blocks();
+  point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data()};
   const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
-    wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
+    point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
   });
-  single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
+  point_count_ +=
+      single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -62,6 +74,9 @@ void ContactSolver::load_body(std::uint32_t slot) {
 }
 
 void ContactSolver::lay_out_blocks() {
+  const bool bounces = wide_blocks_.bounces != nullptr;
+  if (laid_out_ == graph_.colouring() && bounces == graph_.may_bounce()) return;
+  laid_out_ = graph_.colouring();
   const auto width = static_cast<std::size_t>(wide_.width);
   stretches_.clear();
   lanes_.clear();
@@ -90,7 +105,8 @@ void ContactSolver::lay_out_blocks() {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;
     return;
   }
-  const std::size_t floats = wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
+  const std::size_t floats =
+      wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
   if (bounces_.size() < floats) grow_to(bounces_, floats);
   const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
   wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
@@ -101,8 +117,10 @@ void ContactSolver::lay_out_blocks() {
 
 void ContactSolver::solve(std::span<const std::uint32_t> in_contact) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
-  if (def_.solver.method == Solver::soft) solve_soft(in_contact, h);
-  else solve_impulse(in_contact, h);
+  if (def_.solver.method == Solver::soft)
+    solve_soft(in_contact, h);
+  else
+    solve_impulse(in_contact, h);
 }
 
 void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float h) {
@@ -148,6 +166,31 @@ void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, flo
   sweep(&SolverKernels::restitute, p);
 }
 
+// Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using QuadTag = hn::CappedTag<float, 4>;
+using Quad = hn::Vec<QuadTag>;
+
+HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
+HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
+
+/// v ← damping · v + h · acceleration + W, with W brought up to date first (see the head of solver.hpp).
+HWY_INLINE void integrate_velocity(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm,
+                                   Vec3& reference, bool first) {
+  const QuadTag d;
+  const Quad now = load(v);
+  const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
+  const Quad w = first ? hn::Zero(d) : hn::Add(load(warm), hn::Sub(now, load(reference)));
+  const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
+  put(warm, w);
+  put(v, next);
+  put(reference, next);
+}
+
+}  // namespace
+
 void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
   pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -156,35 +199,31 @@ void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_conta
       if (body.inverse_mass == 0) continue;
       const BodyMotion& motion = state_.motion[slot];
       WarmStart& warm = state_.warm[slot];
-      if (first) {
-        warm.linear = warm.angular = {};
-      } else {
-        warm.linear += body.linear - warm.linear_reference;
-        warm.angular += body.angular - warm.angular_reference;
-      }
       // The reference leaves the warm start out in the first substep, where a sweep applies it.
-      body.linear = mul_add(motion.linear_damping * body.linear, h, motion.acceleration) + warm.linear;
-      body.angular = mul_add(motion.angular_damping * body.angular, h, motion.angular_acceleration) + warm.angular;
-      warm.linear_reference = body.linear;
-      warm.angular_reference = body.angular;
+      integrate_velocity(body.linear, motion.acceleration, motion.linear_damping, h, warm.linear, warm.linear_reference,
+                         first);
+      integrate_velocity(body.angular, motion.angular_acceleration, motion.angular_damping, h, warm.angular,
+                         warm.angular_reference, first);
     }
   });
 }
 
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
+  const QuadTag d;
   pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = in_contact[i];
       SolverBody& body = state_.solver_bodies()[slot];
-      body.moved = mul_add(body.moved, h, body.linear);
+      put(body.moved, hn::MulAdd(hn::Set(d, h), load(body.linear), load(body.moved)));
       if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
         // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
         const BodyInfo& info = bodies_[slot];
         const Vec3 before = body.angular;
-        body.turned += step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
+        body.turned +=
+            step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
         state_.warm[slot].angular_reference += body.angular - before;
       } else {
-        body.turned = mul_add(body.turned, h, body.angular);
+        put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
       }
     }
   });

@@ -5,16 +5,16 @@
 // the push-out velocity away again. Two things are ours:
 //
 // * Warm starting costs one sweep a step, not one a substep. The impulses that a contact would apply again in
-//   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what they
-//   changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
+//   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what
+//   they changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
 //   acceleration. For a body without contacts it is exactly zero.
 // * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
 #pragma once
 
+#include <atomic>
 #include <cstddef>
-#include <vector>
-
 #include <fathom/world.hpp>
+#include <vector>
 
 #include "native/contact_graph.hpp"
 #include "native/solver_kernels.hpp"
@@ -34,6 +34,7 @@ class ContactSolver {
   void store();
 
   int colours_in_use() const { return colours_in_use_; }
+  std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
     return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t);
   }
@@ -70,6 +71,8 @@ class ContactSolver {
   std::vector<std::uint32_t> lanes_;
   std::vector<Stretch> stretches_;
   int colours_in_use_ = 0;
+  std::uint64_t laid_out_ = 0;  // the colouring that the blocks follow
+  std::atomic<std::size_t> point_count_ = 0;
 };
 
 }  // namespace fathom::native

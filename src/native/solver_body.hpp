@@ -21,7 +21,7 @@ struct alignas(64) SolverBody {
 
 /// What integration needs of a body and contacts do not.
 struct alignas(32) BodyMotion {
-  Vec3 acceleration;  ///< from gravity and forces (m/s²)
+  Vec3 acceleration;         ///< from gravity and forces (m/s²)
   float linear_damping = 0;  ///< factor per substep
   Vec3 angular_acceleration;
   float angular_damping = 0;

@@ -20,25 +20,45 @@
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/solver_kernels.cpp"
-#include <hwy/foreach_target.h>
+#include "native/solver_kernels.hpp"
 
+#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include "native/lanes-inl.hpp"
-#include "native/solver_kernels.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
 enum Field : int {
-  normal_x, normal_y, normal_z, tangent_x, tangent_y, tangent_z,
-  arm_a_x, arm_a_y, arm_a_z, arm_b_x, arm_b_y, arm_b_z,
-  k_nn, k_n1, k_n2, k_11, k_12, k_22,
+  normal_x,
+  normal_y,
+  normal_z,
+  tangent_x,
+  tangent_y,
+  tangent_z,
+  arm_a_x,
+  arm_a_y,
+  arm_a_z,
+  arm_b_x,
+  arm_b_y,
+  arm_b_z,
+  k_nn,
+  k_n1,
+  k_n2,
+  k_11,
+  k_12,
+  k_22,
   points,  // five a point: x, y, separation, effective mass, impulse
   friction = points + 5 * max_manifold_points,
-  friction_impulse_1, friction_impulse_2, twist_impulse,
-  slide_11, slide_12, slide_22,  // inverse of the tangential 2×2 matrix
-  twist_mass, patch_radius,
+  friction_impulse_1,
+  friction_impulse_2,
+  twist_impulse,
+  slide_11,
+  slide_12,
+  slide_22,  // inverse of the tangential 2×2 matrix
+  twist_mass,
+  patch_radius,
   inertia_a,  // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
   field_count = inertia_b + 6
@@ -46,7 +66,7 @@ enum Field : int {
 /// Kept apart, see BlockArray.
 enum BounceField : int {
   restitution,
-  approach,  // normal velocity before the step, one a point
+  approach,                               // normal velocity before the step, one a point
   peak = approach + max_manifold_points,  // largest impulse of the step, one a point
   bounce_field_count = peak + max_manifold_points
 };
@@ -73,12 +93,14 @@ struct Block {
   }
   HWY_INLINE V get(int field) const { return hn::Load(D(), at(field)); }
   HWY_INLINE void set(int field, V v) const { hn::Store(v, D(), at(field)); }
-  HWY_INLINE V get(BounceField field, int i = 0) const { return hn::Load(D(), bounces + static_cast<std::size_t>(field + i) * width); }
-  HWY_INLINE void set(BounceField field, int i, V v) const { hn::Store(v, D(), bounces + static_cast<std::size_t>(field + i) * width); }
-  HWY_INLINE Vec3V<V> get3(int field) const { return {get(field), get(field + 1), get(field + 2)}; }
-  HWY_INLINE void set3(int field, Vec3V<V> v) const {
-    set(field, v.x), set(field + 1, v.y), set(field + 2, v.z);
+  HWY_INLINE V get(BounceField field, int i = 0) const {
+    return hn::Load(D(), bounces + static_cast<std::size_t>(field + i) * width);
   }
+  HWY_INLINE void set(BounceField field, int i, V v) const {
+    hn::Store(v, D(), bounces + static_cast<std::size_t>(field + i) * width);
+  }
+  HWY_INLINE Vec3V<V> get3(int field) const { return {get(field), get(field + 1), get(field + 2)}; }
+  HWY_INLINE void set3(int field, Vec3V<V> v) const { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); }
   HWY_INLINE SymMat3V<V> get_inertia(int field) const {
     return {get(field), get(field + 1), get(field + 2), get(field + 3), get(field + 4), get(field + 5)};
   }
@@ -158,12 +180,16 @@ struct Bodies {
     }
   }
   HWY_INLINE Vec3V<V> turn_a(Vec3V<V> torque) const {
-    if constexpr (isotropic) return scale(a.inverse_inertia, torque);
-    else return inertia_of_a * torque;
+    if constexpr (isotropic)
+      return scale(a.inverse_inertia, torque);
+    else
+      return inertia_of_a * torque;
   }
   HWY_INLINE Vec3V<V> turn_b(Vec3V<V> torque) const {
-    if constexpr (isotropic) return scale(b.inverse_inertia, torque);
-    else return inertia_of_b * torque;
+    if constexpr (isotropic)
+      return scale(b.inverse_inertia, torque);
+    else
+      return inertia_of_b * torque;
   }
   /// Impulse and angular impulses about each centre: plus on B, minus on A.
   HWY_INLINE void push(Vec3V<V> impulse, Vec3V<V> angular_a, Vec3V<V> angular_b) {
@@ -280,7 +306,8 @@ HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f
   bodies.b.angular = bodies.b.angular + bodies.turn_b(torque);
   bodies.a.angular = bodies.a.angular - bodies.turn_a(torque);
 
-  const Vec3V<V> slide = (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
+  const Vec3V<V> slide =
+      (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
   const V v1 = dot(f.t1, slide), v2 = dot(f.t2, slide);
   const V old_1 = block.get(friction_impulse_1), old_2 = block.get(friction_impulse_2);
   const V m11 = block.get(slide_11), m12 = block.get(slide_12), m22 = block.get(slide_22);
@@ -335,7 +362,7 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
     const V impulse = hn::Max(wanted, zero);
     block.set(Block<D>::point(i, point_impulse), impulse);
     rows.add(hn::Sub(impulse, old), x, y);
-    if (pass != Pass::relax && block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
+    if (block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
   }
   push_normal(bodies, f, rows.sum);
 }
@@ -401,17 +428,22 @@ template <class D, class Act>
 HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
   const BlockHeader& h = block.header();
   if (h.isotropic) {
-    if (h.fixed_a) act(std::true_type(), std::true_type());
-    else act(std::false_type(), std::true_type());
+    if (h.fixed_a)
+      act(std::true_type(), std::true_type());
+    else
+      act(std::false_type(), std::true_type());
   } else {
-    if (h.fixed_a) act(std::true_type(), std::false_type());
-    else act(std::false_type(), std::false_type());
+    if (h.fixed_a)
+      act(std::true_type(), std::false_type());
+    else
+      act(std::false_type(), std::false_type());
   }
 }
 
 template <class D>
 HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
-  return {array.blocks + i * Block<D>::bytes, array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
+  return {array.blocks + i * Block<D>::bytes,
+          array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
 }
 
 template <class D, class Act>
@@ -422,18 +454,16 @@ HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
-    by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-      sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p);
-    });
+    by_kind(block, [&](auto fixed_a, auto isotropic)
+                       HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
   });
 }
 
 template <class D>
 void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
-    by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-      warm_start_block<D, fixed_a.value, isotropic.value>(block, all);
-    });
+    by_kind(block, [&](auto fixed_a, auto isotropic)
+                       HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
   });
 }
 
@@ -441,9 +471,8 @@ template <class D>
 void restitute(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
-    by_kind(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-      restitute_block<D, fixed_a.value, isotropic.value>(block, all, p);
-    });
+    by_kind(block, [&](auto fixed_a, auto isotropic)
+                       HWY_ATTR { restitute_block<D, fixed_a.value, isotropic.value>(block, all, p); });
   });
 }
 
@@ -476,10 +505,11 @@ struct LaneContacts {
 HWY_INLINE bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
 
 template <class D>
-HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices, const Constrained& constrained,
-                             const BodiesView& view, LaneContacts<D>& lanes) {
+HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
+                                    const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
   BlockHeader h;
   h.fixed_a = h.still_a = h.isotropic = true;
+  std::size_t points_of_block = 0;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {
@@ -503,37 +533,43 @@ HWY_INLINE void locate_lanes(const Block<D>& block, const std::uint32_t* contact
     lanes.body_b[i] = reinterpret_cast<const float*>(&b);
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
-    lanes.counts[i] = static_cast<float>(m.point_count);
+    lanes.counts[i] = m.points[3].other;
     h.lanes = static_cast<std::uint8_t>(i + 1);
-    if (m.point_count > h.max_points) h.max_points = static_cast<std::uint8_t>(m.point_count);
+    const int count = m.point_count();
+    points_of_block += static_cast<std::size_t>(count);
+    if (count > h.max_points) h.max_points = static_cast<std::uint8_t>(count);
     h.fixed_a = h.fixed_a && c.fixed_a;
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
   }
   block.header() = h;
+  return points_of_block;
 }
 
 template <class D>
-HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const float* const* objects, hn::Vec<D> isotropic) {
+HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const float* const* objects,
+                                             hn::Vec<D> isotropic) {
   const auto q0 = lanes.quad(objects, 0), q1 = lanes.quad(objects, 4);
   return {hn::Add(q0.x, isotropic), hn::Add(q0.y, isotropic), hn::Add(q0.z, isotropic), q0.w, q1.x, q1.y};
 }
 
-/// Rows of one block: frame, arms, effective masses, impulses to start from.
+/// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
-HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained, const BodiesView& view) {
+HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
+                                     const Constrained& constrained, const BodiesView& view) {
   using V = hn::Vec<D>;
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   LaneContacts<D> lanes;
-  locate_lanes(block, indices, constrained, view, lanes);
+  const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
 
   // World frame of the manifold, relative to A's centre.
   const QuadV<V> q_a = lanes.quad(lanes.pose_a, 4), q_b = lanes.quad(lanes.pose_b, 4);
   const Mat3V<V> rot_a = to_matrix(d, q_a.x, q_a.y, q_a.z, q_a.w), rot_b = to_matrix(d, q_b.x, q_b.y, q_b.z, q_b.w);
   const Vec3V<V> between = lanes.quad(lanes.pose_b, 0).xyz() - lanes.quad(lanes.pose_a, 0).xyz();
-  const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4), impulses = lanes.quad(lanes.manifold, 8);
+  const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4),
+                 impulses = lanes.quad(lanes.manifold, 8), frictions = lanes.quad(lanes.manifold, 12);
   Frame<V> f;
   f.n = rot_a * normal.xyz();
   f.t1 = rot_a * tangent.xyz();
@@ -544,12 +580,14 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
   Vec3V<V> sum{zero, zero, zero};
   const int max_points = block.header().max_points;
   for (int i = 0; i < max_points; ++i) {
-    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 12 + 8 * static_cast<std::size_t>(i)), anchor_b = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i));
+    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i)),
+                   anchor_b = lanes.quad(lanes.manifold, 20 + 8 * static_cast<std::size_t>(i));
     const Vec3V<V> on_a = rot_a * anchor_a.xyz();
     const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
     block.set(Block<D>::point(i, point_separation), dot(on_b - on_a, f.n));
-    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, anchor_a.w));
+    const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
+    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
     middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
     const V weight = hn::IfThenElseZero(used, one);
     sum = mul_add(sum, weight, middle[i]);
@@ -562,7 +600,8 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
 
   const QuadV<V> a2 = lanes.quad(lanes.body_a, 8), a3 = lanes.quad(lanes.body_a, 12);
   const QuadV<V> b2 = lanes.quad(lanes.body_b, 8), b3 = lanes.quad(lanes.body_b, 12);
-  const SymMat3V<V> i_a = load_inertia<D>(lanes, lanes.inertia_of_a, a3.w), i_b = load_inertia<D>(lanes, lanes.inertia_of_b, b3.w);
+  const SymMat3V<V> i_a = load_inertia<D>(lanes, lanes.inertia_of_a, a3.w),
+                    i_b = load_inertia<D>(lanes, lanes.inertia_of_b, b3.w);
   const V mass_sum = hn::Add(a2.w, b2.w);
 
   // K over (n, t1, t2).
@@ -585,12 +624,14 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
     const auto solvable = hn::And(used, hn::Gt(k, zero));
     block.set(Block<D>::point(i, point_x), x);
     block.set(Block<D>::point(i, point_y), y);
-    block.set(Block<D>::point(i, point_mass), hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
+    block.set(Block<D>::point(i, point_mass),
+              hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
     radius_sum = hn::Add(radius_sum, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))));
   }
 
   // Sliding: 2×2 over (t1, t2) at c. Twist: about n.
-  const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1), b_2 = cross(f.arm_b, f.t2);
+  const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1),
+                 b_2 = cross(f.arm_b, f.t2);
   const Vec3V<V> ia1 = i_a * a1, ib1 = i_b * b1;
   const V s11 = hn::Add(mass_sum, hn::Add(dot(a1, ia1), dot(b1, ib1)));
   const V s12 = hn::Add(dot(a_2, ia1), dot(b_2, ib1));
@@ -608,9 +649,9 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
   block.set(k_nn, nn), block.set(k_n1, n1), block.set(k_n2, n2);
   block.set(k_11, k11), block.set(k_12, k12), block.set(k_22, k22);
   block.set(friction, normal.w);
-  block.set(friction_impulse_1, impulses.x);
-  block.set(friction_impulse_2, impulses.y);
-  block.set(twist_impulse, impulses.z);
+  block.set(friction_impulse_1, frictions.x);
+  block.set(friction_impulse_2, frictions.y);
+  block.set(twist_impulse, frictions.z);
   block.set(slide_11, hn::Mul(s22, inverse_det));
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
@@ -626,37 +667,61 @@ HWY_INLINE void prepare_block(const Block<D>& block, const std::uint32_t* indice
     const Vec3V<V> vb = lanes.quad(lanes.body_b, 0).xyz(), wb = lanes.quad(lanes.body_b, 4).xyz();
     const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
     for (int i = 0; i < max_points; ++i) {
-      block.set(approach, i, at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
+      block.set(approach, i,
+                at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
       block.set(peak, i, zero);
     }
   }
+  return point_count;
 }
 
 template <class D>
-void prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes, const Constrained& constrained,
-             const BodiesView& view) {
-  for (std::size_t i = begin; i < end; ++i) prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                    const Constrained& constrained, const BodiesView& view) {
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; ++i)
+    count += prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+  return count;
 }
 
 template <class D>
 void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
-    for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    const std::size_t used = block.header().lanes;
+    float* impulses[Block<D>::width];
+    float* friction_impulses[Block<D>::width];
+    for (std::size_t lane = 0; lane < used; ++lane) {
       ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
-      for (std::uint32_t p = 0; p < m.point_count; ++p)
-        m.points[p].impulse = block.at(Block<D>::point(static_cast<int>(p), point_impulse))[lane];
-      m.friction_impulse[0] = block.at(friction_impulse_1)[lane];
-      m.friction_impulse[1] = block.at(friction_impulse_2)[lane];
-      m.twist_impulse = block.at(twist_impulse)[lane];
+      impulses[lane] = m.impulses;
+      friction_impulses[lane] = m.friction_impulse;
     }
+    QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
+    const int count = block.header().max_points;
+    q.x = block.get(Block<D>::point(0, point_impulse));
+    if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
+    if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
+    if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
+    store_quads(D(), q, impulses, used);
+    store_quads(D(),
+                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), hn::Zero(D())},
+                friction_impulses, used);
   }
 }
 
 template <class D>
 SolverKernels make_kernels(const char* name) {
-  return {name, static_cast<int>(Block<D>::width), Block<D>::bytes, bounce_field_count * Block<D>::width, prepare<D>, warm_start<D>, sweep<Pass::soft, D>,
-          sweep<Pass::relax, D>, restitute<D>, sweep<Pass::iterate, D>, store<D>};
+  return {name,
+          static_cast<int>(Block<D>::width),
+          Block<D>::bytes,
+          bounce_field_count * Block<D>::width,
+          prepare<D>,
+          warm_start<D>,
+          sweep<Pass::soft, D>,
+          sweep<Pass::relax, D>,
+          restitute<D>,
+          sweep<Pass::iterate, D>,
+          store<D>};
 }
 
 SolverKernels wide() { return make_kernels<hn::ScalableTag<float>>(hwy::TargetName(HWY_TARGET)); }

@@ -49,19 +49,21 @@ struct BlockHeader {
 };
 
 struct SolverKernels {
-  const char* name;      ///< of the instruction set
-  int width;             ///< lanes
+  const char* name;  ///< of the instruction set
+  int width;         ///< lanes
   std::size_t block_bytes;
   std::size_t bounce_floats;  ///< a block
 
-  /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes).
-  void (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
-                  const Constrained& constrained, const BodiesView& view);
+  /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
+  /// returns how many points they have.
+  std::size_t (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                         const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
   void (*warm_start)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
   void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
+                    const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds.

@@ -19,20 +19,22 @@ class SweepBroadPhase : public BroadPhase {
   explicit SweepBroadPhase(Vec3 axis) : axis_(axis) {}
 
   void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
-    refresh(input);
+    refresh(input, pool);
     const std::size_t chunks = (sorted_.size() + wide_.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
     for (std::vector<Pair>& list : found) list.clear();
     if (input.changed.empty() && !input.set_changed) return;
     pool.for_each_chunk(sorted_.size() + wide_.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (i < sorted_.size()) sweep_from(input, i, found[begin / grain]);
-        else match_wide(input, i - sorted_.size(), found[begin / grain]);
+        if (i < sorted_.size())
+          sweep_from(input, i, found[begin / grain]);
+        else
+          match_wide(input, i - sorted_.size(), found[begin / grain]);
       }
     });
   }
 
-  void refresh(const BroadPhaseInput& input) override {
+  void refresh(const BroadPhaseInput& input, ThreadPool&) override {
     boxes_ = input.state.fat_boxes.data();
     if (input.set_changed) {
       collect(input);

@@ -41,8 +41,10 @@ void ThreadPool::run(const Loop& loop) {
   // Close first, then wait for those inside: a worker that counts itself in after this sees the loop closed.
   open_.store(0);
   for (int spins = 0; inside_.load() != 0; ++spins) {
-    if (spins < spins_before_sleep) relax_cpu();
-    else std::this_thread::yield();
+    if (spins < spins_before_sleep)
+      relax_cpu();
+    else
+      std::this_thread::yield();
   }
 }
 

@@ -31,7 +31,8 @@ class ThreadPool {
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
     if (workers_.empty() || count <= grain) {
-      for (std::size_t begin = 0; begin < count; begin += grain) body(begin, begin + grain < count ? begin + grain : count);
+      for (std::size_t begin = 0; begin < count; begin += grain)
+        body(begin, begin + grain < count ? begin + grain : count);
       return;
     }
     run({[](void* context, std::size_t begin, std::size_t end) { (*static_cast<Body*>(context))(begin, end); },
@@ -52,9 +53,9 @@ class ThreadPool {
 
   Loop loop_;
   alignas(64) std::atomic<std::size_t> next_{0};
-  alignas(64) std::atomic<std::uint32_t> open_{0};     // number of the loop workers may enter, 0: none
-  alignas(64) std::atomic<std::uint32_t> inside_{0};   // workers in or about to look into a loop
-  alignas(64) std::atomic<std::uint32_t> bell_{0};     // rung when a loop opens
+  alignas(64) std::atomic<std::uint32_t> open_{0};    // number of the loop workers may enter, 0: none
+  alignas(64) std::atomic<std::uint32_t> inside_{0};  // workers in or about to look into a loop
+  alignas(64) std::atomic<std::uint32_t> bell_{0};    // rung when a loop opens
   std::atomic<std::uint32_t> sleepers_{0};
   std::atomic<bool> stop_{false};
   std::uint32_t number_ = 0;

@@ -57,8 +57,9 @@ void add_square(Scene& scene, std::int64_t columns, std::int64_t bodies, double 
   const double centre = 0.5 * static_cast<double>(columns - 1);
   BodyDef body = cube();
   for (std::int64_t i = 0; i < bodies; ++i) {
-    const double x = spacing * (static_cast<double>(i % columns) - centre);
-    const double y = spacing * (static_cast<double>(i / columns) - centre);
+    const std::int64_t column = i % columns, row = i / columns;
+    const double x = spacing * (static_cast<double>(column) - centre);
+    const double y = spacing * (static_cast<double>(row) - centre);
     body.pose.position = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
     scene.bodies.push_back(body);
   }
@@ -123,7 +124,8 @@ Scene layers(std::int64_t bodies) {
   check_size("layers", "bodies", bodies, max_bodies - 1);
   Scene scene = scene_with_ground("layers", bodies);
   for (std::int64_t first = 0; first < bodies; first += layer_bodies) {
-    const double z = 1.0 + 1.5 * static_cast<double>(first / layer_bodies);
+    const std::int64_t layer = first / layer_bodies;
+    const double z = 1.0 + 1.5 * static_cast<double>(layer);
     add_square(scene, layer_side, std::min(layer_bodies, bodies - first), 1.1, z);
   }
   return scene;

@@ -12,7 +12,7 @@ std::string describe_body(const Scene& scene, std::size_t body) {
   return named == scene.names.end() ? number : number + " ('" + named->name + "')";
 }
 
-Vec3 random_vector(Random& random, float limit) {
+Vec3 random_vector(Random& random, double limit) {
   // One draw a line: the order in which a call's arguments are evaluated is not defined.
   const auto x = static_cast<float>(random.symmetric(limit));
   const auto y = static_cast<float>(random.symmetric(limit));
@@ -50,8 +50,8 @@ void SceneInstance::kick() {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     if (scene_.bodies[i].motion != MotionType::dynamic) continue;
     const Velocity now = world_.velocity(ids_[i]);
-    const Vec3 linear = random_vector(random_, scene_.kicks->linear);
-    const Vec3 angular = random_vector(random_, scene_.kicks->angular);
+    const Vec3 linear = random_vector(random_, static_cast<double>(scene_.kicks->linear));
+    const Vec3 angular = random_vector(random_, static_cast<double>(scene_.kicks->angular));
     world_.set_velocity(ids_[i], now.linear + linear, now.angular + angular);
   }
 }

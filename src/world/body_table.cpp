@@ -1,8 +1,7 @@
 #include "world/body_table.hpp"
 
-#include <string>
-
 #include <fathom/error.hpp>
+#include <string>
 
 #include "geometry/support.hpp"
 #include "world/growth.hpp"
@@ -65,8 +64,10 @@ BodyId BodyTable::add(const BodyDef& def) {
     free_slots_.pop_back();
   }
   ++count_;
-  if (living_is_current_ && (living_.empty() || living_.back().index < slot)) living_.push_back(id(slot));
-  else living_is_current_ = false;
+  if (living_is_current_ && (living_.empty() || living_.back().index < slot))
+    living_.push_back(id(slot));
+  else
+    living_is_current_ = false;
   return id(slot);
 }
 

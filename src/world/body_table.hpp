@@ -2,31 +2,32 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/body.hpp>
 #include <span>
 #include <vector>
-
-#include <fathom/body.hpp>
 
 #include "geometry/geometry.hpp"
 
 namespace fathom {
 
 /// The rarely changing side of one body. The state that a step moves lives in the simulators.
-struct BodyInfo {
+struct alignas(64) BodyInfo {
+  // The first cache line is all that a step reads of most bodies.
   MotionType motion = MotionType::fixed;
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
   bool isotropic = true;
-  Shape shape;
-  Geometry geometry;
-  float radius = 0;  ///< of the bounding sphere about the centre of mass (m)
-  float mass = 0;    ///< kg, 0 unless dynamic
-  float inverse_mass = 0;
+  float radius = 0;        ///< of the bounding sphere about the centre of mass (m)
+  float inverse_mass = 0;  ///< 1/kg, 0 unless dynamic
+  float gravity_scale = 1;
+  float linear_damping = 0;   ///< 1/s
+  float angular_damping = 0;  ///< 1/s
+  Geometry geometry;          ///< its hull's view, last, is on the second line
+
   SymMat3 inertia;          ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;  ///< body axes, 0 unless dynamic
-  float gravity_scale = 1;
-  float linear_damping = 0;
-  float angular_damping = 0;
+  float mass = 0;           ///< kg, 0 unless dynamic
+  Shape shape;
   Material material;
   Filter filter;
   std::uint64_t user_data = 0;

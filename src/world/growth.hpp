@@ -9,7 +9,8 @@ namespace fathom {
 
 template <class T>
 void make_room(std::vector<T>& array, std::size_t size) {
-  if (size > array.capacity()) array.reserve(std::max({size, array.capacity() + array.capacity() / 4, std::size_t{16}}));
+  if (size > array.capacity())
+    array.reserve(std::max({size, array.capacity() + array.capacity() / 4, std::size_t{16}}));
 }
 
 template <class T>

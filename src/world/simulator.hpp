@@ -1,9 +1,8 @@
 // What a simulator must offer to be a World's engine. Arguments have been checked by World.
 #pragma once
 
-#include <memory>
-
 #include <fathom/world.hpp>
+#include <memory>
 
 #include "world/body_table.hpp"
 

@@ -28,11 +28,13 @@ void require_not_negative(float value, const char* action, const char* name) {
 void check_shape(const Shape& shape) {
   const char* action = "add body";
   switch (shape.type) {
-    case ShapeType::sphere: return require_positive(shape.radius, action, "the sphere's radius");
+    case ShapeType::sphere:
+      return require_positive(shape.radius, action, "the sphere's radius");
     case ShapeType::capsule:
       require_positive(shape.radius, action, "the capsule's radius");
       return require_not_negative(shape.half_extents.z, action, "the capsule's half length");
-    case ShapeType::box: return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
+    case ShapeType::box:
+      return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
     case ShapeType::hull:
       if (!shape.hull) refuse("add body: the shape's type is hull but it has none; make it with fathom::hull(points)");
       return;
@@ -72,7 +74,8 @@ void check_pose(const Pose& pose, const char* action) {
 void check_material(const Material& m, const char* action) {
   require_not_negative(m.friction, action, "the friction");
   require_not_negative(m.restitution, action, "the restitution");
-  if (m.restitution > 1) refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
+  if (m.restitution > 1)
+    refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
 }
 
 void check_damping(float linear, float angular, const char* action) {
@@ -90,8 +93,10 @@ void check_body(const BodyDef& def) {
   check_damping(def.linear_damping, def.angular_damping, action);
   check_finite({def.gravity_scale, 0, 0}, action, "the gravity scale");
   if (def.motion != MotionType::dynamic) return;
-  if (def.mass) require_positive(*def.mass, action, "the mass");
-  else require_positive(def.density, action, "the density");
+  if (def.mass)
+    require_positive(*def.mass, action, "the mass");
+  else
+    require_positive(def.density, action, "the density");
   if (!def.mass) require_positive(def.density * volume(def.shape), action, "the mass (density × volume)");
   if (def.inertia) check_inertia(*def.inertia);
 }
@@ -100,7 +105,8 @@ void check_world(const WorldDef& def) {
   const char* action = "create world";
   check_finite(def.gravity, action, "the gravity");
   require_positive(def.dt, action, "dt");
-  if (def.dt > 1) refuse("create world: dt is " + text(def.dt) + " s; it must be at most 1 s, typically 1/60");
+  if (def.dt > 1 || def.dt < 1e-6f)
+    refuse("create world: dt is " + text(def.dt) + " s; it must be between 1e-6 and 1 s, typically 1/60");
   if (def.threads < 0 || def.threads > 1024)
     refuse("create world: threads is " + std::to_string(def.threads) + "; it must be 0 (all of the machine's) to 1024");
   const SolverSettings& s = def.solver;

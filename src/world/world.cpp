@@ -1,7 +1,6 @@
 // The World: checks what the application asks, then lets its simulator do it.
-#include <fathom/world.hpp>
-
 #include <algorithm>
+#include <fathom/world.hpp>
 #include <new>
 
 #define XXH_INLINE_ALL
@@ -38,8 +37,8 @@ BodyId World::add(const BodyDef& def) {
   check_body(def);
   Simulator& sim = *simulator_;
   if (sim.bodies.count() >= sim.def.max_bodies)
-    throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " + std::to_string(sim.def.max_bodies) +
-                                         " bodies; raise WorldDef::max_bodies");
+    throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " +
+                                         std::to_string(sim.def.max_bodies) + " bodies; raise WorldDef::max_bodies");
   const BodyId id = sim.bodies.add(def);
   Pose pose = def.pose;
   pose.rotation = normalize(pose.rotation);
@@ -56,8 +55,9 @@ BodyId World::add(const BodyDef& def) {
 void World::reserve(std::uint32_t count) {
   const std::uint32_t limit = simulator_->def.max_bodies;
   if (count > limit)
-    throw Error(ErrorCode::capacity, "reserve: " + std::to_string(count) + " bodies are more than the world's limit of " +
-                                         std::to_string(limit) + "; raise WorldDef::max_bodies");
+    throw Error(ErrorCode::capacity, "reserve: " + std::to_string(count) +
+                                         " bodies are more than the world's limit of " + std::to_string(limit) +
+                                         "; raise WorldDef::max_bodies");
   try {
     simulator_->bodies.reserve(count);
     simulator_->reserve(count);
@@ -98,8 +98,12 @@ void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
   simulator_->set_velocity(slot, {linear, 0, angular, 0});
 }
 
-MotionType World::motion(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion; }
-const Shape& World::shape(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read shape")].shape; }
+MotionType World::motion(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion;
+}
+const Shape& World::shape(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read shape")].shape;
+}
 float World::mass(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read mass")].mass; }
 
 MassProperties World::mass_properties(BodyId id) const {
@@ -215,9 +219,7 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 
 // Time and results --------------------------------------------------------------------------------------------
 
-void World::step() {
-  simulator_->step();
-}
+void World::step() { simulator_->step(); }
 
 std::uint64_t World::step_count() const { return simulator_->steps; }
 double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
