@@ -15,7 +15,8 @@ message(STATUS "SYCL back end: ${FATHOM_WITH_SYCL}")
 
 # Compiles these sources of the target with the SYCL compiler, whose warnings differ from the host compiler's.
 function(fathom_sycl_sources target)
-  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-Wno-error;-Wno-unknown-warning-option")
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_DEFINITIONS FATHOM_SYCL_SOURCE
+    COMPILE_OPTIONS "-Wno-error;-Wno-unknown-warning-option")
   add_sycl_to_target(TARGET ${target} SOURCES ${ARGN})
 endfunction()
 

@@ -8,7 +8,8 @@
 
 #include "fathom/math.hpp"
 
-#if defined(SYCL_LANGUAGE_VERSION)
+// FATHOM_SYCL_SOURCE: the build says so of sources that a SYCL compiler compiles (cmake/FathomSycl.cmake).
+#if defined(FATHOM_SYCL_SOURCE)
 #include <sycl/sycl.hpp>
 #else
 #include <atomic>
@@ -23,7 +24,7 @@ namespace detail {
 __device__ inline std::uint32_t* cuda_word(std::uint32_t& x) { return &x; }
 __device__ inline std::int32_t* cuda_word(std::int32_t& x) { return &x; }
 __device__ inline unsigned long long* cuda_word(std::uint64_t& x) { return reinterpret_cast<unsigned long long*>(&x); }
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
 // Device scope also for local memory: AdaptiveCpp makes generic atomics of work-group scope.
 template <class T>
 auto atomic_ref(T& x) {
@@ -47,7 +48,7 @@ template <class T>
 FATHOM_HD T atomic_add(T& x, T value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<T>(atomicAdd(detail::cuda_word(x), value));
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   return detail::atomic_ref(x).fetch_add(value);
 #else
   return std::atomic_ref<T>(x).fetch_add(value, std::memory_order_relaxed);
@@ -58,7 +59,7 @@ template <class T>
 FATHOM_HD T atomic_min(T& x, T value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<T>(atomicMin(detail::cuda_word(x), value));
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   return detail::atomic_ref(x).fetch_min(value);
 #else
   return detail::atomic_replace_if(x, value, [](T a, T b) { return a < b; });
@@ -69,7 +70,7 @@ template <class T>
 FATHOM_HD T atomic_max(T& x, T value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<T>(atomicMax(detail::cuda_word(x), value));
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   return detail::atomic_ref(x).fetch_max(value);
 #else
   return detail::atomic_replace_if(x, value, [](T a, T b) { return a > b; });
@@ -80,7 +81,7 @@ template <class T>
 FATHOM_HD T atomic_or(T& x, T value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<T>(atomicOr(detail::cuda_word(x), value));
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   return detail::atomic_ref(x).fetch_or(value);
 #else
   return std::atomic_ref<T>(x).fetch_or(value, std::memory_order_relaxed);
@@ -92,7 +93,7 @@ template <class T>
 FATHOM_HD T atomic_cas(T& x, T expected, T desired) {
 #if defined(__CUDA_ARCH__)
   return static_cast<T>(atomicCAS(detail::cuda_word(x), expected, desired));
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   detail::atomic_ref(x).compare_exchange_strong(expected, desired);
   return expected;
 #else
@@ -106,7 +107,7 @@ template <class T>
 FATHOM_HD T atomic_load(const T& x) {
 #if defined(__CUDA_ARCH__)
   return *static_cast<const volatile T*>(&x);
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   return detail::atomic_ref(const_cast<T&>(x)).load();
 #else
   return std::atomic_ref<T>(const_cast<T&>(x)).load(std::memory_order_relaxed);
@@ -117,7 +118,7 @@ template <class T>
 FATHOM_HD void atomic_store(T& x, T value) {
 #if defined(__CUDA_ARCH__)
   *static_cast<volatile T*>(&x) = value;
-#elif defined(SYCL_LANGUAGE_VERSION)
+#elif defined(FATHOM_SYCL_SOURCE)
   detail::atomic_ref(x).store(value);
 #else
   std::atomic_ref<T>(x).store(value, std::memory_order_relaxed);
