@@ -2,8 +2,8 @@
 function(fathom_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
-  target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion
+  set(flags
+    -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion
     $<$<BOOL:${FATHOM_WARNINGS_AS_ERRORS}>:-Werror>
     # g++ 12 sees overlaps in every "literal" + std::string (GCC bug 105651).
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
@@ -11,7 +11,18 @@ function(fathom_target target)
     -ffp-contract=off -fno-math-errno -fno-trapping-math)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     # The floor: AVX2 and fma. Wider code is chosen at run time (src/native).
-    target_compile_options(${target} PRIVATE -march=x86-64-v3)
+    list(APPEND flags -march=x86-64-v3)
+  endif()
+  target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${flags};-Wpedantic>")
+  if(FATHOM_WITH_CUDA)
+    # The same for the host's half of a .cu file; what nvcc writes for it is not pedantic.
+    # Division and square root are correctly rounded by default (-prec-div, -prec-sqrt).
+    # CMake 3.25 does not know nvcc's C++20, hence the flag.
+    target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=$<JOIN:${flags},$<COMMA>>>"
+      "$<$<COMPILE_LANGUAGE:CUDA>:-std=c++20;--fmad=false;--expt-relaxed-constexpr>"
+      "$<$<AND:$<COMPILE_LANGUAGE:CUDA>,$<BOOL:${FATHOM_WARNINGS_AS_ERRORS}>>:-Werror=all-warnings>")
+    # Linked by name instead (cmake/FathomCuda.cmake), so that users of the installed archive link it too.
+    set_target_properties(${target} PROPERTIES CUDA_RUNTIME_LIBRARY None)
   endif()
   if(FATHOM_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${FATHOM_SANITIZE} -fno-omit-frame-pointer)

@@ -1,0 +1,16 @@
+// Turns the CUDA runtime's result codes into DeviceError.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+
+#include "exec/error.hpp"
+
+namespace fathom::exec::cuda {
+
+/// Throws unless `result` is success. Clears the runtime's memory of the failure, so that the next call is not
+/// blamed for it; a kernel that crashed cannot be cleared, then the text says that the device is lost.
+void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes = 0);
+
+}  // namespace fathom::exec::cuda

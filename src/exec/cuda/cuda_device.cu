@@ -1,0 +1,222 @@
+#include <string>
+
+#include "exec/backends.hpp"
+#include "exec/cuda/cuda_device.cuh"
+
+namespace fathom::exec {
+
+namespace cuda {
+
+namespace {
+
+/// Failures of a running kernel: the context is gone with all its memory.
+bool is_lost_after(cudaError_t result) {
+  switch (result) {
+    case cudaErrorIllegalAddress:
+    case cudaErrorLaunchTimeout:
+    case cudaErrorAssert:
+    case cudaErrorHardwareStackError:
+    case cudaErrorIllegalInstruction:
+    case cudaErrorMisalignedAddress:
+    case cudaErrorInvalidAddressSpace:
+    case cudaErrorInvalidPc:
+    case cudaErrorLaunchFailure:
+    case cudaErrorECCUncorrectable:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes) {
+  if (result == cudaSuccess) return;
+  (void)cudaGetLastError();
+  const std::string text = std::string(what) + ": " + cudaGetErrorString(result);
+  if (is_lost_after(result)) throw DeviceError(ErrorCode::unavailable, text + "; the device is lost", bytes, where);
+  throw DeviceError(ErrorCode::capacity, text, bytes, where);
+}
+
+}  // namespace cuda
+
+namespace {
+
+DeviceInfo describe(int index) {
+  DeviceInfo info;
+  info.backend = Backend::cuda;
+  info.index = index;
+  info.is_gpu = true;
+  cudaDeviceProp properties;
+  cudaError_t result = cudaGetDeviceProperties(&properties, index);
+  if (result == cudaSuccess) {
+    info.name = properties.name;
+    info.memory = properties.totalGlobalMem;
+    info.compute_units = static_cast<std::uint32_t>(properties.multiProcessorCount);
+    result = cudaSetDevice(index);
+  }
+  // Asks for a kernel of this build: fails where it was built for other architectures.
+  cudaFuncAttributes attributes;
+  if (result == cudaSuccess) result = cudaFuncGetAttributes(&attributes, cuda::run_items<Fill<std::uint32_t>>);
+  info.available = result == cudaSuccess;
+  if (!info.available) {
+    info.why_not = cudaGetErrorString(result);
+    (void)cudaGetLastError();
+  }
+  return info;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> cuda_device_infos() {
+  int count = 0;
+  const cudaError_t result = cudaGetDeviceCount(&count);
+  std::vector<DeviceInfo> all;
+  for (int index = 0; result == cudaSuccess && index < count; ++index) all.push_back(describe(index));
+  if (all.empty()) {
+    (void)cudaGetLastError();
+    DeviceInfo info;
+    info.backend = Backend::cuda;
+    info.why_not = result == cudaSuccess ? "no CUDA device was found" : cudaGetErrorString(result);
+    all.push_back(info);
+  }
+  return all;
+}
+
+CudaDevice::CudaDevice(int index, Where where) {
+  info_ = describe(index);
+  if (!info_.available) {
+    throw DeviceError(ErrorCode::unavailable,
+                      "device cuda:" + std::to_string(index) + " is not available: " + info_.why_not, 0, where);
+  }
+  bind();
+  cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream", where);
+}
+
+CudaDevice::~CudaDevice() {
+  bind();
+  (void)cudaStreamSynchronize(stream_);
+  (void)cudaStreamDestroy(stream_);
+}
+
+CudaDevice::Event::Event(CudaDevice& device) {
+  device.bind();
+  cuda::check(cudaEventCreate(&event_), "creating an event", Where::current());
+}
+
+CudaDevice::Event::~Event() { (void)cudaEventDestroy(event_); }
+
+bool CudaDevice::Event::is_done() const {
+  const cudaError_t result = cudaEventQuery(event_);
+  if (result == cudaErrorNotReady) {
+    (void)cudaGetLastError();
+    return false;
+  }
+  cuda::check(result, "asking for an event", Where::current());
+  return true;
+}
+
+void CudaDevice::Event::wait() const {
+  cuda::check(cudaEventSynchronize(event_), "waiting for an event", Where::current());
+}
+
+double CudaDevice::Event::milliseconds_since(const Event& begin) const {
+  float milliseconds = 0;
+  cuda::check(cudaEventElapsedTime(&milliseconds, begin.event_, event_), "timing", Where::current());
+  return static_cast<double>(milliseconds);
+}
+
+CudaDevice::Graph::~Graph() {
+  if (graph_) (void)cudaGraphExecDestroy(graph_);
+}
+
+void CudaDevice::begin_recording(const Where& where) {
+  check_can_record(where);
+  bind();
+  // Relaxed: the driver may still load a kernel that is met here for the first time. `Memory` refuses allocations.
+  cuda::check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeRelaxed), "recording a graph", where);
+  set_recording(true);
+}
+
+void CudaDevice::abandon_recording() noexcept {
+  set_recording(false);
+  cudaGraph_t nodes = nullptr;
+  (void)cudaStreamEndCapture(stream_, &nodes);
+  if (nodes) (void)cudaGraphDestroy(nodes);
+  (void)cudaGetLastError();
+}
+
+CudaDevice::Graph CudaDevice::end_recording(const Traffic& before, const Where& where) {
+  Graph graph;
+  graph.traffic_ = traffic_ - before;
+  traffic_ = before;
+  set_recording(false);
+  cudaGraph_t nodes = nullptr;
+  cuda::check(cudaStreamEndCapture(stream_, &nodes), "recording a graph", where);
+  const cudaError_t counted = cudaGraphGetNodes(nodes, nullptr, &graph.size_);
+  const cudaError_t instantiated = cudaGraphInstantiate(&graph.graph_, nodes, 0);
+  (void)cudaGraphDestroy(nodes);
+  cuda::check(counted, "recording a graph", where);
+  cuda::check(instantiated, "instantiating a graph", where);
+  cuda::check(cudaGraphUpload(graph.graph_, stream_), "uploading a graph", where);
+  return graph;
+}
+
+void CudaDevice::launch(Graph& graph, Where where) {
+  bind();
+  traffic_ += graph.traffic_;
+  cuda::check(cudaGraphLaunch(graph.graph_, stream_), "launching a graph", where);
+}
+
+void CudaDevice::mark(Event& event, Where where) {
+  bind();
+  // Inside a recording an external event becomes a node that each replay passes anew.
+  cuda::check(cudaEventRecordWithFlags(event.event_, stream_,
+                                       is_recording() ? cudaEventRecordExternal : cudaEventRecordDefault),
+              "marking an event", where);
+}
+
+void CudaDevice::wait(Where where) {
+  bind();
+  cuda::check(cudaStreamSynchronize(stream_), "waiting for the device", where);
+}
+
+void* CudaDevice::do_allocate(std::size_t bytes, const Where& where) {
+  bind();
+  void* memory = nullptr;
+  cuda::check(cudaMalloc(&memory, bytes), "allocating device memory", where, bytes);
+  return memory;
+}
+
+void* CudaDevice::do_allocate_pinned(std::size_t bytes, const Where& where) {
+  bind();
+  void* memory = nullptr;
+  cuda::check(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable), "allocating pinned memory", where, bytes);
+  return memory;
+}
+
+void CudaDevice::do_release(void* memory) noexcept {
+  bind();
+  (void)cudaStreamSynchronize(stream_);
+  (void)cudaFree(memory);
+}
+
+void CudaDevice::release_pinned(void* memory) noexcept {
+  bind();
+  (void)cudaStreamSynchronize(stream_);
+  (void)cudaFreeHost(memory);
+}
+
+void CudaDevice::submit_copy(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, const Where& where) {
+  if (bytes == 0) return;
+  bind();
+  cuda::check(cudaMemcpyAsync(to, from, bytes, kind, stream_), "copying", where, bytes);
+}
+
+void CudaDevice::submit_zero(void* to, std::size_t bytes, const Where& where) {
+  if (bytes == 0) return;
+  bind();
+  cuda::check(cudaMemsetAsync(to, 0, bytes, stream_), "zeroing", where, bytes);
+}
+
+}  // namespace fathom::exec

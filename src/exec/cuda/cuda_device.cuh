@@ -1,0 +1,200 @@
+// A CUDA GPU as a device: one stream, plain allocations, graphs of the driver.
+//
+// For translation units that nvcc compiles: it instantiates the kernels. Sorts, scans and selections are compiled
+// once, in primitives.cu.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "exec/cuda/check.hpp"
+#include "exec/cuda/launch.cuh"
+#include "exec/device.hpp"
+
+namespace fathom::exec {
+
+class CudaDevice final : public Memory {
+ public:
+  /// A point in the stream. Never marked counts as done.
+  class Event {
+   public:
+    explicit Event(CudaDevice& device);
+    ~Event();
+    Event(const Event&) = delete;
+    Event& operator=(const Event&) = delete;
+
+    bool is_done() const;
+    void wait() const;
+    double milliseconds_since(const Event& begin) const;
+
+   private:
+    friend class CudaDevice;
+    cudaEvent_t event_ = nullptr;
+  };
+
+  class Graph {
+   public:
+    Graph(Graph&& other) noexcept
+        : graph_(std::exchange(other.graph_, nullptr)), size_(other.size_), traffic_(other.traffic_) {}
+    Graph& operator=(Graph&& other) noexcept {
+      std::swap(graph_, other.graph_);
+      std::swap(size_, other.size_);
+      std::swap(traffic_, other.traffic_);
+      return *this;
+    }
+    ~Graph();
+
+    /// Nodes that the driver replays: kernels, copies and fills.
+    std::size_t size() const { return size_; }
+
+   private:
+    friend class CudaDevice;
+    Graph() = default;
+    cudaGraphExec_t graph_ = nullptr;
+    std::size_t size_ = 0;
+    Traffic traffic_;
+  };
+
+  explicit CudaDevice(int index = 0, Where where = Where::current());
+  ~CudaDevice() override;
+
+  const DeviceInfo& info() const { return info_; }
+  const Traffic& traffic() const { return traffic_; }
+  cudaStream_t stream() const { return stream_; }
+
+  template <ItemKernel Kernel>
+  void parallel_for(Range range, Kernel kernel, Where where = Where::current()) {
+    check_items(range.capacity, where);
+    if (range.capacity == 0) return;
+    constexpr std::uint32_t size = items_per_group<Kernel>();
+    start_launch();
+    cuda::run_items<<<blocks_for(range, size), size, 0, stream_>>>(range, kernel);
+    cuda::check(cudaGetLastError(), "launching parallel_for", where);
+  }
+
+  template <GroupKernel Kernel>
+  void parallel_groups(Range groups, Kernel kernel, Where where = Where::current()) {
+    check_items(groups.capacity, where);
+    if (groups.capacity == 0) return;
+    start_launch();
+    cuda::run_groups<<<blocks_for(groups, 1), Kernel::group_size, 0, stream_>>>(groups, kernel);
+    cuda::check(cudaGetLastError(), "launching parallel_groups", where);
+  }
+
+  template <PhaseKernel Kernel>
+  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+                       Where where = Where::current()) {
+    check_items(most_items, where);
+    if (most_phases == 0 || most_items == 0) return;
+    constexpr std::uint32_t size = items_per_group<Kernel>();
+    start_launch();
+    int resident = 0;  // blocks that a multiprocessor can hold at once
+    cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, cuda::run_phases<Kernel>, size, 0),
+                "sizing parallel_phases", where);
+    const std::uint32_t most_blocks = static_cast<std::uint32_t>(resident) * info_.compute_units;
+    const dim3 blocks(std::min(most_blocks, (most_items + size - 1) / size));
+    void* arguments[] = {&most_phases, &most_items, &kernel};
+    cuda::check(cudaLaunchCooperativeKernel(cuda::run_phases<Kernel>, blocks, dim3(size), arguments, 0, stream_),
+                "launching parallel_phases", where);
+  }
+
+  template <class T>
+  void copy_to_device(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_device += size * sizeof(T);
+    submit_copy(to, from, size * sizeof(T), cudaMemcpyHostToDevice, where);
+  }
+  template <class T>
+  void copy_to_host(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_host += size * sizeof(T);
+    submit_copy(to, from, size * sizeof(T), cudaMemcpyDeviceToHost, where);
+  }
+  template <class T>
+  void copy(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    submit_copy(to, from, size * sizeof(T), cudaMemcpyDeviceToDevice, where);
+  }
+  template <class T>
+  void zero(T* to, std::size_t size, Where where = Where::current()) {
+    submit_zero(to, size * sizeof(T), where);
+  }
+  template <class T>
+  void fill(T* to, std::size_t size, T value, Where where = Where::current()) {
+    parallel_for(Range::of(size, where), Fill<T>{to, value}, where);
+  }
+
+  /// Key is std::uint32_t or std::uint64_t. A count in device memory costs a pass over the capacity: what lies
+  /// beyond the count sorts to the end as ones, and is left unspecified.
+  template <class Key>
+  void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
+                   Where where = Where::current());
+  /// out[i] = in[0] + … + in[i−1] modulo 2³², in place if in == out; the sum of all goes to `total` unless null, which
+  /// must not be the range's own count.
+  void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
+                      std::uint32_t* total = nullptr, Where where = Where::current());
+  /// Writes the indices of the flags that are not zero, ascending, and how many they are.
+  void select(Scratch& scratch, Range range, const std::uint32_t* flags, std::uint32_t* indices, std::uint32_t* count,
+              Where where = Where::current());
+
+  template <class Key>
+  std::size_t sort_scratch_bytes(std::uint32_t capacity) const;
+  std::size_t scan_scratch_bytes(std::uint32_t capacity) const;
+  std::size_t select_scratch_bytes(std::uint32_t capacity) const;
+
+  template <class Submissions>
+  Graph record(Submissions&& submissions, Where where = Where::current()) {
+    begin_recording(where);
+    const Traffic before = traffic_;
+    try {
+      submissions();
+    } catch (...) {
+      abandon_recording();
+      traffic_ = before;
+      throw;
+    }
+    return end_recording(before, where);
+  }
+  void launch(Graph& graph, Where where = Where::current());
+
+  void mark(Event& event, Where where = Where::current());
+  void wait(Where where = Where::current());
+
+  void copy_bytes(void* to, const void* from, std::size_t bytes, const Where& where) override {
+    submit_copy(to, from, bytes, cudaMemcpyDeviceToDevice, where);
+  }
+  void release_pinned(void* memory) noexcept override;
+
+ private:
+  void* do_allocate(std::size_t bytes, const Where& where) override;
+  void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
+  void do_release(void* memory) noexcept override;
+
+  void submit_copy(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, const Where& where);
+  void submit_zero(void* to, std::size_t bytes, const Where& where);
+  void begin_recording(const Where& where);
+  void abandon_recording() noexcept;
+  Graph end_recording(const Traffic& before, const Where& where);
+
+  /// The runtime's current device belongs to the thread, and any thread may submit.
+  void bind() const { (void)cudaSetDevice(info_.index); }
+  void start_launch() {
+    bind();
+    ++traffic_.launches;
+  }
+
+  /// Blocks of a grid-stride launch. Where the count is known there are as many as it needs. Where it is not,
+  /// blocks without work cost their start, so there are at most 16 for each multiprocessor, one or two full loads.
+  std::uint32_t blocks_for(Range range, std::uint32_t group_size) const {
+    const std::uint32_t needed = (range.capacity + group_size - 1) / group_size;
+    return range.count ? std::min(needed, 16 * info_.compute_units) : needed;
+  }
+
+  DeviceInfo info_;
+  Traffic traffic_;
+  cudaStream_t stream_ = nullptr;
+};
+
+static_assert(Device<CudaDevice>);
+
+}  // namespace fathom::exec

@@ -1,0 +1,29 @@
+// What the execution layer throws: what was asked for, how many bytes, and which line asked.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "exec/where.hpp"
+#include "fathom/error.hpp"
+
+namespace fathom::exec {
+
+/// A refused allocation, copy or launch. The device stays usable unless `ErrorCode::unavailable` says it is lost.
+class DeviceError : public Error {
+ public:
+  /// `bytes` is the size asked for, 0 where the failure has none.
+  DeviceError(ErrorCode code, const std::string& what, std::size_t bytes, const Where& where);
+
+  std::size_t bytes() const { return bytes_; }
+  const Where& where() const { return where_; }
+
+ private:
+  std::size_t bytes_;
+  Where where_;
+};
+
+/// "512 B", "1.5 GiB".
+std::string bytes_text(std::size_t bytes);
+
+}  // namespace fathom::exec

@@ -1,0 +1,152 @@
+// The host as a device: kernels run as loops on a pool of threads, submissions return when they are done.
+//
+// Any number of threads gives the same results: a kernel's items are independent, and the primitives cut their
+// work by the number of items alone.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <utility>
+
+#include "exec/closure_queue.hpp"
+#include "exec/host/host_group.hpp"
+#include "native/thread_pool.hpp"
+
+namespace fathom::exec {
+
+class HostDevice : public ClosureQueue {
+ public:
+  /// A point in the queue. What was submitted has run, so every point is already passed.
+  class Event {
+   public:
+    explicit Event(HostDevice&) {}
+
+    bool is_done() const { return true; }
+    void wait() const {}
+    double milliseconds_since(const Event& begin) const;
+
+   private:
+    friend class HostDevice;
+    std::atomic<std::int64_t> nanoseconds_{0};
+  };
+
+  /// `threads` counts the submitting thread; 0 takes all that the machine has.
+  explicit HostDevice(int threads = 0);
+
+  const DeviceInfo& info() const { return info_; }
+  int thread_count() const { return pool_.thread_count(); }
+
+  template <ItemKernel Kernel>
+  void parallel_for(Range range, Kernel kernel, Where where = Where::current()) {
+    check_items(range.capacity, where);
+    launch_step([this, range, kernel] {
+      for_each_chunk(range.size(), 64,
+                     [kernel](std::size_t begin, std::size_t end) { for_each_item(begin, end, kernel); });
+    });
+  }
+
+  template <GroupKernel Kernel>
+  void parallel_groups(Range groups, Kernel kernel, Where where = Where::current()) {
+    check_items(groups.capacity, where);
+    launch_step([this, groups, kernel] {
+      for_each_chunk(groups.size(), 1, [&kernel](std::size_t begin, std::size_t end) {
+        typename Kernel::Local local;
+        for (std::size_t i = begin; i < end; ++i) {
+          kernel(HostGroup<Kernel::group_size>(static_cast<std::uint32_t>(i)), local);
+        }
+      });
+    });
+  }
+
+  template <PhaseKernel Kernel>
+  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+                       Where where = Where::current()) {
+    check_items(most_items, where);
+    launch_step([this, most_phases, most_items, kernel] {
+      for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(); ++phase) {
+        const std::uint32_t items = kernel.items(phase);
+        for_each_chunk(items < most_items ? items : most_items, 64, [&](std::size_t begin, std::size_t end) {
+          for_each_item(begin, end, [&](std::uint32_t i) { kernel(phase, i); });
+        });
+      }
+    });
+  }
+
+  template <class T>
+  void copy_to_device(T* to, const T* from, std::size_t size, Where = Where::current()) {
+    traffic_.bytes_to_device += size * sizeof(T);
+    submit_copy(to, from, size * sizeof(T));
+  }
+  template <class T>
+  void copy_to_host(T* to, const T* from, std::size_t size, Where = Where::current()) {
+    traffic_.bytes_to_host += size * sizeof(T);
+    submit_copy(to, from, size * sizeof(T));
+  }
+  template <class T>
+  void copy(T* to, const T* from, std::size_t size, Where = Where::current()) {
+    submit_copy(to, from, size * sizeof(T));
+  }
+  template <class T>
+  void zero(T* to, std::size_t size, Where = Where::current()) {
+    submit_zero(to, size * sizeof(T));
+  }
+  template <class T>
+  void fill(T* to, std::size_t size, T value, Where where = Where::current()) {
+    parallel_for(Range::of(size, where), Fill<T>{to, value}, where);
+  }
+
+  /// Key is std::uint32_t or std::uint64_t.
+  template <class Key>
+  void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
+                   Where where = Where::current());
+  /// out[i] = in[0] + … + in[i−1] modulo 2³², in place if in == out; the sum of all goes to `total` unless null, which
+  /// must not be the range's own count.
+  void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
+                      std::uint32_t* total = nullptr, Where where = Where::current());
+  /// Writes the indices of the flags that are not zero, ascending, and how many they are.
+  void select(Scratch& scratch, Range range, const std::uint32_t* flags, std::uint32_t* indices, std::uint32_t* count,
+              Where where = Where::current());
+
+  template <class Key>
+  std::size_t sort_scratch_bytes(std::uint32_t capacity) const;
+  std::size_t scan_scratch_bytes(std::uint32_t capacity) const;
+  std::size_t select_scratch_bytes(std::uint32_t capacity) const { return scan_scratch_bytes(capacity); }
+
+  void mark(Event& event, Where = Where::current());
+  void wait(Where = Where::current()) {}
+
+  void copy_bytes(void* to, const void* from, std::size_t bytes, const Where&) override {
+    submit_copy(to, from, bytes);
+  }
+  void release_pinned(void* memory) noexcept override;
+
+ private:
+  void* do_allocate(std::size_t bytes, const Where& where) override;
+  void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
+  void do_release(void* memory) noexcept override;
+
+  void submit_copy(void* to, const void* from, std::size_t bytes);
+  void submit_zero(void* to, std::size_t bytes);
+
+  /// 32-bit indices that cannot wrap: a loop that compilers turn into vector code where the kernel allows it.
+  template <class Body>
+  static void for_each_item(std::size_t begin, std::size_t end, const Body& body) {
+    const auto last = static_cast<std::uint32_t>(end);
+    for (auto i = static_cast<std::uint32_t>(begin); i < last; ++i) body(i);
+  }
+
+  /// Eight chunks a thread even out items of unlike cost; `least` items a chunk keep cheap items from costing more
+  /// to hand out than to run.
+  template <class Body>
+  void for_each_chunk(std::size_t count, std::size_t least, Body&& body) {
+    const std::size_t grain = count / (8 * static_cast<std::size_t>(pool_.thread_count()));
+    pool_.for_each_chunk(count, grain > least ? grain : least, std::forward<Body>(body));
+  }
+
+  DeviceInfo info_;
+  ThreadPool pool_;
+};
+
+static_assert(Device<HostDevice>);
+
+}  // namespace fathom::exec

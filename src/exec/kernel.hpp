@@ -1,0 +1,78 @@
+// The three shapes of a kernel. Each is a plain struct: its members are its arguments (pointers to const are what it
+// reads, other pointers what it writes), its call operator is marked FATHOM_HD and is the same for all back ends.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "fathom/math.hpp"
+
+namespace fathom::exec {
+
+/// Bytes of a kernel's members: what every CUDA driver passes as arguments.
+inline constexpr std::size_t max_kernel_bytes = 4000;
+/// Bytes of local memory a work-group may have: what every GPU offers without asking.
+inline constexpr std::size_t max_local_bytes = 48 * 1024;
+
+template <class K>
+concept KernelArguments = std::is_trivially_copyable_v<K> && sizeof(K) <= max_kernel_bytes;
+
+/// One independent call for each item of a range.
+template <class K>
+concept ItemKernel = KernelArguments<K> && std::invocable<const K&, std::uint32_t>;
+
+/// One call for each work-group, which shares a `Local` and walks through sections (host/host_group.hpp tells how):
+///
+///     struct Local { ... };                          trivial: it is not initialised
+///     static constexpr std::uint32_t group_size;     a multiple of 32, at most 1024
+///     void operator()(auto group, Local& local) const
+template <class K>
+concept GroupKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Local> &&
+                              sizeof(typename K::Local) <= max_local_bytes&& K::group_size % 32 ==
+                          0 &&
+                      K::group_size >= 32 && K::group_size <= 1024;
+
+/// Phases that follow each other across the whole device: all items of a phase are done, and what they wrote is
+/// visible, before any item of the next begins. `phases()` and `items(phase)` are read on the device, so how many
+/// there are may come from an earlier kernel; both must give every work-item the same answer.
+template <class K>
+concept PhaseKernel = KernelArguments<K> && requires(const K& kernel, std::uint32_t phase, std::uint32_t item) {
+  { kernel.phases() } -> std::same_as<std::uint32_t>;
+  { kernel.items(phase) } -> std::same_as<std::uint32_t>;
+  kernel(phase, item);
+};
+
+/// Work-items of a work-group of an item or phase kernel: the kernel's own `group_size`, or 128. Heavy kernels with
+/// few items want small groups, so that they spread over all compute units.
+template <class K>
+constexpr std::uint32_t items_per_group() {
+  if constexpr (requires { K::group_size; }) {
+    return K::group_size;
+  } else {
+    return 128;
+  }
+}
+
+/// An array in local memory of a type that has default values, which a `Local` may not have itself.
+template <class T, std::uint32_t Size>
+class LocalArray {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  FATHOM_HD T& operator[](std::uint32_t i) { return reinterpret_cast<T*>(bytes_)[i]; }
+
+ private:
+  alignas(T) std::byte bytes_[Size * sizeof(T)];
+};
+
+/// Sets every item of an array.
+template <class T>
+struct Fill {
+  T* to;
+  T value;
+  FATHOM_HD void operator()(std::uint32_t i) const { to[i] = value; }
+};
+
+}  // namespace fathom::exec

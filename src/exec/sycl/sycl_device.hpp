@@ -1,0 +1,195 @@
+// A SYCL 2020 device: one in-order queue, unified shared memory, graphs of closures.
+//
+// For translation units that a SYCL compiler compiles. With AdaptiveCpp, ACPP_ALLOW_INSTANT_SUBMISSION=1 in the
+// environment gives the lowest latency, and ACPP_ADAPTIVITY_LEVEL=0 compiles each kernel once.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <sycl/sycl.hpp>
+#include <utility>
+
+#include "exec/closure_queue.hpp"
+#include "exec/portable/radix_sort.hpp"
+#include "exec/sycl/sycl_group.hpp"
+
+namespace fathom::exec {
+
+class SyclDevice final : public ClosureQueue {
+ public:
+  /// A point in the queue. Never marked counts as done.
+  class Event {
+   public:
+    explicit Event(SyclDevice&) {}
+
+    bool is_done() const;
+    void wait() const;
+    double milliseconds_since(const Event& begin) const;
+
+   private:
+    friend class SyclDevice;
+    sycl::event get() const;
+    void set(const sycl::event& event);
+
+    mutable std::mutex mutex_;  // a replayed graph marks anew while another thread may ask
+    sycl::event event_;
+  };
+
+  explicit SyclDevice(int index = 0, Where where = Where::current());
+  ~SyclDevice() override;
+
+  const DeviceInfo& info() const { return info_; }
+
+  template <ItemKernel Kernel>
+  void parallel_for(Range range, Kernel kernel, Where where = Where::current()) {
+    check_items(range.capacity, where);
+    if (range.capacity == 0) return;
+    constexpr std::uint32_t size = items_per_group<Kernel>();
+    const std::uint32_t groups = groups_for(range, size);
+    launch_kernel("launching parallel_for", where, [=](sycl::handler& handler) {
+      handler.parallel_for(nd_range(groups, size),
+                           [=](sycl::nd_item<1> work_item) { for_each_item(work_item, range.size(), kernel); });
+    });
+  }
+
+  template <GroupKernel Kernel>
+  void parallel_groups(Range groups, Kernel kernel, Where where = Where::current()) {
+    check_items(groups.capacity, where);
+    if (groups.capacity == 0) return;
+    constexpr std::uint32_t size = Kernel::group_size;
+    const std::uint32_t launched = groups_for(groups, 1);
+    launch_kernel("launching parallel_groups", where, [=](sycl::handler& handler) {
+      const sycl::local_accessor<typename Kernel::Local, 1> local(sycl::range<1>(1), handler);
+      handler.parallel_for(nd_range(launched, size), [=](sycl::nd_item<1> work_item) {
+        const std::uint32_t n = groups.size();
+        const auto stride = static_cast<std::uint32_t>(work_item.get_group_range(0));
+        for (auto i = static_cast<std::uint32_t>(work_item.get_group_linear_id()); i < n; i += stride) {
+          kernel(SyclGroup<size>(work_item, i), local[0]);
+        }
+      });
+    });
+  }
+
+  /// One launch for each phase that there may be: SYCL promises no progress to work-groups that wait for each other.
+  template <PhaseKernel Kernel>
+  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+                       Where where = Where::current()) {
+    check_items(most_items, where);
+    if (most_items == 0) return;
+    constexpr std::uint32_t size = items_per_group<Kernel>();
+    const std::uint32_t groups = groups_for(most_items, size);
+    for (std::uint32_t phase = 0; phase < most_phases; ++phase) {
+      launch_kernel("launching parallel_phases", where, [=](sycl::handler& handler) {
+        handler.parallel_for(nd_range(groups, size), [=](sycl::nd_item<1> work_item) {
+          if (phase >= kernel.phases()) return;
+          const std::uint32_t items = kernel.items(phase);
+          for_each_item(work_item, items < most_items ? items : most_items, [&](std::uint32_t i) { kernel(phase, i); });
+        });
+      });
+    }
+  }
+
+  template <class T>
+  void copy_to_device(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_device += size * sizeof(T);
+    copy_bytes(to, from, size * sizeof(T), where);
+  }
+  template <class T>
+  void copy_to_host(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_host += size * sizeof(T);
+    copy_bytes(to, from, size * sizeof(T), where);
+  }
+  template <class T>
+  void copy(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    copy_bytes(to, from, size * sizeof(T), where);
+  }
+  template <class T>
+  void zero(T* to, std::size_t size, Where where = Where::current()) {
+    submit_zero(to, size * sizeof(T), where);
+  }
+  template <class T>
+  void fill(T* to, std::size_t size, T value, Where where = Where::current()) {
+    parallel_for(Range::of(size, where), Fill<T>{to, value}, where);
+  }
+
+  /// Key is std::uint32_t or std::uint64_t.
+  template <class Key>
+  void sort_by_key(Scratch& scratch, Range range, Key* keys, std::uint32_t* values, int key_bits = 8 * sizeof(Key),
+                   Where where = Where::current()) {
+    count_as_one([&] { portable::sort_by_key(*this, scratch, range, keys, values, key_bits, where); });
+  }
+  void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
+                      std::uint32_t* total = nullptr, Where where = Where::current()) {
+    count_as_one([&] { portable::exclusive_scan(*this, scratch, range, in, out, total, where); });
+  }
+  void select(Scratch& scratch, Range range, const std::uint32_t* flags, std::uint32_t* indices, std::uint32_t* count,
+              Where where = Where::current()) {
+    count_as_one([&] { portable::select(*this, scratch, range, flags, indices, count, where); });
+  }
+
+  template <class Key>
+  std::size_t sort_scratch_bytes(std::uint32_t capacity) const {
+    return portable::SortScratch<Key>(nullptr, capacity).bytes;
+  }
+  std::size_t scan_scratch_bytes(std::uint32_t capacity) const { return portable::scan_scratch_bytes(capacity); }
+  std::size_t select_scratch_bytes(std::uint32_t capacity) const { return portable::scan_scratch_bytes(capacity); }
+
+  void mark(Event& event, Where where = Where::current());
+  void wait(Where where = Where::current());
+
+  void copy_bytes(void* to, const void* from, std::size_t bytes, const Where& where) override;
+  void release_pinned(void* memory) noexcept override;
+
+ private:
+  void* do_allocate(std::size_t bytes, const Where& where) override;
+  void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
+  void do_release(void* memory) noexcept override;
+  void submit_zero(void* to, std::size_t bytes, const Where& where);
+
+  /// Calls work() and turns SYCL's exceptions into DeviceError.
+  template <class Work>
+  static auto checked(const char* what, const Where& where, Work work, std::size_t bytes = 0) {
+    try {
+      return work();
+    } catch (const sycl::exception& error) {
+      throw DeviceError(ErrorCode::capacity, std::string(what) + ": " + error.what(), bytes, where);
+    }
+  }
+
+  template <class Fill>
+  void launch_kernel(const char* what, const Where& where, Fill fill_handler) {
+    launch_step([this, what, where, fill_handler] { checked(what, where, [&] { queue_.submit(fill_handler); }); });
+  }
+
+  template <class Work>
+  void count_as_one(Work work) {
+    const std::uint64_t launches = traffic_.launches;
+    work();
+    traffic_.launches = launches + 1;
+  }
+
+  static sycl::nd_range<1> nd_range(std::uint32_t groups, std::uint32_t size) {
+    return {sycl::range<1>(std::size_t{groups} * size), sycl::range<1>(size)};
+  }
+
+  template <class Body>
+  static void for_each_item(const sycl::nd_item<1>& work_item, std::uint32_t n, const Body& body) {
+    const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
+    for (auto i = static_cast<std::uint32_t>(work_item.get_global_linear_id()); i < n; i += stride) body(i);
+  }
+
+  /// As many as a known count needs; where the count is on the device, at most 16 for each compute unit.
+  std::uint32_t groups_for(Range range, std::uint32_t size) const {
+    const std::uint32_t needed = (range.capacity + size - 1) / size;
+    const std::uint32_t most = 16 * info_.compute_units;
+    return range.count && most < needed ? most : needed;
+  }
+
+  DeviceInfo info_;
+  sycl::queue queue_;
+};
+
+static_assert(Device<SyclDevice>);
+
+}  // namespace fathom::exec

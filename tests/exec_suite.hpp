@@ -1,0 +1,564 @@
+// The tests of the execution layer, one suite for every device: exec_test.cpp runs it on the host, exec_cuda_test.cu
+// on CUDA. Each primitive is compared with the standard library.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "exec/atomic.hpp"
+#include "exec/device.hpp"
+#include "exec/reduce.hpp"
+
+namespace fathom::exec::test {
+
+/// How the suite gets a device; null where the machine has none, then tests are skipped.
+template <class D>
+std::unique_ptr<D> make_device();
+
+template <class D>
+class ExecTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    device_ = make_device<D>();
+    if (!device_) GTEST_SKIP() << "no such device on this machine";
+  }
+  D& device() { return *device_; }
+
+ private:
+  std::unique_ptr<D> device_;
+};
+TYPED_TEST_SUITE_P(ExecTest);
+
+// Sizes around every internal boundary: work-groups, the host's chunks, single-tile sorts.
+inline constexpr std::array<std::uint32_t, 11> sizes{0, 1, 2, 31, 129, 255, 1000, 4097, 8193, 65537, 1'000'003};
+
+template <class T>
+std::vector<T> random_numbers(std::size_t n, std::uint64_t below, std::uint32_t seed = 1) {
+  std::mt19937_64 engine(seed);
+  std::vector<T> numbers(n);
+  for (T& number : numbers) number = static_cast<T>(below == 0 ? engine() : engine() % below);
+  return numbers;
+}
+
+/// Sends a vector to the device; `spare` more items hold zeros.
+template <class T>
+Buffer<T> to_device(auto& device, const std::vector<T>& items, std::size_t spare = 0) {
+  Buffer<T> buffer(device, items.size() + spare);
+  PinnedBuffer<T> staging(device, items.size());
+  std::copy(items.begin(), items.end(), staging.begin());
+  device.zero(buffer.data(), buffer.size());
+  device.copy_to_device(buffer.data(), staging.data(), items.size());
+  device.wait();
+  return buffer;
+}
+template <class T>
+std::vector<T> to_host(auto& device, const Buffer<T>& buffer, std::size_t n) {
+  PinnedBuffer<T> staging(device, n);
+  device.copy_to_host(staging.data(), buffer.data(), n);
+  device.wait();
+  return {staging.begin(), staging.end()};
+}
+template <class T>
+std::vector<T> to_host(auto& device, const Buffer<T>& buffer) {
+  return to_host(device, buffer, buffer.size());
+}
+
+struct Triple {
+  const std::uint32_t* in;
+  std::uint32_t* out;
+  FATHOM_HD void operator()(std::uint32_t i) const { out[i] = 3 * in[i] + i; }
+};
+
+TYPED_TEST_P(ExecTest, ParallelForVisitsEveryItemOnce) {
+  for (const std::uint32_t n : sizes) {
+    const auto input = random_numbers<std::uint32_t>(n, 1000);
+    const Buffer<std::uint32_t> in = to_device(this->device(), input);
+    Buffer<std::uint32_t> out = to_device(this->device(), std::vector<std::uint32_t>(n + 1, 7u));
+    this->device().parallel_for(n, Triple{in.data(), out.data()});
+    const auto result = to_host(this->device(), out);
+    for (std::uint32_t i = 0; i < n; ++i) ASSERT_EQ(result[i], 3 * input[i] + i);
+    EXPECT_EQ(result[n], 7u) << "wrote past the end";
+  }
+}
+
+TYPED_TEST_P(ExecTest, CountsInDeviceMemoryAreCutToTheCapacity) {
+  constexpr std::uint32_t capacity = 70'000;
+  const auto input = random_numbers<std::uint32_t>(capacity + 1, 1000);
+  const Buffer<std::uint32_t> in = to_device(this->device(), input);
+  for (const std::uint32_t count : {0u, 1u, 257u, 69'999u, capacity, capacity + 1, ~0u}) {
+    const Buffer<std::uint32_t> count_on_device = to_device(this->device(), std::vector{count});
+    Buffer<std::uint32_t> out = to_device(this->device(), std::vector<std::uint32_t>(capacity + 1, 7u));
+    this->device().parallel_for({count_on_device.data(), capacity}, Triple{in.data(), out.data()});
+    const auto result = to_host(this->device(), out);
+    for (std::uint32_t i = 0; i <= capacity; ++i) {
+      ASSERT_EQ(result[i], i < std::min(count, capacity) ? 3 * input[i] + i : 7u);
+    }
+  }
+}
+
+TYPED_TEST_P(ExecTest, FillsAndZeroes) {
+  Buffer<std::uint64_t> buffer(this->device(), 1001);
+  this->device().fill(buffer.data(), 1001, std::uint64_t{0x1234567890abcdef});
+  this->device().zero(buffer.data(), 1000);
+  const auto result = to_host(this->device(), buffer);
+  EXPECT_EQ(std::count(result.begin(), result.end(), 0u), 1000);
+  EXPECT_EQ(result[1000], 0x1234567890abcdefu);
+}
+
+TYPED_TEST_P(ExecTest, BuffersGrowWithOrWithoutContents) {
+  const auto input = random_numbers<std::uint32_t>(5000, 0);
+  Buffer<std::uint32_t> buffer = to_device(this->device(), input);
+  const std::uint32_t* const before = buffer.data();
+  buffer.grow(100);
+  EXPECT_EQ(buffer.data(), before) << "never shrinks";
+  const std::size_t in_use = this->device().bytes_in_use();
+  buffer.grow(10'000, Contents::keep);
+  EXPECT_EQ(this->device().bytes_in_use(), in_use + 20'000);
+  EXPECT_EQ(to_host(this->device(), buffer, 5000), input);
+  Buffer<std::uint32_t> second(this->device(), 10'000);
+  this->device().copy(second.data(), buffer.data(), 5000);
+  EXPECT_EQ(to_host(this->device(), second, 5000), input);
+}
+
+struct AtomicCounters {
+  std::uint32_t* sum;
+  std::int32_t* lowest;
+  std::uint32_t* highest;
+  std::uint64_t* long_sum;
+  std::uint64_t* long_lowest;
+  std::uint64_t* long_highest;
+  std::uint64_t* mask;
+  std::uint32_t* winner;
+  std::uint32_t* slots;
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    const std::uint32_t x = i * 2654435761u;
+    slots[atomic_add(*sum, 1u)] = i;
+    atomic_min(*lowest, static_cast<std::int32_t>(x));
+    atomic_max(*highest, x);
+    atomic_add(*long_sum, std::uint64_t{x} << 8);
+    atomic_min(*long_lowest, ~(std::uint64_t{x} << 20));
+    atomic_max(*long_highest, std::uint64_t{x} << 20);
+    atomic_or(*mask, std::uint64_t{1} << (i % 61));
+    if (atomic_cas(*winner, 0u, i + 1) == 0) atomic_store(winner[1], atomic_load(*winner));
+  }
+};
+
+TYPED_TEST_P(ExecTest, AtomicsLoseNothing) {
+  constexpr std::uint32_t n = 200'000;
+  std::uint64_t long_sum = 0, long_highest = 0;
+  std::uint32_t highest = 0;
+  std::int32_t lowest = 0;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t x = i * 2654435761u;
+    long_sum += std::uint64_t{x} << 8;
+    long_highest = std::max(long_highest, std::uint64_t{x} << 20);
+    highest = std::max(highest, x);
+    lowest = std::min(lowest, static_cast<std::int32_t>(x));
+  }
+  Buffer<std::uint32_t> words = to_device(this->device(), std::vector<std::uint32_t>(4, 0u));
+  Buffer<std::int32_t> low = to_device(this->device(), std::vector<std::int32_t>{0});
+  Buffer<std::uint64_t> longs = to_device(this->device(), std::vector<std::uint64_t>{0, ~std::uint64_t{0}, 0, 0});
+  Buffer<std::uint32_t> slots(this->device(), n);
+  std::uint32_t* const w = words.data();
+  std::uint64_t* const l = longs.data();
+  this->device().parallel_for(n, AtomicCounters{w, low.data(), w + 1, l, l + 1, l + 2, l + 3, w + 2, slots.data()});
+  const auto words_after = to_host(this->device(), words);
+  EXPECT_EQ(words_after[0], n);
+  EXPECT_EQ(words_after[1], highest);
+  EXPECT_TRUE(words_after[2] >= 1 && words_after[2] <= n);
+  EXPECT_EQ(words_after[3], words_after[2]);
+  EXPECT_EQ(to_host(this->device(), low)[0], lowest);
+  EXPECT_EQ(to_host(this->device(), longs),
+            (std::vector<std::uint64_t>{long_sum, ~long_highest, long_highest, (std::uint64_t{1} << 61) - 1}));
+  auto taken = to_host(this->device(), slots);
+  std::sort(taken.begin(), taken.end());
+  for (std::uint32_t i = 0; i < n; ++i) ASSERT_EQ(taken[i], i) << "each slot is taken once";
+}
+
+/// Sorts 512 numbers a group in local memory, and counts with private values how often items swapped.
+struct BitonicSort {
+  static constexpr std::uint32_t group_size = 256;
+  static constexpr std::uint32_t tile = 512;
+  struct Local {
+    std::uint32_t numbers[tile];
+  };
+  std::uint32_t* numbers;
+  std::uint32_t* swaps;  // one a group
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    std::uint32_t* const mine = numbers + group.index() * tile;
+    auto swapped = per_item<std::uint32_t>(group);
+    group.for_each([&](std::uint32_t item) { swapped[item] = 0; });
+    group.for_each(tile, [&](std::uint32_t i) { local.numbers[i] = mine[i]; });
+    for (std::uint32_t run = 2; run <= tile; run *= 2) {
+      for (std::uint32_t distance = run / 2; distance > 0; distance /= 2) {
+        group.for_each([&](std::uint32_t item) {
+          const std::uint32_t a = 2 * item - item % distance, b = a + distance;
+          const bool ascending = (a & run) == 0;
+          const std::uint32_t x = local.numbers[a], y = local.numbers[b];
+          if ((x > y) != ascending) return;
+          local.numbers[a] = y;
+          local.numbers[b] = x;
+          ++swapped[item];
+        });
+      }
+    }
+    group.for_each(tile, [&](std::uint32_t i) { mine[i] = local.numbers[i]; });
+    group.for_each([&](std::uint32_t item) { atomic_add(swaps[group.index()], swapped[item]); });
+  }
+};
+
+TYPED_TEST_P(ExecTest, SectionsSortInLocalMemory) {
+  for (const std::uint32_t groups : {0u, 1u, 3u, 700u}) {
+    auto expected = random_numbers<std::uint32_t>(std::size_t{groups} * 512, 100'000);
+    Buffer<std::uint32_t> numbers = to_device(this->device(), expected, 1);
+    Buffer<std::uint32_t> swaps = to_device(this->device(), std::vector<std::uint32_t>(groups, 0u), 1);
+    this->device().parallel_groups(groups, BitonicSort{numbers.data(), swaps.data()});
+    for (std::uint32_t g = 0; g < groups; ++g) {
+      std::sort(expected.begin() + g * 512, expected.begin() + (g + 1) * 512);
+    }
+    EXPECT_EQ(to_host(this->device(), numbers, expected.size()), expected);
+    for (const std::uint32_t count : to_host(this->device(), swaps, groups)) EXPECT_GT(count, 1000u);
+  }
+}
+
+/// Halves a number in local memory until it is odd: a loop whose length only the device knows.
+struct HalveWhileEven {
+  static constexpr std::uint32_t group_size = 64;
+  struct Local {
+    std::uint32_t number;
+    std::uint32_t bits[group_size];
+  };
+  const std::uint32_t* numbers;
+  std::uint32_t* halvings;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    std::uint32_t rounds = 0;
+    group.once([&] { local.number = numbers[group.index()]; });
+    while (group.broadcast(local.number) % 2 == 0) {
+      group.for_each([&](std::uint32_t item) { local.bits[item] = local.number; });
+      group.once([&] { local.number = local.bits[group_size - 1] / 2; });
+      ++rounds;
+    }
+    group.once([&] { halvings[group.index()] = rounds; });
+  }
+};
+
+TYPED_TEST_P(ExecTest, BroadcastSteersLoopsOfAGroup) {
+  constexpr std::uint32_t capacity = 3000, groups = 2777;
+  std::vector<std::uint32_t> numbers(capacity), expected(capacity, 99u);
+  for (std::uint32_t i = 0; i < capacity; ++i) {
+    numbers[i] = (2 * i + 1) << (i % 17);
+    if (i < groups) expected[i] = i % 17;
+  }
+  const Buffer<std::uint32_t> in = to_device(this->device(), numbers);
+  const Buffer<std::uint32_t> count = to_device(this->device(), std::vector{groups});
+  Buffer<std::uint32_t> out = to_device(this->device(), std::vector<std::uint32_t>(capacity, 99u));
+  this->device().parallel_groups({count.data(), capacity}, HalveWhileEven{in.data(), out.data()});
+  EXPECT_EQ(to_host(this->device(), out), expected);
+}
+
+/// Phase p adds to each of its items what its neighbour had after phase p−1: wrong unless phases follow each other.
+struct Neighbours {
+  const std::uint32_t* phase_count;
+  std::uint32_t* values;  // one row a phase
+  std::uint32_t width;
+  FATHOM_HD std::uint32_t phases() const { return *phase_count; }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const { return width - phase - 1; }
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t item) const {
+    const std::uint32_t* const before = values + phase * width;
+    values[(phase + 1) * width + item] = before[item] + before[item + 1];
+  }
+};
+
+TYPED_TEST_P(ExecTest, PhasesFollowEachOther) {
+  constexpr std::uint32_t width = 50'000, most = 12, count = 9;
+  const auto input = random_numbers<std::uint32_t>(width, 0);
+  Buffer<std::uint32_t> values = to_device(this->device(), input, std::size_t{width} * most);
+  const Buffer<std::uint32_t> phase_count = to_device(this->device(), std::vector{count});
+  this->device().parallel_phases(most, width, Neighbours{phase_count.data(), values.data(), width});
+  std::vector<std::uint32_t> row = input;
+  const auto result = to_host(this->device(), values);
+  for (std::uint32_t phase = 1; phase <= most; ++phase) {
+    for (std::uint32_t i = 0; i + phase < width; ++i) row[i] = phase <= count ? row[i] + row[i + 1] : 0;
+    const std::uint32_t written = width - phase;
+    ASSERT_TRUE(std::equal(row.begin(), row.begin() + written, result.begin() + phase * width)) << "phase " << phase;
+  }
+}
+
+template <class Key, class D>
+void expect_sorted_like_the_standard_library(D& device, std::uint32_t n, std::uint32_t capacity, std::uint64_t below,
+                                             int bits) {
+  const auto keys = random_numbers<Key>(capacity, below, n + 1);
+  std::vector<std::uint32_t> values(capacity);
+  std::iota(values.begin(), values.end(), 0u);
+  Buffer<Key> keys_on_device = to_device(device, keys, 1);
+  Buffer<std::uint32_t> values_on_device = to_device(device, values, 1);
+  const Buffer<std::uint32_t> count = to_device(device, std::vector{n});
+  Scratch scratch(device);
+  scratch.reserve(device.template sort_scratch_bytes<Key>(capacity));
+  const Range range = n == capacity ? Range(n) : Range(count.data(), capacity);
+  device.sort_by_key(scratch, range, keys_on_device.data(), values_on_device.data(), bits);
+
+  std::stable_sort(values.begin(), values.begin() + n,
+                   [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  values.resize(n);
+  std::vector<Key> sorted(n);
+  for (std::uint32_t i = 0; i < n; ++i) sorted[i] = keys[values[i]];
+  ASSERT_EQ(to_host(device, keys_on_device, n), sorted) << n << " of " << capacity << ", " << bits << " bits";
+  ASSERT_EQ(to_host(device, values_on_device, n), values) << n << " of " << capacity << ", " << bits << " bits";
+}
+
+TYPED_TEST_P(ExecTest, SortIsStableAndEqualsTheStandardLibrary) {
+  for (const std::uint32_t n : sizes) {
+    expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), n, n, 0, 32);
+    expect_sorted_like_the_standard_library<std::uint64_t>(this->device(), n, n, 0, 64);
+    expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), n, n, 100, 7);
+  }
+}
+
+TYPED_TEST_P(ExecTest, SortTakesItsCountFromTheDevice) {
+  for (const std::uint32_t n : {0u, 1u, 777u, 40'001u}) {
+    expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), n, 2 * n + 5, 0, 32);
+    expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), n, 2 * n + 5, 1u << 20, 20);
+    expect_sorted_like_the_standard_library<std::uint64_t>(this->device(), n, 2 * n + 5, std::uint64_t{1} << 42, 42);
+  }
+  // Keys of all ones stay before what pads the capacity.
+  expect_sorted_like_the_standard_library<std::uint32_t>(this->device(), 5000, 9000, 2, 1);
+}
+
+TYPED_TEST_P(ExecTest, ScanEqualsTheStandardLibrary) {
+  for (const std::uint32_t n : sizes) {
+    for (const std::uint32_t spare : {0u, 5000u}) {
+      const auto input = random_numbers<std::uint32_t>(n + spare, 0);
+      std::vector<std::uint32_t> expected(n);
+      std::exclusive_scan(input.begin(), input.begin() + n, expected.begin(), 0u);
+      Buffer<std::uint32_t> items = to_device(this->device(), input, 1);
+      Buffer<std::uint32_t> out(this->device(), n + 1);
+      Buffer<std::uint32_t> totals = to_device(this->device(), std::vector{n, 0u, 0u});
+      std::uint32_t* const t = totals.data();
+      const Range range = spare == 0 ? Range(n) : Range(t, n + spare);
+      Scratch scratch(this->device());
+      scratch.reserve(this->device().scan_scratch_bytes(n + spare));
+      this->device().exclusive_scan(scratch, range, items.data(), out.data(), t + 1);
+      this->device().exclusive_scan(scratch, range, items.data(), items.data(), t + 2);
+      ASSERT_EQ(to_host(this->device(), out, n), expected);
+      ASSERT_EQ(to_host(this->device(), items, n), expected) << "in place";
+      const std::uint32_t sum = std::accumulate(input.begin(), input.begin() + n, 0u);
+      ASSERT_EQ(to_host(this->device(), totals), (std::vector{n, sum, sum}));
+    }
+  }
+}
+
+TYPED_TEST_P(ExecTest, SelectKeepsTheOrder) {
+  for (const std::uint32_t n : sizes) {
+    for (const std::uint32_t spare : {0u, 5000u}) {
+      const auto flags = random_numbers<std::uint32_t>(n + spare, 3);
+      std::vector<std::uint32_t> expected;
+      for (std::uint32_t i = 0; i < n; ++i) {
+        if (flags[i] != 0) expected.push_back(i);
+      }
+      const Buffer<std::uint32_t> flags_on_device = to_device(this->device(), flags, 1);
+      Buffer<std::uint32_t> indices(this->device(), n + 1);
+      Buffer<std::uint32_t> counts = to_device(this->device(), std::vector{n, 0u});
+      const Range range = spare == 0 ? Range(n) : Range(counts.data(), n + spare);
+      Scratch scratch(this->device());
+      scratch.reserve(this->device().select_scratch_bytes(n + spare));
+      this->device().select(scratch, range, flags_on_device.data(), indices.data(), counts.data() + 1);
+      ASSERT_EQ(to_host(this->device(), counts)[1], expected.size());
+      ASSERT_EQ(to_host(this->device(), indices, expected.size()), expected);
+    }
+  }
+}
+
+struct Extent {
+  float lower = 0, upper = 0;
+};
+struct MergeExtents {
+  FATHOM_HD Extent operator()(Extent a, Extent b) const { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
+};
+struct ExtentOf {
+  const float* x;
+  FATHOM_HD Extent operator()(std::uint32_t i) const { return {x[i] - 1, x[i] + 1}; }
+};
+
+TYPED_TEST_P(ExecTest, ReducesToMinimaMaximaAndStructs) {
+  for (const std::uint32_t n : sizes) {
+    const auto numbers = random_numbers<std::uint32_t>(n + 100, 1'000'000, n);
+    const std::vector<float> floats(numbers.begin(), numbers.end());
+    const Buffer<std::uint32_t> in = to_device(this->device(), numbers);
+    const Buffer<float> floats_in = to_device(this->device(), floats);
+    const Buffer<std::uint32_t> count = to_device(this->device(), std::vector{n});
+    Buffer<std::uint32_t> out(this->device(), 2);
+    Buffer<Extent> extent(this->device(), 1);
+    Scratch scratch(this->device());
+    scratch.reserve(reduce_scratch_bytes<Extent>());
+    const LoadFrom<std::uint32_t> load{in.data()};
+    reduce(this->device(), scratch, n, load, Min{}, ~0u, out.data());
+    reduce(this->device(), scratch, {count.data(), n + 100}, load, Max{}, 0u, out.data() + 1);
+    reduce(this->device(), scratch, {count.data(), n + 100}, ExtentOf{floats_in.data()}, MergeExtents{},
+           Extent{1e30f, -1e30f}, extent.data());
+    const auto end = numbers.begin() + n;
+    const auto result = to_host(this->device(), out);
+    EXPECT_EQ(result[0], n == 0 ? ~0u : *std::min_element(numbers.begin(), end));
+    EXPECT_EQ(result[1], n == 0 ? 0u : *std::max_element(numbers.begin(), end));
+    const Extent whole = to_host(this->device(), extent)[0];
+    EXPECT_EQ(whole.lower, n == 0 ? 1e30f : static_cast<float>(result[0]) - 1);
+    EXPECT_EQ(whole.upper, n == 0 ? -1e30f : static_cast<float>(result[1]) + 1);
+  }
+}
+
+/// Roundings that differ if a compiler contracts, approximates or reorders.
+struct Roundings {
+  const float* x;
+  float* out;
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    const float a = x[i], b = x[i + 1], c = x[i + 2];
+    out[i] = fathom::sqrt(a * b + c) / (a + 1.25f) - fathom::fma(a, b, -c) * (c / b);
+  }
+};
+
+TYPED_TEST_P(ExecTest, FloatsHaveTheHostsBits) {
+  constexpr std::uint32_t n = 500'000;
+  std::vector<float> x(n + 2);
+  std::mt19937 engine(5);
+  for (float& value : x) value = static_cast<float>(engine()) * 0x1p-20f + 0x1p-9f;
+  const Buffer<float> in = to_device(this->device(), x);
+  Buffer<float> out(this->device(), n), sum(this->device(), 1);
+  this->device().parallel_for(n, Roundings{in.data(), out.data()});
+  Scratch scratch(this->device());
+  scratch.reserve(reduce_scratch_bytes<float>());
+  reduce(this->device(), scratch, n, LoadFrom<float>{in.data()}, Add{}, 0.0f, sum.data());
+  const auto result = to_host(this->device(), out);
+  std::vector<float> expected(n);
+  for (std::uint32_t i = 0; i < n; ++i) Roundings{x.data(), expected.data()}(i);
+  EXPECT_EQ(result, expected);
+  // What the host makes of the sum, whose shape is part of the interface.
+  EXPECT_EQ(to_host(this->device(), sum)[0], 0x1.e8880ap+29f);
+}
+
+TYPED_TEST_P(ExecTest, AGraphReplaysWithOtherCounts) {
+  constexpr std::uint32_t capacity = 50'000;
+  const auto input = random_numbers<std::uint32_t>(capacity, 1000);
+  const Buffer<std::uint32_t> in = to_device(this->device(), input);
+  Buffer<std::uint32_t> tripled(this->device(), capacity), indices(this->device(), capacity), counts(this->device(), 3);
+  PinnedBuffer<std::uint32_t> count(this->device(), 1), result(this->device(), 3);
+  Scratch scratch(this->device());
+  scratch.reserve(this->device().template sort_scratch_bytes<std::uint32_t>(capacity));
+  scratch.reserve(this->device().scan_scratch_bytes(capacity));
+  scratch.reserve(this->device().select_scratch_bytes(capacity));
+  scratch.reserve(reduce_scratch_bytes<std::uint32_t>());
+  std::uint32_t* const c = counts.data();
+  const Range range(c, capacity);
+  auto& device = this->device();
+  const Traffic before = device.traffic();
+  auto graph = device.record([&] {
+    device.copy_to_device(c, count.data(), 1);
+    device.fill(indices.data(), capacity, 0u);
+    device.parallel_for(range, Triple{in.data(), tripled.data()});
+    device.select(scratch, range, tripled.data(), indices.data(), c + 1);
+    device.sort_by_key(scratch, range, tripled.data(), indices.data());
+    device.exclusive_scan(scratch, range, tripled.data(), tripled.data());
+    reduce(device, scratch, range, LoadFrom<std::uint32_t>{tripled.data()}, Max{}, 0u, c + 2);
+    device.copy_to_host(result.data(), c, 3);
+  });
+  EXPECT_EQ(device.traffic().launches, before.launches) << "recording runs nothing";
+  for (const std::uint32_t n : {0u, 10u, 49'999u, 3u}) {
+    count[0] = n;
+    device.launch(graph);
+    device.wait();
+    std::vector<std::uint32_t> expected(n);
+    std::uint32_t selected = 0;
+    for (std::uint32_t i = 0; i < n; ++i) selected += (expected[i] = 3 * input[i] + i) != 0;
+    std::sort(expected.begin(), expected.end());
+    std::exclusive_scan(expected.begin(), expected.end(), expected.begin(), 0u);
+    EXPECT_EQ(result[1], selected);
+    EXPECT_EQ(result[2], n == 0 ? 0 : *std::max_element(expected.begin(), expected.end()));
+    EXPECT_EQ(to_host(device, tripled, n), expected);
+  }
+  EXPECT_GE(device.traffic().launches - before.launches, 4u * 6u);
+  EXPECT_EQ(device.traffic().bytes_to_device - before.bytes_to_device, 4u * 4u);
+}
+
+TYPED_TEST_P(ExecTest, ARecordingThatThrowsLeavesTheDeviceUsable) {
+  auto& device = this->device();
+  Buffer<std::uint32_t> words = to_device(device, std::vector{1u, 2u});
+  EXPECT_THROW((void)device.record([&] { Buffer<float>(device, 10); }), DeviceError);
+  EXPECT_THROW((void)device.record([&] { (void)device.record([] {}); }), DeviceError);
+  EXPECT_FALSE(device.is_recording());
+  device.fill(words.data(), 2, 5u);
+  EXPECT_EQ(to_host(device, words), (std::vector{5u, 5u}));
+}
+
+TYPED_TEST_P(ExecTest, AFailedAllocationNamesItsPlaceAndSize) {
+  auto& device = this->device();
+  Buffer<std::uint64_t> buffer = to_device(device, std::vector<std::uint64_t>{1, 2, 3});
+  constexpr std::size_t size = std::size_t{1} << 47;
+  const unsigned line = __LINE__ + 2;
+  try {
+    buffer.grow(size);
+    FAIL() << "a pebibyte was granted";
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.code(), ErrorCode::capacity);
+    EXPECT_EQ(error.bytes(), size * 8);
+    EXPECT_EQ(error.where().line, line);
+    EXPECT_NE(std::string(error.what()).find("exec_suite.hpp:" + std::to_string(line)), std::string::npos)
+        << error.what();
+    EXPECT_NE(std::string(error.what()).find("1.0 PiB"), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(to_host(device, buffer), (std::vector<std::uint64_t>{1, 2, 3})) << "the buffer is as it was";
+  EXPECT_THROW(buffer.grow(~std::size_t{0}), DeviceError) << "bytes that overflow";
+  EXPECT_THROW(PinnedBuffer<std::uint64_t>(device, size), DeviceError);
+}
+
+TYPED_TEST_P(ExecTest, RefusesWhatCannotRun) {
+  auto& device = this->device();
+  Buffer<std::uint32_t> words(device, 8);
+  Scratch scratch(device);
+  EXPECT_THROW(device.parallel_for(max_items + 1, Fill<std::uint32_t>{words.data(), 0}), DeviceError);
+  EXPECT_THROW(device.sort_by_key(scratch, 8, words.data(), words.data()), DeviceError) << "no scratch";
+  device.fill(words.data(), 8, 3u);
+  EXPECT_EQ(to_host(device, words), std::vector<std::uint32_t>(8, 3u));
+}
+
+TYPED_TEST_P(ExecTest, EventsTellTimeAndCompletion) {
+  auto& device = this->device();
+  Buffer<std::uint32_t> numbers = to_device(device, random_numbers<std::uint32_t>(1 << 20, 0));
+  typename TypeParam::Event begin(device), end(device), inside(device);
+  device.mark(begin);
+  device.parallel_for(1 << 20, Triple{numbers.data(), numbers.data()});
+  device.mark(end);
+  end.wait();
+  EXPECT_TRUE(end.is_done());
+  EXPECT_TRUE(begin.is_done());
+  EXPECT_GT(end.milliseconds_since(begin), 0.0);
+  EXPECT_LT(end.milliseconds_since(begin), 5000.0);
+
+  auto graph = device.record([&] {
+    device.parallel_for(1 << 20, Triple{numbers.data(), numbers.data()});
+    device.mark(inside);
+  });
+  device.launch(graph);
+  std::thread([&] { inside.wait(); }).join();
+  EXPECT_GE(inside.milliseconds_since(end), 0.0);
+}
+
+REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDeviceMemoryAreCutToTheCapacity,
+                            FillsAndZeroes, BuffersGrowWithOrWithoutContents, AtomicsLoseNothing,
+                            SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, PhasesFollowEachOther,
+                            SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
+                            ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
+                            FloatsHaveTheHostsBits, AGraphReplaysWithOtherCounts,
+                            ARecordingThatThrowsLeavesTheDeviceUsable, AFailedAllocationNamesItsPlaceAndSize,
+                            RefusesWhatCannotRun, EventsTellTimeAndCompletion);
+
+}  // namespace fathom::exec::test
