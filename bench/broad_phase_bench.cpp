@@ -13,7 +13,8 @@ void count_boxes(benchmark::State& state) { state.SetItemsProcessed(state.iterat
 void bvh_build(benchmark::State& state) {  // a radix sort, then one refit
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
-  for (auto _ : state) tree.build(scene.moving, scene.state.fat_boxes.data());
+  ThreadPool pool(1);
+  for (auto _ : state) tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
   count_boxes(state);
 }
 BENCHMARK(bvh_build)->Apply(sizes);
@@ -21,8 +22,9 @@ BENCHMARK(bvh_build)->Apply(sizes);
 void bvh_refit(benchmark::State& state) {
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
-  tree.build(scene.moving, scene.state.fat_boxes.data());
-  for (auto _ : state) tree.refit(scene.state.fat_boxes.data());
+  ThreadPool pool(1);
+  tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
+  for (auto _ : state) tree.refit(scene.state.fat_boxes.data(), pool);
   count_boxes(state);
 }
 BENCHMARK(bvh_refit)->Apply(sizes);
@@ -30,7 +32,8 @@ BENCHMARK(bvh_refit)->Apply(sizes);
 void bvh_overlap(benchmark::State& state) {  // every box asks once
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
-  tree.build(scene.moving, scene.state.fat_boxes.data());
+  ThreadPool pool(1);
+  tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
   std::vector<std::uint32_t> found;
   for (auto _ : state)
     for (const std::uint32_t slot : scene.moving) {
@@ -94,13 +97,14 @@ BENCHMARK_CAPTURE(find_all, sweep, make_sweep)->Apply(sizes);
 void sweep_sort(benchmark::State& state, bool from_nothing) {
   StageFixture scene(drift(state.range(0)));
   Mover move(scene);
+  ThreadPool pool(1);
   const std::unique_ptr<BroadPhase> broad_phase = make_sweep();
-  broad_phase->refresh(scene.input(true));
+  broad_phase->refresh(scene.input(true), pool);
   for (auto _ : state) {
     state.PauseTiming();
     move();
     state.ResumeTiming();
-    broad_phase->refresh(scene.input(from_nothing));
+    broad_phase->refresh(scene.input(from_nothing), pool);
   }
   count_boxes(state);
 }
