@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <random>
+#include <string>
+#include <tuple>
 
 #include "math/vec3d.hpp"
 #include "native/solver_kernels.hpp"
@@ -115,7 +117,8 @@ struct Textbook {
   }
 };
 
-class Kernels : public testing::TestWithParam<bool> {
+/// Isotropic bodies or not; A fixed or not.
+class Kernels : public testing::TestWithParam<std::tuple<bool, bool>> {
  protected:
   std::mt19937 random_{17};
 
@@ -163,20 +166,28 @@ class Kernels : public testing::TestWithParam<bool> {
     return p;
   }
 
+  /// A stands still whatever happens; what its inertia was must not matter.
+  static void fix_a(PairInContact& p) {
+    p.contact.fixed_a = true;
+    p.solver[1] = {};
+    p.a = {};
+  }
+
   static double error(Vec3 kernel, Vec3d textbook) { return length(to_double(kernel) - textbook); }
 };
 
 TEST_P(Kernels, IterateLikeTheTextbook) {
-  const bool isotropic = GetParam();
+  const auto [isotropic, fixed_a] = GetParam();
   const SolverKernels& kernels = single_kernels();
   SweepParameters parameters;
   parameters.inverse_substep = 240;
-  parameters.dynamic.bias_rate = 48;
+  parameters.dynamic.bias_rate = parameters.fixed.bias_rate = 48;
   parameters.push_out_velocity = 3;
   alignas(64) std::byte block[4096] = {};
   ASSERT_LE(kernels.block_bytes, sizeof block);
   for (int trial = 0; trial < 2000; ++trial) {
     PairInContact p = make_pair(isotropic);
+    if (fixed_a) fix_a(p);
     const std::uint32_t lane = 0;
     const Constrained constrained{&p.contact, &p.manifold};
     kernels.prepare({block, nullptr}, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
@@ -195,8 +206,11 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Inertia, Kernels, testing::Bool(),
-                         [](const auto& parameter) { return parameter.param ? "isotropic" : "general"; });
+INSTANTIATE_TEST_SUITE_P(Bodies, Kernels, testing::Combine(testing::Bool(), testing::Bool()),
+                         [](const auto& parameter) {
+                           return std::string(std::get<0>(parameter.param) ? "isotropic" : "general") +
+                                  (std::get<1>(parameter.param) ? "_on_fixed" : "");
+                         });
 
 }  // namespace
 }  // namespace fathom::native

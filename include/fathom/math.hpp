@@ -172,9 +172,9 @@ FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
 
 /// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads.
 struct alignas(16) Pose {
-  Vec3 position;
+  Vec3 position{};
   float reserved = 0;
-  Quat rotation;
+  Quat rotation{};
 };
 FATHOM_HD Vec3 transform(const Pose& p, Vec3 v) { return rotate(p.rotation, v) + p.position; }
 FATHOM_HD Vec3 inverse_transform(const Pose& p, Vec3 v) { return inverse_rotate(p.rotation, v - p.position); }
@@ -189,9 +189,9 @@ FATHOM_HD bool is_finite(const Pose& p) { return is_finite(p.position) && is_fin
 
 /// Linear velocity (m/s) of the centre of mass and angular velocity (rad/s), both in world axes.
 struct alignas(16) Velocity {
-  Vec3 linear;
+  Vec3 linear{};
   float reserved0 = 0;
-  Vec3 angular;
+  Vec3 angular{};
   float reserved1 = 0;
 };
 

@@ -14,7 +14,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t block_grain = 4;   // blocks a chunk of a sweep
+constexpr std::size_t block_grain = 8;   // blocks a chunk of a sweep
 constexpr std::size_t body_grain = 256;  // bodies a chunk of an integration
 constexpr std::size_t alignment = 64;
 

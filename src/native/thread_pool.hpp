@@ -32,7 +32,8 @@ class ThreadPool {
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
-    if (workers_.empty() || count <= grain) {
+    // Two chunks are done before another thread has heard of them.
+    if (workers_.empty() || count <= 2 * grain) {
       for (std::size_t begin = 0; begin < count; begin += grain)
         body(begin, begin + grain < count ? begin + grain : count);
       return;
