@@ -85,7 +85,8 @@ class Blocks {
       stretches_.push_back(lanes_.size() / width);
     }
     constexpr std::size_t alignment = 64;
-    memory_.resize(stretches_.back() * kernels_.block_bytes + alignment);
+    array_.stride = kernels_.isotropic_block_bytes;  // a pyramid of cubes
+    memory_.resize(stretches_.back() * array_.stride + alignment);
     const std::size_t off = reinterpret_cast<std::uintptr_t>(memory_.data()) % alignment;
     array_.blocks = memory_.data() + (alignment - off);
   }

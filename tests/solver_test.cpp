@@ -190,17 +190,18 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
     if (fixed_a) fix_a(p);
     const std::uint32_t lane = 0;
     const Constrained constrained{&p.contact, &p.manifold};
-    kernels.prepare({block, nullptr}, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
+    const BlockArray array{block, nullptr, kernels.block_bytes};
+    kernels.prepare(array, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
     Textbook textbook(p);
     for (int sweep = 0; sweep < 4; ++sweep) {
-      kernels.iterate({block, nullptr}, 0, 1, p.solver + 1, parameters);
+      kernels.iterate(array, 0, 1, p.solver + 1, parameters);
       textbook.sweep(parameters);
       ASSERT_LT(error(p.solver[1].linear, p.a.linear), 2e-3) << "trial " << trial << ", sweep " << sweep;
       ASSERT_LT(error(p.solver[2].linear, p.b.linear), 2e-3) << "trial " << trial << ", sweep " << sweep;
       ASSERT_LT(error(p.solver[1].angular, p.a.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
       ASSERT_LT(error(p.solver[2].angular, p.b.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
     }
-    kernels.store({block, nullptr}, 0, 1, constrained);
+    kernels.store(array, 0, 1, constrained);
     for (int i = 0; i < textbook.count; ++i)
       ASSERT_NEAR(static_cast<double>(p.manifold.impulses[i]), textbook.impulse[i], 5e-3) << "trial " << trial;
   }

@@ -296,6 +296,14 @@ void NativeSimulator::quarantine_failed() {
   active_is_current_ = false;
 }
 
+std::size_t NativeSimulator::list_bytes() const {
+  std::size_t bytes = changes_.capacity() * sizeof(Change) + chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) +
+                      changed_chunks_.capacity();
+  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &edited_, &forced_})
+    bytes += list->capacity() * sizeof(std::uint32_t);
+  return bytes;
+}
+
 void NativeSimulator::count() {
   StepCounts& counts = profile.counts;
   counts.bodies = bodies.count();
@@ -310,7 +318,7 @@ void NativeSimulator::count() {
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + solver_.memory_bytes();
+                        broad_phase_->memory_bytes() + solver_.memory_bytes() + list_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------

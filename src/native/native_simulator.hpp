@@ -68,6 +68,7 @@ class NativeSimulator final : public Simulator {
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void quarantine_failed();
   void count();
+  std::size_t list_bytes() const;
 
   /// What one chunk of contacts met in the narrow phase.
   struct ChunkOfChanges {

@@ -18,7 +18,7 @@ class PairSet {
   }
 
   void insert(std::uint32_t a, std::uint32_t b) {
-    if ((count_ + 1) * 2 > keys_.size()) grow();
+    if ((count_ + 1) * 4 > keys_.size() * 3) grow();
     place(make_key(a, b));
     ++count_;
   }

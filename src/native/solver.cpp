@@ -74,9 +74,14 @@ void ContactSolver::load_body(std::uint32_t slot) {
 }
 
 void ContactSolver::lay_out_blocks() {
+  const bool isotropic = !bodies_.any_anisotropic();
+  const std::size_t wide_bytes = isotropic ? wide_.isotropic_block_bytes : wide_.block_bytes;
+  const std::size_t single_bytes = isotropic ? single_.isotropic_block_bytes : single_.block_bytes;
   const bool bounces = wide_blocks_.bounces != nullptr;
-  if (laid_out_ == graph_.colouring() && bounces == graph_.may_bounce()) return;
+  if (laid_out_ == graph_.colouring() && bounces == graph_.may_bounce() && wide_bytes == wide_blocks_.stride) return;
   laid_out_ = graph_.colouring();
+  wide_blocks_.stride = wide_bytes;
+  single_blocks_.stride = single_bytes;
   const auto width = static_cast<std::size_t>(wide_.width);
   stretches_.clear();
   lanes_.clear();
@@ -93,14 +98,14 @@ void ContactSolver::lay_out_blocks() {
   }
   colours_in_use_ = static_cast<int>(stretches_.size());
   single_count_ = graph_.of_colour(overflow_colour).size();
-  const std::size_t bytes = wide_count_ * wide_.block_bytes + single_count_ * single_.block_bytes + alignment;
+  const std::size_t bytes = wide_count_ * wide_bytes + single_count_ * single_bytes + alignment;
   if (blocks_.size() < bytes) {
     blocks_.clear();
     grow_to(blocks_, bytes);
   }
   const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
   wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
-  single_blocks_.blocks = wide_blocks_.blocks + wide_count_ * wide_.block_bytes;
+  single_blocks_.blocks = wide_blocks_.blocks + wide_count_ * wide_bytes;
   if (!graph_.may_bounce()) {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;
     return;

@@ -78,7 +78,9 @@ template <class D>
 struct Block {
   static constexpr std::size_t width = hn::MaxLanes(D());
   static constexpr std::size_t header_bytes = 64;
-  static constexpr std::size_t bytes = (header_bytes + (3 + field_count) * width * 4 + 63) / 64 * 64;
+  static constexpr std::size_t bytes_up_to(std::size_t field) {
+    return (header_bytes + (3 + field) * width * 4 + 63) / 64 * 64;
+  }
   using V = hn::Vec<D>;
 
   std::byte* base;
@@ -445,7 +447,7 @@ HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
 
 template <class D>
 HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
-  return {array.blocks + i * Block<D>::bytes,
+  return {array.blocks + i * array.stride,
           array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
 }
 
@@ -716,7 +718,8 @@ template <class D>
 SolverKernels make_kernels(const char* name) {
   return {name,
           static_cast<int>(Block<D>::width),
-          Block<D>::bytes,
+          Block<D>::bytes_up_to(field_count),
+          Block<D>::bytes_up_to(inertia_a),
           bounce_field_count * Block<D>::width,
           prepare<D>,
           warm_start<D>,

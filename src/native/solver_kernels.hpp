@@ -31,10 +31,12 @@ struct Constrained {
   ContactManifold* manifolds = nullptr;
 };
 
-/// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces.
+/// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors come
+/// last in a block, which ends before them where all bodies are isotropic.
 struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
+  std::size_t stride = 0;  ///< bytes from block to block
 };
 
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
@@ -52,7 +54,8 @@ struct SolverKernels {
   const char* name;  ///< of the instruction set
   int width;         ///< lanes
   std::size_t block_bytes;
-  std::size_t bounce_floats;  ///< a block
+  std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
+  std::size_t bounce_floats;          ///< a block
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
   /// returns how many points they have.

@@ -53,6 +53,7 @@ std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_c
 
 BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
+  any_anisotropic_ = any_anisotropic_ || !info.isotropic;
   const std::uint32_t slot = next_slot();
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);

@@ -52,6 +52,8 @@ class BodyTable {
   BodyId id(std::uint32_t slot) const { return {slot, generations_[slot]}; }
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t count() const { return count_; }
+  /// True once any dynamic body had an inertia that is no multiple of the identity.
+  bool any_anisotropic() const { return any_anisotropic_; }
   /// Living bodies in ascending order of slot.
   std::span<const BodyId> living() const;
   void reserve(std::uint32_t bodies);
@@ -65,6 +67,7 @@ class BodyTable {
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::uint32_t count_ = 0;
+  bool any_anisotropic_ = false;
   mutable std::vector<BodyId> living_;
   mutable bool living_is_current_ = true;
 };
