@@ -1,0 +1,252 @@
+// From manifolds to blocks of constraints before the sweeps, and impulses back after them.
+// Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
+
+#if defined(FATHOM_PREPARE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef FATHOM_PREPARE_INL
+#undef FATHOM_PREPARE_INL
+#else
+#define FATHOM_PREPARE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "native/constraint_block-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace fathom::native::HWY_NAMESPACE {
+
+alignas(64) constexpr float zeros[64] = {};
+
+/// Reads the manifolds of a block's lanes.
+template <class D>
+struct LaneContacts {
+  using V = hn::Vec<D>;
+  static constexpr std::size_t width = hn::MaxLanes(D());
+  const float* manifold[width];
+  const float* pose_a[width];
+  const float* pose_b[width];
+  const float* body_a[width];
+  const float* body_b[width];
+  const float* inertia_of_a[width];
+  const float* inertia_of_b[width];
+  HWY_ALIGN float counts[width];
+
+  HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
+    const float* at[width];
+    for (std::size_t i = 0; i < width; ++i) at[i] = objects[i] + offset;
+    return load_quads(D(), at);
+  }
+};
+
+// An anisotropic body that can be pushed has a mass but no single inverse inertia.
+HWY_INLINE bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
+
+template <class D>
+HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
+                                    const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
+  BlockHeader h;
+  h.fixed_a = h.still_a = h.isotropic = true;
+  std::size_t points_of_block = 0;
+  for (std::size_t i = 0; i < Block<D>::width; ++i) {
+    const std::uint32_t index = contact_indices[i];
+    if (index == none) {
+      block.manifold()[i] = none;
+      block.a()[i] = block.b()[i] = none;
+      lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
+      lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
+      lanes.counts[i] = 0;
+      continue;
+    }
+    const Contact& c = constrained.contacts[index];
+    const ContactManifold& m = constrained.manifolds[c.manifold];
+    const SolverBody &a = view.bodies[c.a], &b = view.bodies[c.b];
+    block.manifold()[i] = c.manifold;
+    block.a()[i] = c.a;
+    block.b()[i] = c.b;
+    lanes.manifold[i] = reinterpret_cast<const float*>(&m);
+    lanes.pose_a[i] = reinterpret_cast<const float*>(view.poses + c.a);
+    lanes.pose_b[i] = reinterpret_cast<const float*>(view.poses + c.b);
+    lanes.body_a[i] = reinterpret_cast<const float*>(&a);
+    lanes.body_b[i] = reinterpret_cast<const float*>(&b);
+    lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
+    lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
+    lanes.counts[i] = m.points[3].other;
+    h.lanes = static_cast<std::uint8_t>(i + 1);
+    const int count = m.point_count();
+    points_of_block += static_cast<std::size_t>(count);
+    if (count > h.max_points) h.max_points = static_cast<std::uint8_t>(count);
+    h.fixed_a = h.fixed_a && c.fixed_a;
+    h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
+    h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
+    h.restitution = h.restitution || m.restitution > 0;
+  }
+  block.header() = h;
+  return points_of_block;
+}
+
+template <class D>
+HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const float* const* objects,
+                                             hn::Vec<D> isotropic) {
+  const auto q0 = lanes.quad(objects, 0), q1 = lanes.quad(objects, 4);
+  return {hn::Add(q0.x, isotropic), hn::Add(q0.y, isotropic), hn::Add(q0.z, isotropic), q0.w, q1.x, q1.y};
+}
+
+/// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
+template <class D>
+HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
+                                     const Constrained& constrained, const BodiesView& view) {
+  using V = hn::Vec<D>;
+  const D d;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  LaneContacts<D> lanes;
+  const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
+
+  // World frame of the manifold, relative to A's centre.
+  const QuadV<V> q_a = lanes.quad(lanes.pose_a, 4), q_b = lanes.quad(lanes.pose_b, 4);
+  const Mat3V<V> rot_a = to_matrix(d, q_a.x, q_a.y, q_a.z, q_a.w), rot_b = to_matrix(d, q_b.x, q_b.y, q_b.z, q_b.w);
+  const Vec3V<V> between = lanes.quad(lanes.pose_b, 0).xyz() - lanes.quad(lanes.pose_a, 0).xyz();
+  const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4),
+                 impulses = lanes.quad(lanes.manifold, 8), frictions = lanes.quad(lanes.manifold, 12);
+  Frame<V> f;
+  f.n = rot_a * normal.xyz();
+  f.t1 = rot_a * tangent.xyz();
+  f.t2 = cross(f.n, f.t1);
+
+  const V count = hn::Load(d, lanes.counts);
+  Vec3V<V> middle[max_manifold_points];
+  Vec3V<V> sum{zero, zero, zero};
+  const int max_points = block.header().max_points;
+  for (int i = 0; i < max_points; ++i) {
+    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i)),
+                   anchor_b = lanes.quad(lanes.manifold, 20 + 8 * static_cast<std::size_t>(i));
+    const Vec3V<V> on_a = rot_a * anchor_a.xyz();
+    const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
+    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
+    block.set(Block<D>::point(i, point_separation), dot(on_b - on_a, f.n));
+    const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
+    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
+    middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
+    const V weight = hn::IfThenElseZero(used, one);
+    sum = mul_add(sum, weight, middle[i]);
+  }
+  const V share = hn::Div(one, hn::Max(count, one));
+  f.arm_a = scale(share, sum);
+  f.arm_b = f.arm_a - between;
+  f.lever_a = cross(f.arm_a, f.n);
+  f.lever_b = cross(f.arm_b, f.n);
+
+  const QuadV<V> a2 = lanes.quad(lanes.body_a, 8), a3 = lanes.quad(lanes.body_a, 12);
+  const QuadV<V> b2 = lanes.quad(lanes.body_b, 8), b3 = lanes.quad(lanes.body_b, 12);
+  const SymMat3V<V> i_a = load_inertia<D>(lanes, lanes.inertia_of_a, a3.w),
+                    i_b = load_inertia<D>(lanes, lanes.inertia_of_b, b3.w);
+  const V mass_sum = hn::Add(a2.w, b2.w);
+
+  // K over (n, t1, t2).
+  const Vec3V<V> la = i_a * f.lever_a, lb = i_b * f.lever_b;
+  const Vec3V<V> turn_1 = (i_a * f.t1) + (i_b * f.t1), turn_2 = (i_a * f.t2) + (i_b * f.t2);
+  const V nn = hn::Add(mass_sum, hn::Add(dot(f.lever_a, la), dot(f.lever_b, lb)));
+  const Vec3V<V> lever_turn = la + lb;
+  const V n1 = dot(f.t1, lever_turn), n2 = dot(f.t2, lever_turn);
+  const V k11 = dot(f.t1, turn_1), k12 = dot(f.t2, turn_1), k22 = dot(f.t2, turn_2);
+
+  V radius_sum = zero;
+  for (int i = 0; i < max_points; ++i) {
+    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
+    const Vec3V<V> from_c = middle[i] - f.arm_a;
+    const V x = hn::IfThenElseZero(used, dot(from_c, f.t1)), y = hn::IfThenElseZero(used, dot(from_c, f.t2));
+    const V h_n = hn::NegMulAdd(x, n2, hn::MulAdd(y, n1, nn));
+    const V h_1 = hn::NegMulAdd(x, k12, hn::MulAdd(y, k11, n1));
+    const V h_2 = hn::NegMulAdd(x, k22, hn::MulAdd(y, k12, n2));
+    const V k = hn::NegMulAdd(x, h_2, hn::MulAdd(y, h_1, h_n));
+    const auto solvable = hn::And(used, hn::Gt(k, zero));
+    block.set(Block<D>::point(i, point_x), x);
+    block.set(Block<D>::point(i, point_y), y);
+    block.set(Block<D>::point(i, point_mass),
+              hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
+    radius_sum = hn::Add(radius_sum, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))));
+  }
+
+  // Sliding: 2×2 over (t1, t2) at c. Twist: about n.
+  const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1),
+                 b_2 = cross(f.arm_b, f.t2);
+  const Vec3V<V> ia1 = i_a * a1, ib1 = i_b * b1;
+  const V s11 = hn::Add(mass_sum, hn::Add(dot(a1, ia1), dot(b1, ib1)));
+  const V s12 = hn::Add(dot(a_2, ia1), dot(b_2, ib1));
+  const V s22 = hn::Add(mass_sum, hn::Add(dot(a_2, i_a * a_2), dot(b_2, i_b * b_2)));
+  const V det = hn::NegMulAdd(s12, s12, hn::Mul(s11, s22));
+  const auto regular = hn::Gt(det, zero);
+  const V inverse_det = hn::IfThenElseZero(regular, hn::Div(one, hn::IfThenElse(regular, det, one)));
+  const V twist_k = dot(f.n, (i_a * f.n) + (i_b * f.n));
+  const auto twistable = hn::Gt(twist_k, zero);
+
+  block.set3(normal_x, f.n);
+  block.set3(tangent_x, f.t1);
+  block.set3(arm_a_x, f.arm_a);
+  block.set3(arm_b_x, f.arm_b);
+  block.set(k_nn, nn), block.set(k_n1, n1), block.set(k_n2, n2);
+  block.set(k_11, k11), block.set(k_12, k12), block.set(k_22, k22);
+  block.set(friction, normal.w);
+  block.set(friction_impulse_1, frictions.x);
+  block.set(friction_impulse_2, frictions.y);
+  block.set(twist_impulse, frictions.z);
+  block.set(slide_11, hn::Mul(s22, inverse_det));
+  block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
+  block.set(slide_22, hn::Mul(s11, inverse_det));
+  block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
+  block.set(patch_radius, hn::Mul(radius_sum, share));
+  if (!block.header().isotropic) {
+    block.set_inertia(inertia_a, i_a);
+    block.set_inertia(inertia_b, i_b);
+  }
+  if (block.header().restitution) {
+    block.set(restitution, 0, tangent.w);
+    const Vec3V<V> va = lanes.quad(lanes.body_a, 0).xyz(), wa = lanes.quad(lanes.body_a, 4).xyz();
+    const Vec3V<V> vb = lanes.quad(lanes.body_b, 0).xyz(), wb = lanes.quad(lanes.body_b, 4).xyz();
+    const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
+    for (int i = 0; i < max_points; ++i) {
+      block.set(approach, i,
+                at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
+      block.set(peak, i, zero);
+    }
+  }
+  return point_count;
+}
+
+template <class D>
+std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                    const Constrained& constrained, const BodiesView& view) {
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; ++i)
+    count += prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+  return count;
+}
+
+template <class D>
+void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const Block<D> block = block_at<D>(blocks, i);
+    const std::size_t used = block.header().lanes;
+    float* impulses[Block<D>::width];
+    float* friction_impulses[Block<D>::width];
+    for (std::size_t lane = 0; lane < used; ++lane) {
+      ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
+      impulses[lane] = m.impulses;
+      friction_impulses[lane] = m.friction_impulse;
+    }
+    QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
+    const int count = block.header().max_points;
+    q.x = block.get(Block<D>::point(0, point_impulse));
+    if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
+    if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
+    if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
+    store_quads(D(), q, impulses, used);
+    store_quads(D(),
+                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), hn::Zero(D())},
+                friction_impulses, used);
+  }
+}
+
+}  // namespace fathom::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
