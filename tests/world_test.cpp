@@ -282,6 +282,47 @@ TEST(World, ExtremeVelocitiesNeitherCrashNorSpread) {
   EXPECT_TRUE(is_finite(world.pose(wild)));
 }
 
+TEST(World, BodyWithoutAFiniteStateIsIsolatedAndReported) {
+  std::vector<std::string> lines;
+  const auto simulate = [&](bool with_broken) {
+    WorldDef def = quiet_world();
+    if (with_broken) def.log = [&](std::string_view line) { lines.emplace_back(line); };
+    World world(def);
+    world.add(ground());
+    std::vector<BodyId> calm;
+    for (int i = 0; i < 12; ++i) calm.push_back(world.add(cube({static_cast<float>(i) * 1.5f, 0, 1.2f})));
+    BodyId broken;
+    if (with_broken) {
+      broken = world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {0, 50, 20}, 1e-30f));
+      world.apply_force(broken, {1e30f, 0, 0});  // finite, and its acceleration is not
+    }
+    world.step();
+    if (with_broken) {
+      EXPECT_THAT(world.quarantined(), testing::ElementsAre(testing::Field(&Quarantine::body, broken)));
+      EXPECT_EQ(world.profile().counts.quarantined, 1u);
+      EXPECT_EQ(world.pose(broken).position, (Vec3{0, 50, 20}));
+      EXPECT_EQ(length(world.velocity(broken).linear), 0);
+      EXPECT_FALSE(world.is_awake(broken));
+    }
+    run(world, 60);
+    if (with_broken) {
+      EXPECT_TRUE(world.quarantined().empty());
+      EXPECT_EQ(world.pose(broken).position, (Vec3{0, 50, 20})) << "stays where it was";
+      world.set_velocity(broken, {1, 0, 0}, {});
+      run(world, 30);
+      EXPECT_GT(world.pose(broken).position.x, 0.4f) << "moves again once its velocity is set";
+    } else {
+      run(world, 30);
+    }
+    std::vector<Vec3> where;
+    for (const BodyId id : calm) where.push_back(world.pose(id).position);
+    return where;
+  };
+  EXPECT_EQ(simulate(true), simulate(false)) << "the rest of the world is exactly as without it";
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_THAT(lines[0], HasSubstr("was not finite"));
+}
+
 TEST(World, BodiesCanComeAndGoAtAnyTime) {
   World world(quiet_world(2));
   world.add(ground());

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fathom/world.hpp>
 #include <new>
+#include <string>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -219,7 +220,14 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 
 // Time and results --------------------------------------------------------------------------------------------
 
-void World::step() { simulator_->step(); }
+void World::step() {
+  simulator_->step();
+  if (!simulator_->def.log) return;
+  for (const Quarantine& q : simulator_->quarantined())
+    simulator_->def.log("step " + std::to_string(q.step) + ": the state of body {index " +
+                        std::to_string(q.body.index) + ", generation " + std::to_string(q.body.generation) +
+                        "} was not finite; it stays where it was until its pose or velocity is set");
+}
 
 std::uint64_t World::step_count() const { return simulator_->steps; }
 double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
