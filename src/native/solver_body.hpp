@@ -28,7 +28,7 @@ struct alignas(32) BodyMotion {
 };
 
 /// The velocity that all contacts together gave the body in the last substep, and the velocity it is measured
-/// from. See `Solver` for why this replaces three of four warm-starting sweeps.
+/// from. See `ContactSolver` for why this replaces three of four warm-starting sweeps.
 struct alignas(64) WarmStart {
   Vec3 linear;
   float pad0 = 0;
