@@ -65,10 +65,10 @@ void read_sleep(const TomlTable& root, SleepSettings& sleep) {
 }
 
 void read_simulator(const TomlTable& root, Scene& scene) {
-  read_section(root, "simulator", {"kind", "threads", "broad_phase", "sweep_axis"}, [&](const TomlTable& table) {
-    std::string_view kind = scene.simulator;
-    table.read_choice<std::string_view>("kind", kind, simulators);
-    scene.simulator = kind;
+  read_section(root, "simulator", {"kind", "device", "ahead", "threads", "broad_phase", "sweep_axis"}, [&](const TomlTable& table) {
+    table.read_choice<SimulatorKind>("kind", scene.world.simulator, simulators);
+    table.read("device", scene.world.device);
+    table.read("ahead", scene.world.ahead, 0);
     table.read("threads", scene.world.threads, 0);
     table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
     table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
