@@ -77,7 +77,8 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
   declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
                                 {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
                                 "Which simulator runs the scene (native)");
-  command.add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
+  command
+      .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
       ->type_name("DEVICE");
   command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
       ->type_name("N")

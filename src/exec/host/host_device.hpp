@@ -10,7 +10,7 @@
 
 #include "exec/closure_queue.hpp"
 #include "exec/host/host_group.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::exec {
 
