@@ -1,10 +1,10 @@
 // The step of the device simulator on given scenes: durations, spikes, stages, memory, quality.
 //
-//     device_bench [--device D] [--ahead N] [--threads N] [--native] scene:size[:steps] …
+//     device_bench [--device D] [--ahead N] [--copy] [--threads N] [--native] scene:size[:steps] …
 //
-// A step's duration is the time on the device's clock from the end of the step before to its own end; with --ahead 0
-// results are left on the device. The first 60 steps count as start-up, except for scenes shorter than 120 steps.
-// Spikes are steps compared with the median of the 61 steps around them.
+// A step's duration is the time on the device's clock from the end of the step before to its own end. Results are
+// left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
+// except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -24,7 +24,8 @@ namespace {
 struct Options {
   SimulatorKind simulator = SimulatorKind::device;
   std::string device = "auto";
-  int ahead = 0;
+  int ahead = 2;
+  bool copy_results = false;
   int threads = 0;
 };
 
@@ -76,6 +77,7 @@ void measure(const Run& run, const Options& options) {
   scene.world.simulator = options.simulator;
   scene.world.device = options.device;
   scene.world.ahead = options.ahead;
+  scene.world.copy_results = options.copy_results;
   scene.world.threads = options.threads;
   World world(scene.world);
   SceneInstance instance(scene, world);
@@ -135,6 +137,8 @@ int main(int argc, char** argv) {
         options.simulator = SimulatorKind::native;
       else if (argument == "--ahead")
         options.ahead = std::atoi(value().c_str());
+      else if (argument == "--copy")
+        options.copy_results = true;
       else if (argument == "--threads")
         options.threads = std::atoi(value().c_str());
       else
