@@ -12,6 +12,7 @@ namespace {
 
 /// GPUs first, so that `sycl` means one where there is one.
 std::vector<sycl::device> all_devices() {
+  adaptive_cpp::keep_runtime();
   std::vector<sycl::device> devices = sycl::device::get_devices();
   std::stable_partition(devices.begin(), devices.end(), [](const sycl::device& device) { return device.is_gpu(); });
   return devices;
@@ -34,6 +35,21 @@ void throw_first(sycl::exception_list errors) {
   for (const std::exception_ptr& error : errors) std::rethrow_exception(error);
 }
 
+/// Times of points come from the stream where there is one; elsewhere each submission must be timed.
+sycl::property_list properties_for(const sycl::device& device) {
+  if (device.get_backend() == sycl::backend::cuda) return {sycl::property::queue::in_order()};
+  return {sycl::property::queue::in_order(), sycl::property::queue::enable_profiling()};
+}
+
+sycl::queue make_queue(int index, const Where& where) {
+  try {
+    const sycl::device device = all_devices()[static_cast<std::size_t>(index)];
+    return sycl::queue(device, throw_first, properties_for(device));
+  } catch (const sycl::exception& error) {
+    throw DeviceError(ErrorCode::unavailable, std::string("creating a queue: ") + error.what(), 0, where);
+  }
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> sycl_device_infos() {
@@ -52,12 +68,23 @@ std::vector<DeviceInfo> sycl_device_infos() {
 
 SyclDevice::SyclDevice(int index, Where where)
     : info_(select_device("sycl:" + std::to_string(index), sycl_device_infos())),
-      queue_(checked("creating a queue", where, [&] {
-        return sycl::queue(all_devices()[static_cast<std::size_t>(index)], throw_first,
-                           {sycl::property::queue::in_order(), sycl::property::queue::enable_profiling()});
-      })) {}
+      queue_(make_queue(index, where)),
+      stream_(adaptive_cpp::native_stream(queue_)) {}
 
-SyclDevice::~SyclDevice() { queue_.wait(); }
+SyclDevice::~SyclDevice() {
+  try {
+    queue_.wait_and_throw();
+  } catch (const sycl::exception&) {  // nobody is left to hear of it
+  }
+}
+
+void SyclDevice::launch(Graph& graph, Where where) {
+  traffic_ += graph.traffic_;
+  if (stream_)
+    graph.nodes_.launch(stream_, where);
+  else
+    ClosureQueue::launch(graph.closures_, where);
+}
 
 sycl::event SyclDevice::Event::get() const {
   const std::lock_guard lock(mutex_);
@@ -70,30 +97,37 @@ void SyclDevice::Event::set(const sycl::event& event) {
 }
 
 bool SyclDevice::Event::is_done() const {
-  return checked("asking for an event", Where::current(), [this] {
-    return get().get_info<sycl::info::event::command_execution_status>() == sycl::info::event_command_status::complete;
-  });
+  if (native_) return native_->is_done();
+  return get().get_info<sycl::info::event::command_execution_status>() == sycl::info::event_command_status::complete;
 }
 
 void SyclDevice::Event::wait() const {
-  checked("waiting for an event", Where::current(), [this] { get().wait(); });
+  if (native_) return native_->wait();
+  get().wait();
 }
 
 double SyclDevice::Event::milliseconds_since(const Event& begin) const {
-  return checked("timing", Where::current(), [&] {
-    const auto end_of = [](const Event& event) {
-      return event.get().get_profiling_info<sycl::info::event_profiling::command_end>();
-    };
+  if (native_) return native_->milliseconds_since(*begin.native_);
+  const auto end_of = [](const Event& event) {
+    return event.get().get_profiling_info<sycl::info::event_profiling::command_end>();
+  };
+  try {
     return (static_cast<double>(end_of(*this)) - static_cast<double>(end_of(begin))) * 1e-6;
-  });
+  } catch (const sycl::exception& error) {
+    throw DeviceError(ErrorCode::invalid_argument, std::string("timing: ") + error.what(), 0, Where::current());
+  }
 }
 
 void SyclDevice::mark(Event& event, Where where) {
-  submit([this, &event, where] { checked("marking an event", where, [&] { event.set(queue_.single_task([] {})); }); });
+  if (stream_) return event.native_->mark(stream_, is_recording(), where);
+  submit([this, &event, where] {
+    checked("marking an event", where, [&] { event.set(queue_.single_task([] {})); });
+    adaptive_cpp::flush();
+  });
 }
 
 void SyclDevice::wait(Where where) {
-  checked("waiting for the device", where, [this] { queue_.wait_and_throw(); });
+  checked("waiting for the device", where, [this] { queue_.wait(); });
 }
 
 void* SyclDevice::do_allocate(std::size_t bytes, const Where& where) {
@@ -128,7 +162,8 @@ void SyclDevice::copy_bytes(void* to, const void* from, std::size_t bytes, const
   if (bytes == 0) return;
   submit([this, to, from, bytes, where] {
     checked(
-        "copying", where, [&] { queue_.memcpy(to, from, bytes); }, bytes);
+        "copying", where,
+        [&] { queue_.submit(no_event_, [=](sycl::handler& handler) { handler.memcpy(to, from, bytes); }); }, bytes);
   });
 }
 
@@ -136,7 +171,8 @@ void SyclDevice::submit_zero(void* to, std::size_t bytes, const Where& where) {
   if (bytes == 0) return;
   submit([this, to, bytes, where] {
     checked(
-        "zeroing", where, [&] { queue_.memset(to, 0, bytes); }, bytes);
+        "zeroing", where,
+        [&] { queue_.submit(no_event_, [=](sycl::handler& handler) { handler.memset(to, 0, bytes); }); }, bytes);
   });
 }
 

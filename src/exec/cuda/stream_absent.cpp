@@ -1,0 +1,27 @@
+// Stand-ins where there is no CUDA toolkit: nobody has a stream then, so nothing but the tests of absence is called.
+#include "exec/cuda/stream.hpp"
+
+namespace fathom::exec::cuda {
+
+namespace {
+
+[[noreturn]] void refuse(const Where& where) {
+  throw DeviceError(ErrorCode::unavailable, "this build has no CUDA streams", 0, where);
+}
+
+}  // namespace
+
+StreamEvent::StreamEvent(int) { refuse(Where::current()); }
+StreamEvent::~StreamEvent() = default;
+void StreamEvent::mark(Stream, bool, const Where& where) { refuse(where); }
+bool StreamEvent::is_done() const { return true; }
+void StreamEvent::wait() const {}
+double StreamEvent::milliseconds_since(const StreamEvent&) const { return 0; }
+
+StreamGraph::~StreamGraph() = default;
+void StreamGraph::begin(Stream, const Where& where) { refuse(where); }
+StreamGraph StreamGraph::end(Stream, const Where& where) { refuse(where); }
+void StreamGraph::abandon(Stream) noexcept {}
+void StreamGraph::launch(Stream, const Where& where) { refuse(where); }
+
+}  // namespace fathom::exec::cuda
