@@ -4,9 +4,6 @@
 
 namespace fathom::exec::cuda {
 
-namespace {
-
-/// Failures of a running kernel: the context is gone with all its memory.
 bool is_lost_after(cudaError_t result) {
   switch (result) {
     case cudaErrorIllegalAddress:
@@ -24,8 +21,6 @@ bool is_lost_after(cudaError_t result) {
       return false;
   }
 }
-
-}  // namespace
 
 void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes) {
   if (result == cudaSuccess) return;

@@ -6,6 +6,8 @@
 
 namespace fathom::exec::cuda {
 
+bool is_lost(Stream stream) noexcept { return is_lost_after(cudaStreamQuery(stream)); }
+
 StreamEvent::StreamEvent(int device) {
   int before = device;
   (void)cudaGetDevice(&before);

@@ -16,6 +16,9 @@ namespace fathom::exec::cuda {
 
 using Stream = CUstream_st*;
 
+/// Whether a kernel crashed, which takes the device away from the program.
+bool is_lost(Stream stream) noexcept;
+
 /// A point in a stream. Never marked counts as done. Any thread may ask.
 class StreamEvent {
  public:

@@ -11,6 +11,8 @@ namespace {
 
 }  // namespace
 
+bool is_lost(Stream) noexcept { return false; }
+
 StreamEvent::StreamEvent(int) { refuse(Where::current()); }
 StreamEvent::~StreamEvent() = default;
 void StreamEvent::mark(Stream, bool, const Where& where) { refuse(where); }

@@ -213,7 +213,10 @@ class SyclDevice final : public ClosureQueue {
         return result;
       }
     } catch (const sycl::exception& error) {
-      throw DeviceError(ErrorCode::capacity, std::string(what) + ": " + error.what(), bytes, where);
+      const bool is_lost = stream_ && cuda::is_lost(stream_);
+      throw DeviceError(is_lost ? ErrorCode::unavailable : ErrorCode::capacity,
+                        std::string(what) + ": " + error.what() + (is_lost ? "; the device is lost" : ""), bytes,
+                        where);
     }
   }
 
