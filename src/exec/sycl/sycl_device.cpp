@@ -26,6 +26,8 @@ DeviceInfo describe(const sycl::device& device, int index) {
   info.memory = device.get_info<sycl::info::device::global_mem_size>();
   info.compute_units = device.get_info<sycl::info::device::max_compute_units>();
   info.is_gpu = device.is_gpu();
+  // AdaptiveCpp names all that an address can span as a processor's memory.
+  if (!info.is_gpu) info.memory = std::min(info.memory, host_device_info().memory);
   info.available = device.has(sycl::aspect::usm_device_allocations);
   if (!info.available) info.why_not = "it has no unified shared memory";
   return info;
