@@ -32,7 +32,7 @@ function(fathom_sycl_sources target)
 endfunction()
 
 function(fathom_add_sycl target)
-  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/exec/sycl/*.cpp)
+  set(sources ${PROJECT_SOURCE_DIR}/src/exec/sycl/sycl_device.cpp ${PROJECT_SOURCE_DIR}/src/device/make_sycl.cpp)
   fathom_sycl_sources(${target} ${sources})
   target_compile_definitions(${target} PRIVATE FATHOM_HAS_SYCL)
   # On NVIDIA GPUs events and graphs are those of the queue's CUDA stream.

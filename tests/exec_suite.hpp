@@ -490,15 +490,15 @@ struct WrongRoots {
   static constexpr std::uint32_t stretch = 4096;
   std::uint32_t first;
   std::uint32_t* wrong;
+  FATHOM_HD static double number(std::uint32_t bits) { return static_cast<double>(__builtin_bit_cast(float, bits)); }
   FATHOM_HD void operator()(std::uint32_t i) const {
     for (std::uint32_t k = 0; k < stretch; ++k) {
       const std::uint32_t bits = first + i * stretch + k;
-      const float a = __builtin_bit_cast(float, bits);
-      const std::uint32_t root = __builtin_bit_cast(std::uint32_t, fathom::sqrt(a));
+      const double a = number(bits);
+      const std::uint32_t root = __builtin_bit_cast(std::uint32_t, fathom::sqrt(__builtin_bit_cast(float, bits)));
       // The midpoints have 25 bits: in double their squares are exact.
-      const double r = __builtin_bit_cast(float, root);
-      const double lower = 0.5 * (r + __builtin_bit_cast(float, root - 1));
-      const double upper = 0.5 * (r + __builtin_bit_cast(float, root + 1));
+      const double lower = 0.5 * (number(root) + number(root - 1));
+      const double upper = 0.5 * (number(root) + number(root + 1));
       if (!(lower * lower < a && a < upper * upper)) atomic_add(*wrong, 1u);
     }
   }

@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "dynamics/softness.hpp"
+#include "dynamics/solver_body.hpp"
 #include "native/contact.hpp"
-#include "native/solver_body.hpp"
 
 namespace fathom::native {
 
@@ -23,6 +23,7 @@ struct BodiesView {
   const Pose* poses = nullptr;
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
+  const BodyMotion* motion = nullptr;
 };
 
 /// Constraints and manifolds they are made from.
