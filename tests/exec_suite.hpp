@@ -124,6 +124,10 @@ TYPED_TEST_P(ExecTest, BuffersGrowWithOrWithoutContents) {
   const std::size_t in_use = this->device().bytes_in_use();
   buffer.grow(10'000, Contents::keep);
   EXPECT_EQ(this->device().bytes_in_use(), in_use + 20'000);
+  for (const std::size_t size : {1, 3, 5, 1000}) {
+    const Buffer<std::byte> bytes(this->device(), size);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(bytes.data()) % 64, 0u) << "a cache line's alignment";
+  }
   EXPECT_EQ(to_host(this->device(), buffer, 5000), input);
   Buffer<std::uint32_t> second(this->device(), 10'000);
   this->device().copy(second.data(), buffer.data(), 5000);

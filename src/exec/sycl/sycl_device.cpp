@@ -10,6 +10,12 @@ namespace fathom::exec {
 
 namespace {
 
+// What CUDA aligns to. A processor's allocations would have 16 bytes only, and code for wider types fails on them.
+constexpr std::size_t alignment = 256;
+
+/// Aligned sizes, which C's aligned_alloc asks for.
+std::size_t padded(std::size_t bytes) { return (bytes + alignment - 1) / alignment * alignment; }
+
 /// GPUs first, so that `sycl` means one where there is one.
 std::vector<sycl::device> all_devices() {
   adaptive_cpp::keep_runtime();
@@ -135,20 +141,21 @@ void SyclDevice::wait(Where where) {
 void* SyclDevice::do_allocate(std::size_t bytes, const Where& where) {
   // A CPU's driver may grant more than there is.
   const bool fits = bytes_in_use() <= info_.memory && bytes <= info_.memory - bytes_in_use();
-  void* const memory =
-      fits ? checked(
-                 "allocating device memory", where, [&] { return sycl::malloc_device(bytes, queue_); }, bytes)
-           : nullptr;
+  void* const memory = fits ? checked(
+                                  "allocating device memory", where,
+                                  [&] { return sycl::aligned_alloc_device(alignment, padded(bytes), queue_); }, bytes)
+                            : nullptr;
   if (!memory) throw DeviceError(ErrorCode::capacity, "out of device memory", bytes, where);
   return memory;
 }
 
 void* SyclDevice::do_allocate_pinned(std::size_t bytes, const Where& where) {
   const std::size_t most = host_device_info().memory;
-  void* const memory =
-      bytes <= most ? checked(
-                          "allocating pinned memory", where, [&] { return sycl::malloc_host(bytes, queue_); }, bytes)
-                    : nullptr;
+  void* const memory = bytes <= most
+                           ? checked(
+                                 "allocating pinned memory", where,
+                                 [&] { return sycl::aligned_alloc_host(alignment, padded(bytes), queue_); }, bytes)
+                           : nullptr;
   if (!memory) throw DeviceError(ErrorCode::capacity, "out of pinned memory", bytes, where);
   return memory;
 }
