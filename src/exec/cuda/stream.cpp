@@ -6,6 +6,8 @@
 
 namespace fathom::exec::cuda {
 
+bool has_streams() noexcept { return true; }
+
 bool is_lost(Stream stream) noexcept { return is_lost_after(cudaStreamQuery(stream)); }
 
 StreamEvent::StreamEvent(int device) {

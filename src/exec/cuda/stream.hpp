@@ -16,6 +16,9 @@ namespace fathom::exec::cuda {
 
 using Stream = CUstream_st*;
 
+/// Whether this build was made with a CUDA toolkit, so that streams can be used.
+bool has_streams() noexcept;
+
 /// Whether a kernel crashed, which takes the device away from the program.
 bool is_lost(Stream stream) noexcept;
 

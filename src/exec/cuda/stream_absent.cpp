@@ -1,4 +1,4 @@
-// Stand-ins where there is no CUDA toolkit: nobody has a stream then, so nothing but the tests of absence is called.
+// Stand-ins where there is no CUDA toolkit: nobody takes a stream then, so only `has_streams` is ever called.
 #include "exec/cuda/stream.hpp"
 
 namespace fathom::exec::cuda {
@@ -11,6 +11,7 @@ namespace {
 
 }  // namespace
 
+bool has_streams() noexcept { return false; }
 bool is_lost(Stream) noexcept { return false; }
 
 StreamEvent::StreamEvent(int) { refuse(Where::current()); }

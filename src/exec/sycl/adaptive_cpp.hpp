@@ -21,11 +21,17 @@ inline sycl::property_list without_event() {
   return {sycl::property::command_group::AdaptiveCpp_coarse_grained_events()};
 }
 
+/// Whether an in-order queue of the device is a CUDA stream that can be used as one.
+inline bool has_native_stream(const sycl::device& device) {
+  return device.get_backend() == sycl::backend::cuda && cuda::has_streams();
+}
+
 /// The stream that an in-order queue has on an NVIDIA GPU; null elsewhere.
 inline cuda::Stream native_stream(const sycl::queue& queue) {
   const auto* const executor = queue.AdaptiveCpp_inorder_executor();
-  const bool is_cuda = executor && queue.get_device().get_backend() == sycl::backend::cuda;
-  return is_cuda ? static_cast<cuda::Stream>(executor->get_queue()->get_native_type()) : nullptr;
+  return executor && has_native_stream(queue.get_device())
+             ? static_cast<cuda::Stream>(executor->get_queue()->get_native_type())
+             : nullptr;
 }
 
 /// The number by which CUDA knows the device.

@@ -45,7 +45,7 @@ void throw_first(sycl::exception_list errors) {
 
 /// Times of points come from the stream where there is one; elsewhere each submission must be timed.
 sycl::property_list properties_for(const sycl::device& device) {
-  if (device.get_backend() == sycl::backend::cuda) return {sycl::property::queue::in_order()};
+  if (adaptive_cpp::has_native_stream(device)) return {sycl::property::queue::in_order()};
   return {sycl::property::queue::in_order(), sycl::property::queue::enable_profiling()};
 }
 
