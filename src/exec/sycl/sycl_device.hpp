@@ -19,6 +19,36 @@
 
 namespace fathom::exec {
 
+/// One phase as a kernel of its own: each group makes the plan anew.
+template <class Kernel, std::uint32_t Size>
+struct RunPhase {
+  static constexpr std::uint32_t group_size = Size;
+  struct Local {
+    typename Kernel::Plan plan;
+  };
+
+  Kernel kernel;
+  std::uint32_t phase;
+  std::uint32_t most_items;
+  std::uint32_t groups;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    const typename Kernel::Plan& plan = local.plan;
+    if constexpr (Kernel::plan_parts > 0) {
+      group.for_each(Kernel::plan_parts, [&](std::uint32_t k) { kernel.plan_part(local.plan, k); });
+    }
+    if (phase >= kernel.phases(plan)) return;
+    const auto place = kernel.place(plan, phase);
+    const std::uint32_t items = kernel.items(plan, place);
+    const std::uint32_t n = items < most_items ? items : most_items;
+    group.for_each([&](std::uint32_t item) {
+      for (std::uint32_t i = group.index() * Size + item; i < n; i += groups * Size) {
+        kernel(plan, place, i, kernel.fetch(plan, place, i));
+      }
+    });
+  }
+};
+
 class SyclDevice final : public ClosureQueue {
  public:
   /// A point in the queue. Never marked counts as done.
@@ -131,15 +161,10 @@ class SyclDevice final : public ClosureQueue {
     check_items(most_items, where);
     if (most_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
+    const auto with_plan = planned(kernel);
     const std::uint32_t groups = groups_for(most_items, size);
     for (std::uint32_t phase = 0; phase < most_phases; ++phase) {
-      launch_kernel("launching parallel_phases", where, [=](sycl::handler& handler) {
-        handler.parallel_for(nd_range(groups, size), [=](sycl::nd_item<1> work_item) {
-          if (phase >= kernel.phases()) return;
-          const std::uint32_t items = kernel.items(phase);
-          for_each_item(work_item, items < most_items ? items : most_items, [&](std::uint32_t i) { kernel(phase, i); });
-        });
-      });
+      parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, most_items, groups}, where);
     }
   }
 
