@@ -2,7 +2,7 @@
 //
 //     device_bench [--device D] [--ahead N] [--copy] [--threads N] [--native] scene:size[:steps] …
 //
-// A step's duration is the time on the device's clock from the end of the step before to its own end. Results are
+// A step's duration is `Profile::interval`. Results are
 // left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
 // except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
 #include <algorithm>

@@ -40,7 +40,8 @@ struct StepCounts {
 struct Profile {
   std::uint64_t step = 0;  ///< number of the step this describes, from 1; 0 before the first
   StageTimes times;
-  /// Device simulator: ms from the end of the step before to this one's, on the device's clock; 0 where unknown.
+  /// Device simulator: ms on the device's clock from the end of the step before to this one's, or from this one's
+  /// submission where the device had to wait for it.
   double interval = 0;
   StepCounts counts;
 };

@@ -74,12 +74,20 @@ class DeviceSimulator final : public Simulator {
     std::vector<Edit> edits;
     std::vector<BodyData> data;
     exec::Traffic traffic;
+    bool was_idle = false;  ///< the device had nothing to do when it came
   };
 
   /// What each of the steps in flight has for itself; step n takes lane n modulo their number.
   struct Lane {
     explicit Lane(D& device)
-        : marks(device), edits(device, 0), data(device, 0), poses(device, 0), velocities(device, 0), flags(device, 0) {}
+        : start(device),
+          marks(device),
+          edits(device, 0),
+          data(device, 0),
+          poses(device, 0),
+          velocities(device, 0),
+          flags(device, 0) {}
+    Event start;
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
     exec::PinnedBuffer<Edit> edits;
@@ -107,6 +115,7 @@ class DeviceSimulator final : public Simulator {
   void order_in_space();
   void submit(Flight& flight, bool with_edits);
   void submit_results(Lane& lane);
+  void stage_edits(const Flight& flight);
   void upload_edits(const Flight& flight);
   void upload_slots();
   void upload_gravity();
@@ -127,7 +136,7 @@ class DeviceSimulator final : public Simulator {
   // The mirror.
   void fetch_bodies() const;
   void fetch_bodies_now();
-  void mirror(const Edit& edit);
+  void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void fetch_events() const;
   void fetch_events_now();

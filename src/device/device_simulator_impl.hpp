@@ -155,7 +155,10 @@ template <exec::Device D>
 void DeviceSimulator<D>::order_in_space() {
   std::vector<Vec3> places(slot_of_.size());
   for (const Edit& e : edits_)
-    if (e.kind == EditKind::add || e.kind == EditKind::set_pose) places[e.index] = e.pose.position;
+    if (e.kind == EditKind::add)
+      places[e.index] = data_[e.data].pose.position;
+    else if (e.kind == EditKind::set_pose)
+      places[e.index] = e.linear;
   const std::vector<std::uint32_t> order = morton_order(places);  // new → old
   std::vector<std::uint32_t> new_of(order.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) new_of[order[i]] = i;
@@ -172,8 +175,11 @@ void DeviceSimulator<D>::order_in_space() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
-  if (with_edits) upload_edits(flight);
   Lane& lane = lane_of(flight.number);
+  if (with_edits) stage_edits(flight);
+  flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
+  device_.mark(lane.start);
+  if (with_edits) upload_edits(flight);
   device_.launch(*lane.graph);
   if (copies_results()) submit_results(lane);
   device_.mark(end_of(flight.number));
@@ -200,19 +206,26 @@ void DeviceSimulator<D>::submit_results(Lane& lane) {
   device_.copy_to_host(lane.flags.data(), m.slot_flags.data(), n);
 }
 
+/// Copies edits to where the device can take them from.
+template <exec::Device D>
+void DeviceSimulator<D>::stage_edits(const Flight& flight) {
+  Lane& lane = lane_of(flight.number);
+  const auto stage = [&](auto& staging, auto& buffer, const auto& list) {
+    using Staging = std::decay_t<decltype(staging)>;
+    if (staging.size() < list.size()) staging = Staging(device_, list.size() + list.size() / 4);
+    if (buffer.size() < list.size()) buffer.grow(list.size() + list.size() / 4);
+    std::copy(list.begin(), list.end(), staging.begin());
+  };
+  stage(lane.edits, edit_buffer_, flight.edits);
+  stage(lane.data, data_buffer_, flight.data);
+}
+
 template <exec::Device D>
 void DeviceSimulator<D>::upload_edits(const Flight& flight) {
   if (flight.edits.empty()) return;
-  Lane& lane = lane_of(flight.number);
-  const auto stage = [&](auto& staging, auto& buffer, const auto& list) {
-    using Buffer = std::decay_t<decltype(staging)>;
-    if (staging.size() < list.size()) staging = Buffer(device_, list.size() + list.size() / 4);
-    if (buffer.size() < list.size()) buffer.grow(list.size() + list.size() / 4);
-    std::copy(list.begin(), list.end(), staging.begin());
-    device_.copy_to_device(buffer.data(), staging.data(), list.size());
-  };
-  stage(lane.edits, edit_buffer_, flight.edits);
-  if (!flight.data.empty()) stage(lane.data, data_buffer_, flight.data);
+  const Lane& lane = lane_of(flight.number);
+  device_.copy_to_device(edit_buffer_.data(), lane.edits.data(), flight.edits.size());
+  if (!flight.data.empty()) device_.copy_to_device(data_buffer_.data(), lane.data.data(), flight.data.size());
   device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()),
                        ApplyEdits{body_memory_.arrays(), grid_memory_.grid(grid_base_), counters_.data(),
                                   edit_buffer_.data(), data_buffer_.data(), def.dt});
@@ -250,7 +263,7 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   }
   last = place;
   edits_.push_back(edit);
-  if (bodies_are_current_) mirror(edit);
+  if (bodies_are_current_) mirror(edit, data_);
 }
 
 template <exec::Device D>
@@ -298,19 +311,19 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   former_ids_.erase(index);
   index_of_[slot] = index;
   slots_are_current_ = false;
-  data_.push_back(body);
-  add_edit({.kind = EditKind::add,
-            .index = index,
-            .data = static_cast<std::uint32_t>(data_.size() - 1),
-            .pose = pose,
-            .velocity = velocity});
+  BodyData& data = data_.emplace_back(body);
+  data.pose = pose;
+  data.velocity = velocity;
+  Edit edit = edit_of(EditKind::add, index, Velocity{});
+  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
+  add_edit(edit);
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   const std::uint32_t index = index_of_[slot];
   movable_ -= bodies[slot].motion != MotionType::fixed;
-  add_edit({.kind = EditKind::remove, .index = index});
+  add_edit(edit_of(EditKind::remove, index, Velocity{}));
   former_ids_[index] = bodies.id(slot);
   slot_of_[index] = none;
   index_of_[slot] = none;
@@ -329,37 +342,36 @@ void DeviceSimulator<D>::release_rested_indices() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::set_pose(std::uint32_t slot, const Pose& pose) {
-  add_edit({.kind = EditKind::set_pose, .index = index_of_[slot], .pose = pose});
+  add_edit(edit_of(EditKind::set_pose, index_of_[slot], pose));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::set_velocity(std::uint32_t slot, const Velocity& velocity) {
-  add_edit({.kind = EditKind::set_velocity, .index = index_of_[slot], .velocity = velocity});
+  add_edit(edit_of(EditKind::set_velocity, index_of_[slot], velocity));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change) {
-  add_edit({.kind = EditKind::add_velocity, .index = index_of_[slot], .velocity = change});
+  add_edit(edit_of(EditKind::add_velocity, index_of_[slot], change));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_impulse(std::uint32_t slot, const Velocity& impulse) {
-  if (bodies[slot].motion == MotionType::dynamic)
-    add_edit({.kind = EditKind::impulse, .index = index_of_[slot], .velocity = impulse});
+  if (bodies[slot].motion == MotionType::dynamic) add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
   if (bodies[slot].motion == MotionType::dynamic)
-    add_edit({.kind = EditKind::force, .index = index_of_[slot], .velocity = {force, 0, torque, 0}});
+    add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::wake(std::uint32_t slot) {
-  add_edit({.kind = EditKind::wake, .index = index_of_[slot]});
+  add_edit(edit_of(EditKind::wake, index_of_[slot], Velocity{}));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
   data_.push_back(body_data(slot));
-  add_edit({.kind = EditKind::constants,
-            .index = index_of_[slot],
-            .data = static_cast<std::uint32_t>(data_.size() - 1),
-            .changes = changes});
+  data_.back().changes = changes;
+  Edit edit = edit_of(EditKind::constants, index_of_[slot], Velocity{});
+  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
+  add_edit(edit);
 }
 
 // --- finished steps ----------------------------------------------------------------------------------------------
@@ -376,8 +388,10 @@ void DeviceSimulator<D>::retire_oldest() {
   const Report report = reports_[flights_.front().number % lanes_count_];
   if (report.stopped) return repair(report);
   newest_ = report;
-  newest_interval_ = report.step > 1 ? end.milliseconds_since(end_of(report.step - 1)) : 0;
-  newest_traffic_ = flights_.front().traffic;
+  const Flight& flight = flights_.front();
+  newest_interval_ = flight.was_idle || report.step == 1 ? end.milliseconds_since(lane_of(flight.number).start)
+                                                         : end.milliseconds_since(end_of(report.step - 1));
+  newest_traffic_ = flight.traffic;
   flights_.pop_front();
   profile_is_current_ = false;
   if (def.ahead > 0) {
@@ -494,13 +508,13 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   }
   for (const Flight& flight : flights_)
     for (const Edit& e : flight.edits)
-      if (e.kind == EditKind::add) mirror(e);
-  for (const Edit& e : edits_) mirror(e);
+      if (e.kind == EditKind::add) mirror(e, flight.data);
+  for (const Edit& e : edits_) mirror(e, data_);
 }
 
 /// What an edit does to poses and velocities that the application reads.
 template <exec::Device D>
-void DeviceSimulator<D>::mirror(const Edit& e) {
+void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {
   const std::uint32_t slot = slot_of_[e.index];
   if (slot == none) return;
   if (poses_.size() <= slot) {
@@ -512,8 +526,8 @@ void DeviceSimulator<D>::mirror(const Edit& e) {
   Velocity& v = velocities_[slot];
   switch (e.kind) {
     case EditKind::add:
-      poses_[slot] = e.pose;
-      v = e.velocity;
+      poses_[slot] = data[e.data].pose;
+      v = data[e.data].velocity;
       flags_[slot] = info.motion == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
       return;
     case EditKind::remove:
@@ -522,18 +536,18 @@ void DeviceSimulator<D>::mirror(const Edit& e) {
       flags_[slot] = 0;
       return;
     case EditKind::set_pose:
-      poses_[slot] = e.pose;
+      poses_[slot] = e.pose();
       break;
     case EditKind::set_velocity:
-      v = e.velocity;
+      v = e.velocity();
       break;
     case EditKind::add_velocity:
-      v.linear += e.velocity.linear;
-      v.angular += e.velocity.angular;
+      v.linear += e.linear;
+      v.angular += e.angular;
       break;
     case EditKind::impulse: {
-      const BodyData data = body_data(slot);
-      v = pushed(v, data.constants, data.tensors, poses_[slot].rotation, e.velocity);
+      const BodyData body = body_data(slot);
+      v = pushed(v, body.constants, body.tensors, poses_[slot].rotation, e.velocity());
       break;
     }
     default:

@@ -16,25 +16,47 @@ enum class EditKind : std::uint32_t {
   add_velocity,  ///< velocity: the change
   impulse,       ///< velocity: impulse (N·s) and angular impulse (N·m·s)
   force,         ///< velocity: force (N) and torque (N·m), for the next step
-  constants,     ///< constants alone
+  constants,     ///< its BodyData's constants alone
   wake,
 };
 
+/// Three quads, because a million bodies may be pushed in one go.
 struct alignas(16) Edit {
   EditKind kind = EditKind::wake;
   std::uint32_t index = 0;    ///< device index of the body
   std::uint32_t next = none;  ///< the body's next edit of this batch
   std::uint32_t data = 0;     ///< index of its BodyData
-  Pose pose{};
-  Velocity velocity{};
-  std::uint32_t changes = 0;  ///< further `Changes` to note
+  Vec3 linear{};              ///< of a velocity, impulse or force; or a position
   std::uint32_t later = 0;    ///< 1: not the body's first edit of this batch
-  std::uint32_t unused[2] = {};
+  Vec3 angular{};             ///< of the same; or the vector of a rotation
+  float w = 0;                ///< of a rotation
+
+  FATHOM_HD Pose pose() const { return {linear, 0, {w, angular.x, angular.y, angular.z}}; }
+  FATHOM_HD Velocity velocity() const { return {linear, 0, angular, 0}; }
 };
+static_assert(sizeof(Edit) == 48);
+
+inline Edit edit_of(EditKind kind, std::uint32_t index, const Velocity& v) {
+  Edit e;
+  e.kind = kind;
+  e.index = index;
+  e.linear = v.linear;
+  e.angular = v.angular;
+  return e;
+}
+inline Edit edit_of(EditKind kind, std::uint32_t index, const Pose& pose) {
+  Edit e = edit_of(kind, index, {pose.position, 0, pose.rotation.vector(), 0});
+  e.w = pose.rotation.w;
+  return e;
+}
 
 struct alignas(16) BodyData {
   BodyConstants constants;
   BodyTensors tensors;
+  Pose pose{};                ///< of a body that is added
+  Velocity velocity{};        ///< of a body that is added
+  std::uint32_t changes = 0;  ///< `Changes` to note where constants change
+  std::uint32_t unused[3] = {};
 };
 
 /// The change of velocity by an impulse and an angular impulse.
@@ -71,35 +93,35 @@ struct ApplyEdits {
       case EditKind::remove:
         return remove(i);
       case EditKind::set_pose:
-        bodies.poses[i] = e.pose;
+        bodies.poses[i] = e.pose();
         refit(i, true, box_change | wake_partners);
         break;
       case EditKind::set_velocity:
-        bodies.velocities[i] = e.velocity;
+        bodies.velocities[i] = e.velocity();
         refit(i, false, 0);
         break;
       case EditKind::add_velocity:
-        bodies.velocities[i].linear += e.velocity.linear;
-        bodies.velocities[i].angular += e.velocity.angular;
+        bodies.velocities[i].linear += e.linear;
+        bodies.velocities[i].angular += e.angular;
         refit(i, false, 0);
         break;
       case EditKind::impulse:
-        bodies.velocities[i] =
-            pushed(bodies.velocities[i], bodies.constants[i], bodies.tensors[i], bodies.poses[i].rotation, e.velocity);
+        bodies.velocities[i] = pushed(bodies.velocities[i], bodies.constants[i], bodies.tensors[i],
+                                      bodies.poses[i].rotation, e.velocity());
         refit(i, false, 0);
         break;
       case EditKind::force: {
         Force f = bodies.flags[i] & forced_flag ? bodies.forces[i] : Force{};
-        f.force += e.velocity.linear;
-        f.torque += e.velocity.angular;
+        f.force += e.linear;
+        f.torque += e.angular;
         bodies.forces[i] = f;
         bodies.flags[i] |= forced_flag;
         break;
       }
       case EditKind::constants:
         bodies.constants[i] = data[e.data].constants;
-        note(i, e.changes);
-        if (e.changes & drop_contacts) bodies.known[i] = no_box();
+        note(i, data[e.data].changes);
+        if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;
       case EditKind::wake:
         break;
@@ -111,8 +133,8 @@ struct ApplyEdits {
     const BodyConstants c = data[e.data].constants;
     bodies.constants[i] = c;
     bodies.tensors[i] = data[e.data].tensors;
-    bodies.poses[i] = e.pose;
-    bodies.velocities[i] = e.velocity;
+    bodies.poses[i] = data[e.data].pose;
+    bodies.velocities[i] = data[e.data].velocity;
     bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
     bodies.slow_time[i] = 0;
     bodies.colours[i] = bodies.best[i] = 0;

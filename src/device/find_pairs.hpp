@@ -28,7 +28,9 @@ struct BeginStep {
     c.grid_bodies = run && c.changed ? c.bodies : 0;
     c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
     c.grid_cells = run && c.changed ? grid_entries / 4 : 0;
-    c.found = c.added = c.coarse_groups = c.changed_levels = c.big = 0;
+    // How much room the stopped step asked for is still to be reported.
+    if (run) c.found = 0;
+    c.added = c.coarse_groups = c.changed_levels = c.big = 0;
     c.levels = 1;
     c.to_collide[0] = c.to_collide[1] = 0;
     for (std::uint32_t& n : c.uncoloured) n = 0;
