@@ -8,6 +8,9 @@
 
 namespace fathom {
 
+class ByteReader;
+class ByteWriter;
+
 class Simulator {
  public:
   explicit Simulator(const WorldDef& definition) : def(definition) {}
@@ -40,6 +43,11 @@ class Simulator {
   virtual Aabb bounds(std::uint32_t slot) const = 0;
 
   virtual void step() = 0;
+
+  /// The simulator's part of a snapshot: all that `def`, `bodies` and `steps` do not say. `restore` is called on a new
+  /// simulator whose `def`, `bodies` and `steps` are those of the saved one; it may leave it unusable when it throws.
+  virtual void save(ByteWriter& write) const;
+  virtual void restore(ByteReader& in);
 
   virtual std::span<const ContactEvent> contacts_begun() const = 0;
   virtual std::span<const ContactEvent> contacts_ended() const = 0;
