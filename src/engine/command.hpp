@@ -22,6 +22,7 @@ enum class CommandKind : std::uint8_t {
   remove,             ///<
   set_pose,           ///< a: position, rotation
   set_velocity,       ///< a: linear, b: angular
+  add_velocity,       ///< a: linear, b: angular, to the velocity it has
   force,              ///< a: N
   force_at,           ///< a: N, b: point
   torque,             ///< a: N·m

@@ -109,8 +109,6 @@ class Config {
   WorldDef world_definition(std::function<void(std::string_view)> log = {}) const;
 
  private:
-  void put(std::string_view key, const void* node, const std::string& origin, const std::string& where);
-
   Settings values_;
   std::map<std::string, std::string, std::less<>> origins_;
 };

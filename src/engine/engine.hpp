@@ -50,6 +50,9 @@ class Engine {
   /// Frames until `stop`, the closing of the window, or `steps` more steps (0: no end). What went wrong on the way is
   /// thrown after the simulation was stopped.
   void run(std::uint64_t steps = 0);
+  /// Stops the simulation and completes recording, trace and data files; the engine cannot be used after it. Throws
+  /// `Error{file}` where a file could not be written. The destructor does the same and logs what goes wrong.
+  void finish();
   /// One frame.
   void frame();
   /// Ends `run` after this frame.
@@ -83,15 +86,16 @@ class Engine {
  private:
   using Clock = std::chrono::steady_clock;
 
+  bool is_async() const;
   void take_events();
+  void change_entities();
   int steps_due();
   void make_step();
+  void follow();
   void tick(TickPhase phase);
-  void follow_async();
   void draw();
-  void pace();
   void measure();
-  void watch_spawns(std::uint32_t spawned);
+  void pace();
 
   Config config_;
   Log log_;
@@ -116,6 +120,8 @@ class Engine {
   double owed_ = 0;  // s of simulated time due to be made
   Clock::time_point started_, frame_start_, next_frame_, speed_since_;
   double speed_time_ = 0;
+  double reported_given_up_ = 0;
+  bool simulation_runs_ = false;  // async: was started
   bool holding_back_ = false, slow_ = false;
 };
 

@@ -78,10 +78,11 @@ class Entity {
   // set_pose. Values that are not finite are refused by the simulation and end the run with an error.
   void set_pose(const Pose& pose);
   void set_velocity(Vec3 linear, Vec3 angular);
-  void apply_force(Vec3 force);                 ///< N at the centre of mass, for one step
-  void apply_force_at(Vec3 force, Vec3 point);  ///< N at a point (m, world)
-  void apply_torque(Vec3 torque);               ///< N·m
-  void apply_impulse(Vec3 impulse);             ///< N·s
+  void add_velocity(Vec3 linear, Vec3 angular);  ///< to what it has when the step begins
+  void apply_force(Vec3 force);                  ///< N at the centre of mass, for one step
+  void apply_force_at(Vec3 force, Vec3 point);   ///< N at a point (m, world)
+  void apply_torque(Vec3 torque);                ///< N·m
+  void apply_impulse(Vec3 impulse);              ///< N·s
   void apply_impulse_at(Vec3 impulse, Vec3 point);
   void apply_angular_impulse(Vec3 impulse);  ///< N·m·s
   void set_colour(Colour colour);

@@ -36,8 +36,8 @@ class EntityWorld {
   std::uint32_t spawn_limit() const { return spawn_limit_; }
 
   // For the engine.
-  /// Ends and begins lives: at most `spawn_limit` beginnings. Returns how many spawned.
-  std::uint32_t take_over_changes();
+  /// Ends and begins lives: at most `limit` beginnings. Returns how many spawned.
+  std::uint32_t take_over_changes(std::uint32_t limit);
   void run_ticks(const Tick& tick);
   /// What the game asked for since the last call.
   CommandList& commands() { return commands_; }
@@ -54,7 +54,12 @@ class EntityWorld {
     std::uint32_t generation = 0;
     TickPhase tick = TickPhase::none;
     std::uint32_t place = 0;  // in its phase's list
+    bool alive = false;       // spawned
     bool doomed = false;
+  };
+  struct Drawn {
+    std::uint32_t slot;
+    BodyHandle body;
   };
   struct Waiting {
     EntityId id;
@@ -63,6 +68,7 @@ class EntityWorld {
 
   void begin(Waiting waiting);
   void end(std::uint32_t index);
+  void discard(std::uint32_t index);
   void show(Entity& entity, const GraphicsBody& graphics);
   void hide(Entity& entity);
   std::vector<std::uint32_t>& list(TickPhase phase) { return ticking_[static_cast<std::size_t>(phase)]; }
@@ -79,7 +85,7 @@ class EntityWorld {
   StatePtr state_;
 
   std::vector<GraphicsBody> looks_;
-  std::vector<std::uint32_t> drawn_;  // slot of each look
+  std::vector<Drawn> drawn_;  // whose each look is
   std::vector<Pose> draw_poses_;
   std::uint64_t revision_ = 1;
 };

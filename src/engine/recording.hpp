@@ -22,8 +22,8 @@ struct RecordSettings {
   bool states = true;        ///< every step's poses and velocities, so that a replay can say what differs first
 };
 
-/// Writes a recording. Give it to a `Simulation` as its observer, or call `begin_step` and `end_step` around the steps
-/// of a world of your own.
+/// Writes a recording. Give it to a `Simulation` as its observer, or call its two functions around the steps of a world
+/// of your own.
 class Recorder final : public SimulationObserver {
  public:
   /// Throws `Error{file}` where the folder cannot be written.
@@ -31,8 +31,7 @@ class Recorder final : public SimulationObserver {
   /// Without `finish` nothing is left behind.
   ~Recorder() override;
 
-  /// Bodies that the world had before recording began are known by their ids in commands: handle = id.
-  void before_step(std::uint64_t step, const CommandList& commands, const World& world) override;
+  void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) override;
   void after_step(const World& world) override;
   /// Completes the file. Throws `Error{file}` where it cannot be written.
   void finish();

@@ -24,7 +24,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/command.hpp"
+#include "engine/command_runner.hpp"
 
 namespace fathom::engine {
 
@@ -65,8 +65,8 @@ using StatePtr = std::shared_ptr<const SimulationState>;
 class SimulationObserver {
  public:
   virtual ~SimulationObserver() = default;
-  /// Before the step's commands are carried out; `world` has made `step − 1` steps.
-  virtual void before_step(std::uint64_t step, const CommandList& commands, const World& world) = 0;
+  /// Before the step's commands are carried out; the runner's world has made `step − 1` steps.
+  virtual void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) = 0;
   virtual void after_step(const World& world) = 0;
 };
 
@@ -117,8 +117,8 @@ class Simulation {
   /// s of wall time given up so far because steps took too long (async).
   double time_given_up() const;
 
-  /// Calls `look` with the world between two steps, after all commands submitted so far where no step is running.
-  void inspect(const std::function<void(const World&, const std::vector<BodyId>& by_handle)>& look);
+  /// Calls `look` with the world between two steps: for queries. `CommandRunner::body` finds a handle's body.
+  void inspect(const std::function<void(const CommandRunner&)>& look) const;
 
   const WorldDef& definition() const { return definition_; }
   const SimulationSettings& settings() const { return settings_; }
@@ -127,35 +127,34 @@ class Simulation {
   using Clock = std::chrono::steady_clock;
 
   void run();
-  bool wait_for_work(std::unique_lock<std::mutex>& lock);
+  bool wait_for_order(std::unique_lock<std::mutex>& lock);
   bool wait_until_due(std::unique_lock<std::mutex>& lock);
-  void make_step(const CommandList& commands);
-  void carry_out(const CommandList& commands);
-  void carry_out(const Command& command, const CommandList& list);
-  BodyId body(BodyHandle handle) const;
+  void take_orders(std::uint64_t step, CommandList& commands);
+  void make_step(std::uint64_t step, const CommandList& commands, SimulationState& state);
+  void fill(SimulationState& state) const;
   std::shared_ptr<SimulationState> take_spare();
   void publish(std::shared_ptr<SimulationState> state);
-  void fill(SimulationState& state);
-  BodyHandle handle_of(BodyId id) const;
   void rethrow() const;
+
+  /// States to write into anew, so that steps do not allocate.
+  struct Pool {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<SimulationState>> spares;
+  };
 
   WorldDef definition_;
   SimulationSettings settings_;
   SimulationObserver* observer_;
 
-  // The simulation's thread only, or whoever holds `world_mutex_`.
-  mutable std::mutex world_mutex_;
+  mutable std::mutex world_mutex_;  // held while the world changes, and by `inspect`
   World world_;
-  std::vector<BodyId> bodies_;                   // by handle
-  std::vector<std::uint32_t> body_generations_;  // by handle, 0 for none
-  std::vector<BodyHandle> handles_;              // by body slot
+  CommandRunner runner_;
 
+  const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
   mutable std::mutex mutex_;
   std::condition_variable work_, done_;
-  std::map<std::uint64_t, CommandList> orders_;  // by step; 0: before the next
-  std::vector<CommandList> spare_lists_;
+  std::map<std::uint64_t, CommandList> orders_;        // by step; 0: before the next that begins
   std::deque<std::shared_ptr<SimulationState>> kept_;  // oldest first
-  std::vector<std::shared_ptr<SimulationState>> spares_;
   std::uint64_t submitted_ = 0, begun_ = 0, completed_ = 0;
   Clock::time_point next_due_{};
   double time_given_up_ = 0;
