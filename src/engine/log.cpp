@@ -6,6 +6,7 @@
 
 #include <array>
 #include <fathom/error.hpp>
+#include <filesystem>
 
 #include "scene/suggest.hpp"
 
@@ -35,6 +36,9 @@ Log::Log(const LogSettings& settings) {
   if (settings.console) sinks.push_back(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
   if (!settings.file.empty()) {
     try {
+      // spdlog would make the folder.
+      const auto folder = std::filesystem::absolute(settings.file).parent_path();
+      if (!std::filesystem::is_directory(folder)) throw spdlog::spdlog_ex("no such folder");
       sinks.push_back(std::make_shared<spdlog::sinks::rotating_file_sink_mt>(
           settings.file, static_cast<std::size_t>(settings.file_size) << 20, static_cast<std::size_t>(settings.files)));
     } catch (const spdlog::spdlog_ex&) {

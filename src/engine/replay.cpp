@@ -164,8 +164,11 @@ class Replay {
 
 std::string Difference::text() const {
   std::string out = fmt::format("step {} differs from the recording", step);
+  if (!body && field.empty())
+    return out + (seen_at == step ? "; record with record.states = true to see the body"
+                                  : fmt::format("; at step {}, the next snapshot, all bodies agree again", seen_at));
   if (seen_at != step) out += fmt::format("; seen at step {}, the next snapshot", seen_at);
-  if (!body) return out + (field.empty() ? "" : fmt::format(": {}", field));
+  if (!body) return out + ": " + field;
   out += fmt::format(": body {{index {}, generation {}}}, {}", body->index, body->generation, field);
   if (field == "existence") return out;
   return out + fmt::format(": recorded {:.9g}, replayed {:.9g}", recorded, replayed);

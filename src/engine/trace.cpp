@@ -118,6 +118,11 @@ void add(const char* name, std::int64_t begin, std::int64_t end) {
 void start(std::size_t limit) {
   stop();
   Collection& all = collection();
+  {
+    const std::lock_guard lock(all.mutex);
+    all.named.clear();
+    std::erase_if(all.tracks, [](const auto& track) { return track.use_count() == 1; });  // their threads have ended
+  }
   for (const auto& track : all_tracks()) {
     const std::lock_guard lock(track->mutex);
     track->events.clear();
