@@ -79,10 +79,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
       return world_->set_pose(id, {c.a, 0, c.rotation});
     case CommandKind::set_velocity:
       return world_->set_velocity(id, c.a, c.b);
-    case CommandKind::add_velocity: {
-      const Velocity now = world_->velocity(id);
-      return world_->set_velocity(id, now.linear + c.a, now.angular + c.b);
-    }
+    case CommandKind::add_velocity:
+      return world_->add_velocity(id, c.a, c.b);
     case CommandKind::force:
       return world_->apply_force(id, c.a);
     case CommandKind::force_at:

@@ -27,7 +27,7 @@ enum class TimeSource : std::uint8_t {
 /// The values. Each is a key of the file: `simulator.threads` is `Settings::simulator.threads`.
 struct Settings {
   struct {
-    std::string kind = "native";
+    SimulatorKind kind = SimulatorKind::native;
     std::string device = "auto";
     bool fallback = true;
     int threads = 0;

@@ -57,10 +57,8 @@ SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), 
 }
 
 void SceneInstance::prepare_step() {
-  for (const Kicker::Kick& kick : kicker_.due(world_.step_count())) {
-    const Velocity now = world_.velocity(ids_[kick.body]);
-    world_.set_velocity(ids_[kick.body], now.linear + kick.linear, now.angular + kick.angular);
-  }
+  for (const Kicker::Kick& kick : kicker_.due(world_.step_count()))
+    world_.add_velocity(ids_[kick.body], kick.linear, kick.angular);
 }
 
 }  // namespace fathom

@@ -19,10 +19,10 @@ constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
 constexpr std::uint32_t version = 1;
 constexpr std::size_t head_size = 32;
 
-/// All of a definition but what belongs to the machine: threads and log.
+/// All of a definition but what belongs to the machine: threads, device and log.
 template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
-  a(def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.max_bodies);
+  a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.max_bodies);
   auto& s = def.solver;
   a(s.method, s.substeps, s.iterations, s.contact_hertz, s.contact_damping_ratio, s.push_out_velocity,
     s.restitution_threshold, s.max_linear_speed);
@@ -73,12 +73,13 @@ void World::restore(std::span<const std::byte> bytes) {
   ByteReader in = checked(bytes);
   WorldDef def = simulator_->def;
   archive_definition(in, def);
+  in.require(def.simulator <= SimulatorKind::device);
   try {
     check_world(def);
   } catch (const Error& error) {
     in.fail(error.what());
   }
-  std::unique_ptr<Simulator> fresh = make_native_simulator(def);
+  std::unique_ptr<Simulator> fresh = make_simulator(def);
   in(fresh->steps);
   fresh->profile.step = fresh->steps;
   fresh->bodies.restore(in);
