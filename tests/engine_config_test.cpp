@@ -64,7 +64,7 @@ TEST(EngineConfig, BadFilesAreRefusedNamingThePlaceAndTheRemedy) {
       {"[simulator]\ndt = 0\n", "'simulator.dt' must be"},
       {"[simulator]\nmode = 'lockstop'\n",
        "must be one of lockstep, ahead, async, not 'lockstop'; did you mean 'lockstep'?"},
-      {"[simulator]\nkind = 'quantum'\n", "'simulator.kind' must be one of native"},
+      {"[simulator]\nkind = 'quantum'\n", "'simulator.kind' must be one of native, device"},
       {"[simulator]\nsleep = 1\n", "'simulator.sleep' must be true or false"},
       {"[simulator]\ngravity = [0, 0]\n", "must be three finite numbers"},
       {"[simulator]\ngravity = [0, inf, 0]\n", "must be three finite numbers"},
@@ -133,17 +133,18 @@ TEST(EngineDevices, FallbackRules) {
   const Folder folder;
   Log log({.level = LogLevel::debug, .console = false, .file = folder / "log"});
   Settings settings;
-  EXPECT_EQ(choose_simulator(settings, devices, log).kind, "native");
-  settings.simulator.kind = "device";
-  SimulatorChoice choice = choose_simulator(settings, devices, log);
-  EXPECT_EQ(choice.kind + " " + choice.device, "device host");
+  EXPECT_EQ(choose_simulator(settings, {}, log).kind, SimulatorKind::native);
+  settings.simulator.kind = SimulatorKind::device;
+  const SimulatorChoice choice = choose_simulator(settings, devices, log);
+  EXPECT_EQ(choice.kind, SimulatorKind::device);
+  EXPECT_EQ(choice.device, "host");
   settings.simulator.device = "cuda:0";
-  EXPECT_EQ(choose_simulator(settings, devices, log).kind, "native");
+  EXPECT_EQ(choose_simulator(settings, devices, log).kind, SimulatorKind::native);
   log.flush();
   EXPECT_THAT(read_text(folder / "log"), HasSubstr("no driver; the native simulator takes its place"));
   settings.simulator.fallback = false;
   EXPECT_THAT(refusal([&] { choose_simulator(settings, devices, log); }), HasSubstr("no driver"));
-  settings.simulator.kind = "native";
+  settings.simulator.kind = SimulatorKind::native;
   settings.simulator.device = "gpu";
   EXPECT_THAT(refusal([&] { choose_simulator(settings, devices, log); }), HasSubstr("no device is called 'gpu'"));
 }

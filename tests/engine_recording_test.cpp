@@ -1,8 +1,6 @@
 // Recordings are replayed bit for bit, tell what differs, and are refused where they are damaged.
 #include <gmock/gmock.h>
 
-#include <cstring>
-
 #include "engine/recording.hpp"
 #include "engine/scene_entities.hpp"
 #include "engine_fixture.hpp"

@@ -186,6 +186,8 @@ std::vector<std::string> Config::keys() const {
 
 WorldDef Config::world_definition(std::function<void(std::string_view)> log) const {
   WorldDef def;
+  def.simulator = values_.simulator.kind;
+  def.device = values_.simulator.device;
   def.gravity = values_.simulator.gravity;
   def.dt = values_.simulator.dt;
   def.threads = values_.simulator.threads;

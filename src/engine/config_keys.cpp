@@ -106,11 +106,12 @@ ConfigKey gravity() {
 
 std::vector<ConfigKey> simulator_keys() {
   return {
-      choice<std::string>(
-          "simulator.kind", "which simulator runs the world", {{"native", "native"}},
+      choice<SimulatorKind>(
+          "simulator.kind", "native or device", {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
           [](auto& s) -> auto& { return s.simulator.kind; }),
       text(
-          "simulator.device", "auto, host, cuda[:index] or sycl[:index]; for the device simulator",
+          "simulator.device",
+          "of the device simulator: auto (the first GPU, else the host), host, cuda[:index], sycl[:index]",
           [](auto& s) -> auto& { return s.simulator.device; }),
       boolean(
           "simulator.fallback", "go on with the native simulator where the device is not there",

@@ -34,7 +34,8 @@ void take_over_world(const Scene& scene, Config& config) {
   };
   auto& to = config.edit().simulator;
   const WorldDef& world = scene.world;
-  take("simulator.kind", to.kind, scene.simulator);
+  take("simulator.kind", to.kind, world.simulator);
+  take("simulator.device", to.device, world.device);
   take("simulator.threads", to.threads, world.threads);
   take("simulator.dt", to.dt, world.dt);
   take("simulator.substeps", to.substeps, world.solver.substeps);

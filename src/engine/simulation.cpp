@@ -19,6 +19,7 @@ std::size_t states_to_keep(const SimulationSettings& settings) {
 
 Simulation::Simulation(const WorldDef& def, const SimulationSettings& settings, SimulationObserver* observer)
     : definition_(def), settings_(settings), observer_(observer), world_(def), runner_(world_) {
+  if (def.simulator == SimulatorKind::device) device_track_ = world_.hardware();
   if (settings.ahead < 1)
     throw Error(ErrorCode::invalid_argument,
                 "simulation: it cannot be " + std::to_string(settings.ahead) + " steps ahead; give at least 1");
@@ -240,9 +241,10 @@ void Simulation::make_step(std::uint64_t step, const CommandList& commands, Simu
   {
     const trace::Zone zone("step");
     world_.step();
+    world_.profile();  // the device simulator returns before the step is done; reading waits for it
   }
   state.step_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-  trace::add_step(world_.profile().times, start);
+  trace::add_step(world_.profile().times, start, device_track_);
   const trace::Zone zone("publish");
   if (observer_) observer_->after_step(world_);
   fill(state);

@@ -148,6 +148,7 @@ class Simulation {
 
   mutable std::mutex world_mutex_;  // held while the world changes, and by `inspect`
   World world_;
+  std::string device_track_;  // where the trace shows the stages; empty: within the step
   CommandRunner runner_;
 
   const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();

@@ -58,6 +58,16 @@ Track& own_track() {
   return *track;
 }
 
+std::shared_ptr<Track> named_track(const std::string& name) {
+  {
+    const std::lock_guard lock(collection().mutex);
+    if (const auto found = collection().named.find(name); found != collection().named.end()) return found->second;
+  }
+  auto track = new_track(name);
+  const std::lock_guard lock(collection().mutex);
+  return collection().named.emplace(name, std::move(track)).first->second;
+}
+
 void push(Track& track, const Event& event) {
   const std::lock_guard lock(track.mutex);
   if (track.events.size() < collection().limit.load(std::memory_order_relaxed))
@@ -180,29 +190,21 @@ void name_thread(const std::string& name) {
   track.name = name;
 }
 
-void add_on_track(const std::string& name, const char* zone, std::chrono::steady_clock::time_point begin,
+void add_on_track(const std::string& track, const char* zone, std::chrono::steady_clock::time_point begin,
                   double milliseconds) {
   if (!enabled()) return;
-  std::shared_ptr<Track> track;
-  {
-    const std::lock_guard lock(collection().mutex);
-    track = collection().named[name];
-  }
-  if (!track) {
-    track = new_track(name);
-    const std::lock_guard lock(collection().mutex);
-    collection().named[name] = track;
-  }
   const std::int64_t start = nanoseconds(begin);
-  push(*track, {zone, start, start + static_cast<std::int64_t>(1e6 * milliseconds), false});
+  push(*named_track(track), {zone, start, start + static_cast<std::int64_t>(1e6 * milliseconds), false});
 }
 
-void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin) {
+void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin, const std::string& device) {
   if (!enabled()) return;
+  const std::shared_ptr<Track> named = device.empty() ? nullptr : named_track(device);
+  Track& track = named ? *named : own_track();
   std::int64_t at = nanoseconds(begin);
   const auto stage = [&](const char* name, double milliseconds) {
     const std::int64_t end = at + static_cast<std::int64_t>(1e6 * milliseconds);
-    push(own_track(), {name, at, end, false});
+    push(track, {name, at, end, false});
     at = end;
   };
   stage("find_pairs", times.find_pairs);

@@ -36,8 +36,9 @@ void name_thread(const std::string& name);
 /// A zone measured elsewhere, e.g. by a GPU's clock, on a line of its own.
 void add_on_track(const std::string& track, const char* name, std::chrono::steady_clock::time_point begin,
                   double milliseconds);
-/// The stages of a simulator's step that ended now, as zones within it.
-void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin);
+/// The stages of a step that began then, one after the other: on the calling thread's line, or, as the device timed
+/// them, on the device's.
+void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin, const std::string& device = {});
 /// A number over time.
 void count(const char* name, double value);
 
