@@ -184,6 +184,22 @@ std::vector<std::string> Config::keys() const {
   return names;
 }
 
+void Config::override_world(WorldDef& def) const {
+  const auto take = [&](const char* key, auto& value, const auto& from) {
+    if (origin(key) != "default") value = from;
+  };
+  const auto& from = values_.simulator;
+  take("simulator.kind", def.simulator, from.kind);
+  take("simulator.device", def.device, from.device);
+  take("simulator.gravity", def.gravity, from.gravity);
+  take("simulator.dt", def.dt, from.dt);
+  take("simulator.threads", def.threads, from.threads);
+  take("simulator.broad_phase", def.broad_phase, from.broad_phase);
+  take("simulator.solver", def.solver.method, from.solver);
+  take("simulator.substeps", def.solver.substeps, from.substeps);
+  take("simulator.sleep", def.sleep.enabled, from.sleep);
+}
+
 WorldDef Config::world_definition(std::function<void(std::string_view)> log) const {
   WorldDef def;
   def.simulator = values_.simulator.kind;

@@ -105,6 +105,8 @@ class Config {
   /// For programs that set values themselves; their origin stays what it was.
   Settings& edit() { return values_; }
 
+  /// Puts those simulator settings over a definition that do not have their default's origin.
+  void override_world(WorldDef& def) const;
   /// The world these settings ask for; `log` gets the lines of the library.
   WorldDef world_definition(std::function<void(std::string_view)> log = {}) const;
 

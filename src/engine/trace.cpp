@@ -190,6 +190,11 @@ void name_thread(const std::string& name) {
   track.name = name;
 }
 
+void add_zone(const char* name, std::chrono::steady_clock::time_point begin, double milliseconds) {
+  const std::int64_t start = nanoseconds(begin);
+  detail::add(name, start, start + static_cast<std::int64_t>(1e6 * milliseconds));
+}
+
 void add_on_track(const std::string& track, const char* zone, std::chrono::steady_clock::time_point begin,
                   double milliseconds) {
   if (!enabled()) return;

@@ -33,6 +33,8 @@ std::size_t lost_count();
 
 /// How the file calls the calling thread.
 void name_thread(const std::string& name);
+/// A zone of the calling thread that was measured already.
+void add_zone(const char* name, std::chrono::steady_clock::time_point begin, double milliseconds);
 /// A zone measured elsewhere, e.g. by a GPU's clock, on a line of its own.
 void add_on_track(const std::string& track, const char* name, std::chrono::steady_clock::time_point begin,
                   double milliseconds);
