@@ -168,7 +168,7 @@ struct SearchGrid {
 struct PlacePairs {
   Counters* counters;
   std::uint32_t capacity;
-  std::uint32_t group_size;
+  std::uint32_t contact_group_size;
 
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
@@ -184,7 +184,7 @@ struct PlacePairs {
     c.free_contacts -= reused;
     c.contacts += c.found - reused;
     c.live_contacts = c.contacts;
-    c.contact_groups = (c.contacts + group_size - 1) / group_size;
+    c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
   }
 };
