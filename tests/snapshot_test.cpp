@@ -122,6 +122,7 @@ TEST(Snapshot, KeepsAllKindsOfBodiesAndWhatIsPending) {
     def.device = "host";
     World copy(def);
     copy.restore(saved(whole));
+    ASSERT_EQ(copy.definition().simulator, simulator);
     ASSERT_EQ(copy.body_count(), whole.body_count());
     EXPECT_THAT(copy.bodies(), testing::ElementsAreArray(whole.bodies()));
     for (const BodyId id : whole.bodies()) {

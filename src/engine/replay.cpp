@@ -36,10 +36,17 @@ void compare(const World& world, const Recorded& recorded, Difference& differenc
   difference.field.clear();
 }
 
+WorldDef definition(const ReplaySettings& settings) {
+  WorldDef def;
+  def.threads = settings.threads;
+  def.device = settings.device;
+  return def;
+}
+
 class Replay {
  public:
   Replay(const std::string& path, const ReplaySettings& settings)
-      : path_(path), settings_(settings), file_(path, recording_kind), world_({.threads = settings.threads}) {}
+      : path_(path), settings_(settings), file_(path, recording_kind), world_(definition(settings)) {}
 
   ReplayResult run() {
     for (;;) {
@@ -78,7 +85,7 @@ class Replay {
       return false;
     }
     if (!result_.difference && !settings_.check_snapshots) return false;
-    World recorded({.threads = 1});
+    World recorded(definition(settings_));
     restore(recorded, bytes);
     if (result_.difference) {
       StateDelta then;
