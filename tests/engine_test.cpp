@@ -198,8 +198,9 @@ TEST(EngineLoop, ErrorsOfTheSimulationReachTheGame) {
     const EntityId id = engine.world().spawn(falling_cube({0, 0, 0}));
     engine.on_frame([&](Engine& e) {
       if (e.stats().frame == 3) e.world().find(id)->apply_force({NAN, 0, 0});
+      if (e.stats().frame == 1000) e.stop();
     });
-    EXPECT_THAT(refusal([&] { engine.run(50); }), HasSubstr("apply force: the force is (nan")) << mode;
+    EXPECT_THAT(refusal([&] { engine.run(); }), HasSubstr("apply force: the force is (nan")) << mode;
   }
 }
 
@@ -460,7 +461,7 @@ TEST(EngineModes, AsyncFollowsWallTimeAndIsDrawnBetweenStates) {
     const float steps = seen[i] / 0.05f;
     between += std::abs(steps - std::round(steps)) > 0.05f;
   }
-  EXPECT_GT(between, 10);
+  EXPECT_GT(between, 3);
 }
 
 TEST(EngineModes, AsyncCanBePausedAndScaled) {
