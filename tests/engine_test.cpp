@@ -359,7 +359,8 @@ CommandList script(std::uint64_t step) {
   return list;
 }
 
-std::vector<std::uint64_t> scripted_hashes(SimulationSettings settings, int threads) {
+std::vector<std::uint64_t> scripted_hashes(SimulationSettings settings, int threads,
+                                           SimulatorKind simulator = SimulatorKind::native) {
   constexpr std::uint64_t steps = 120;
   struct Hashes final : SimulationObserver {
     std::vector<std::uint64_t> all;
@@ -370,7 +371,11 @@ std::vector<std::uint64_t> scripted_hashes(SimulationSettings settings, int thre
   settings.paused = true;
   settings.last_step = steps;
   {
-    Simulation simulation({.threads = threads}, settings, &hashes);
+    WorldDef def;
+    def.simulator = simulator;
+    def.device = "host";
+    def.threads = threads;
+    Simulation simulation(def, settings, &hashes);
     if (settings.mode == SimulationMode::async) {
       for (std::uint64_t step = 1; step <= steps; ++step) simulation.submit_at(step, script(step));
       simulation.set_paused(false);
@@ -402,6 +407,13 @@ TEST(EngineModes, AllGiveTheSameStates) {
     EXPECT_EQ(scripted_hashes({.mode = SimulationMode::async, .paced = false}, threads), expected) << "async";
   }
   EXPECT_EQ(scripted_hashes({.mode = SimulationMode::async, .time_scale = 20}, 1), expected) << "async in wall time";
+}
+
+TEST(EngineModes, AllGiveTheSameStatesOnADevice) {
+  const auto hashes = [](SimulationSettings settings) { return scripted_hashes(settings, 2, SimulatorKind::device); };
+  const std::vector<std::uint64_t> expected = hashes({});
+  EXPECT_EQ(hashes({.mode = SimulationMode::ahead, .ahead = 3}), expected);
+  EXPECT_EQ(hashes({.mode = SimulationMode::async, .paced = false}), expected);
 }
 
 TEST(EngineModes, SceneEntitiesGiveTheStatesOfTheScene) {
