@@ -71,12 +71,20 @@ int main(int argc, char** argv) {
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
   declare_run(*run_command, run_options);
   declare_table(*table_command, table_options);
+  ConfigOptions config_options;
+  ReplayOptions replay_options;
+  CLI::App* config_command = app.add_subcommand("config", "Print the engine's configuration and where it comes from");
+  CLI::App* replay_command = app.add_subcommand("replay", "Repeat a recorded run and check every step");
+  declare_config(*config_command, config_options);
+  declare_replay(*replay_command, replay_options);
 
   try {
     app.parse(argc, argv);
     if (list_command->parsed()) return list();
     if (devices_command->parsed()) return devices();
     if (table_command->parsed()) return table(table_options);
+    if (config_command->parsed()) return config(config_options);
+    if (replay_command->parsed()) return replay(replay_options);
     return run(run_options);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error);

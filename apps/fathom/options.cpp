@@ -104,6 +104,12 @@ void declare_output(CLI::App& command, RunOptions& options) {
   command.add_option("--csv", options.csv, "Write a row a step: each stage's ms and the counts")
       ->type_name("FILE")
       ->group("Output");
+  command.add_option("--record", options.record, "Record the run for 'fathom replay'")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_option("--trace", options.trace, "Write profile zones as a Chrome trace (ui.perfetto.dev reads it)")
+      ->type_name("FILE.json")
+      ->group("Output");
   command.add_flag("--quiet", options.quiet, "No progress bar, no table")->group("Output");
 }
 
@@ -118,6 +124,7 @@ void declare_run(CLI::App& command, RunOptions& options) {
   declare_size(command, options);
   declare_time(command, options);
   declare_simulator(command, options);
+  declare_config_sources(command, options.config);
   declare_output(command, options);
   command.footer(
       "Examples:\n"
