@@ -8,5 +8,6 @@ namespace fathom::cli {
 int list();
 int run(const RunOptions& options);
 int table(const TableOptions& options);
+int validate(const ValidateOptions& options);
 
 }  // namespace fathom::cli

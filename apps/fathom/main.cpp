@@ -67,13 +67,18 @@ int main(int argc, char** argv) {
   const CLI::App* list_command = app.add_subcommand("list", "Say which environments, simulators and solvers there are");
   CLI::App* run_command = app.add_subcommand("run", "Simulate an environment or a scene file and print its figures");
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
+  ValidateOptions validate_options;
+  CLI::App* validate_command =
+      app.add_subcommand("validate", "Check physical laws and published tests, and write a report");
   declare_run(*run_command, run_options);
+  declare_validate(*validate_command, validate_options);
   declare_table(*table_command, table_options);
 
   try {
     app.parse(argc, argv);
     if (list_command->parsed()) return list();
     if (table_command->parsed()) return table(table_options);
+    if (validate_command->parsed()) return validate(validate_options);
     return run(run_options);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error);

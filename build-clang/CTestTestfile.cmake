@@ -1,0 +1,9 @@
+# CMake generated Testfile for 
+# Source directory: /work/wt/trust
+# Build directory: /work/wt/trust/build-clang
+# 
+# This file includes the relevant testing commands required for 
+# testing this directory and lists subdirectories to be tested as well.
+subdirs("src/scene")
+subdirs("apps/fathom")
+subdirs("tests")
