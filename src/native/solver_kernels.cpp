@@ -259,8 +259,9 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   Frame<hn::Vec<D>> frame;
   bodies.load(block, all);
   frame.load(block);
-  if constexpr (pass != Pass::soft) solve_friction(block, frame, bodies);
+  if constexpr (pass == Pass::iterate) solve_friction(block, frame, bodies);
   solve_points<pass>(block, frame, bodies, p, fixed_a ? p.fixed : p.dynamic);
+  if constexpr (pass == Pass::relax) solve_friction(block, frame, bodies);
   bodies.store(block.header().lanes);
 }
 
