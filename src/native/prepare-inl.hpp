@@ -222,13 +222,10 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
     const V acceleration =
         dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w));
-    const V doubled = hn::Mul(hn::Set(d, -2.0f), acceleration);
+    block.set(pull, 0, acceleration);
     for (int i = 0; i < max_points; ++i) {
-      // `meeting_speed` in lanes.
-      const V speed = at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y)));
-      const V gap = hn::Max(block.get(Block<D>::point(i, point_separation)), zero);
-      const V squared = hn::MulAdd(doubled, gap, hn::Mul(speed, speed));
-      block.set(approach, i, hn::IfThenElse(hn::Lt(speed, zero), hn::Neg(hn::Sqrt(hn::Max(squared, zero))), speed));
+      block.set(approach, i,
+                at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
       block.set(peak, i, zero);
     }
   }
