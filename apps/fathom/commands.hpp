@@ -6,6 +6,7 @@
 namespace fathom::cli {
 
 int list();
+int devices();
 int run(const RunOptions& options);
 int table(const TableOptions& options);
 int validate(const ValidateOptions& options);

@@ -26,7 +26,9 @@ struct RunOptions {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
   std::optional<std::int64_t> layers;
-  std::optional<std::string> simulator;
+  std::optional<SimulatorKind> simulator;
+  std::optional<std::string> device;
+  std::optional<int> ahead;
   std::optional<int> threads;
   std::optional<std::uint64_t> steps;
   std::optional<double> seconds;
@@ -47,7 +49,8 @@ struct TableOptions {
 /// Options of `fathom validate`.
 struct ValidateOptions {
   std::vector<std::string> only;  ///< parts of case or group names; empty for all
-  std::string simulator = "native";
+  SimulatorKind simulator = SimulatorKind::native;
+  std::string device = "auto";
   int threads = 0;
   bool brief = false;
   bool list = false;

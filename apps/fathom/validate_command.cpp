@@ -49,8 +49,8 @@ int validate(const ValidateOptions& options) {
     for (const Case* test : list) fmt::print("{:<14} {:<18} {}\n", test->group, test->name, test->about);
     return finished;
   }
-  const Setup setup{options.simulator, options.threads, !options.brief};
-  world_def(setup);  // refuses a simulator that is not there before anything runs
+  const Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  World probe(world_def(setup));  // refuses a device that is not there before anything runs
   Output html(options.html), json(options.json);
   std::vector<Result> results;
   for (const Case* test : list) {

@@ -1,4 +1,4 @@
-// How fast two points meet.
+// How fast bodies meet and fly.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -12,6 +12,13 @@ namespace fathom {
 FATHOM_HD float meeting_speed(float start, float acceleration, float gap) {
   if (!(start < 0.0f)) return start;
   return -fathom::sqrt(max(fma(-2.0f * acceleration, gap, start * start), 0.0f));
+}
+
+/// Mean velocity (m/s) of a substep of length h. Where contacts act it is that at the substep's end (symplectic Euler,
+/// which contacts need); a body that nothing touched, `velocity` being what integration alone made it, flies on an
+/// exact parabola.
+FATHOM_HD Vec3 mean_velocity(bool touched, Vec3 velocity, Vec3 acceleration, float h) {
+  return touched ? velocity : mul_add(velocity, -0.5f * h, acceleration);
 }
 
 }  // namespace fathom

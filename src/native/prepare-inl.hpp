@@ -10,16 +10,13 @@
 
 #include <hwy/highway.h>
 
+#include "dynamics/contact_rows.hpp"
 #include "native/constraint_block-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
 alignas(64) constexpr float zeros[64] = {};
-
-// Mean distance of a square's area from its centre over that of its corners, (√2 + ln(1 + √2)) / (3 √2): pressure is
-// spread over the patch, of which the points are the corners. 0.50 for a line, 0.53 for a rectangle of 2 to 1.
-constexpr float patch_share = 0.5411f;
 
 /// Reads the manifolds of a block's lanes.
 template <class D>

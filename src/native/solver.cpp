@@ -215,8 +215,7 @@ void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_conta
 
 namespace {
 
-/// Mean velocity of a substep. Where contacts act it is that at the substep's end (symplectic Euler, which contacts
-/// need); a body that none of its contacts has touched yet flies on an exact parabola, as bodies without contacts do.
+/// `fathom::mean_velocity` of a body in contact.
 HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
   const QuadTag d;
   const Quad v = load(body.linear);

@@ -24,6 +24,10 @@ Tally tally(std::span<const Result> results) {
   return sum;
 }
 
+std::string name_of(const Setup& setup) {
+  return setup.simulator == SimulatorKind::native ? "native" : "device " + setup.device;
+}
+
 const char* verdict(const Check& check) {
   if (check.passed()) return "pass";
   return check.known.empty() ? "fail" : "known";
@@ -92,7 +96,7 @@ std::string to_html(std::span<const Result> results, const Setup& setup, const C
       "<title>Fathom validation</title><style>{}</style></head><body>\n<h1>Fathom validation</h1>\n"
       "<p>{} of {} checks pass; {} fail as known, {} fail.</p>\n"
       "<p class='faint'>Simulator {}, {} threads, {} suite · fathom {} ({}), {} build, {} · {} · {}</p>\n",
-      style, sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(setup.simulator),
+      style, sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(name_of(setup)),
       setup.threads, setup.full ? "full" : "short", escaped(c.version), escaped(c.commit), escaped(c.build_type),
       escaped(c.compiler), escaped(c.machine), escaped(c.date));
   std::string group;
@@ -106,10 +110,10 @@ std::string to_html(std::span<const Result> results, const Setup& setup, const C
 std::string to_json(std::span<const Result> results, const Setup& setup, const Circumstances& c) {
   using Json = nlohmann::ordered_json;
   const Tally sum = tally(results);
-  Json json{{"simulator", setup.simulator}, {"threads", setup.threads}, {"full", setup.full},
-            {"version", c.version},         {"commit", c.commit},       {"build_type", c.build_type},
-            {"compiler", c.compiler},       {"machine", c.machine},     {"date", c.date},
-            {"checks", sum.checks},         {"passed", sum.passed},     {"known_failures", sum.known},
+  Json json{{"simulator", name_of(setup)}, {"threads", setup.threads}, {"full", setup.full},
+            {"version", c.version},        {"commit", c.commit},       {"build_type", c.build_type},
+            {"compiler", c.compiler},      {"machine", c.machine},     {"date", c.date},
+            {"checks", sum.checks},        {"passed", sum.passed},     {"known_failures", sum.known},
             {"cases", Json::array()}};
   for (const Result& result : results) {
     Json entry{{"group", result.test->group},

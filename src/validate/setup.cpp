@@ -3,9 +3,9 @@
 namespace fathom::validate {
 
 WorldDef world_def(const Setup& setup) {
-  if (setup.simulator != "native")
-    throw Error(ErrorCode::unavailable, "this build has no simulator '" + setup.simulator + "'; use native");
   WorldDef def;
+  def.simulator = setup.simulator;
+  def.device = setup.device;
   def.threads = setup.threads;
   def.sleep.enabled = false;
   return def;

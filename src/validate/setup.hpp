@@ -7,13 +7,13 @@
 namespace fathom::validate {
 
 struct Setup {
-  std::string simulator = "native";
+  SimulatorKind simulator = SimulatorKind::native;
+  std::string device = "auto";  ///< of the device simulator
   int threads = 1;
   bool full = true;  ///< false: the shorter form that is part of the test suite
 };
 
-/// A definition with the simulator and the threads of the setup, sleeping off. Throws `Error{unavailable}` where this
-/// build has no such simulator.
+/// A definition with the simulator and the threads of the setup, sleeping off.
 WorldDef world_def(const Setup& setup);
 
 }  // namespace fathom::validate
