@@ -62,7 +62,7 @@ struct Textbook {
       const Vec3d from = arm_a[i] - centre_a;
       arm_a[i] = arm_a[i] - dot(from, p.normal) * p.normal;
       arm_b[i] = arm_a[i] - between;
-      radius += length(arm_a[i] - centre_a) / count;
+      radius += static_cast<double>(patch_share) * length(arm_a[i] - centre_a) / count;
     }
   }
 

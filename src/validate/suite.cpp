@@ -10,7 +10,7 @@ namespace fathom::validate {
 namespace {
 
 constexpr auto table = std::to_array<Case>({
-    {"laws", "free-fall", "A projectile follows the integrator's parabola to 1 mm.", free_fall},
+    {"laws", "free-fall", "A projectile follows the exact parabola to 1 mm.", free_fall},
     {"laws", "colliding-cloud",
      "Bodies collide without gravity for 1,000 steps; momentum drifts by at most 5e-4 (Newton, "
      "test_physics_verification).",
