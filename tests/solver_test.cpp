@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "dynamics/contact_rows.hpp"
 #include "math/vec3d.hpp"
 #include "native/solver_kernels.hpp"
 #include "world_fixture.hpp"

@@ -25,7 +25,7 @@ std::uint64_t spread_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-int exponent(float x) { return x > 0 ? std::ilogb(x) : -126; }
+int exponent(float x) { return !(x > 0) ? -126 : is_finite(x) ? std::ilogb(x) : 127; }
 
 float largest_extent(const Aabb& box) { return max_component(box.upper - box.lower); }
 
