@@ -204,6 +204,7 @@ void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
       hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
       for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
         const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
+        if (!has_child(entry.level, child)) continue;
         if (entry.level > 0)
           stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
         else
