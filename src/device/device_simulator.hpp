@@ -92,6 +92,9 @@ class DeviceSimulator final : public Simulator {
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
   Lane& lane_of(std::uint64_t step) const { return *lanes_[step % lanes_count_]; }
 
+  /// Every step's results go to the host, not only those that somebody asks for.
+  bool copies_results() const { return def.ahead > 0 && def.copy_results; }
+
   // Submitting.
   void make_room();
   void choose_grid();

@@ -75,7 +75,7 @@ void DeviceSimulator<D>::step() {
     throw;
   }
   ++steps;
-  bodies_are_current_ = bodies_are_current_ && def.ahead > 0;
+  bodies_are_current_ = bodies_are_current_ && copies_results();
   events_are_current_ = events_are_current_ && def.ahead > 0;
   while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
 }
@@ -175,7 +175,7 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   if (with_edits) upload_edits(flight);
   Lane& lane = lane_of(flight.number);
   device_.launch(*lane.graph);
-  if (def.ahead > 0) submit_results(lane);
+  if (copies_results()) submit_results(lane);
   device_.mark(end_of(flight.number));
 }
 
@@ -460,7 +460,10 @@ void DeviceSimulator<D>::make_profile() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_bodies() const {
-  look();
+  if (copies_results())
+    look();
+  else
+    retire_all();
   if (!bodies_are_current_) self().fetch_bodies_now();
 }
 
@@ -473,7 +476,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   flags_.assign(poses_.size(), 0);
   if (newest_.step > 0) {
     Lane& lane = lane_of(newest_.step);
-    if (def.ahead == 0) {
+    if (!copies_results()) {
       make_room();
       upload_slots();
       submit_results(lane);
