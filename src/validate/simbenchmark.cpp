@@ -235,9 +235,7 @@ void rolling(const Setup& setup, Record& record) {
 }
 
 void kapla(const Setup& setup, Record& record) {
-  WorldDef def = world_def(setup);
-  def.dt = 0.01f;
-  World world(def);
+  World world(benchmark_def(setup, 0.01f));
   const Material material{0.8f, 0};  // RaiSim's default
   world.add(floor_slab(material));
   const Shape base = box({0.025f, 0.125f, 0.05f}), wall = box({0.1f, 0.025f, 0.05f});
