@@ -13,9 +13,10 @@
 #include "validate/svg_plot.hpp"
 
 namespace fathom::validate {
-namespace {
 
 void PrintTo(const Case& test, std::ostream* out) { *out << test.about; }
+
+namespace {
 
 class Suite : public testing::TestWithParam<Case> {};
 

@@ -66,8 +66,8 @@ struct WorldDef {
   /// and costs nothing where nobody reads. N > 0 means that `step` returns while up to N steps are still under way,
   /// every step's results are copied back as it ends, and reading gives those of the newest finished one.
   int ahead = 0;
-  /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits for
-  /// the last step, while the profile is still that of the newest finished one.
+  /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits
+  /// for the last step, while the profile is still that of the newest finished one.
   bool copy_results = true;
   Vec3 gravity{0, 0, -9.81f};
   float dt = 1.0f / 60.0f;  ///< s, the fixed time step
