@@ -276,11 +276,43 @@ TEST_F(Program, FaultyResultsAreRefused) {
   EXPECT_THAT(fathom({"table", path("text.json")}).err, HasSubstr("is not JSON"));
 }
 
+TEST_F(Program, EarlierFilesSurviveAKilledRunAndAFullDisk) {
+  std::ofstream(path("run.csv")) << "earlier";
+  const pid_t child =
+      start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--csv", path("run.csv"), "--quiet"});
+  for (int i = 0; i < 1000 && !fs::exists(path("run.csv.part")); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  kill(child, SIGKILL);
+  finish(child);
+  EXPECT_EQ(read_text(path("run.csv")), "earlier");
+  const Outcome full = fathom({"run", "drift", "--bodies", "100", "--steps", "200", "--csv", "/dev/full", "--quiet"});
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("is the disk full?"));
+}
+
+TEST_F(Program, ValidateWritesItsReport) {
+  const Outcome outcome = fathom({"validate", "--short", "--only", "free-fall", "--threads", "1", "--html",
+                                  path("v.html"), "--json", path("v.json")});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("pass  free-fall"));
+  const json report = json::parse(read_text(path("v.json")));
+  EXPECT_EQ(report.at("checks"), report.at("passed"));
+  EXPECT_THAT(read_text(path("v.html")), HasSubstr("<svg"));
+  EXPECT_FALSE(fs::exists(path("v.html.part")));
+}
+
+TEST_F(Program, ValidateListsItsCasesAndRefusesOthers) {
+  EXPECT_THAT(fathom({"validate", "--list"}).out, HasSubstr("kapla"));
+  const Outcome outcome = fathom({"validate", "--only", "nonsense"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("no case has 'nonsense' in its name"));
+}
+
 TEST_F(Program, InterruptedRunWritesWhatItMeasured) {
   const pid_t child = start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--json", path("run.json"),
                              "--csv", path("run.csv"), "--quiet"});
   // Rows appear once steps are made.
-  for (int i = 0; i < 1000 && (!fs::exists(path("run.csv")) || fs::file_size(path("run.csv")) < 10000); ++i) {
+  for (int i = 0; i < 1000 && (!fs::exists(path("run.csv.part")) || fs::file_size(path("run.csv.part")) < 10000); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   kill(child, SIGINT);

@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "dynamics/contact_rows.hpp"
 #include "math/vec3d.hpp"
 #include "native/solver_kernels.hpp"
 #include "world_fixture.hpp"
@@ -47,22 +48,28 @@ struct Textbook {
   explicit Textbook(PairInContact& p) : pair(p), count(p.manifold.point_count()) {
     const Vec3d between = to_double(p.poses[1].position) - to_double(p.poses[0].position);
     Vec3d sum{};
+    double nearest = 1e30;
     for (int i = 0; i < count; ++i) {
       const Vec3d on_a = to_double(rotate(p.poses[0].rotation, p.manifold.points[i].anchor_a));
       const Vec3d on_b = between + to_double(rotate(p.poses[1].rotation, p.manifold.points[i].anchor_b));
       separation[i] = dot(on_b - on_a, p.normal);
       arm_a[i] = 0.5 * (on_a + on_b);
-      sum = sum + arm_a[i];
+      nearest = std::min(nearest, separation[i]);
       impulse[i] = static_cast<double>(p.manifold.impulses[i]);
     }
-    centre_a = (1.0 / count) * sum;
+    // Friction acts at the middle of the points that touch or nearly do.
+    const auto is_near = [&](int i) { return separation[i] <= nearest + static_cast<double>(friction_reach); };
+    int near_count = 0;
+    for (int i = 0; i < count; ++i)
+      if (is_near(i)) sum = sum + arm_a[i], ++near_count;
+    centre_a = (1.0 / near_count) * sum;
     centre_b = centre_a - between;
     for (int i = 0; i < count; ++i) {
       // The kernels put all points into the plane through the centroid.
       const Vec3d from = arm_a[i] - centre_a;
       arm_a[i] = arm_a[i] - dot(from, p.normal) * p.normal;
       arm_b[i] = arm_a[i] - between;
-      radius += length(arm_a[i] - centre_a) / count;
+      if (is_near(i)) radius += static_cast<double>(patch_share) * length(arm_a[i] - centre_a) / near_count;
     }
   }
 

@@ -9,5 +9,6 @@ int list();
 int devices();
 int run(const RunOptions& options);
 int table(const TableOptions& options);
+int validate(const ValidateOptions& options);
 
 }  // namespace fathom::cli

@@ -69,7 +69,11 @@ int main(int argc, char** argv) {
       app.add_subcommand("devices", "List the processors and GPUs of this machine, and why one cannot be used");
   CLI::App* run_command = app.add_subcommand("run", "Simulate an environment or a scene file and print its figures");
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
+  ValidateOptions validate_options;
+  CLI::App* validate_command =
+      app.add_subcommand("validate", "Check physical laws and published tests, and write a report");
   declare_run(*run_command, run_options);
+  declare_validate(*validate_command, validate_options);
   declare_table(*table_command, table_options);
   ConfigOptions config_options;
   ReplayOptions replay_options;
@@ -85,6 +89,7 @@ int main(int argc, char** argv) {
     if (table_command->parsed()) return table(table_options);
     if (config_command->parsed()) return config(config_options);
     if (replay_command->parsed()) return replay(replay_options);
+    if (validate_command->parsed()) return validate(validate_options);
     return run(run_options);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error);

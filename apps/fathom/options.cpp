@@ -30,8 +30,8 @@ CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric
 }
 
 /// One of a few words. CLI11's own message for a wrong one lists numbers.
-template <class T>
-void declare_choice(CLI::App& command, const std::string& flag, std::optional<T>& value, std::map<std::string, T> words,
+template <class T, class Value>
+void declare_choice(CLI::App& command, const std::string& flag, Value& value, std::map<std::string, T> words,
                     const std::string& help) {
   std::string list;
   for (const auto& word : words) list += (list.empty() ? "" : "|") + word.first;
@@ -138,6 +138,31 @@ void declare_run(CLI::App& command, RunOptions& options) {
 
 void declare_table(CLI::App& command, TableOptions& options) {
   command.add_option("files", options.files, "Results written by 'fathom run --json'")->required()->type_name("FILE");
+}
+
+void declare_validate(CLI::App& command, ValidateOptions& options) {
+  command.add_option("--only", options.only, "Cases or groups whose names hold this text")->type_name("TEXT");
+  command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
+  command.add_flag("--list", options.list, "Say which cases there are");
+  declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
+                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
+                                "Which simulator is validated (native)");
+  command
+      .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
+      ->type_name("DEVICE");
+  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
+      ->type_name("N")
+      ->check(whole_number(0, 1024));
+  command.add_option("--html", options.html, "Write the report with tables and plots")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_option("--json", options.json, "Write the report as JSON ('-' is stdout)")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_flag("--quiet", options.quiet, "No line for every check")->group("Output");
+  command.footer(
+      "Exit code: 0 all checks pass or fail as they are known to; 1 a check fails; 2 the command line or a file is "
+      "wrong.");
 }
 
 }  // namespace fathom::cli

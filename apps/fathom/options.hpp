@@ -51,8 +51,22 @@ struct TableOptions {
   std::vector<std::string> files;
 };
 
+/// Options of `fathom validate`.
+struct ValidateOptions {
+  std::vector<std::string> only;  ///< parts of case or group names; empty for all
+  SimulatorKind simulator = SimulatorKind::native;
+  std::string device = "auto";
+  int threads = 0;
+  bool brief = false;
+  bool list = false;
+  std::string html;
+  std::string json;
+  bool quiet = false;
+};
+
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);
+void declare_validate(CLI::App& command, ValidateOptions& options);
 
 }  // namespace fathom::cli

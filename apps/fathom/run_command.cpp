@@ -1,12 +1,11 @@
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iostream>
-#include <memory>
+#include <ostream>
 
 #include "commands.hpp"
 #include "csv.hpp"
 #include "engine/config.hpp"
+#include "output.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "run.hpp"
@@ -15,31 +14,6 @@
 
 namespace fathom::cli {
 namespace {
-
-/// A file to write to, or stdout for "-". It is opened before the run, so that a run is not lost to a wrong path.
-class Output {
- public:
-  explicit Output(std::string path) : path_(std::move(path)) {
-    if (path_.empty() || path_ == "-") return;
-    file_.open(path_);
-    if (!file_) throw Error(ErrorCode::file, path_ + ": cannot be written; check the folder and its permissions");
-  }
-
-  bool wanted() const { return !path_.empty(); }
-  bool is_stdout() const { return path_ == "-"; }
-  std::ostream& stream() { return is_stdout() ? std::cout : file_; }
-
-  /// Throws where something could not be written, e.g. on a full disk.
-  void finish() {
-    if (!wanted()) return;
-    stream().flush();
-    if (!stream()) throw Error(ErrorCode::file, path_ + ": could not be written to its end; is the disk full?");
-  }
-
- private:
-  std::string path_;
-  std::ofstream file_;
-};
 
 /// The options' files, else the configuration's.
 RunFileSettings run_files(const RunOptions& options) {

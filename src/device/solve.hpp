@@ -445,7 +445,8 @@ struct SolveConstraints {
       const Vec3 before = body.angular;
       Quat q = bodies.poses[i].rotation;
       body.turned += step_torque_free(q, body.angular, t.inertia, t.inverse, p.h);
-      bodies.poses[i].rotation = q;
+      // A body that fails keeps an orientation; its angular velocity tells that it failed.
+      if (is_finite(q)) bodies.poses[i].rotation = q;
       bodies.warm[i].angular_reference += body.angular - before;
       bodies.solver[i].angular = body.angular;
     } else {

@@ -1,8 +1,8 @@
 // The rows of one contact constraint and the sweeps over them, one contact at a time. Pure, for host and device.
 //
 // A manifold's points share one normal, so their rows are written about one reference point c, the centroid of
-// the points, in the frame (t1, t2, n): with u the relative velocity of the bodies at c and ω the relative
-// angular velocity, a point at (x, y) in that frame approaches with
+// the points that touch or nearly do, in the frame (t1, t2, n): with u the relative velocity of the bodies at c and ω
+// the relative angular velocity, a point at (x, y) in that frame approaches with
 //     vn = u·n + y (ω·t1) − x (ω·t2),
 // two floats a point instead of two anchors. Point impulses act on the three numbers (u·n, ω·t1, ω·t2) through
 // a symmetric 3×3 matrix K, and only their sum (P along n, torques T1, T2) is applied to the bodies. The native
@@ -16,9 +16,14 @@
 
 namespace fathom {
 
-/// Mean distance of a square's area from its centre over that of its corners, (√2 + ln(1 + √2)) / (3 √2): pressure is
-/// spread over the patch, of which the points are the corners. 0.50 for a line, 0.53 for a rectangle of 2 to 1.
-inline constexpr float patch_share = 0.5411f;
+/// Mean distance of a patch's area from its centre over that of its corners, which are the contact's points: pressure
+/// is spread over the patch. For a square (√2 + ln(1 + √2)) / (3 √2) = 0.541, for a rectangle of 2 to 1 0.53, for a
+/// line 0.5. A little more, because towers of narrow blocks turn on each other below 0.55 (docs/validation.md, Kapla).
+inline constexpr float patch_share = 0.56f;
+
+/// Points farther apart than the nearest one by more than this (m) are only expected to touch: friction does not act
+/// there.
+inline constexpr float friction_reach = 0.02f;
 
 /// What all points of a contact share: six quads, of which a sweep without friction reads the first five.
 struct alignas(16) ContactFrame {
@@ -129,6 +134,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
   const int count = m.point_count();
   Vec3 middle[max_manifold_points];
   Vec3 sum;
+  float nearest = 1e30f;
   for (int i = 0; i < max_manifold_points; ++i) {
     impulses.normal[i] = 0;
     if (i >= count) continue;
@@ -137,9 +143,15 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
     points[i].separation = dot(on_b - on_a, n);
     impulses.normal[i] = m.impulses[i];
     middle[i] = 0.5f * (on_a + on_b);
-    sum += middle[i];
+    nearest = min(nearest, points[i].separation);
   }
-  const float share = 1.0f / max(static_cast<float>(count), 1.0f);
+  float near_count = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= count || !(points[i].separation <= nearest + friction_reach)) continue;
+    sum += middle[i];
+    near_count += 1.0f;
+  }
+  const float share = 1.0f / max(near_count, 1.0f);
   f.arm_a = share * sum;
   f.arm_b = f.arm_a - between;
   const Vec3 lever_a = cross(f.arm_a, n), lever_b = cross(f.arm_b, n);
@@ -169,7 +181,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
     points[i].x = x;
     points[i].y = y;
     points[i].mass = k > 0 ? 1.0f / k : 0.0f;
-    radius_sum += fathom::sqrt(fma(x, x, y * y));
+    if (points[i].separation <= nearest + friction_reach) radius_sum += fathom::sqrt(fma(x, x, y * y));
   }
 
   // Sliding: 2×2 over (t1, t2) at c. Twist: about n.

@@ -39,13 +39,24 @@ double exact_volume(const Shape& shape) {
   return shape.hull ? to_double(shape.hull->volume()) : 0;
 }
 
-/// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite.
+/// Farthest point from the centre (m).
+float reach(const Shape& shape) {
+  if (shape.hull) return shape.hull->outer_radius();
+  return shape.radius + max_component(shape.half_extents);
+}
+
+/// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite, squares and cubes of
+/// lengths in the separating-axis tests would overflow.
 Shape checked(const Shape& shape, const char* place) {
   const double v = exact_volume(shape);
   if (v < to_double(std::numeric_limits<float>::min()) || v > to_double(std::numeric_limits<float>::max())) {
     throw Error(ErrorCode::degenerate_shape, std::string(place) + ": the volume is too " + (v < 1 ? "small" : "large") +
                                                  " for single precision; lengths are in metres");
   }
+  constexpr float largest = 1e12f;
+  if (!(reach(shape) <= largest))
+    throw Error(ErrorCode::degenerate_shape, std::string(place) + ": it reaches " + text(to_double(reach(shape))) +
+                                                 " m from its centre; 1e12 m is the most for single precision");
   return shape;
 }
 
@@ -113,7 +124,13 @@ MassProperties mass_properties(const Shape& shape, float mass) {
     const Vec3 moments = to_float(to_double(mass) * unit_moments(shape));
     result.inertia = {moments.x, moments.y, moments.z, 0, 0, 0};
   }
-  const PrincipalFrame frame = principal_frame(result.inertia);
+  PrincipalFrame frame = principal_frame(result.inertia);
+  // A needle's smallest moment is lost in the rounding of its largest, where it may even turn negative.
+  const float least = 1e-6f * frame.moments.z, missing = least - frame.moments.x;
+  if (shape.hull && missing > 0) {
+    result.inertia.xx += missing, result.inertia.yy += missing, result.inertia.zz += missing;
+    frame.moments += Vec3{missing, missing, missing};
+  }
   result.principal_moments = frame.moments;
   result.principal_rotation = frame.rotation;
   return result;

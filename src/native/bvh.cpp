@@ -25,7 +25,7 @@ std::uint64_t spread_bits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-int exponent(float x) { return x > 0 ? std::ilogb(x) : -126; }
+int exponent(float x) { return !(x > 0) ? -126 : is_finite(x) ? std::ilogb(x) : 127; }
 
 float largest_extent(const Aabb& box) { return max_component(box.upper - box.lower); }
 
@@ -204,6 +204,7 @@ void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
       hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
       for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
         const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
+        if (!has_child(entry.level, child)) continue;
         if (entry.level > 0)
           stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
         else

@@ -60,6 +60,10 @@ class Bvh {
     std::uint32_t item;
   };
 
+  /// Infinities meet the empty boxes that stand for children beyond the last one.
+  bool has_child(std::uint32_t level, std::size_t child) const {
+    return child < (level > 0 ? levels_[level - 1].count : leaves_.size());
+  }
   void sort_keys();
   void lay_out_levels();
   static void set_child(Node& node, std::size_t child, const Aabb& box);
@@ -103,6 +107,7 @@ void Bvh::ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const {
       }
       if (!(enter <= leave)) continue;
       const std::size_t child = entry.node * width + c;
+      if (!has_child(entry.level, child)) continue;
       if (entry.level > 0)
         stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
       else

@@ -129,6 +129,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   const V count = hn::Load(d, lanes.counts);
   Vec3V<V> middle[max_manifold_points];
   Vec3V<V> sum{zero, zero, zero};
+  V nearest = hn::Set(d, 1e30f);
   const int max_points = block.header().max_points;
   for (int i = 0; i < max_points; ++i) {
     const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i)),
@@ -136,14 +137,25 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     const Vec3V<V> on_a = rot_a * anchor_a.xyz();
     const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    block.set(Block<D>::point(i, point_separation), dot(on_b - on_a, f.n));
+    const V separation = dot(on_b - on_a, f.n);
+    block.set(Block<D>::point(i, point_separation), separation);
     const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
     block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
     middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
-    const V weight = hn::IfThenElseZero(used, one);
-    sum = mul_add(sum, weight, middle[i]);
+    nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
   }
-  const V share = hn::Div(one, hn::Max(count, one));
+  // Friction acts at the middle of the points that touch or nearly do.
+  V weights[max_manifold_points];
+  V near_count = zero;
+  const V reach = hn::Add(nearest, hn::Set(d, friction_reach));
+  for (int i = 0; i < max_points; ++i) {
+    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
+    const auto near = hn::And(used, hn::Le(block.get(Block<D>::point(i, point_separation)), reach));
+    weights[i] = hn::IfThenElseZero(near, one);
+    near_count = hn::Add(near_count, weights[i]);
+    sum = mul_add(sum, weights[i], middle[i]);
+  }
+  const V share = hn::Div(one, hn::Max(near_count, one));
   f.arm_a = scale(share, sum);
   f.arm_b = f.arm_a - between;
   f.lever_a = cross(f.arm_a, f.n);
@@ -177,7 +189,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     block.set(Block<D>::point(i, point_y), y);
     block.set(Block<D>::point(i, point_mass),
               hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
-    radius_sum = hn::Add(radius_sum, hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))));
+    radius_sum = hn::MulAdd(weights[i], hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), radius_sum);
   }
 
   // Sliding: 2×2 over (t1, t2) at c. Twist: about n.

@@ -238,8 +238,10 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
         // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
         const BodyInfo& info = bodies_[slot];
         const Vec3 before = body.angular;
-        body.turned +=
-            step_torque_free(state_.poses[slot].rotation, body.angular, info.inertia, info.inverse_inertia, h);
+        Quat q = state_.poses[slot].rotation;
+        body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
+        // A body that fails keeps an orientation; its angular velocity tells that it failed.
+        if (is_finite(q)) state_.poses[slot].rotation = q;
         state_.warm[slot].angular_reference += body.angular - before;
       } else {
         put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "geometry/support.hpp"
+#include "math/text.hpp"
+#include "math/vec3d.hpp"
 #include "world/growth.hpp"
 
 namespace fathom {
@@ -17,9 +19,21 @@ bool is_isotropic(const SymMat3& m) {
   return max(spread, mixed) <= 1e-5f * mean;
 }
 
+/// In double precision: products of three moments of a speck of dust vanish in single.
 SymMat3 inverse(const SymMat3& m) {
-  const Mat3 i = inverse(to_matrix(m));
-  return {i.x.x, i.y.y, i.z.z, i.y.x, i.z.x, i.z.y};
+  const double xx = to_double(m.xx), yy = to_double(m.yy), zz = to_double(m.zz), xy = to_double(m.xy),
+               xz = to_double(m.xz), yz = to_double(m.yz);
+  const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, c = xy * yz - xz * yy;
+  const double s = 1 / (xx * a + xy * b + xz * c);
+  const auto scaled = [&](double v) { return static_cast<float>(s * v); };
+  return {scaled(a), scaled(xx * zz - xz * xz), scaled(xx * yy - xy * xy), scaled(b),
+          scaled(c), scaled(xy * xz - xx * yz)};
+}
+
+bool can_be_moved(const BodyInfo& info) {
+  const SymMat3& i = info.inverse_inertia;
+  const float sum = info.inverse_mass + i.xx + i.yy + i.zz + abs(i.xy) + abs(i.xz) + abs(i.yz);
+  return is_finite(sum) && info.inverse_mass > 0 && i.xx > 0 && i.yy > 0 && i.zz > 0;
 }
 
 BodyInfo make_info(const BodyDef& def) {
@@ -43,6 +57,10 @@ BodyInfo make_info(const BodyDef& def) {
     if (info.isotropic) info.inertia.xy = info.inertia.xz = info.inertia.yz = 0;
     if (info.isotropic) info.inertia.yy = info.inertia.zz = info.inertia.xx;
     info.inverse_inertia = inverse(info.inertia);
+    if (!can_be_moved(info))
+      throw Error(ErrorCode::invalid_argument, "add body: its mass of " + text(to_double(info.mass)) +
+                                                   " kg or its inertia is beyond what single precision can " +
+                                                   "invert; give it a mass and a size nearer to 1");
   }
   return info;
 }

@@ -1,0 +1,68 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+#include <ostream>
+#include <string_view>
+
+#include "build_info.hpp"
+#include "commands.hpp"
+#include "output.hpp"
+#include "system.hpp"
+#include "validate/report.hpp"
+
+namespace fathom::cli {
+namespace {
+
+using namespace fathom::validate;
+
+bool asked_for(const Case& test, const std::vector<std::string>& only) {
+  const std::string_view name = test.name, group = test.group;
+  return only.empty() || std::ranges::any_of(only, [&](const std::string& text) {
+           return name.find(text) != name.npos || group.find(text) != group.npos;
+         });
+}
+
+std::vector<const Case*> chosen(const std::vector<std::string>& only) {
+  std::vector<const Case*> list;
+  for (const Case& test : cases())
+    if (asked_for(test, only)) list.push_back(&test);
+  if (list.empty())
+    throw Error(ErrorCode::invalid_argument, "no case has '" + fmt::format("{}", fmt::join(only, "' or '")) +
+                                                 "' in its name; see 'fathom validate --list'");
+  return list;
+}
+
+Circumstances circumstances() {
+  const std::time_t now = std::time(nullptr);
+  return {build_info::version,  build_info::commit, build_info::build_type,
+          build_info::compiler, processor_name(),   fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))};
+}
+
+}  // namespace
+
+int validate(const ValidateOptions& options) {
+  const std::vector<const Case*> list = chosen(options.only);
+  if (options.list) {
+    for (const Case* test : list) fmt::print("{:<14} {:<18} {}\n", test->group, test->name, test->about);
+    return finished;
+  }
+  const Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  World probe(world_def(setup));  // refuses a device that is not there before anything runs
+  Output html(options.html), json(options.json);
+  std::vector<Result> results;
+  for (const Case* test : list) {
+    results.push_back(run_case(*test, setup));
+    if (!options.quiet) fmt::print(json.is_stdout() ? stderr : stdout, "{}", to_text(results.back()));
+  }
+  const Circumstances where = circumstances();
+  if (html.wanted()) html.stream() << to_html(results, setup, where);
+  html.finish();
+  if (json.wanted()) json.stream() << to_json(results, setup, where);
+  json.finish();
+  return std::ranges::all_of(results, &Result::as_expected) ? finished : failed;
+}
+
+}  // namespace fathom::cli

@@ -1,0 +1,58 @@
+// What a case of the suite finds: checks against figures, and the curves and tables that explain them.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace fathom::validate {
+
+/// A measured value beside the figure it must keep to.
+struct Check {
+  std::string name;
+  double value = 0;
+  double limit = 0;
+  bool at_most = true;  ///< else at least
+  std::string unit;
+  std::string known;  ///< why it is known to fail; empty where it must hold
+
+  /// False for values that are not numbers.
+  bool passed() const { return at_most ? value <= limit : value >= limit; }
+};
+
+struct Curve {
+  std::string name;
+  std::vector<double> x, y;
+
+  void add(double px, double py) { x.push_back(px), y.push_back(py); }
+};
+
+struct Plot {
+  std::string title, x_label, y_label;
+  bool log_x = false, log_y = false;
+  std::deque<Curve> curves;  // references to its elements last
+};
+
+struct Table {
+  std::string title;
+  std::vector<std::string> head;
+  std::vector<std::vector<std::string>> rows;
+};
+
+struct Record {
+  std::vector<Check> checks;
+  std::vector<Plot> plots;
+  std::vector<Table> tables;
+  std::vector<std::string> notes;
+
+  Check& at_most(std::string name, double value, double limit, std::string unit = {}) {
+    return checks.emplace_back(Check{std::move(name), value, limit, true, std::move(unit), {}});
+  }
+  Check& at_least(std::string name, double value, double limit, std::string unit = {}) {
+    return checks.emplace_back(Check{std::move(name), value, limit, false, std::move(unit), {}});
+  }
+  void note(std::string text) { notes.push_back(std::move(text)); }
+};
+
+}  // namespace fathom::validate
