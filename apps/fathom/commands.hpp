@@ -5,8 +5,11 @@
 
 namespace fathom::cli {
 
+struct RenderOptions;
+
 int list();
 int run(const RunOptions& options);
+int render(const RenderOptions& options);
 int table(const TableOptions& options);
 
 }  // namespace fathom::cli

@@ -11,6 +11,9 @@
 #include "build_info.hpp"
 #include "commands.hpp"
 #include "options.hpp"
+#ifdef FATHOM_HAS_RENDER
+#include "render_options.hpp"
+#endif
 #include "scene/suggest.hpp"
 
 namespace {
@@ -69,11 +72,19 @@ int main(int argc, char** argv) {
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
   declare_run(*run_command, run_options);
   declare_table(*table_command, table_options);
+#ifdef FATHOM_HAS_RENDER
+  RenderOptions render_options;
+  CLI::App* render_command = app.add_subcommand("render", "Draw a run into pictures, films or a web page");
+  declare_render(*render_command, render_options);
+#endif
 
   try {
     app.parse(argc, argv);
     if (list_command->parsed()) return list();
     if (table_command->parsed()) return table(table_options);
+#ifdef FATHOM_HAS_RENDER
+    if (render_command->parsed()) return render(render_options);
+#endif
     return run(run_options);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error);

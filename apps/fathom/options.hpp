@@ -44,6 +44,8 @@ struct TableOptions {
   std::vector<std::string> files;
 };
 
+/// Declares what every command that simulates has: the scene, its size, the simulator.
+void declare_scene(CLI::App& command, RunOptions& options);
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);

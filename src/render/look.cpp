@@ -10,16 +10,16 @@ Vec3 fading(float distance, Vec3 per_channel) { return (1 / distance) * per_chan
 
 Look daylight(float size) {
   Look look;
-  look.sun_direction = normalize(Vec3{0.42f, -0.5f, 0.86f});
-  look.sun_colour = {2.05f, 1.90f, 1.66f};
-  look.ambient_up = {0.50f, 0.56f, 0.66f};
-  look.ambient_down = {0.24f, 0.23f, 0.23f};
-  look.zenith = {0.20f, 0.36f, 0.62f};
-  look.horizon = {0.74f, 0.82f, 0.90f};
-  look.nadir = {0.42f, 0.47f, 0.54f};
-  look.extinction = fading(max(60.0f, 9 * size), {0.8f, 0.7f, 0.62f});
-  look.ground = {0.36f, 0.37f, 0.39f};
-  look.ground_line = {0.22f, 0.23f, 0.26f};
+  look.sun_direction = normalize(Vec3{-0.62f, -0.42f, 0.80f});
+  look.sun_colour = {1.62f, 1.50f, 1.30f};
+  look.ambient_up = {0.25f, 0.29f, 0.36f};
+  look.ambient_down = {0.13f, 0.12f, 0.12f};
+  look.zenith = {0.10f, 0.22f, 0.46f};
+  look.horizon = {0.52f, 0.61f, 0.70f};
+  look.nadir = {0.30f, 0.34f, 0.40f};
+  look.extinction = fading(max(150.0f, 25 * size), {0.85f, 0.72f, 0.62f});
+  look.ground = {0.30f, 0.31f, 0.33f};
+  look.ground_line = {0.16f, 0.17f, 0.19f};
   return look;
 }
 

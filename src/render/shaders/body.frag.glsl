@@ -21,6 +21,7 @@ float sunlight(vec3 position, vec3 normal) {
   float slope = 1.0 - abs(dot(normal, look_sun_direction.xyz));
   vec3 p = (shadow_matrix * vec4(position + normal * texel * (0.6 + 1.6 * slope), 1.0)).xyz;
   if (any(lessThan(p.xy, vec2(0.002))) || any(greaterThan(p.xy, vec2(0.998)))) return 1.0;
+  p.z = max(p.z, 0.0);  // below all that throws shadows
   vec2 step = 1.0 / vec2(textureSize(shadow_map, 0));
   float sum = 0.0;
   for (int y = 0; y < TAPS; ++y)
