@@ -17,7 +17,7 @@ struct RenderOptions {
   std::string video;
   std::string web;
   std::optional<double> seconds;
-  int frames_per_second = 60;
+  std::optional<int> frames_per_second;
   std::string gpu = "auto";
   std::optional<render::LookKind> look;
   render::StageSettings stage;

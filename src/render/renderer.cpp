@@ -61,14 +61,14 @@ class Renderer::Impl {
  public:
   explicit Impl(const RendererSettings& settings) : settings_(settings), poses_(settings.share_device_poses) {
     require_gl();
-    const std::string frame = shaders::frame, light = frame + shaders::light;
+    const std::string frame = shaders::frame, light = frame + shaders::light, surface_text = light + shaders::surface;
     for (int i = 0; i < surface_count; ++i) {
       const auto surface = static_cast<Surface>(i);
       const std::string defines = defines_of(surface, settings.shadow_taps);
-      lit_[i] = make_program("body", defines, frame + shaders::body_vert, light + shaders::body_frag);
+      lit_[i] = make_program("body", defines, frame + shaders::body_vert, surface_text + shaders::body_frag);
       depth_[i] = make_program("depth", defines, frame + shaders::body_vert, shaders::depth_frag);
     }
-    sky_ = make_program("sky", "", frame + shaders::sky_vert, light + shaders::sky_frag);
+    sky_ = make_program("sky", "#define FAR_DEPTH 0.0\n", frame + shaders::sky_vert, light + shaders::sky_frag);
     overlay_ = make_program("overlay", "", frame + shaders::overlay_vert, shaders::overlay_frag);
     frame_buffer_ = make_buffer();
     glNamedBufferData(frame_buffer_.get(), sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);

@@ -6,69 +6,10 @@ flat in vec3 body_scale;
 flat in vec4 body_rotation;
 flat in uint body_colour;
 
-layout(binding = 0) uniform sampler2DShadow shadow_map;
-
 layout(location = 0) out vec4 pixel;
 
-vec3 rotate(vec4 q, vec3 v) {
-  vec3 t = 2.0 * cross(q.yzw, v);
-  return v + q.x * t + cross(q.yzw, t);
-}
-
-// Share of the sun's light that reaches the point: sixteen comparisons, each of four texels and interpolated.
-float sunlight(vec3 position, vec3 normal) {
-  float texel = viewport.z;
-  float slope = 1.0 - abs(dot(normal, look_sun_direction.xyz));
-  vec3 p = (shadow_matrix * vec4(position + normal * texel * (0.6 + 1.6 * slope), 1.0)).xyz;
-  if (any(lessThan(p.xy, vec2(0.002))) || any(greaterThan(p.xy, vec2(0.998)))) return 1.0;
-  p.z = max(p.z, 0.0);  // below all that throws shadows
-  vec2 step = 1.0 / vec2(textureSize(shadow_map, 0));
-  float sum = 0.0;
-  for (int y = 0; y < TAPS; ++y)
-    for (int x = 0; x < TAPS; ++x)
-      sum += texture(shadow_map, vec3(p.xy + step * (vec2(x, y) - 0.5 * float(TAPS - 1)), p.z));
-  return mix(1.0, sum / float(TAPS * TAPS), viewport.w);
-}
-
 void main() {
-  vec4 colour = unpackUnorm4x8(body_colour);
-  vec3 albedo = to_linear(colour.rgb);
-  vec3 n = normalize(local_normal);
-  float openness = 1.0;
-  float gloss = 0.25;
-  // Metres that a pixel covers: details smaller than it fade.
-  float footprint = max(length(dFdx(world_position)), length(dFdy(world_position)));
-#if defined(BOX)
-  float smallest = min(body_scale.x, min(body_scale.y, body_scale.z));
-  float radius = 0.1 * smallest;
-  vec3 inner = max(body_scale - radius, 0.0);
-  // The normal of the box with rounded edges.
-  vec3 rounded = local_position - clamp(local_position, -inner, inner);
-  float detail = clamp(1.5 - footprint / radius, 0.0, 1.0);
-  n = normalize(mix(n, normalize(rounded + 1e-6 * n), detail));
-  vec3 to_face = body_scale - abs(local_position);
-  // Of the three distances one is zero: that of the face itself.
-  float nearest = min(max(to_face.x, to_face.y), min(max(to_face.y, to_face.z), max(to_face.x, to_face.z)));
-  float line = max(0.035 * smallest, footprint);
-  float strength = clamp(0.35 * smallest / footprint, 0.0, 1.0);
-  albedo *= 1.0 - 0.5 * strength * (1.0 - smoothstep(0.3 * line, 1.3 * line, nearest));
-#elif defined(HULL)
-  float line = max(0.02, footprint);
-  albedo *= 1.0 - 0.45 * (1.0 - smoothstep(0.3 * line, 1.3 * line, extra));
-#elif defined(GROUND)
-  gloss = 0.0;
-#else
-  // Quarters in two tones show how a round body turns.
-  vec3 quarter = step(0.0, local_position);
-  float tone_of_quarter = mod(quarter.x + quarter.y, 2.0);
-  albedo *= mix(0.72, 1.08, tone_of_quarter);
-#endif
-  n = rotate(body_rotation, n);
-#if defined(GROUND)
-  if (n.z > 0.7) albedo = ground_albedo(world_position, n);
-#endif
-  // Less than full alpha: asleep.
-  float awake = step(0.99, colour.a);
-  albedo = mix(vec3(dot(albedo, vec3(0.2126, 0.7152, 0.0722))) * 0.45, albedo, 0.35 + 0.65 * awake);
-  pixel = vec4(lit(albedo, world_position, n, gloss, sunlight(world_position, n), openness), 1.0);
+  pixel = vec4(surface(unpackUnorm4x8(body_colour), world_position, local_position, local_normal, extra, body_scale,
+                       body_rotation),
+               1.0);
 }

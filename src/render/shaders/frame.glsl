@@ -19,3 +19,5 @@ layout(std140, binding = 0) uniform Frame {
   vec4 look_ground_line;
   vec4 look_water;  // 1 under water, height of the surface (m), time (s)
 };
+
+layout(binding = 0) uniform sampler2DShadow shadow_map;

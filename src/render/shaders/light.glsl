@@ -19,7 +19,7 @@ vec3 background(vec3 direction) {
 }
 
 // The share of light that air or water lets through over a distance, by channel.
-vec3 transmission(float distance) { return exp(-distance * look_extinction.rgb); }
+vec3 transmission(float way) { return exp(-way * look_extinction.rgb); }
 
 // Light from the sky and from the ground, by the height of the normal.
 vec3 ambient(vec3 normal) {
@@ -36,10 +36,10 @@ float caustics(vec3 p, float time) {
 }
 
 // Colour of a lit surface as seen from the eye, as sRGB.
-vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlight, float openness) {
+vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlit) {
   vec3 to_eye = eye.xyz - position;
-  float distance = length(to_eye);
-  vec3 view = to_eye / distance;
+  float range = length(to_eye);
+  vec3 view = to_eye / range;
   vec3 sun = look_sun_direction.xyz;
   vec3 sun_colour = look_sun_colour.rgb;
   if (look_water.x > 0.5) {
@@ -50,9 +50,9 @@ vec3 lit(vec3 albedo, vec3 position, vec3 normal, float gloss, float sunlight, f
   vec3 halfway = normalize(sun + view);
   float highlight = gloss * pow(max(dot(normal, halfway), 0.0), 48.0) * facing;
   float rim = gloss * 0.5 * pow(1.0 - max(dot(normal, view), 0.0), 4.0);
-  vec3 colour = albedo * (sun_colour * (facing * sunlight) + ambient(normal) * openness);
-  colour += sun_colour * (highlight * sunlight) + look_horizon.rgb * (rim * openness);
-  vec3 through = transmission(distance);
+  vec3 colour = albedo * (sun_colour * (facing * sunlit) + ambient(normal));
+  colour += sun_colour * (highlight * sunlit) + look_horizon.rgb * rim;
+  vec3 through = transmission(range);
   vec3 air = background(-view);
   return to_srgb(tone(colour * through + air * (1.0 - through)));
 }
