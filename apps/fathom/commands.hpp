@@ -6,10 +6,12 @@
 namespace fathom::cli {
 
 struct RenderOptions;
+struct ViewOptions;
 
 int list();
 int run(const RunOptions& options);
 int render(const RenderOptions& options);
+int view(const ViewOptions& options);
 int table(const TableOptions& options);
 
 }  // namespace fathom::cli

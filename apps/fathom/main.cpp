@@ -14,6 +14,9 @@
 #ifdef FATHOM_HAS_RENDER
 #include "render_options.hpp"
 #endif
+#ifdef FATHOM_HAS_VIEWER
+#include "view_options.hpp"
+#endif
 #include "scene/suggest.hpp"
 
 namespace {
@@ -77,6 +80,11 @@ int main(int argc, char** argv) {
   CLI::App* render_command = app.add_subcommand("render", "Draw a run into pictures, films or a web page");
   declare_render(*render_command, render_options);
 #endif
+#ifdef FATHOM_HAS_VIEWER
+  ViewOptions view_options;
+  CLI::App* view_command = app.add_subcommand("view", "Show a run in a window");
+  declare_view(*view_command, view_options);
+#endif
 
   try {
     app.parse(argc, argv);
@@ -84,6 +92,9 @@ int main(int argc, char** argv) {
     if (table_command->parsed()) return table(table_options);
 #ifdef FATHOM_HAS_RENDER
     if (render_command->parsed()) return render(render_options);
+#endif
+#ifdef FATHOM_HAS_VIEWER
+    if (view_command->parsed()) return view(view_options);
 #endif
     return run(run_options);
   } catch (const CLI::ParseError& error) {

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "picture_options.hpp"
 #include "validators.hpp"
 
 namespace fathom::cli {
@@ -21,19 +22,6 @@ double seconds_of(std::string_view text) {
                 "--at must be times like 0,5,10s (up to 1000000 s), not '" + std::string(text) + "'");
   }
   return value;
-}
-
-CLI::Validator picture_size(render::StageSettings& settings) {
-  return CLI::Validator(
-      [&settings](std::string& text) -> std::string {
-        int width = 0, height = 0;
-        char more = 0;
-        const bool good = std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &more) == 2 && width >= 16 &&
-                          height >= 16 && width <= 16384 && height <= 16384;
-        if (good) settings.width = width, settings.height = height;
-        return good ? std::string() : "must be WIDTHxHEIGHT from 16x16 to 16384x16384, not " + text;
-      },
-      "");
 }
 
 void declare_degrees(CLI::App& command, const std::string& flag, float& radians, const std::string& help) {
@@ -72,24 +60,9 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   command.add_option("--fps", options.frames_per_second, "Frames a simulated second of the film (60) or page (30)")
       ->type_name("N")
       ->check(whole_number(1, 240));
-  static std::string size;  // parsed where it is checked
-  command.add_option("--size", size, "Size of pictures and film (1280x720)")
-      ->type_name("WxH")
-      ->check(picture_size(options.stage));
-  declare_choice<render::LookKind>(command, "--look", options.look,
-                                   {{"daylight", render::LookKind::daylight}, {"water", render::LookKind::water}},
-                                   "Light and air (water where there is no gravity)");
-  command
-      .add_option_function<std::string>(
-          "--colour",
-          [&options](const std::string& word) {
-            options.stage.colouring = word == "speed"    ? render::Colouring::speed
-                                      : word == "island" ? render::Colouring::island
-                                                         : render::Colouring::start;
-          },
-          "What colours tell: the height a body started at, its speed, or its island (start)")
-      ->type_name("start|speed|island")
-      ->check(CLI::IsMember({"start", "speed", "island"}));
+  declare_picture_size(command, options.stage.width, options.stage.height, "Size of pictures and film (1280x720)");
+  declare_look(command, options.look);
+  declare_colouring(command, options.stage.colouring);
   command.add_flag("--contacts", options.stage.contacts, "Draw contact points and normals");
   command.add_option("--gpu", options.gpu, "What draws: auto, software, or the number of a GPU (auto)")
       ->type_name("GPU");

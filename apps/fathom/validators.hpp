@@ -33,8 +33,8 @@ inline CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::
 }
 
 /// One of a few words. CLI11's own message for a wrong one lists numbers.
-template <class T>
-void declare_choice(CLI::App& command, const std::string& flag, std::optional<T>& value, std::map<std::string, T> words,
+template <class T, class Value>
+void declare_choice(CLI::App& command, const std::string& flag, Value& value, std::map<std::string, T> words,
                     const std::string& help) {
   std::string list;
   for (const auto& word : words) list += (list.empty() ? "" : "|") + word.first;

@@ -1,10 +1,12 @@
 // Light, air and ground of a picture. Colours are linear, not sRGB.
 #pragma once
 
+#include <cstdint>
 #include <fathom/math.hpp>
-#include <string>
 
 namespace fathom::render {
+
+enum class LookKind : std::uint8_t { daylight, water };
 
 struct Look {
   Vec3 sun_direction{};  ///< unit, towards the sun

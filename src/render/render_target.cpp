@@ -35,9 +35,19 @@ OffscreenTarget::OffscreenTarget(int width, int height, int samples, int enlarge
   resolved_ = make_surface(this->width(), this->height(), 0, false);
 }
 
-void OffscreenTarget::read(Image& image) {
+void OffscreenTarget::resolve() {
   glBlitNamedFramebuffer(multisampled_.framebuffer.get(), resolved_.framebuffer.get(), 0, 0, width(), height(), 0, 0,
                          width(), height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void OffscreenTarget::copy_to_window() {
+  resolve();
+  glBlitNamedFramebuffer(resolved_.framebuffer.get(), 0, 0, 0, width(), height(), 0, 0, width_, height_,
+                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void OffscreenTarget::read(Image& image) {
+  resolve();
   rows_.resize(static_cast<std::size_t>(width()) * height() * 3);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.framebuffer.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -63,6 +73,16 @@ void OffscreenTarget::read(Image& image) {
           sum += corner[stride * static_cast<std::size_t>(v) + 3 * static_cast<std::size_t>(u)];
       target[i] = static_cast<std::uint8_t>(sum / (e * e));
     }
+  }
+}
+
+void read_window(Image& image) {
+  image.pixels.resize(static_cast<std::size_t>(image.width) * image.height * 3);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, image.width, image.height, GL_RGB, GL_UNSIGNED_BYTE, image.pixels.data());
+  for (int y = 0; y < image.height / 2; ++y) {
+    std::swap_ranges(image.row(y), image.row(y) + 3 * image.width, image.row(image.height - 1 - y));
   }
 }
 

@@ -19,17 +19,23 @@ class OffscreenTarget {
   int height() const { return enlargement_ * height_; }
   /// Waits for the drawing and reads the picture.
   void read(Image& image);
+  /// Copies the picture into the window, which must have this size.
+  void copy_to_window();
 
  private:
   struct Surface {
     GlFramebuffer framebuffer;
     GlRenderbuffer colour, depth;
   };
+  void resolve();
   static Surface make_surface(int width, int height, int samples, bool with_depth);
 
   int width_, height_, enlargement_;
   Surface multisampled_, resolved_;
   std::vector<std::uint8_t> rows_;
 };
+
+/// Reads what the window shows into a picture of its size.
+void read_window(Image& image);
 
 }  // namespace fathom::render

@@ -11,8 +11,6 @@
 
 namespace fathom::render {
 
-enum class LookKind : std::uint8_t { daylight, water };
-
 struct StageSettings {
   int width = 1280, height = 720;
   int samples = 4;      ///< a pixel

@@ -48,7 +48,7 @@ class WebPage {
   std::vector<std::size_t> known_;  // by frame: how many entries there are
   std::vector<std::uint8_t> stream_;
   float quantum_ = 0;  // m
-  Aabb view_{};  // of all that moves, in all frames
+  Aabb view_{};        // of all that moves, in all frames
   WorldColours colours_;
 };
 
