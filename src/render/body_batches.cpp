@@ -15,7 +15,8 @@ struct Instance {
 };
 static_assert(sizeof(Instance) == 16);
 
-constexpr std::size_t many_spheres = 2000;  // from here on a coarser mesh serves
+constexpr std::uint32_t batch_vertices = 4096;  // of an instance, where meshes are smaller
+constexpr std::size_t many_spheres = 2000;      // from here on a coarser mesh serves
 
 Surface surface_of(const DrawnBody& body) {
   if (body.ground && body.shape.type == ShapeType::box) return Surface::ground;
@@ -49,10 +50,17 @@ Vec3 scale_of(const Shape& shape) {
 }  // namespace
 
 GpuMesh::GpuMesh(const Mesh& mesh)
-    : vertices_(make_buffer_of(mesh.vertices)),
-      indices_(make_buffer_of(mesh.indices)),
-      array_(make_vertex_array()),
-      count_(static_cast<int>(mesh.indices.size())) {
+    : array_(make_vertex_array()),
+      copies_(std::clamp<std::uint32_t>(batch_vertices / static_cast<std::uint32_t>(mesh.vertices.size()), 1, 256)),
+      vertex_count_(static_cast<std::uint32_t>(mesh.vertices.size())),
+      index_count_(static_cast<std::uint32_t>(mesh.indices.size())) {
+  Mesh copies;
+  for (std::uint32_t copy = 0; copy < copies_; ++copy) {
+    copies.vertices.insert(copies.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+    for (const std::uint32_t index : mesh.indices) copies.indices.push_back(copy * vertex_count_ + index);
+  }
+  vertices_ = make_buffer_of(copies.vertices);
+  indices_ = make_buffer_of(copies.indices);
   const GLuint a = array_.get();
   glVertexArrayVertexBuffer(a, 0, vertices_.get(), 0, sizeof(MeshVertex));
   glVertexArrayElementBuffer(a, indices_.get());
@@ -69,9 +77,19 @@ GpuMesh::GpuMesh(const Mesh& mesh)
   }
 }
 
-void GpuMesh::draw(int instances) const {
+int GpuMesh::draw(std::uint32_t first, std::uint32_t count) const {
   glBindVertexArray(array_.get());
-  glDrawElementsInstanced(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr, instances);
+  glUniform1ui(1, copies_);
+  glUniform1ui(2, vertex_count_);
+  const auto draw = [this](std::uint32_t from, std::uint32_t copies, std::uint32_t instances) {
+    if (copies == 0 || instances == 0) return 0;
+    glUniform1ui(0, from);
+    glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(copies * index_count_), GL_UNSIGNED_INT, nullptr,
+                            static_cast<GLsizei>(instances));
+    return 1;
+  };
+  const std::uint32_t full = count / copies_;
+  return draw(first, copies_, full) + draw(first + full * copies_, count % copies_, 1);
 }
 
 const GpuMesh* BodyBatches::basic_mesh(Surface surface, bool many) {

@@ -15,19 +15,22 @@ namespace fathom::render {
 enum class Surface : std::uint8_t { box, round, capsule, hull, ground };
 inline constexpr int surface_count = 5;
 
-/// Triangles on the GPU.
+/// Triangles on the GPU: a small mesh several times over, because an instance of a few triangles leaves a GPU's vertex
+/// units half empty and costs a software renderer more than its vertices do.
 class GpuMesh {
  public:
   explicit GpuMesh(const Mesh& mesh);
-  void draw(int instances) const;
+  /// Draws bodies `first` to `first + count` with the program in use, whose uniforms 0 to 2 are those of
+  /// body.vert.glsl. Returns the number of draw calls.
+  int draw(std::uint32_t first, std::uint32_t count) const;
 
  private:
   GlBuffer vertices_, indices_;
   GlVertexArray array_;
-  int count_;
+  std::uint32_t copies_, vertex_count_, index_count_;  // of one mesh
 };
 
-/// One draw call.
+/// Bodies drawn together.
 struct Batch {
   Surface surface;
   const GpuMesh* mesh;

@@ -49,10 +49,10 @@ ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
   return {orthographic_matrix({lower, {lower.x + side, lower.y + side, seen.upper.z + 1}}) * view, texel};
 }
 
-std::string defines_of(Surface surface, int taps) {
+std::string defines_of(Surface surface, int taps, bool water) {
   static constexpr const char* names[surface_count] = {"BOX", "ROUND", "CAPSULE", "HULL", "GROUND"};
   return std::string("#define ") + names[static_cast<std::size_t>(surface)] + "\n#define TAPS " + std::to_string(taps) +
-         "\n";
+         "\n" + (water ? "#define WATER\n" : "");
 }
 
 }  // namespace
@@ -61,14 +61,13 @@ class Renderer::Impl {
  public:
   explicit Impl(const RendererSettings& settings) : settings_(settings), poses_(settings.share_device_poses) {
     require_gl();
-    const std::string frame = shaders::frame, light = frame + shaders::light, surface_text = light + shaders::surface;
+    const std::string frame = shaders::frame;
     for (int i = 0; i < surface_count; ++i) {
-      const auto surface = static_cast<Surface>(i);
-      const std::string defines = defines_of(surface, settings.shadow_taps);
-      lit_[i] = make_program("body", defines, frame + shaders::body_vert, surface_text + shaders::body_frag);
-      depth_[i] = make_program("depth", defines, frame + shaders::body_vert, shaders::depth_frag);
+      depth_[i] = make_program("depth", defines_of(static_cast<Surface>(i), 0, false), frame + shaders::body_vert,
+                               shaders::depth_frag);
     }
-    sky_ = make_program("sky", "#define FAR_DEPTH 0.0\n", frame + shaders::sky_vert, light + shaders::sky_frag);
+    sky_ = make_program("sky", "#define FAR_DEPTH 0.0\n", frame + shaders::sky_vert,
+                        frame + shaders::light + shaders::sky_frag);
     overlay_ = make_program("overlay", "", frame + shaders::overlay_vert, shaders::overlay_frag);
     frame_buffer_ = make_buffer();
     glNamedBufferData(frame_buffer_.get(), sizeof(FrameBlock), nullptr, GL_STREAM_DRAW);
@@ -87,7 +86,7 @@ class Renderer::Impl {
     glViewport(0, 0, width, height);
     const float far = 0;  // depth is reversed
     glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &far);
-    draw_bodies(lit_, false);
+    draw_bodies(lit_programs(frame.look.water), false);
     draw_sky();
     draw_marks(frame);
     poses_.drawn();
@@ -100,6 +99,20 @@ class Renderer::Impl {
   int calls_ = 0;
 
  private:
+  using Programs = GlProgram[surface_count];
+
+  /// Made when they are first needed.
+  const Programs& lit_programs(bool water) {
+    Programs& programs = lit_[water ? 1 : 0];
+    const std::string text = std::string(shaders::frame) + shaders::light + shaders::surface + shaders::body_frag;
+    for (int i = 0; i < surface_count && !programs[surface_count - 1]; ++i) {
+      const int taps = settings_.shadow_size > 0 ? settings_.shadow_taps : 0;
+      programs[i] = make_program("body", defines_of(static_cast<Surface>(i), taps, water),
+                                 std::string(shaders::frame) + shaders::body_vert, text);
+    }
+    return programs;
+  }
+
   void make_shadow_map(int size) {
     shadow_map_ = make_texture(GL_TEXTURE_2D);
     const GLuint map = shadow_map_.get();
@@ -140,8 +153,7 @@ class Renderer::Impl {
     block.camera_right = padded((aspect * half_height) * a.right);
     block.camera_up = padded(half_height * a.up);
     block.camera_ahead = padded(-a.back);
-    block.viewport = {static_cast<float>(width), static_cast<float>(height), 0,
-                      settings_.shadow_size > 0 ? 1.0f : 0.0f};
+    block.viewport = {static_cast<float>(width), static_cast<float>(height), 0, 0};
     block.sun_direction = padded(look.sun_direction);
     block.sun_colour = padded(look.sun_colour);
     block.ambient_up = padded(look.ambient_up);
@@ -152,7 +164,7 @@ class Renderer::Impl {
     block.extinction = padded(look.extinction);
     block.ground = padded(look.ground);
     block.ground_line = padded(look.ground_line);
-    block.water = {look.water ? 1.0f : 0.0f, look.water_surface, frame.time, 0};
+    block.water = {look.water_surface, frame.time, 0, 0};
     return block;
   }
 
@@ -183,14 +195,11 @@ class Renderer::Impl {
     glDisable(GL_DEPTH_CLAMP);
   }
 
-  void draw_bodies(const GlProgram (&programs)[surface_count], bool shadows) {
+  void draw_bodies(const Programs& programs, bool shadows) {
     for (const Batch& batch : batches_.batches()) {
       if (shadows && batch.surface == Surface::ground) continue;
-      const GLuint program = programs[static_cast<std::size_t>(batch.surface)].get();
-      glUseProgram(program);
-      glProgramUniform1ui(program, 0, batch.first);
-      batch.mesh->draw(static_cast<int>(batch.count));
-      ++calls_;
+      glUseProgram(programs[static_cast<std::size_t>(batch.surface)].get());
+      calls_ += batch.mesh->draw(batch.first, batch.count);
     }
   }
 
@@ -221,13 +230,23 @@ class Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  GlProgram lit_[surface_count], depth_[surface_count], sky_, overlay_;
+  Programs lit_[2], depth_;  // lit: in air, under water
+  GlProgram sky_, overlay_;
   GlBuffer frame_buffer_;
   GlVertexArray empty_array_;
   GlTexture shadow_map_;
   GlFramebuffer shadow_framebuffer_;
   GrowingBuffer marks_;
 };
+
+RendererSettings settings_for_context() {
+  RendererSettings settings;
+  if (gl_description().find("llvmpipe") != std::string::npos) {
+    settings.shadow_size = 2048;
+    settings.shadow_taps = 2;
+  }
+  return settings;
+}
 
 Renderer::Renderer(const RendererSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 Renderer::~Renderer() = default;

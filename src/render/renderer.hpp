@@ -1,4 +1,4 @@
-// Draws bodies: instanced, one draw call for each kind of shape and one for each hull, after the same for the
+// Draws bodies: instanced, at most two draw calls for each kind of shape and for each hull, after the same for the
 // shadow map. Reads shapes, colours and poses and knows nothing of who moves them.
 #pragma once
 
@@ -47,6 +47,9 @@ struct RendererSettings {
   int shadow_taps = 3;     ///< samples of it a pixel, along each axis
   bool share_device_poses = true;
 };
+
+/// What suits the current context: less work a pixel where it draws in software.
+RendererSettings settings_for_context();
 
 /// Belongs to the context that is current when it is made.
 class Renderer {

@@ -90,7 +90,8 @@ Json json_of(const Look& look) {
           {"extinction", list4(look.extinction)},
           {"ground", list4(look.ground)},
           {"ground_line", list4(look.ground_line)},
-          {"water", {look.water ? 1 : 0, look.water_surface}}};
+          {"water", look.water},
+          {"water_surface", look.water_surface}};
 }
 
 /// The page's meshes: those of basic shapes once, one for each hull.

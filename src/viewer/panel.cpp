@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string_view>
 
 #include "scene/environments.hpp"
@@ -145,7 +146,8 @@ void draw_plots(const std::deque<StageTimes>& history) {
     char text[64];
     std::snprintf(text, sizeof text, "%.3f ms", static_cast<double>(now));
     ImGui::PushStyleColor(ImGuiCol_PlotLines, stage.colour);
-    ImGui::PlotLines(stage.name, values.data(), static_cast<int>(values.size()), 0, text, 0, 3.4e38f, {180, 26});
+    ImGui::PlotLines(stage.name, values.data(), static_cast<int>(values.size()), 0, text, 0,
+                     std::numeric_limits<float>::max(), {180, 26});
     ImGui::PopStyleColor();
   }
 }

@@ -23,15 +23,8 @@ using Clock = std::chrono::steady_clock;
 using namespace fathom::render;
 
 constexpr int most_steps_a_frame = 4;  // beyond this simulated time falls behind
-constexpr int software_shadows = 2048, gpu_shadows = 4096;
 
 bool draws_in_software() { return gl_description().find("llvmpipe") != std::string::npos; }
-
-RendererSettings renderer_settings() {
-  RendererSettings settings;
-  settings.shadow_size = draws_in_software() ? software_shadows : gpu_shadows;
-  return settings;
-}
 
 class Viewer {
  public:
@@ -39,7 +32,7 @@ class Viewer {
       : settings_(settings),
         session_(make, choice),
         window_("Fathom", settings.width, settings.height, settings.frames == 0),
-        renderer_(renderer_settings()) {
+        renderer_(settings_for_context()) {
     state_.overlays = settings.overlays;
     state_.colouring = settings.colouring;
     state_.paused = settings.paused;
@@ -119,7 +112,7 @@ class Viewer {
 
   void draw() {
     const int width = window_.width(), height = window_.height();
-    if (!target_ || target_->width() != width || target_->height() != height) target_.emplace(width, height);
+    if (!target_ || target_->width() != width || target_->height() != height) target_.emplace(width, height, samples_);
     picture_.update(session_.world(), renderer_, state_.colouring);
     OverlayMarks marks;
     add_overlays(session_.world(), state_.overlays, marks);
@@ -288,7 +281,8 @@ class Viewer {
   CameraControls controls_;
   ViewState state_;
   Hand hand_ = Hand::free;
-  float owed_ = 0;  // s of simulated time due to be made
+  int samples_ = draws_in_software() ? 1 : 4;  // a pixel
+  float owed_ = 0;                             // s of simulated time due to be made
 };
 
 }  // namespace

@@ -14,7 +14,10 @@ layout(std430, binding = 0) readonly buffer Poses { Pose poses[]; };
 layout(std430, binding = 1) readonly buffer Instances { Instance instances[]; };
 layout(std430, binding = 2) readonly buffer Colours { uint colours[]; };
 
-layout(location = 0) uniform uint first_instance;
+// An instance of the draw call is several copies of the mesh, one a body.
+layout(location = 0) uniform uint first_body;
+layout(location = 1) uniform uint copies;
+layout(location = 2) uniform uint vertices_of_copy;
 
 out vec3 world_position;
 out vec3 local_position;
@@ -30,7 +33,8 @@ vec3 rotate(vec4 q, vec3 v) {
 }
 
 void main() {
-  Instance instance = instances[first_instance + uint(gl_InstanceID)];
+  uint body = first_body + uint(gl_InstanceID) * copies + uint(gl_VertexID) / vertices_of_copy;
+  Instance instance = instances[body];
   Pose pose = poses[instance.slot];
 #if defined(CAPSULE)
   local_position = vertex_position * instance.scale.x + vec3(0, 0, vertex_extra * instance.scale.z);

@@ -6,7 +6,7 @@ layout(std140, binding = 0) uniform Frame {
   vec4 camera_right;   // scaled to the picture's edge, as the next
   vec4 camera_up;
   vec4 camera_ahead;
-  vec4 viewport;       // width, height (pixels), a shadow texel (m), strength of shadows
+  vec4 viewport;       // width, height (pixels), a shadow texel (m)
   vec4 look_sun_direction;
   vec4 look_sun_colour;
   vec4 look_ambient_up;
@@ -17,7 +17,7 @@ layout(std140, binding = 0) uniform Frame {
   vec4 look_extinction;  // 1/m by channel
   vec4 look_ground;
   vec4 look_ground_line;
-  vec4 look_water;  // 1 under water, height of the surface (m), time (s)
+  vec4 look_water;  // height of the surface (m), time (s)
 };
 
 layout(binding = 0) uniform sampler2DShadow shadow_map;

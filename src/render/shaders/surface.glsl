@@ -1,5 +1,5 @@
 // The surface of a body: rounded edges, quarters, grid, shadows. For the renderer and for the web page, after light.glsl.
-// One of BOX, ROUND, CAPSULE, HULL and GROUND is defined, and TAPS.
+// One of BOX, ROUND, CAPSULE, HULL and GROUND is defined, and TAPS: samples of the shadow map along each axis, 0 for none.
 
 vec3 rotate(vec4 q, vec3 v) {
   vec3 t = 2.0 * cross(q.yzw, v);
@@ -8,9 +8,12 @@ vec3 rotate(vec4 q, vec3 v) {
 
 // Share of the sun's light that reaches the point: comparisons with the shadow map, each interpolated.
 float sunlight(vec3 position, vec3 normal) {
+#if TAPS == 0
+  return 1.0;
+#else
   float texel = viewport.z;
   float slope = 1.0 - abs(dot(normal, look_sun_direction.xyz));
-  vec3 p = (shadow_matrix * vec4(position + normal * texel * (0.6 + 1.6 * slope), 1.0)).xyz;
+  vec3 p = (shadow_matrix * vec4(position + normal * texel * (1.0 + 2.4 * slope), 1.0)).xyz;
   if (any(lessThan(p.xy, vec2(0.002))) || any(greaterThan(p.xy, vec2(0.998)))) return 1.0;
   p.z = clamp(p.z, 0.0, 1.0);  // below or above all that throws shadows
   vec2 apart = 1.0 / vec2(textureSize(shadow_map, 0));
@@ -18,7 +21,8 @@ float sunlight(vec3 position, vec3 normal) {
   for (int y = 0; y < TAPS; ++y)
     for (int x = 0; x < TAPS; ++x)
       sum += texture(shadow_map, vec3(p.xy + apart * (vec2(x, y) - 0.5 * float(TAPS - 1)), p.z));
-  return mix(1.0, sum / float(TAPS * TAPS), viewport.w);
+  return sum / float(TAPS * TAPS);
+#endif
 }
 
 // `colour` is sRGB; `scale` and `extra` are those of body.vert.glsl. Returns sRGB.

@@ -89,7 +89,7 @@
     const index = bodies[order[first]].mesh, mesh = scene.meshes[index];
     let end = first;
     while (end < count && bodies[order[end]].mesh === index) ++end;
-    const defines = '#define ' + mesh.surface + '\n#define TAPS 3\n';
+    const defines = '#define ' + mesh.surface + '\n#define TAPS 3\n' + (scene.look.water ? '#define WATER\n' : '');
     if (!programs.has(mesh.surface)) {
       programs.set(mesh.surface, program(defines, shaders.body_vert, shaders.body_frag));
       depthPrograms.set(mesh.surface, program(defines, shaders.body_vert, shaders.depth_frag));
@@ -302,12 +302,12 @@
     const projection = [1 / (tan * aspect), 0, 0, 0, 0, 1 / tan, 0, 0, 0, 0, -(far + near) / (far - near), -1,
       0, 0, -2 * far * near / (far - near), 0];
     const sun = sunView();
-    const look = Object.fromEntries(Object.entries(scene.look).map(([key, value]) => ['look_' + key, value]));
-    look.look_water = [scene.look.water[0], scene.look.water[1], time, 0];
+    const look = Object.fromEntries(Object.entries(scene.look).filter(([, value]) => value.length).map(([key, value]) => ['look_' + key, value]));
+    look.look_water = [scene.look.water_surface, time, 0, 0];
     const values = {...look, view_projection: product(projection, view(a.eyeAt, a.right, a.up, a.back)),
       shadow_matrix: product(toTexture, sun.matrix), eye: [...a.eyeAt, 0],
       camera_right: [...a.right.map(v => v * tan * aspect), 0], camera_up: [...a.up.map(v => v * tan), 0],
-      camera_ahead: [...a.back.map(v => -v), 0], viewport: [width, height, sun.texel, 1]};
+      camera_ahead: [...a.back.map(v => -v), 0], viewport: [width, height, sun.texel, 0]};
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.CULL_FACE);
     gl.depthFunc(gl.LEQUAL);
