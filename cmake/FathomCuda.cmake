@@ -40,7 +40,8 @@ message(STATUS "CUDA back end: ${FATHOM_WITH_CUDA}")
 # Adds the back end's sources to the library. The runtime is linked statically: the same program runs where there is
 # no driver, and lists the device as unavailable.
 function(fathom_add_cuda target)
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/exec/cuda/*.cu)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/exec/cuda/*.cu
+    ${PROJECT_SOURCE_DIR}/src/device/*.cu)
   target_sources(${target} PRIVATE ${sources})
   target_compile_definitions(${target} PRIVATE FATHOM_HAS_CUDA)
   target_link_libraries(${target} PRIVATE CUDA::cudart_static)

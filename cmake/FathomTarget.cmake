@@ -8,6 +8,8 @@ function(fathom_target target)
     # g++ 12 sees overlaps in every "literal" + std::string (GCC bug 105651).
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
     # Same bits on every compiler and target: no contraction of a·b + c behind our back.
+    # g++ before 12.3 fuses them all the same where it vectorises straight-line code (GCC bug 107647).
+    $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,12.3>>:-fno-tree-slp-vectorize>
     -ffp-contract=off -fno-math-errno -fno-trapping-math)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     # The floor: AVX2 and fma. Wider code is chosen at run time (src/native).

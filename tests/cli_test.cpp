@@ -87,6 +87,13 @@ class Program : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
+  const Outcome outcome = fathom({"devices"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* backend : {"\nhost ", "\ncuda", "\nsycl"}) EXPECT_THAT(outcome.out, HasSubstr(backend));
+  EXPECT_THAT(outcome.out, HasSubstr("iB "));
+}
+
 TEST_F(Program, ListsEnvironments) {
   const Outcome outcome = fathom({"list"});
   EXPECT_EQ(outcome.exit_code, 0);

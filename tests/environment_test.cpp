@@ -49,7 +49,7 @@ void expect_ground(const Scene& scene) {
 void expect_common_world(const Scene& scene) {
   EXPECT_FLOAT_EQ(scene.world.dt, 1.0f / 60.0f);
   EXPECT_FALSE(scene.world.sleep.enabled);
-  EXPECT_EQ(scene.simulator, "native");
+  EXPECT_EQ(scene.world.simulator, SimulatorKind::native);
 }
 
 TEST(Environment, LayersAreTenByTen) {

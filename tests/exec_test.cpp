@@ -71,6 +71,10 @@ TEST(Devices, SelectionsAreReadInFull) {
   EXPECT_EQ(&select_device("cuda:1", devices), &devices[2]);
   EXPECT_THAT(refusal("cuda:2", devices, ErrorCode::unavailable), HasSubstr("there are 2 cuda devices"));
   EXPECT_THAT(refusal("sycl", devices, ErrorCode::unavailable), HasSubstr("no driver"));
+  EXPECT_THAT(refusal("sycl:3", devices, ErrorCode::unavailable), HasSubstr("no driver"));
+  EXPECT_TRUE(parse_device("auto").automatic);
+  EXPECT_EQ(parse_device("sycl:12").index, 12);
+  EXPECT_EQ(find_device("host").backend, Backend::host);
   for (const char* text : {"", "gpu", "cuda:", "cuda:x", "cuda:1x", "cuda:-1", "host:1", "CUDA", "auto:0", "cudax"}) {
     EXPECT_THAT(refusal(text, devices, ErrorCode::invalid_argument), HasSubstr("auto, host, cuda"));
   }

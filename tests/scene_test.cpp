@@ -62,7 +62,7 @@ angular = 0.125
 seed = 7
 )" + body_with(""));
   EXPECT_EQ(scene.name, "everything");
-  EXPECT_EQ(scene.simulator, "native");
+  EXPECT_EQ(scene.world.simulator, SimulatorKind::native);
   EXPECT_TRUE(scene.world.gravity == (Vec3{0, 0.5f, -1.62f}));
   EXPECT_EQ(scene.world.dt, 0.01f);
   EXPECT_EQ(scene.world.max_bodies, 100u);

@@ -9,6 +9,7 @@ struct RenderOptions;
 struct ViewOptions;
 
 int list();
+int devices();
 int run(const RunOptions& options);
 int render(const RenderOptions& options);
 int view(const ViewOptions& options);

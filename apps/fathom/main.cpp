@@ -71,6 +71,8 @@ int main(int argc, char** argv) {
   RunOptions run_options;
   TableOptions table_options;
   const CLI::App* list_command = app.add_subcommand("list", "Say which environments, simulators and solvers there are");
+  const CLI::App* devices_command =
+      app.add_subcommand("devices", "List the processors and GPUs of this machine, and why one cannot be used");
   CLI::App* run_command = app.add_subcommand("run", "Simulate an environment or a scene file and print its figures");
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
   declare_run(*run_command, run_options);
@@ -89,6 +91,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     if (list_command->parsed()) return list();
+    if (devices_command->parsed()) return devices();
     if (table_command->parsed()) return table(table_options);
 #ifdef FATHOM_HAS_RENDER
     if (render_command->parsed()) return render(render_options);

@@ -35,8 +35,15 @@ void declare_time(CLI::App& command, RunOptions& options) {
 }
 
 void declare_simulator(CLI::App& command, RunOptions& options) {
-  declare_choice<std::string>(command, "--simulator", options.simulator, {{"native", "native"}},
-                              "Which simulator runs the scene");
+  declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
+                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
+                                "Which simulator runs the scene (native)");
+  command
+      .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
+      ->type_name("DEVICE");
+  command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
+      ->type_name("N")
+      ->check(whole_number(0, 16));
   command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
       ->type_name("N")
       ->check(whole_number(0, 1024));

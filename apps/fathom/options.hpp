@@ -26,7 +26,9 @@ struct RunOptions {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
   std::optional<std::int64_t> layers;
-  std::optional<std::string> simulator;
+  std::optional<SimulatorKind> simulator;
+  std::optional<std::string> device;
+  std::optional<int> ahead;
   std::optional<int> threads;
   std::optional<std::uint64_t> steps;
   std::optional<double> seconds;

@@ -94,8 +94,8 @@ Json to_json(const Scene& scene, const RunResult& result) {
   Json report;
   report["environment"] = scene.name;
   report["bodies"] = dynamic_body_count(scene);
-  report["simulator"] = scene.simulator;
-  report["device"] = processor_name();
+  report["simulator"] = world.simulator == SimulatorKind::native ? "native" : "device";
+  report["device"] = result.hardware.empty() ? processor_name() : result.hardware;
   report["threads"] = world.threads;
   report["dt"] = world.dt;
   report["substeps"] = world.solver.substeps;

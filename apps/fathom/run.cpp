@@ -12,6 +12,7 @@ double timed_step(World& world) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   world.step();
+  world.profile();  // the device simulator returns before the step has run; reading waits for it
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
@@ -48,6 +49,8 @@ RunResult simulate(const Scene& scene, std::uint64_t steps, const StepObserver& 
     observe(world.profile(), step_ms);
   }
   result.interrupted = result.step.size() < steps;
+  world.wait();
+  result.hardware = world.hardware();
   result.last = world.profile();
   result.quality = measure_quality(scene, instance, world);
   result.quality.non_finite += quarantined.size();

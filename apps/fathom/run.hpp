@@ -5,6 +5,7 @@
 #include <fathom/profile.hpp>
 #include <functional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "scene/quality.hpp"
@@ -21,6 +22,7 @@ struct RunResult {
   Profile last;
   Quality quality;
   std::uint64_t state_hash = 0;
+  std::string hardware;  ///< of the device simulator
   bool interrupted = false;
 };
 

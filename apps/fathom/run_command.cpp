@@ -40,11 +40,6 @@ class Output {
   std::ofstream file_;
 };
 
-void check_simulator(const Scene& scene) {
-  if (scene.simulator == "native") return;
-  throw Error(ErrorCode::unavailable, "this build has no simulator '" + scene.simulator + "'; use --simulator native");
-}
-
 RunResult simulate_with_outputs(const Scene& scene, std::uint64_t steps, bool quiet, Output& csv) {
   Progress progress(steps, !quiet && stderr_is_terminal());
   if (csv.wanted()) write_csv_head(csv.stream());
@@ -66,7 +61,6 @@ int run(const RunOptions& options) {
     throw Error(ErrorCode::invalid_argument, "--json and --csv cannot both go to stdout; give one a file");
   }
   const Scene scene = make_scene(options);
-  check_simulator(scene);
   const std::uint64_t steps = steps_to_run(options, scene.world);
   Output json(options.json);
   Output csv(options.csv);

@@ -61,7 +61,11 @@ void override_with(T& value, const std::optional<U>& given) {
 
 Scene make_scene(const RunOptions& options) {
   Scene scene = read_scene(options);
-  override_with(scene.simulator, options.simulator);
+  override_with(scene.world.simulator, options.simulator);
+  override_with(scene.world.device, options.device);
+  override_with(scene.world.ahead, options.ahead);
+  // Who names a device wants it used.
+  if (options.device && !options.simulator) scene.world.simulator = SimulatorKind::device;
   override_with(scene.world.threads, options.threads);
   override_with(scene.world.dt, options.dt);
   override_with(scene.world.broad_phase, options.broad_phase);

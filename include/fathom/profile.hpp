@@ -40,6 +40,8 @@ struct StepCounts {
 struct Profile {
   std::uint64_t step = 0;  ///< number of the step this describes, from 1; 0 before the first
   StageTimes times;
+  /// Device simulator: ms from the end of the step before to this one's, on the device's clock; 0 where unknown.
+  double interval = 0;
   StepCounts counts;
 };
 

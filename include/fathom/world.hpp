@@ -52,8 +52,23 @@ struct SleepSettings {
   float time = 0.5f;           ///< s that all bodies of an island must have been slow
 };
 
+enum class SimulatorKind : std::uint8_t {
+  native,  ///< the CPU's cores and vector lanes (default)
+  device,  ///< a GPU, or the host running the same kernels; `WorldDef::device` says which
+};
+
 /// What a world is created from.
 struct WorldDef {
+  SimulatorKind simulator = SimulatorKind::native;
+  /// For the device simulator: `auto` (the first GPU, else the host), `host`, `cuda[:index]` or `sycl[:index]`.
+  std::string device = "auto";
+  /// For the device simulator: 0 means that reading poses, velocities, events or the profile waits for the last step,
+  /// and costs nothing where nobody reads. N > 0 means that `step` returns while up to N steps are still under way,
+  /// every step's results are copied back as it ends, and reading gives those of the newest finished one.
+  int ahead = 0;
+  /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits for
+  /// the last step, while the profile is still that of the newest finished one.
+  bool copy_results = true;
   Vec3 gravity{0, 0, -9.81f};
   float dt = 1.0f / 60.0f;  ///< s, the fixed time step
   int threads = 0;          ///< 0: as many as the machine has
@@ -116,6 +131,8 @@ class World {
   World& operator=(World&&) noexcept;
 
   const WorldDef& definition() const;
+  /// What the device simulator runs on ("cuda:0 NVIDIA H100 80GB HBM3"); empty for the native simulator.
+  std::string hardware() const;
 
   // Bodies ------------------------------------------------------------------------------------------------
   /// Throws `invalid_argument` (non-finite, negative or zero values), `capacity`.
@@ -139,6 +156,8 @@ class World {
   void set_pose(BodyId id, const Pose& pose);
   const Velocity& velocity(BodyId id) const;
   void set_velocity(BodyId id, Vec3 linear, Vec3 angular);
+  /// Adds to the velocity (m/s, rad/s), without a need to read it first.
+  void add_velocity(BodyId id, Vec3 linear, Vec3 angular);
   MotionType motion(BodyId id) const;
   const Shape& shape(BodyId id) const;
   float mass(BodyId id) const;  ///< kg; 0 for bodies that forces do not move
@@ -165,6 +184,8 @@ class World {
   // Time --------------------------------------------------------------------------------------------------
   /// Advances by `definition().dt`.
   void step();
+  /// Waits until the last step is the one that is read. Only the device simulator with `WorldDef::ahead` needs it.
+  void wait() const;
   std::uint64_t step_count() const;
   double time() const;  ///< s simulated
   void set_gravity(Vec3 gravity);

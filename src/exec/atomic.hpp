@@ -88,6 +88,18 @@ FATHOM_HD T atomic_or(T& x, T value) {
 #endif
 }
 
+/// Stores `value`.
+template <class T>
+FATHOM_HD T atomic_exchange(T& x, T value) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<T>(atomicExch(detail::cuda_word(x), value));
+#elif defined(FATHOM_SYCL_SOURCE)
+  return detail::atomic_ref(x).exchange(value);
+#else
+  return std::atomic_ref<T>(x).exchange(value, std::memory_order_relaxed);
+#endif
+}
+
 /// Stores `desired` if x equals `expected`; it did so if the returned old value equals `expected`.
 template <class T>
 FATHOM_HD T atomic_cas(T& x, T expected, T desired) {

@@ -30,9 +30,22 @@ struct DeviceInfo {
 /// so that the list always says why.
 std::vector<DeviceInfo> list_devices();
 
-/// The device that `selection` names among `devices`: `auto` (the first GPU, else the host), `host`, `cuda[:index]`
-/// or `sycl[:index]` (index 0 where left out). Throws Error: invalid_argument for a text that is no selection,
-/// unavailable for a device that is not there, with the reason.
-const DeviceInfo& select_device(std::string_view selection, std::span<const DeviceInfo> devices);
+/// What a user's text asks for. Nothing says yet that the machine has it.
+struct DeviceChoice {
+  bool automatic = true;            ///< the first GPU, else the host
+  Backend backend = Backend::host;  ///< unless automatic
+  int index = 0;
+};
+
+/// Reads `auto`, `host`, `cuda[:index]` or `sycl[:index]` (index 0 where left out). Throws Error (invalid_argument)
+/// for any other text; asks no driver.
+DeviceChoice parse_device(std::string_view text);
+
+/// The device among `devices` that was asked for. Throws Error: invalid_argument for a text that `parse_device` does
+/// not read, unavailable for a device that is not there, with the reason.
+const DeviceInfo& select_device(std::string_view text, std::span<const DeviceInfo> devices);
+
+/// The same among the devices of this machine; asks only the drivers of back ends that may be the answer.
+DeviceInfo find_device(std::string_view text);
 
 }  // namespace fathom::exec

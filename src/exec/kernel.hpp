@@ -44,6 +44,17 @@ concept PhaseKernel = KernelArguments<K> && requires(const K& kernel, std::uint3
   kernel(phase, item);
 };
 
+/// Whether a phase without items is the last: a kernel that does not know how many phases it will need says so by
+/// `static constexpr bool ends_at_empty_phase = true`.
+template <class K>
+constexpr bool ends_at_empty_phase() {
+  if constexpr (requires { K::ends_at_empty_phase; }) {
+    return K::ends_at_empty_phase;
+  } else {
+    return false;
+  }
+}
+
 /// Work-items of a work-group of an item or phase kernel: the kernel's own `group_size`, or 128. Heavy kernels with
 /// few items want small groups, so that they spread over all compute units.
 template <class K>

@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "native/solver_body.hpp"
+#include "dynamics/bounds.hpp"
+#include "dynamics/solver_body.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom::native {
@@ -53,12 +54,11 @@ struct BodyState {
   void for_each_array(const Act& act);
 };
 
-/// Half the distance at which two bodies become a contact although they do not touch yet (m): speculative margin.
-inline constexpr float half_speculative_margin = 0.01f;
-
-/// Box of everything the body may reach within `dt`, plus half the speculative margin.
-Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt);
-/// `box` with room for several steps of motion, so that the broad phase hears of a body only now and then.
-Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt);
+inline Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
+  return fathom::motion_box(info.geometry, info.radius, pose, velocity, dt);
+}
+inline Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt) {
+  return fathom::fat_box(info.radius, box, velocity, dt);
+}
 
 }  // namespace fathom::native

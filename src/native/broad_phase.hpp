@@ -9,7 +9,7 @@
 #include "native/body_state.hpp"
 #include "native/bvh.hpp"
 #include "native/pair_set.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::native {
 

@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::native {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "dynamics/manifold_update.hpp"
 #include "dynamics/softness.hpp"
 #include "world/growth.hpp"
 
@@ -24,7 +25,7 @@ std::uint32_t ContactGraph::add(Pair pair) {
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
-  c.recycle_distance = min(0.005f, 0.01f * min(bodies_[c.a].radius, bodies_[c.b].radius));
+  c.recycle_distance = recycle_distance(bodies_[c.a].radius, bodies_[c.b].radius);
   link(index, 0);
   link(index, 1);
   pairs_.insert(c.a, c.b);

@@ -28,7 +28,4 @@ struct NewManifold {
 Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold, const BodyTable& bodies,
                       const BodyState& state, float dt, std::vector<NewManifold>& begun);
 
-/// Points, anchors and friction frame from a fresh manifold; impulses of points with known features are kept.
-void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a);
-
 }  // namespace fathom::native

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "dynamics/manifold_update.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"

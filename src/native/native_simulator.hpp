@@ -9,7 +9,7 @@
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/solver.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
 
 namespace fathom::native {

@@ -18,7 +18,7 @@
 
 #include "native/contact_graph.hpp"
 #include "native/solver_kernels.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::native {
 

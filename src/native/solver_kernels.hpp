@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "dynamics/softness.hpp"
+#include "dynamics/solver_body.hpp"
 #include "native/contact.hpp"
-#include "native/solver_body.hpp"
 
 namespace fathom::native {
 

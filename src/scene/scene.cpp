@@ -49,10 +49,9 @@ void SceneInstance::prepare_step() {
 void SceneInstance::kick() {
   for (std::size_t i = 0; i < ids_.size(); ++i) {
     if (scene_.bodies[i].motion != MotionType::dynamic) continue;
-    const Velocity now = world_.velocity(ids_[i]);
     const Vec3 linear = random_vector(random_, static_cast<double>(scene_.kicks->linear));
     const Vec3 angular = random_vector(random_, static_cast<double>(scene_.kicks->angular));
-    world_.set_velocity(ids_[i], now.linear + linear, now.angular + angular);
+    world_.add_velocity(ids_[i], linear, angular);
   }
 }
 

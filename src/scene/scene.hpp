@@ -27,7 +27,6 @@ struct NamedBody {
 
 struct Scene {
   std::string name;
-  std::string simulator = "native";
   WorldDef world;
   std::vector<BodyDef> bodies;
   std::vector<NamedBody> names;  ///< of the bodies that have one

@@ -16,7 +16,8 @@ constexpr std::array<std::pair<std::string_view, Solver>, 2> solvers{
     {{"soft", Solver::soft}, {"impulse", Solver::impulse}}};
 constexpr std::array<std::pair<std::string_view, BroadPhase>, 2> broad_phases{
     {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}};
-constexpr std::array<std::pair<std::string_view, std::string_view>, 1> simulators{{{"native", "native"}}};
+constexpr std::array<std::pair<std::string_view, SimulatorKind>, 2> simulators{
+    {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}};
 
 /// Calls `read` with a section of the file where it is there.
 template <class Read>
@@ -65,17 +66,19 @@ void read_sleep(const TomlTable& root, SleepSettings& sleep) {
 }
 
 void read_simulator(const TomlTable& root, Scene& scene) {
-  read_section(root, "simulator", {"kind", "threads", "broad_phase", "sweep_axis"}, [&](const TomlTable& table) {
-    std::string_view kind = scene.simulator;
-    table.read_choice<std::string_view>("kind", kind, simulators);
-    scene.simulator = kind;
-    table.read("threads", scene.world.threads, 0);
-    table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
-    table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
-    if (scene.world.sweep_axis == Vec3{}) {
-      table.fail(*table.find("sweep_axis"), "'sweep_axis' has no length; one component must be greater than 0");
-    }
-  });
+  read_section(root, "simulator", {"kind", "device", "ahead", "threads", "broad_phase", "sweep_axis"},
+               [&](const TomlTable& table) {
+                 table.read_choice<SimulatorKind>("kind", scene.world.simulator, simulators);
+                 table.read("device", scene.world.device);
+                 table.read("ahead", scene.world.ahead, 0);
+                 table.read("threads", scene.world.threads, 0);
+                 table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
+                 table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
+                 if (scene.world.sweep_axis == Vec3{}) {
+                   table.fail(*table.find("sweep_axis"),
+                              "'sweep_axis' has no length; one component must be greater than 0");
+                 }
+               });
 }
 
 void read_kicks(const TomlTable& root, Scene& scene) {

@@ -26,10 +26,14 @@ class Simulator {
   virtual void body_removed(std::uint32_t slot) = 0;
   virtual void set_pose(std::uint32_t slot, const Pose& pose) = 0;
   virtual void set_velocity(std::uint32_t slot, const Velocity& velocity) = 0;
+  virtual void add_velocity(std::uint32_t slot, const Velocity& change);
+  /// Linear and angular impulse (N·s, N·m·s) about the centre of mass. Throws where the result is not finite and known.
+  virtual void add_impulse(std::uint32_t slot, const Velocity& impulse);
   /// The body's material, filter, damping or gravity scale was changed in the table.
   virtual void material_changed(std::uint32_t slot) = 0;
   virtual void filter_changed(std::uint32_t slot) = 0;
   virtual void info_changed(std::uint32_t slot) = 0;
+  virtual void gravity_changed() {}
   virtual void wake(std::uint32_t slot) = 0;
   virtual bool is_awake(std::uint32_t slot) const = 0;
   /// Force (N) and torque (N·m) about the centre of mass for the next step; they add up.
@@ -39,7 +43,14 @@ class Simulator {
   virtual std::span<const Velocity> velocities() const = 0;
   virtual Aabb bounds(std::uint32_t slot) const = 0;
 
+  /// What the device simulator runs on; empty for the native one.
+  virtual std::string hardware() const { return {}; }
+
   virtual void step() = 0;
+  /// Returns when the newest step asked for is the one that is read.
+  virtual void synchronise() const {}
+  /// Of the step that is read.
+  virtual const Profile& current_profile() const { return profile; }
 
   virtual std::span<const ContactEvent> contacts_begun() const = 0;
   virtual std::span<const ContactEvent> contacts_ended() const = 0;
@@ -53,5 +64,7 @@ class Simulator {
 };
 
 std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def);
+/// Throws `Error{unavailable}` where the device that `def.device` names is not there.
+std::unique_ptr<Simulator> make_device_simulator(const WorldDef& def);
 
 }  // namespace fathom

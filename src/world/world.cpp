@@ -23,14 +23,19 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
+std::unique_ptr<Simulator> make_simulator(const WorldDef& def) {
+  return def.simulator == SimulatorKind::device ? make_device_simulator(def) : make_native_simulator(def);
+}
+
 }  // namespace
 
-World::World(const WorldDef& def) : simulator_(make_native_simulator(normalised(def))) {}
+World::World(const WorldDef& def) : simulator_(make_simulator(normalised(def))) {}
 World::~World() = default;
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 const WorldDef& World::definition() const { return simulator_->def; }
+std::string World::hardware() const { return simulator_->hardware(); }
 
 // Bodies --------------------------------------------------------------------------------------------------
 
@@ -97,6 +102,15 @@ void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
   if (simulator_->bodies[slot].motion == MotionType::fixed)
     refuse("set velocity: the body is fixed; make it kinematic to move it by its velocity");
   simulator_->set_velocity(slot, {linear, 0, angular, 0});
+}
+
+void World::add_velocity(BodyId id, Vec3 linear, Vec3 angular) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "add velocity");
+  check_finite(linear, "add velocity", "the change of linear velocity");
+  check_finite(angular, "add velocity", "the change of angular velocity");
+  if (simulator_->bodies[slot].motion == MotionType::fixed)
+    refuse("add velocity: the body is fixed; make it kinematic to move it by its velocity");
+  simulator_->add_velocity(slot, {linear, 0, angular, 0});
 }
 
 MotionType World::motion(BodyId id) const {
@@ -182,40 +196,25 @@ void World::apply_torque(BodyId id, Vec3 torque) {
   simulator_->apply(slot, {}, torque);
 }
 
-namespace {
-
-// Impulses act at once: Δv = P/m, Δω = I⁻¹·L, only on dynamic bodies.
-void add_impulse(Simulator& sim, std::uint32_t slot, Vec3 impulse, Vec3 angular_impulse) {
-  const BodyInfo& info = sim.bodies[slot];
-  if (info.motion != MotionType::dynamic) return;
-  Velocity v = sim.velocities()[slot];
-  const Quat q = sim.poses()[slot].rotation;
-  v.linear = mul_add(v.linear, info.inverse_mass, impulse);
-  v.angular += rotate(q, info.inverse_inertia * inverse_rotate(q, angular_impulse));
-  check_finite(v.linear, "apply impulse", "the resulting velocity");
-  check_finite(v.angular, "apply impulse", "the resulting angular velocity");
-  sim.set_velocity(slot, v);
-}
-
-}  // namespace
-
 void World::apply_impulse(BodyId id, Vec3 impulse) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
-  add_impulse(*simulator_, slot, impulse, {});
+  simulator_->add_impulse(slot, {impulse, 0, {}, 0});
 }
 
 void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
   check_finite(point, "apply impulse", "the point");
-  add_impulse(*simulator_, slot, impulse, cross(point - simulator_->poses()[slot].position, impulse));
+  const Vec3 turn = cross(point - simulator_->poses()[slot].position, impulse);
+  check_finite(turn, "apply impulse", "the angular impulse of the impulse at this point");
+  simulator_->add_impulse(slot, {impulse, 0, turn, 0});
 }
 
 void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "apply angular impulse");
   check_finite(impulse, "apply angular impulse", "the impulse");
-  add_impulse(*simulator_, slot, {}, impulse);
+  simulator_->add_impulse(slot, {{}, 0, impulse, 0});
 }
 
 // Time and results --------------------------------------------------------------------------------------------
@@ -229,16 +228,19 @@ void World::step() {
                         "} was not finite; it stays where it was until its pose or velocity is set");
 }
 
+void World::wait() const { simulator_->synchronise(); }
+
 std::uint64_t World::step_count() const { return simulator_->steps; }
 double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
 
 void World::set_gravity(Vec3 gravity) {
   check_finite(gravity, "set gravity", "the gravity");
   simulator_->def.gravity = gravity;
+  simulator_->gravity_changed();
 }
 
 Vec3 World::gravity() const { return simulator_->def.gravity; }
-const Profile& World::profile() const { return simulator_->profile; }
+const Profile& World::profile() const { return simulator_->current_profile(); }
 std::span<const ContactEvent> World::contacts_begun() const { return simulator_->contacts_begun(); }
 std::span<const ContactEvent> World::contacts_ended() const { return simulator_->contacts_ended(); }
 std::span<const HitEvent> World::hits() const { return simulator_->hits(); }
@@ -297,6 +299,7 @@ std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, s
 }
 
 std::uint64_t World::state_hash() const {
+  simulator_->synchronise();
   XXH3_state_t* state = XXH3_createState();
   XXH3_64bits_reset(state);
   for (const BodyId id : bodies()) {

@@ -37,6 +37,7 @@ __global__ __launch_bounds__(items_per_group<Kernel>()) void run_phases(std::uin
   const std::uint32_t stride = gridDim.x * blockDim.x;
   for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(); ++phase) {
     const std::uint32_t items = kernel.items(phase);
+    if (ends_at_empty_phase<Kernel>() && items == 0) return;
     const std::uint32_t n = items < most_items ? items : most_items;
     for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < n; i += stride) kernel(phase, i);
     grid.sync();

@@ -10,7 +10,7 @@
 
 #include "exec/closure_queue.hpp"
 #include "exec/host/host_group.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::exec {
 
@@ -65,6 +65,7 @@ class HostDevice : public ClosureQueue {
     launch_step([this, most_phases, most_items, kernel] {
       for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(); ++phase) {
         const std::uint32_t items = kernel.items(phase);
+        if (ends_at_empty_phase<Kernel>() && items == 0) return;
         for_each_chunk(items < most_items ? items : most_items, 64, [&](std::size_t begin, std::size_t end) {
           for_each_item(begin, end, [&](std::uint32_t i) { kernel(phase, i); });
         });

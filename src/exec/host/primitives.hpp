@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "exec/scratch.hpp"
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::exec::host {
 

@@ -1,4 +1,5 @@
-// A fixed set of threads that run loops together. How the native simulator uses its cores is told here, once:
+// A fixed set of threads that run loops together. How the native simulator and the host back end of the execution
+// layer use their cores is told here, once:
 //
 // * A step is a sequence of loops; the caller's thread runs every loop too and goes on when all of it is done.
 // * A loop's range is cut into chunks. Every thread starts on a stretch of chunks of its own, the same in every loop

@@ -3,7 +3,7 @@
 
 #include <fathom/math.hpp>
 
-namespace fathom::native {
+namespace fathom {
 
 /// Four quads, so that 4×4 transposes turn the bodies of neighbouring lanes into vectors. The fourth
 /// elements of the last two hold the inverse mass and, for isotropic bodies, the inverse inertia; those of
@@ -28,7 +28,7 @@ struct alignas(32) BodyMotion {
 };
 
 /// The velocity that all contacts together gave the body in the last substep, and the velocity it is measured
-/// from. See `ContactSolver` for why this replaces three of four warm-starting sweeps.
+/// from. See native/solver.hpp for why this replaces three of four warm-starting sweeps.
 struct alignas(64) WarmStart {
   Vec3 linear;
   float pad0 = 0;
@@ -46,4 +46,4 @@ struct alignas(32) WorldInertia {
   float xz = 0, yz = 0, pad0 = 0, pad1 = 0;
 };
 
-}  // namespace fathom::native
+}  // namespace fathom

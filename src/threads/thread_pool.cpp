@@ -1,4 +1,4 @@
-#include "native/thread_pool.hpp"
+#include "threads/thread_pool.hpp"
 
 #if defined(__x86_64__)
 #include <immintrin.h>

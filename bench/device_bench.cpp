@@ -1,0 +1,154 @@
+// The step of the device simulator on given scenes: durations, spikes, stages, memory, quality.
+//
+//     device_bench [--device D] [--ahead N] [--copy] [--threads N] [--native] scene:size[:steps] …
+//
+// A step's duration is the time on the device's clock from the end of the step before to its own end. Results are
+// left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
+// except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "fathom/error.hpp"
+#include "scene/environments.hpp"
+#include "scene/quality.hpp"
+#include "scene/scene.hpp"
+
+namespace fathom {
+namespace {
+
+struct Options {
+  SimulatorKind simulator = SimulatorKind::device;
+  std::string device = "auto";
+  int ahead = 2;
+  bool copy_results = false;
+  int threads = 0;
+};
+
+struct Run {
+  std::string name;
+  std::int64_t size = 0;
+  std::uint64_t steps = 600;
+};
+
+Run parse_run(const std::string& text) {
+  Run run;
+  const std::size_t first = text.find(':');
+  if (first == std::string::npos) throw Error(ErrorCode::invalid_argument, "'" + text + "' is no scene:size[:steps]");
+  const std::size_t second = text.find(':', first + 1);
+  run.name = text.substr(0, first);
+  run.size = std::atoll(text.substr(first + 1, second - first - 1).c_str());
+  if (second != std::string::npos) run.steps = static_cast<std::uint64_t>(std::atoll(text.substr(second + 1).c_str()));
+  return run;
+}
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))];
+}
+
+/// Each step's duration over the median of the 61 steps around it.
+std::vector<double> ratios(const std::vector<double>& series) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const std::size_t begin = i < 30 ? 0 : i - 30, end = std::min(series.size(), i + 31);
+    const auto first = series.begin() + static_cast<std::ptrdiff_t>(begin);
+    result.push_back(series[i] / quantile({first, series.begin() + static_cast<std::ptrdiff_t>(end)}, 0.5));
+  }
+  return result;
+}
+
+void print_head() {
+  std::printf(
+      "scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  build   solve finish "
+      "| kernels MiB | manifolds   points colours | penetr.mm displ.m below bad | hash\n");
+}
+
+void measure(const Run& run, const Options& options) {
+  const Environment* environment = find_environment(run.name);
+  if (!environment) throw Error(ErrorCode::invalid_argument, "no environment '" + run.name + "'");
+  // Pyramids are sized by their layers.
+  Scene scene = environment->make(run.name == "pyramid" ? environment->bodies_of_layers(run.size) : run.size);
+  scene.world.simulator = options.simulator;
+  scene.world.device = options.device;
+  scene.world.ahead = options.ahead;
+  scene.world.copy_results = options.copy_results;
+  scene.world.threads = options.threads;
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  std::vector<double> series, stages[5];
+  std::uint64_t seen = 0;
+  Profile last;
+  for (std::uint64_t step = 0; step < run.steps; ++step) {
+    instance.prepare_step();
+    const auto start = std::chrono::steady_clock::now();
+    world.step();
+    const Profile& p = world.profile();
+    const double wall = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    if (p.step == seen) continue;
+    seen = p.step;
+    if (run.steps < 120 || p.step > 60) {
+      series.push_back(p.interval > 0 ? p.interval : wall);
+      const StageTimes& t = p.times;
+      const double values[5] = {t.find_pairs, t.update_manifolds, t.build_constraints, t.solve, t.finish};
+      for (int k = 0; k < 5; ++k) stages[k].push_back(values[k]);
+    }
+    last = p;
+  }
+  world.wait();
+  last = world.profile();
+  const Quality q = measure_quality(scene, instance, world);
+  const std::vector<double> ratio = ratios(series);
+  std::printf("%-9s %8zu %8.4f %8.4f %8.4f | %7.2f %7.2f |", run.name.c_str(), dynamic_body_count(scene),
+              quantile(series, 0.5), quantile(series, 0.99), quantile(series, 1.0), quantile(ratio, 0.99),
+              quantile(ratio, 1.0));
+  for (const auto& stage : stages) std::printf(" %7.4f", quantile(stage, 0.5));
+  std::printf(" | %4llu %7.1f | %8u %8u %3u | %7.3f %8.5f %llu %llu | %016llx\n",
+              static_cast<unsigned long long>(last.counts.launches),
+              static_cast<double>(last.counts.memory_bytes) / (1 << 20), last.counts.manifolds, last.counts.points,
+              last.counts.colours, 1e3 * q.ground_penetration_max, q.displacement_max,
+              static_cast<unsigned long long>(q.bodies_below_ground), static_cast<unsigned long long>(q.non_finite),
+              static_cast<unsigned long long>(world.state_hash()));
+  std::fflush(stdout);
+}
+
+}  // namespace
+}  // namespace fathom
+
+int main(int argc, char** argv) {
+  using namespace fathom;
+  Options options;
+  std::vector<std::string> runs;
+  try {
+    for (int i = 1; i < argc; ++i) {
+      const std::string argument = argv[i];
+      const auto value = [&]() -> std::string {
+        if (i + 1 == argc) throw Error(ErrorCode::invalid_argument, argument + " needs a value");
+        return argv[++i];
+      };
+      if (argument == "--device")
+        options.device = value();
+      else if (argument == "--native")
+        options.simulator = SimulatorKind::native;
+      else if (argument == "--ahead")
+        options.ahead = std::atoi(value().c_str());
+      else if (argument == "--copy")
+        options.copy_results = true;
+      else if (argument == "--threads")
+        options.threads = std::atoi(value().c_str());
+      else
+        runs.push_back(argument);
+    }
+    if (runs.empty()) runs = {"drift:1000", "layers:1000", "spread:1000", "pyramid:10"};
+    print_head();
+    for (const std::string& run : runs) measure(parse_run(run), options);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "device_bench: %s\n", error.what());
+    return 2;
+  }
+}

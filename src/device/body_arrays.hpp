@@ -1,0 +1,151 @@
+// What the device keeps of bodies, by device index: one array for each thing that some kernel reads without the others.
+//
+// A device index is not a World's slot: bodies that come in one go are laid out along a space-filling curve, so that
+// neighbours in space are neighbours in memory, and an index is not given away again before a step has dropped its
+// last owner's contacts.
+#pragma once
+
+#include <cstdint>
+#include <fathom/body.hpp>
+
+#include "dynamics/solver_body.hpp"
+#include "geometry/geometry.hpp"
+
+namespace fathom::device {
+
+inline constexpr std::uint32_t none = 0xffffffffu;
+
+/// `BodyConstants::bits`.
+enum BodyBits : std::uint32_t {
+  motion_bits = 3,    ///< MotionType
+  living_bit = 4,     ///< the index holds a body
+  isotropic_bit = 8,  ///< its inertia is a multiple of the identity
+  can_sleep_bit = 16,
+  shape_shift = 8,  ///< ShapeType, two bits
+  friction_rule_shift = 12,
+  restitution_rule_shift = 16,
+  rule_bits = 15
+};
+
+/// What a step only reads of a body: four quads.
+struct alignas(16) BodyConstants {
+  std::uint32_t bits = 0;
+  float radius = 0;           ///< of the bounding sphere (m)
+  float inverse_mass = 0;     ///< 1/kg
+  float inverse_inertia = 0;  ///< of isotropic bodies (1/(kg·m²)), else 0
+  Vec3 half_extents;
+  float shape_radius = 0;
+  float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
+  std::uint32_t hull = 0;  ///< index of the shape's hull
+  std::uint32_t category = 0, mask = 0;
+  float friction = 0, restitution = 0;
+
+  FATHOM_HD MotionType motion() const { return static_cast<MotionType>(bits & motion_bits); }
+  FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
+  FATHOM_HD bool is_living() const { return bits & living_bit; }
+  FATHOM_HD bool is_isotropic() const { return bits & isotropic_bit; }
+  FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
+};
+static_assert(sizeof(BodyConstants) == 64);
+
+/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone.
+struct BodyTensors {
+  SymMat3 inertia, inverse;
+};
+
+/// State flags of a body.
+enum BodyFlags : std::uint32_t {
+  awake_flag = 1,
+  isolated_flag = 2,  ///< stopped because its state was not finite
+  forced_flag = 4,    ///< `forces` holds something for the next step
+};
+
+/// What has happened to a body since pairs were last searched; kept beside its fat box, which every reader loads
+/// anyway.
+enum Changes : std::uint32_t {
+  box_change = 1,     ///< the fat box is new
+  drop_contacts = 2,  ///< contacts found before are void
+  mix_materials = 4,  ///< friction and restitution of its contacts are to be mixed anew
+  wake_partners = 8,  ///< what rests on it wakes
+};
+
+/// A box as two quads, the fourth elements carrying notes.
+struct alignas(16) NotedBox {
+  Vec3 lower;
+  std::uint32_t changes = 0;
+  Vec3 upper;
+  std::uint32_t level = 0;  ///< of the grid
+
+  FATHOM_HD Aabb box() const { return {lower, upper}; }
+};
+
+/// A box that overlaps nothing.
+FATHOM_HD NotedBox no_box() {
+  constexpr float far = 3e38f;
+  return {{far, far, far}, 0, {-far, -far, -far}, 0};
+}
+
+struct Force {
+  Vec3 force, torque;
+};
+
+/// Hulls of all shapes, in device memory.
+struct HullRecord {
+  std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< where each array begins
+  int vertex_count = 0, edge_count = 0, face_count = 0;
+};
+struct HullArrays {
+  const HullRecord* hulls = nullptr;
+  const Vec3* vertices = nullptr;
+  const Hull::HalfEdge* edges = nullptr;
+  const Hull::Plane* planes = nullptr;
+  const std::uint16_t* face_edges = nullptr;
+
+  FATHOM_HD HullView view(std::uint32_t index) const {
+    const HullRecord h = hulls[index];
+    return {vertices + h.vertices, edges + h.edges, planes + h.planes, face_edges + h.face_edges,
+            h.vertex_count,        h.edge_count,    h.face_count};
+  }
+};
+
+struct BodyArrays {
+  // Given by the application.
+  BodyConstants* constants;
+  BodyTensors* tensors;
+  Force* forces;
+  HullArrays hulls;
+
+  // Moved by steps.
+  Pose* poses;
+  Velocity* velocities;
+  std::uint32_t* flags;
+  float* slow_time;  ///< s
+  NotedBox* fat;     ///< what the broad phase knows
+  NotedBox* known;   ///< the fat boxes that pairs were last searched with
+  Aabb* boxes;       ///< of the next step's motion
+
+  // Contacts of a body.
+  std::uint64_t* colours;       ///< taken by its contacts
+  std::uint32_t* touching;      ///< how many they are
+  std::uint64_t* best;          ///< priority of the contact that may choose its colour next
+  std::uint32_t* island;        ///< while it sleeps: what it shares with all that must wake with it
+  std::uint32_t* parent;        ///< of the forest that islands are found with
+  std::uint32_t* island_slow;   ///< least slow time of the island, as bits
+  std::uint32_t* island_woken;  ///< number of the step that woke it
+
+  // Of bodies in contact, within a step.
+  SolverBody* solver;
+  BodyMotion* motion;
+  WarmStart* warm;
+  WorldInertia* inertia;
+
+  FATHOM_HD Geometry geometry(std::uint32_t i) const {
+    const BodyConstants& c = constants[i];
+    Geometry g{c.shape(), c.shape_radius, c.half_extents, {}};
+    if (g.type == ShapeType::hull) g.hull = hulls.view(c.hull);
+    return g;
+  }
+  FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,254 @@
+// build_constraints: colours for contacts that have none, constraints laid out colour by colour, and what sweeps read.
+//
+// Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
+// it begins to touch and keeps it. Where one thread would go through new contacts in order, here they choose in rounds:
+// whoever has the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
+// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. One that finds no free
+// colour, or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of
+// priorities, and tries again in the next: no contact is ever left out.
+#pragma once
+
+#include "device/contact_arrays.hpp"
+#include "exec/atomic.hpp"
+#include "exec/host/host_group.hpp"
+#include "exec/kernel.hpp"
+
+namespace fathom::device {
+
+/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so that neighbours do not wait in line.
+FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
+  constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
+  std::uint64_t x = std::uint64_t{a} << 28 | b;
+  x ^= x >> 29;
+  x = x * 0x9e3779b97f4a7c15u & mask;
+  x ^= x >> 27;
+  x = x * 0xd6e8feb86659fd93u & mask;
+  return x ^ x >> 28;
+}
+
+/// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
+struct ColourContacts {
+  static constexpr bool ends_at_empty_phase = true;
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  Counters* counters;
+
+  FATHOM_HD std::uint32_t phases() const { return 2 * colouring_rounds; }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const { return counters->uncoloured[phase / 2]; }
+
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
+    const std::uint32_t round = phase / 2;
+    const std::uint32_t index = contacts.uncoloured[round % 2][k];
+    Contact& c = contacts.contacts[index];
+    if (!c.touching()) return;
+    // Later rounds count more, so that what earlier ones posted needs no clearing.
+    const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(c.a, c.b);
+    if (phase % 2 == 0) {
+      exec::atomic_max(bodies.best[c.b], mine);
+      if (!c.fixed_a()) exec::atomic_max(bodies.best[c.a], mine);
+    } else if (bodies.best[c.b] == mine && (c.fixed_a() || bodies.best[c.a] == mine)) {
+      choose(c);
+    } else {
+      contacts.uncoloured[1 - round % 2][exec::atomic_add(counters->uncoloured[round + 1], 1u)] = index;
+    }
+  }
+
+ private:
+  FATHOM_HD void choose(Contact& c) const {
+    constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
+    std::uint64_t taken = bodies.colours[c.b];
+    taken |= c.fixed_a() ? ~fixed : bodies.colours[c.a] | fixed;
+    if (~taken == 0) return;
+    std::uint32_t colour = 0;
+    while (taken >> colour & 1u) ++colour;
+    c.set_colour(colour);
+    const std::uint64_t bit = std::uint64_t{1} << colour;
+    bodies.colours[c.b] |= bit;
+    if (!c.fixed_a()) bodies.colours[c.a] |= bit;
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
+};
+
+/// Work-items that prepare constraints together.
+inline constexpr std::uint32_t constraint_group_size = 64;
+
+/// Contacts that are solved: those that touch and have a body awake.
+FATHOM_HD bool is_solved(const Contact& c, const BodyArrays& bodies) {
+  return c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
+}
+
+/// Whether constraints must be laid out anew.
+struct BeginLayout {
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    c.layout_groups = c.live_bodies && c.layout_dirty ? c.contact_groups : 0;
+    if (!c.layout_dirty) return;
+    for (std::uint32_t k = 0; k < schedule_size; ++k) c.per_colour[k] = 0;
+  }
+};
+
+/// Counts the constraints of each colour.
+struct CountColours {
+  static constexpr std::uint32_t group_size = 128;
+  struct Local {
+    std::uint32_t count[schedule_size];
+  };
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  Counters* counters;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t index = group.index() * group_size + item;
+      if (index >= counters->live_contacts) return;
+      const Contact& c = contacts.contacts[index];
+      if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
+    });
+    group.for_each(schedule_size, [&](std::uint32_t k) {
+      if (local.count[k]) exec::atomic_add(counters->per_colour[k], local.count[k]);
+    });
+  }
+};
+
+/// Where each colour begins, and the order of sweeps: the overflow, then colours, those against fixed bodies last
+/// because the ground is the firmer side.
+struct ScheduleColours {
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    if (c.live_bodies == 0) {
+      c.sweeps = c.constraints = c.constraint_groups = 0;
+      c.layout_dirty = 1;
+      return;
+    }
+    if (!c.layout_dirty) return;
+    c.layout_dirty = 0;
+    c.overflow = c.per_colour[overflow_colour];
+    c.sweeps = 0;
+    if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
+    std::uint32_t begin = 0;
+    for (std::uint32_t k = 0; k < schedule_size; ++k) {
+      c.cursor[k] = begin;
+      if (k == overflow_colour)
+        c.first_overflow = begin;
+      else if (c.per_colour[k])
+        c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
+      begin += c.per_colour[k];
+    }
+    c.constraints = begin;
+    c.constraint_groups = (begin + constraint_group_size - 1) / constraint_group_size;
+  }
+};
+
+struct LayOutConstraints {
+  static constexpr std::uint32_t group_size = 128;
+  struct Local {
+    std::uint32_t count[schedule_size];
+    std::uint32_t place[schedule_size];
+  };
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+  Counters* counters;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    auto rank = per_item<std::uint32_t>(group);
+    group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t index = group.index() * group_size + item;
+      rank[item] = none;
+      if (index >= counters->live_contacts) return;
+      const Contact& c = contacts.contacts[index];
+      if (is_solved(c, bodies)) rank[item] = exec::atomic_add(local.count[c.colour()], 1u);
+    });
+    group.for_each(schedule_size, [&](std::uint32_t k) {
+      if (local.count[k]) local.place[k] = exec::atomic_add(counters->cursor[k], local.count[k]);
+    });
+    group.for_each([&](std::uint32_t item) {
+      if (rank[item] == none) return;
+      const std::uint32_t index = group.index() * group_size + item;
+      const Contact& c = contacts.contacts[index];
+      const std::uint32_t place = local.place[c.colour()] + rank[item];
+      constraints.contact[place] = index;
+      constraints.bodies[place] = {c.a, c.b};
+    });
+  }
+};
+
+/// The overflow in the order of priorities. Every constraint counts those before it: they are few.
+struct OrderOverflow {
+  ConstraintArrays constraints;
+  const Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t first = counters->first_overflow;
+    const auto key = [&](std::uint32_t i) {
+      const PairRecord pair = constraints.bodies[first + i];
+      return priority(pair.a, pair.b);
+    };
+    const std::uint64_t mine = key(k);
+    std::uint32_t rank = 0;
+    for (std::uint32_t i = 0; i < counters->overflow; ++i) rank += key(i) < mine;
+    constraints.overflow_order[rank] = first + k;
+  }
+};
+
+FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
+
+/// What the solver knows of bodies in contact.
+struct LoadBodies {
+  BodyArrays bodies;
+  const Counters* counters;
+  float h;  ///< s, a substep
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    bodies.best[i] = 0;
+    const BodyConstants c = bodies.constants[i];
+    if (!c.is_living()) return;
+    const bool solved = bodies.touching[i] > 0 || c.motion() != MotionType::dynamic;
+    if (!solved) return;
+    SolverBody body;
+    if (!bodies.is_awake(i)) {
+      bodies.solver[i] = body;
+      return;
+    }
+    const Velocity v = bodies.velocities[i];
+    body.linear = v.linear;
+    body.angular = v.angular;
+    body.inverse_mass = c.inverse_mass;
+    body.inverse_inertia = c.inverse_inertia;
+    bodies.solver[i] = body;
+    BodyMotion motion;
+    if (c.is_dynamic()) {
+      motion.acceleration = c.gravity_scale * counters->gravity;
+      motion.linear_damping = damping_factor(c.linear_damping, h);
+      motion.angular_damping = damping_factor(c.angular_damping, h);
+      const Quat q = bodies.poses[i].rotation;
+      if (bodies.flags[i] & forced_flag) {
+        const Force f = bodies.forces[i];
+        motion.acceleration = mul_add(motion.acceleration, c.inverse_mass, f.force);
+        motion.angular_acceleration = angular_acceleration(i, c, q, f.torque);
+      }
+      if (!c.is_isotropic()) {
+        const SymMat3 world = rotated(to_matrix(q), bodies.tensors[i].inverse);
+        bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+      }
+    }
+    bodies.motion[i] = motion;
+  }
+
+ private:
+  FATHOM_HD Vec3 angular_acceleration(std::uint32_t i, const BodyConstants& c, Quat q, Vec3 torque) const {
+    if (c.is_isotropic()) return c.inverse_inertia * torque;
+    return rotate(q, bodies.tensors[i].inverse * inverse_rotate(q, torque));
+  }
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,152 @@
+// Contacts on the device: pairs of bodies whose fat boxes overlap, the manifolds of those that touch, and the counters
+// through which kernels tell each other how many there are.
+//
+// Nothing depends on where in these arrays a contact lies, since places are taken with atomics, in any order: colours
+// follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
+#pragma once
+
+#include <cstdint>
+
+#include "device/body_arrays.hpp"
+#include "dynamics/contact_rows.hpp"
+
+namespace fathom::device {
+
+inline constexpr std::uint32_t dynamic_colours = 56;  ///< then those of contacts with bodies that cannot be pushed
+inline constexpr std::uint32_t colour_count = 64;
+inline constexpr std::uint32_t overflow_colour = 64;
+inline constexpr std::uint32_t schedule_size = colour_count + 1;
+inline constexpr std::uint32_t colouring_rounds = 32;
+
+/// `Contact::bits`; the low byte is the colour.
+enum ContactBits : std::uint32_t {
+  colour_bits = 0xff,
+  touching_bit = 0x100,
+  fixed_a_bit = 0x200,  ///< A is fixed or kinematic
+  fresh_bit = 0x400,    ///< found in this step
+};
+
+struct alignas(16) Contact {
+  std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
+  AxisCache axis;
+  std::uint32_t bits = overflow_colour;
+  float recycle_distance = 0;  ///< m
+  std::uint32_t unused[3] = {};
+
+  FATHOM_HD bool in_use() const { return a != none; }
+  FATHOM_HD bool touching() const { return bits & touching_bit; }
+  FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
+  FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
+  FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
+};
+static_assert(sizeof(Contact) == 32);
+
+struct PairRecord {
+  std::uint32_t a, b;
+};
+
+/// A hit as the device reports it, with device indices.
+struct HitRecord {
+  std::uint32_t a, b;
+  Vec3 point, normal;
+  float speed;
+};
+
+/// One colour's constraints, or the overflow's.
+struct Stretch {
+  std::uint32_t first, count;
+};
+
+/// Counts that live on the device from one step to the next.
+struct Counters {
+  std::uint32_t bodies = 0;    ///< indices in use, holes included
+  std::uint32_t contacts = 0;  ///< places in use, holes included
+  std::uint32_t free_contacts = 0;
+  std::uint32_t layout_dirty = 1;  ///< colours changed since the constraints were last laid out
+  std::uint32_t may_bounce = 0;    ///< some contact had a restitution above zero
+  std::uint32_t step = 0;          ///< steps done, modulo 2³²
+  std::uint32_t stopped = 0;       ///< a capacity was too small; nothing runs until the host has seen to it
+  std::uint32_t changed = 0;       ///< 1: some body has a new fat box
+  std::uint32_t wake_asked = 0;    ///< 1: the application woke a body
+  Vec3 gravity;                    ///< m/s²
+
+  // Of the step under way.
+  std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 where the step was stopped
+  std::uint32_t live_contacts = 0;
+  std::uint32_t contact_groups = 0;
+  std::uint32_t found = 0;      ///< pairs that the search found
+  std::uint32_t added = 0;      ///< `found`, or 0 where the step was stopped
+  std::uint32_t first_new = 0;  ///< the first place behind all used ones
+  std::uint32_t recycling = 0;  ///< free places before this step's pairs took theirs
+  std::uint32_t levels = 1;     ///< of the grid that hold bodies, a bit each
+  std::uint32_t changed_levels = 0;
+  std::uint32_t search_groups = 0;
+  std::uint32_t coarse_groups = 0;
+  std::uint32_t grid_cells = 0;
+  std::uint32_t grid_bodies = 0;
+  std::uint32_t big = 0;
+  std::uint32_t to_collide[2] = {};  ///< pairs of boxes, others
+  std::uint32_t uncoloured[colouring_rounds + 1] = {};
+  std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
+  std::uint32_t layout_groups = 0;
+  std::uint32_t per_colour[schedule_size] = {};
+  std::uint32_t cursor[schedule_size] = {};
+  Stretch schedule[schedule_size] = {};
+  std::uint32_t sweeps = 0;  ///< entries of `schedule`
+  std::uint32_t first_overflow = 0;
+  std::uint32_t overflow = 0;
+  std::uint32_t constraints = 0;
+  std::uint32_t constraint_groups = 0;
+
+  // For the report.
+  std::uint32_t active = 0;  ///< where bodies may sleep
+  std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0;
+};
+
+/// What the host reads of a step, in pinned memory.
+struct Report {
+  std::uint32_t step = 0;
+  std::uint32_t stopped = 0;
+  std::uint32_t contacts = 0, free_contacts = 0, found = 0;
+  std::uint32_t constraints = 0, colours = 0, overflow = 0;
+  std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
+};
+
+struct ContactArrays {
+  Contact* contacts;
+  ContactManifold* manifolds;
+  std::uint32_t* free;
+  PairRecord* found;          ///< pairs of the search
+  std::uint32_t* to_collide;  ///< two lists, one from each end
+  std::uint32_t* uncoloured[2];
+  // Events of the newest steps: lists of `capacity`, one after the other, for as many steps as may be in flight.
+  PairRecord* begun;
+  PairRecord* ended;
+  HitRecord* hits;
+  std::uint32_t event_lists;
+  std::uint32_t capacity;
+
+  /// Where the lists of step number `step` begin.
+  FATHOM_HD std::size_t events_of(std::uint32_t step) const {
+    return static_cast<std::size_t>(step % event_lists) * capacity;
+  }
+};
+
+struct alignas(16) Quad {
+  float x, y, z, w;
+};
+
+/// Constraints by component, colour by colour, so that neighbouring work-items load neighbouring quads.
+struct ConstraintArrays {
+  PairRecord* bodies;
+  std::uint32_t* contact;
+  std::uint32_t* count;  ///< points, and `bounces_bit`
+  Quad* frame;           ///< six arrays of `capacity`
+  PointRow* points;      ///< four
+  Quad* impulses;        ///< two
+  BounceRow* bounces;
+  std::uint32_t* overflow_order;
+  std::uint32_t capacity;
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,179 @@
+#include "device/device_memory.hpp"
+
+#include <bit>
+
+namespace fathom::device {
+
+BodyMemory::BodyMemory(exec::Memory& m)
+    : slots(m),
+      quarantined(m),
+      slot_poses(m),
+      slot_velocities(m),
+      slot_flags(m),
+      constants_(m),
+      tensors_(m),
+      forces_(m),
+      poses_(m),
+      velocities_(m),
+      flags_(m),
+      slow_time_(m),
+      fat_(m),
+      known_(m),
+      boxes_(m),
+      colours_(m),
+      best_(m),
+      touching_(m),
+      island_(m),
+      island_woken_(m),
+      parent_(m),
+      island_slow_(m),
+      solver_(m),
+      motion_(m),
+      warm_(m),
+      inertia_(m) {}
+
+template <class Act>
+void BodyMemory::for_each_lasting(const Act& act) {
+  act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
+  act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(best_), act(touching_), act(island_);
+  act(island_woken_), act(solver_);
+}
+
+template <class Act>
+void BodyMemory::for_each_passing(const Act& act) {
+  act(quarantined), act(slot_poses), act(slot_velocities), act(slot_flags), act(parent_), act(island_slow_);
+  act(motion_), act(warm_), act(inertia_);
+}
+
+void BodyMemory::reserve(std::size_t bodies) {
+  for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
+  for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
+}
+
+BodyArrays BodyMemory::arrays() {
+  return {.constants = constants_.data(),
+          .tensors = tensors_.data(),
+          .forces = forces_.data(),
+          .hulls = hulls,
+          .poses = poses_.data(),
+          .velocities = velocities_.data(),
+          .flags = flags_.data(),
+          .slow_time = slow_time_.data(),
+          .fat = fat_.data(),
+          .known = known_.data(),
+          .boxes = boxes_.data(),
+          .colours = colours_.data(),
+          .touching = touching_.data(),
+          .best = best_.data(),
+          .island = island_.data(),
+          .parent = parent_.data(),
+          .island_slow = island_slow_.data(),
+          .island_woken = island_woken_.data(),
+          .solver = solver_.data(),
+          .motion = motion_.data(),
+          .warm = warm_.data(),
+          .inertia = inertia_.data()};
+}
+
+ContactMemory::ContactMemory(exec::Memory& m)
+    : contacts_(m),
+      manifolds_(m),
+      free_(m),
+      found_(m),
+      to_collide_(m),
+      uncoloured_0_(m),
+      uncoloured_1_(m),
+      begun_(m),
+      ended_(m),
+      hits_(m),
+      bodies_(m),
+      contact_(m),
+      count_(m),
+      overflow_order_(m),
+      frame_(m),
+      impulses_(m),
+      points_(m),
+      bounces_(m) {}
+
+void ContactMemory::reserve(std::size_t n, std::size_t event_lists) {
+  contacts_.grow(n, exec::Contents::keep);
+  manifolds_.grow(n, exec::Contents::keep);
+  free_.grow(n, exec::Contents::keep);
+  // The layout of constraints outlives a step while no colour changes.
+  bodies_.grow(n, exec::Contents::keep);
+  contact_.grow(n, exec::Contents::keep);
+  overflow_order_.grow(n, exec::Contents::keep);
+  for (auto* buffer : {&to_collide_, &uncoloured_0_, &uncoloured_1_, &count_}) buffer->grow(n);
+  found_.grow(n);
+  begun_.grow(n * event_lists);
+  ended_.grow(n * event_lists);
+  hits_.grow(n * event_lists);
+  frame_.grow(6 * n);
+  impulses_.grow(2 * n);
+  points_.grow(max_manifold_points * n);
+  bounces_.grow(n);
+  event_lists_ = static_cast<std::uint32_t>(event_lists);
+}
+
+ContactArrays ContactMemory::contacts() {
+  return {.contacts = contacts_.data(),
+          .manifolds = manifolds_.data(),
+          .free = free_.data(),
+          .found = found_.data(),
+          .to_collide = to_collide_.data(),
+          .uncoloured = {uncoloured_0_.data(), uncoloured_1_.data()},
+          .begun = begun_.data(),
+          .ended = ended_.data(),
+          .hits = hits_.data(),
+          .event_lists = event_lists_,
+          .capacity = static_cast<std::uint32_t>(capacity())};
+}
+
+ConstraintArrays ContactMemory::constraints() {
+  return {.bodies = bodies_.data(),
+          .contact = contact_.data(),
+          .count = count_.data(),
+          .frame = frame_.data(),
+          .points = points_.data(),
+          .impulses = impulses_.data(),
+          .bounces = bounces_.data(),
+          .overflow_order = overflow_order_.data(),
+          .capacity = static_cast<std::uint32_t>(capacity())};
+}
+
+HullMemory::HullMemory(exec::Memory& m)
+    : records_buffer_(m), vertices_buffer_(m), edges_buffer_(m), planes_buffer_(m), face_edges_buffer_(m) {}
+
+std::uint32_t HullMemory::index_of(const std::shared_ptr<const Hull>& hull) {
+  const auto [found, is_new] = indices_.emplace(hull.get(), static_cast<std::uint32_t>(hulls_.size()));
+  if (!is_new) return found->second;
+  hulls_.push_back(hull);
+  const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+  records_.push_back({size(vertices_), size(edges_), size(planes_), size(face_edges_),
+                      static_cast<int>(hull->vertices().size()), static_cast<int>(hull->edges().size()),
+                      static_cast<int>(hull->planes().size())});
+  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+  append(vertices_, hull->vertices());
+  append(edges_, hull->edges());
+  append(planes_, hull->planes());
+  append(face_edges_, hull->face_edges());
+  return found->second;
+}
+
+HullArrays HullMemory::arrays() const {
+  return {records_buffer_.data(), vertices_buffer_.data(), edges_buffer_.data(), planes_buffer_.data(),
+          face_edges_buffer_.data()};
+}
+
+void GridMemory::reserve(std::size_t bodies) {
+  // Half full at most; a multiple of four, because the table is cleared by fours.
+  heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));
+  next_.grow(bodies);
+  big_.grow(bodies);
+}
+
+Grid GridMemory::grid(float base) {
+  return {base, static_cast<std::uint32_t>(heads_.size() - 1), heads_.data(), next_.data(), big_.data()};
+}
+
+}  // namespace fathom::device

@@ -1,0 +1,140 @@
+// All device memory of a simulator: growing it, and the views that kernels take.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "device/contact_arrays.hpp"
+#include "device/edits.hpp"
+#include "device/grid.hpp"
+#include "exec/buffer.hpp"
+
+namespace fathom::device {
+
+/// Buffers of bodies. `reserve` keeps what is in those that outlive a step.
+class BodyMemory {
+ public:
+  explicit BodyMemory(exec::Memory& memory);
+
+  void reserve(std::size_t bodies);
+  std::size_t capacity() const { return poses_.size(); }
+  BodyArrays arrays();
+
+  exec::Buffer<std::uint32_t> slots;  ///< World's slot of a device index, or `none`
+  exec::Buffer<std::uint32_t> quarantined;
+  // Results by slot, as the application sees them.
+  exec::Buffer<Pose> slot_poses;
+  exec::Buffer<Velocity> slot_velocities;
+  exec::Buffer<std::uint32_t> slot_flags;
+  HullArrays hulls;
+
+ private:
+  template <class Act>
+  void for_each_lasting(const Act& act);
+  template <class Act>
+  void for_each_passing(const Act& act);
+
+  exec::Buffer<BodyConstants> constants_;
+  exec::Buffer<BodyTensors> tensors_;
+  exec::Buffer<Force> forces_;
+  exec::Buffer<Pose> poses_;
+  exec::Buffer<Velocity> velocities_;
+  exec::Buffer<std::uint32_t> flags_;
+  exec::Buffer<float> slow_time_;
+  exec::Buffer<NotedBox> fat_, known_;
+  exec::Buffer<Aabb> boxes_;
+  exec::Buffer<std::uint64_t> colours_, best_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
+  exec::Buffer<SolverBody> solver_;
+  exec::Buffer<BodyMotion> motion_;
+  exec::Buffer<WarmStart> warm_;
+  exec::Buffer<WorldInertia> inertia_;
+};
+
+/// Buffers of contacts and constraints.
+class ContactMemory {
+ public:
+  explicit ContactMemory(exec::Memory& memory);
+
+  void reserve(std::size_t contacts, std::size_t event_lists);
+  std::size_t capacity() const { return contacts_.size(); }
+  ContactArrays contacts();
+  ConstraintArrays constraints();
+
+ private:
+  exec::Buffer<Contact> contacts_;
+  exec::Buffer<ContactManifold> manifolds_;
+  exec::Buffer<std::uint32_t> free_;
+  exec::Buffer<PairRecord> found_;
+  exec::Buffer<std::uint32_t> to_collide_, uncoloured_0_, uncoloured_1_;
+  exec::Buffer<PairRecord> begun_, ended_;
+  exec::Buffer<HitRecord> hits_;
+  exec::Buffer<PairRecord> bodies_;
+  exec::Buffer<std::uint32_t> contact_, count_, overflow_order_;
+  exec::Buffer<Quad> frame_, impulses_;
+  exec::Buffer<PointRow> points_;
+  exec::Buffer<BounceRow> bounces_;
+  std::uint32_t event_lists_ = 1;
+};
+
+/// Hulls of all shapes that were ever used, one after the other.
+class HullMemory {
+ public:
+  explicit HullMemory(exec::Memory& memory);
+
+  /// Index of the hull, which is uploaded by `upload` if it is new.
+  std::uint32_t index_of(const std::shared_ptr<const Hull>& hull);
+  bool is_current() const { return uploaded_ == hulls_.size(); }
+
+  template <class D>
+  void upload(D& device) {
+    const auto put = [&](auto& buffer, const auto& host) {
+      using T = typename std::decay_t<decltype(host)>::value_type;
+      buffer.grow(host.size() + host.size() / 2);
+      exec::PinnedBuffer<T> staging(device, host.size());
+      std::copy(host.begin(), host.end(), staging.begin());
+      device.copy_to_device(buffer.data(), staging.data(), host.size());
+      device.wait();
+    };
+    put(records_buffer_, records_);
+    put(vertices_buffer_, vertices_);
+    put(edges_buffer_, edges_);
+    put(planes_buffer_, planes_);
+    put(face_edges_buffer_, face_edges_);
+    uploaded_ = hulls_.size();
+  }
+  HullArrays arrays() const;
+
+ private:
+  std::vector<std::shared_ptr<const Hull>> hulls_;
+  std::unordered_map<const Hull*, std::uint32_t> indices_;
+  std::vector<HullRecord> records_;
+  std::vector<Vec3> vertices_;
+  std::vector<Hull::HalfEdge> edges_;
+  std::vector<Hull::Plane> planes_;
+  std::vector<std::uint16_t> face_edges_;
+  std::size_t uploaded_ = 0;
+  exec::Buffer<HullRecord> records_buffer_;
+  exec::Buffer<Vec3> vertices_buffer_;
+  exec::Buffer<Hull::HalfEdge> edges_buffer_;
+  exec::Buffer<Hull::Plane> planes_buffer_;
+  exec::Buffer<std::uint16_t> face_edges_buffer_;
+};
+
+/// The grid's table, and how large its cells are.
+class GridMemory {
+ public:
+  explicit GridMemory(exec::Memory& memory) : heads_(memory), next_(memory), big_(memory) {}
+
+  void reserve(std::size_t bodies);
+  Grid grid(float base);
+  std::uint32_t entries() const { return static_cast<std::uint32_t>(heads_.size()); }
+
+ private:
+  exec::Buffer<std::uint32_t> heads_, next_, big_;
+};
+
+}  // namespace fathom::device

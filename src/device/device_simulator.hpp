@@ -1,0 +1,184 @@
+// The device simulator: the step of step.hpp behind the World's interface, on any device of the execution layer.
+//
+// Steps are submitted and not waited for. The host keeps three things beside: what the application changed since the
+// last submission (edits), the steps in flight with the edits that went before each, and a mirror of poses and
+// velocities that is fetched when somebody looks. A step that finds a capacity too small stops the queue before it has
+// changed anything; the host then makes room and submits it again, with all that came after it.
+#pragma once
+
+#include <algorithm>
+#include <deque>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "device/step.hpp"
+#include "exec/device.hpp"
+#include "geometry/query.hpp"
+#include "world/simulator.hpp"
+
+namespace fathom::device {
+
+template <exec::Device D>
+class DeviceSimulator final : public Simulator {
+ public:
+  /// `device_arguments` make the device.
+  template <class... Arguments>
+  explicit DeviceSimulator(const WorldDef& definition, Arguments&&... device_arguments);
+  ~DeviceSimulator() override;
+
+  std::string hardware() const override {
+    const exec::DeviceInfo& info = device_.info();
+    return std::string(exec::name_of(info.backend)) + ":" + std::to_string(info.index) + " " + info.name;
+  }
+  void step() override;
+  void synchronise() const override;
+
+  void reserve(std::uint32_t count) override { wanted_bodies_ = std::max<std::size_t>(wanted_bodies_, count); }
+  void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
+  void body_removed(std::uint32_t slot) override;
+  void set_pose(std::uint32_t slot, const Pose& pose) override;
+  void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void add_velocity(std::uint32_t slot, const Velocity& change) override;
+  void add_impulse(std::uint32_t slot, const Velocity& impulse) override;
+  void material_changed(std::uint32_t slot) override { constants_changed(slot, mix_materials); }
+  void filter_changed(std::uint32_t slot) override {
+    constants_changed(slot, box_change | drop_contacts | wake_partners);
+  }
+  void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
+  void gravity_changed() override { gravity_is_current_ = false; }
+  void wake(std::uint32_t slot) override;
+  bool is_awake(std::uint32_t slot) const override;
+  void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
+
+  std::span<const Pose> poses() const override;
+  std::span<const Velocity> velocities() const override;
+  Aabb bounds(std::uint32_t slot) const override { return fathom::bounds(bodies[slot].geometry, poses()[slot]); }
+  const Profile& current_profile() const override;
+
+  std::span<const ContactEvent> contacts_begun() const override;
+  std::span<const ContactEvent> contacts_ended() const override;
+  std::span<const HitEvent> hits() const override;
+  std::span<const Quarantine> quarantined() const override;
+  void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
+
+  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
+  void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
+
+ private:
+  using Event = typename D::Event;
+
+  /// A step in flight, and the edits that went before it.
+  struct Flight {
+    std::uint64_t number = 0;
+    std::vector<Edit> edits;
+    std::vector<BodyData> data;
+  };
+
+  /// What each of the steps in flight has for itself; step n takes lane n modulo their number.
+  struct Lane {
+    explicit Lane(D& device)
+        : marks(device), edits(device, 0), data(device, 0), poses(device, 0), velocities(device, 0), flags(device, 0) {}
+    StageMarks<D> marks;
+    std::optional<typename D::Graph> graph;
+    exec::PinnedBuffer<Edit> edits;
+    exec::PinnedBuffer<BodyData> data;
+    exec::PinnedBuffer<Pose> poses;
+    exec::PinnedBuffer<Velocity> velocities;
+    exec::PinnedBuffer<std::uint32_t> flags;
+    std::size_t slots = 0;  ///< how many of the last three were read
+  };
+  /// One more than lanes, because a step is timed from the end of the one before.
+  Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
+  Lane& lane_of(std::uint64_t step) const { return *lanes_[step % lanes_count_]; }
+
+  /// Every step's results go to the host, not only those that somebody asks for.
+  bool copies_results() const { return def.ahead > 0 && def.copy_results; }
+
+  // Submitting.
+  void make_room();
+  void choose_grid();
+  void record();
+  void forget_graphs();
+  void order_in_space();
+  void submit(Flight& flight, bool with_edits);
+  void submit_results(Lane& lane);
+  void upload_edits(const Flight& flight);
+  void upload_slots();
+  void upload_gravity();
+  void add_edit(Edit edit);
+  void constants_changed(std::uint32_t slot, std::uint32_t changes);
+  BodyData body_data(std::uint32_t slot);
+  void release_rested_indices();
+
+  // Finished steps.
+  bool oldest_is_done() const;
+  void retire_oldest();
+  void retire_all() const;
+  void repair(const Report& report);
+  /// Retires what a reader must, or may, see.
+  void look() const;
+  void make_profile();
+
+  // The mirror.
+  void fetch_bodies() const;
+  void fetch_bodies_now();
+  void mirror(const Edit& edit);
+  void fetch_events() const;
+  void fetch_events_now();
+  template <class T>
+  std::vector<T> download(const T* from, std::size_t count);
+  ContactEvent event(PairRecord pair) const;
+  BodyId id_of(std::uint32_t index) const;
+
+  // Reading fetches what is not there yet, which changes nothing that a reader could have seen.
+  DeviceSimulator& self() const { return *const_cast<DeviceSimulator*>(this); }
+
+  D device_;
+  std::size_t lanes_count_;
+  BodyMemory body_memory_;
+  ContactMemory contact_memory_;
+  GridMemory grid_memory_;
+  HullMemory hull_memory_;
+  exec::Buffer<Counters> counters_;
+  exec::PinnedBuffer<Report> reports_;
+  exec::Buffer<Edit> edit_buffer_;
+  exec::Buffer<BodyData> data_buffer_;
+  exec::PinnedBuffer<std::uint32_t> slot_staging_;
+  std::vector<std::unique_ptr<Lane>> lanes_;
+  std::vector<std::unique_ptr<Event>> ends_;
+  float grid_base_ = 0;
+
+  std::size_t wanted_bodies_ = 0;
+  std::size_t wanted_contacts_ = 0;
+  std::vector<std::uint32_t> index_of_;  // by slot
+  std::vector<std::uint32_t> slot_of_;   // by device index
+  std::vector<std::uint32_t> free_indices_;
+  std::deque<std::pair<std::uint32_t, std::uint64_t>> resting_indices_;  // with the step that drops their contacts
+  std::unordered_map<std::uint32_t, BodyId> former_ids_;                 // of indices without a body
+  bool slots_are_current_ = false;
+  bool gravity_is_current_ = false;
+
+  std::vector<Edit> edits_;               // since the last submission
+  std::vector<BodyData> data_;            // that they bring
+  std::vector<std::uint32_t> last_edit_;  // of each index, in `edits_`
+  std::deque<Flight> flights_;            // submitted and not retired
+  std::uint64_t submitted_ = 0;
+  std::uint32_t movable_ = 0;  // bodies that are not fixed
+  exec::Traffic counted_, newest_traffic_;
+
+  // The newest retired step, and what was read of it.
+  Report newest_;
+  double newest_interval_ = 0;
+  bool profile_is_current_ = false;
+  bool bodies_are_current_ = false;
+  bool events_are_current_ = false;
+  std::vector<Pose> poses_;
+  std::vector<Velocity> velocities_;
+  std::vector<std::uint32_t> flags_;
+  std::vector<ContactEvent> begun_, ended_;
+  std::vector<HitEvent> hits_;
+  std::vector<Quarantine> quarantined_;
+};
+
+}  // namespace fathom::device

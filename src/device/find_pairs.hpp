@@ -1,0 +1,216 @@
+// find_pairs: which fat boxes overlap that did not before.
+//
+// Contacts exist exactly for the pairs whose fat boxes overlapped when pairs were last searched. So a pair is new if
+// its boxes overlap now and those known then did not: no table of pairs is needed. Only bodies with new boxes search.
+#pragma once
+
+#include "device/contact_arrays.hpp"
+#include "device/grid.hpp"
+#include "dynamics/manifold_update.hpp"
+#include "exec/atomic.hpp"
+#include "exec/host/host_group.hpp"
+#include "exec/kernel.hpp"
+
+namespace fathom::device {
+
+/// Sets up the counters of a step; nothing of a stopped step runs.
+struct BeginStep {
+  Counters* counters;
+  std::uint32_t grid_entries;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    const bool run = !c.stopped;
+    c.live_bodies = run ? c.bodies : 0;
+    c.grid_bodies = run && c.changed ? c.bodies : 0;
+    c.search_groups = (c.grid_bodies + 31) / 32;
+    c.grid_cells = run && c.changed ? grid_entries / 4 : 0;
+    c.found = c.added = c.coarse_groups = c.changed_levels = c.big = 0;
+    c.levels = 1;
+    c.to_collide[0] = c.to_collide[1] = 0;
+    for (std::uint32_t& n : c.uncoloured) n = 0;
+    c.waking = run && c.wake_asked ? c.bodies : 0;
+    c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;
+  }
+};
+
+struct ClearGrid {
+  Grid grid;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    for (std::uint32_t k = 0; k < 4; ++k) grid.heads[4 * i + k] = none;
+  }
+};
+
+/// Puts every body into its cell.
+struct FillGrid {
+  BodyArrays bodies;
+  Grid grid;
+  Counters* counters;
+
+  // Most bodies find the bit set already: reading costs little, all writing one word would.
+  FATHOM_HD static void set_once(std::uint32_t& word, std::uint32_t bit) {
+    if (!(exec::atomic_load(word) & bit)) exec::atomic_or(word, bit);
+  }
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    const NotedBox fat = bodies.fat[i];
+    if (!(fat.lower.x <= fat.upper.x)) return;  // the index holds no body
+    if (fat.level > 0) set_once(counters->levels, 1u << fat.level);
+    if (fat.changes) {
+      set_once(counters->changed_levels, 1u << fat.level);
+      if (fat.level > 0 && exec::atomic_load(counters->coarse_groups) == 0)
+        exec::atomic_store(counters->coarse_groups, (counters->bodies + 31) / 32);
+    }
+    if (fat.level == big_level) {
+      grid.big[exec::atomic_add(counters->big, 1u)] = i;
+    } else {
+      const std::uint32_t entry = grid.entry(grid.cell_of(centre(fat.box()), fat.level), fat.level);
+      grid.next[i] = exec::atomic_exchange(grid.heads[entry], i);
+    }
+  }
+};
+
+/// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without search for coarser ones
+/// with new boxes, since these cannot search among the finer.
+///
+/// A work-group looks after 32 bodies: it lists those that search, then its items share out their cells.
+template <bool coarse>
+struct SearchGrid {
+  static constexpr std::uint32_t group_size = 128;
+  static constexpr std::uint32_t bodies_per_group = 32;
+  static constexpr std::uint32_t lanes = 32;  ///< 27 cells, and one for the big bodies
+  static constexpr std::uint32_t big_lane = 27;
+
+  struct Local {
+    std::uint32_t count;
+    std::uint32_t searching[bodies_per_group];
+  };
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  Grid grid;
+  Counters* counters;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.once([&] { local.count = 0; });
+    group.for_each(bodies_per_group, [&](std::uint32_t k) {
+      const std::uint32_t i = group.index() * bodies_per_group + k;
+      if (i < counters->live_bodies && searches(bodies.fat[i])) local.searching[exec::atomic_add(local.count, 1u)] = i;
+    });
+    const std::uint32_t n = group.broadcast(local.count);
+    group.for_each(n * lanes, [&](std::uint32_t k) { search(local.searching[k / lanes], k % lanes); });
+  }
+
+ private:
+  FATHOM_HD bool searches(const NotedBox& fat) const {
+    if (!(fat.lower.x <= fat.upper.x)) return false;
+    if constexpr (coarse)
+      return fat.changes == 0 && counters->changed_levels >> fat.level >> 1 != 0;
+    else
+      return fat.changes != 0;
+  }
+
+  FATHOM_HD void search(std::uint32_t i, std::uint32_t lane) const {
+    const NotedBox fat = bodies.fat[i];
+    const std::uint32_t levels = coarse ? counters->changed_levels : counters->levels;
+    if (lane == big_lane) {
+      for (std::uint32_t k = 0; k < counters->big; ++k) test(i, fat, grid.big[k]);
+      return;
+    }
+    if (lane > big_lane) return;
+    const Vec3 middle = centre(fat.box());
+    const Vec3 half = half_extents(fat.box());
+    const float rounding = 2 * Grid::rounding(fat.box());
+    for (std::uint32_t level = coarse ? fat.level + 1 : fat.level; level < grid_levels; ++level) {
+      if (!(levels >> level & 1u)) continue;
+      // Middles of boxes that overlap this one are at most this far away.
+      const float reach = 0.5f * grid.edge(level) + rounding;
+      const Vec3 d = half + Vec3{reach, reach, reach};
+      const Cell first = grid.cell_of(middle - d, level), last = grid.cell_of(middle + d, level);
+      const Cell own = grid.cell_of(middle, level);
+      const auto k = static_cast<std::int32_t>(lane);
+      const Cell cell{own.x + k % 3 - 1, own.y + k / 3 % 3 - 1, own.z + k / 9 - 1};
+      if (cell.x < first.x || cell.y < first.y || cell.z < first.z || cell.x > last.x || cell.y > last.y ||
+          cell.z > last.z)
+        continue;
+      for (std::uint32_t j = grid.heads[grid.entry(cell, level)]; j != none; j = grid.next[j]) {
+        const NotedBox other = bodies.fat[j];
+        // Another cell, or level, may share the table's entry.
+        if (!overlaps(fat.box(), other.box()) || other.level != level) continue;
+        if (grid.cell_of(centre(other.box()), level) == cell) take(i, fat, j, other);
+      }
+    }
+  }
+
+  FATHOM_HD void test(std::uint32_t i, const NotedBox& fat, std::uint32_t j) const {
+    const NotedBox other = bodies.fat[j];
+    if (overlaps(fat.box(), other.box())) take(i, fat, j, other);
+  }
+
+  FATHOM_HD void take(std::uint32_t i, const NotedBox& fat, std::uint32_t j, const NotedBox& other) const {
+    if (i == j) return;
+    if constexpr (coarse) {
+      if (!other.changes || other.level <= fat.level) return;
+    } else {
+      if (other.changes && other.level == fat.level && j < i) return;  // j finds it
+    }
+    if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they are a contact already
+    const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
+    if (!a.is_dynamic() && !b.is_dynamic()) return;
+    if (!(a.category & b.mask) || !(b.category & a.mask)) return;
+    const std::uint32_t place = exec::atomic_add(counters->found, 1u);
+    if (place < contacts.capacity) contacts.found[place] = {i, j};
+  }
+};
+
+/// Decides where new contacts go, or stops the step where there is no room for them.
+struct PlacePairs {
+  Counters* counters;
+  std::uint32_t capacity;
+  std::uint32_t contact_group_size;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    c.recycling = c.free_contacts;
+    c.first_new = c.contacts;
+    const std::uint32_t reused = c.found < c.free_contacts ? c.found : c.free_contacts;
+    if (c.stopped || c.found - reused > capacity - c.contacts) {
+      c.stopped = 1;
+      c.live_bodies = c.live_contacts = c.contact_groups = c.added = 0;
+      return;
+    }
+    c.added = c.found;
+    c.free_contacts -= reused;
+    c.contacts += c.found - reused;
+    c.live_contacts = c.contacts;
+    c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
+    c.changed = c.wake_asked = 0;
+  }
+};
+
+struct AddContacts {
+  BodyArrays bodies;
+  ContactArrays contacts;
+  const Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t recycling = counters->recycling;
+    const std::uint32_t place =
+        k < recycling ? contacts.free[recycling - 1 - k] : counters->first_new + (k - recycling);
+    const PairRecord pair = contacts.found[k];
+    Contact c;
+    c.a = pair.a < pair.b ? pair.a : pair.b;
+    c.b = pair.a < pair.b ? pair.b : pair.a;
+    if (!bodies.constants[c.b].is_dynamic()) {
+      const std::uint32_t a = c.a;
+      c.a = c.b;
+      c.b = a;
+    }
+    c.bits = overflow_colour | fresh_bit | (bodies.constants[c.a].is_dynamic() ? 0u : fixed_a_bit);
+    c.recycle_distance = recycle_distance(bodies.constants[c.a].radius, bodies.constants[c.b].radius);
+    contacts.contacts[place] = c;
+  }
+};
+
+}  // namespace fathom::device

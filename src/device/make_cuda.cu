@@ -1,0 +1,13 @@
+#include "device/device_simulator_impl.hpp"
+#include "device/make.hpp"
+#include "exec/cuda/cuda_device.cuh"
+
+namespace fathom::device {
+
+template class DeviceSimulator<exec::CudaDevice>;
+
+std::unique_ptr<Simulator> make_cuda(const WorldDef& def, int index) {
+  return std::make_unique<DeviceSimulator<exec::CudaDevice>>(def, index);
+}
+
+}  // namespace fathom::device

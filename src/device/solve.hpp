@@ -1,0 +1,383 @@
+// solve: all substeps in one kernel, whose phases are sweeps over colours and integrations over bodies.
+//
+// The same soft step as the native simulator's (native/solver.hpp), contact by contact with the functions of
+// dynamics/contact_rows.hpp: warm starting once a step, later substeps carrying it in the bodies.
+#pragma once
+
+#include <fathom/world.hpp>
+#include <type_traits>
+
+#include "device/build_constraints.hpp"
+#include "dynamics/rotation.hpp"
+#include "exec/atomic.hpp"
+#include "exec/kernel.hpp"
+
+namespace fathom::device {
+
+/// `ConstraintArrays::count`: the number of points in the low bits, and
+enum ConstraintBits : std::uint32_t {
+  point_bits = 7,
+  bounces_bit = 8,
+  anisotropic_bit = 16,
+  pushes_fixed_bit = 32,  ///< A cannot be pushed
+};
+
+// Constraints by component ---------------------------------------------------------------------------------------
+
+FATHOM_HD void store_frame(const ConstraintArrays& to, std::uint32_t k, const ContactFrame& f) {
+  const std::uint32_t n = to.capacity;
+  to.frame[k] = {f.normal.x, f.normal.y, f.normal.z, f.tangent.x};
+  to.frame[k + n] = {f.tangent.y, f.tangent.z, f.arm_a.x, f.arm_a.y};
+  to.frame[k + 2 * n] = {f.arm_a.z, f.arm_b.x, f.arm_b.y, f.arm_b.z};
+  to.frame[k + 3 * n] = {f.nn, f.n1, f.n2, f.k11};
+  to.frame[k + 4 * n] = {f.k12, f.k22, f.friction, f.patch_radius};
+  to.frame[k + 5 * n] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
+}
+
+FATHOM_HD ContactFrame load_frame(const ConstraintArrays& from, std::uint32_t k, bool with_friction) {
+  const std::uint32_t n = from.capacity;
+  const Quad q0 = from.frame[k], q1 = from.frame[k + n], q2 = from.frame[k + 2 * n], q3 = from.frame[k + 3 * n],
+             q4 = from.frame[k + 4 * n];
+  ContactFrame f;
+  f.normal = {q0.x, q0.y, q0.z};
+  f.tangent = {q0.w, q1.x, q1.y};
+  f.arm_a = {q1.z, q1.w, q2.x};
+  f.arm_b = {q2.y, q2.z, q2.w};
+  f.nn = q3.x, f.n1 = q3.y, f.n2 = q3.z, f.k11 = q3.w;
+  f.k12 = q4.x, f.k22 = q4.y, f.friction = q4.z, f.patch_radius = q4.w;
+  if (with_friction) {
+    const Quad q5 = from.frame[k + 5 * n];
+    f.slide_11 = q5.x, f.slide_12 = q5.y, f.slide_22 = q5.z, f.twist_mass = q5.w;
+  }
+  return f;
+}
+
+FATHOM_HD void load_points(const ConstraintArrays& from, std::uint32_t k, int count, PointRow* points) {
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (i < count) points[i] = from.points[k + static_cast<std::uint32_t>(i) * from.capacity];
+}
+
+FATHOM_HD void store_normal_impulses(const ConstraintArrays& to, std::uint32_t k, const ContactImpulses& p) {
+  to.impulses[k] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
+}
+FATHOM_HD void store_friction_impulses(const ConstraintArrays& to, std::uint32_t k, const ContactImpulses& p) {
+  to.impulses[k + to.capacity] = {p.slide_1, p.slide_2, p.twist, 0};
+}
+
+FATHOM_HD ContactImpulses load_impulses(const ConstraintArrays& from, std::uint32_t k, bool with_friction) {
+  ContactImpulses p;
+  const Quad n = from.impulses[k];
+  p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
+  if (with_friction) {
+    const Quad f = from.impulses[k + from.capacity];
+    p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
+  }
+  return p;
+}
+
+// Bodies ---------------------------------------------------------------------------------------------------------
+
+template <class Inertia>
+FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
+  if constexpr (std::is_same_v<Inertia, float>) {
+    return body.inverse_inertia;
+  } else {
+    if (body.inverse_mass == 0) return {};
+    if (body.inverse_inertia > 0) return {body.inverse_inertia, body.inverse_inertia, body.inverse_inertia, 0, 0, 0};
+    const WorldInertia w = bodies.inertia[i];
+    return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+  }
+}
+
+template <class Inertia>
+FATHOM_HD ContactBody<Inertia> contact_body(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
+  return {body.linear, body.angular, body.inverse_mass, world_inertia<Inertia>(bodies, i, body)};
+}
+
+template <class Inertia>
+FATHOM_HD void store_velocity(const BodyArrays& bodies, std::uint32_t i, const ContactBody<Inertia>& body) {
+  bodies.solver[i].linear = body.linear;
+  bodies.solver[i].angular = body.angular;
+}
+
+/// Rows of every constraint, from its manifold and its bodies.
+struct PrepareConstraints {
+  static constexpr std::uint32_t group_size = constraint_group_size;
+  struct Local {
+    std::uint32_t points;
+  };
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+  Counters* counters;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.once([&] { local.points = 0; });
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t k = group.index() * group_size + item;
+      if (k >= counters->constraints) return;
+      prepare(k);
+      exec::atomic_add(local.points, constraints.count[k] & point_bits);
+    });
+    group.once([&] { exec::atomic_add(counters->points, local.points); });
+  }
+
+ private:
+  FATHOM_HD void prepare(std::uint32_t k) const {
+    const PairRecord pair = constraints.bodies[k];
+    const SolverBody a = bodies.solver[pair.a], b = bodies.solver[pair.b];
+    const auto anisotropic = [](const SolverBody& s) { return s.inverse_mass > 0 && s.inverse_inertia == 0; };
+    if (anisotropic(a) || anisotropic(b))
+      prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
+    else
+      prepare<float>(k, pair, a, b, 0);
+  }
+
+  template <class Inertia>
+  FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
+                         std::uint32_t bits) const {
+    const std::uint32_t index = constraints.contact[k];
+    const ContactManifold& m = contacts.manifolds[index];
+    const auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
+    const auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
+    ContactFrame frame;
+    PointRow points[max_manifold_points];
+    ContactImpulses impulses;
+    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], a, b, frame, points, impulses);
+    const int count = m.point_count();
+    store_frame(constraints, k, frame);
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (i < count) constraints.points[k + static_cast<std::uint32_t>(i) * constraints.capacity] = points[i];
+    store_normal_impulses(constraints, k, impulses);
+    store_friction_impulses(constraints, k, impulses);
+    if (m.restitution > 0) {
+      bits |= bounces_bit;
+      const ContactAxes f(frame);
+      const NormalMotion before = f.motion(a.linear, a.angular, b.linear, b.angular);
+      BounceRow row;
+      for (int i = 0; i < max_manifold_points; ++i)
+        if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
+      constraints.bounces[k] = row;
+    }
+    if (contacts.contacts[index].fixed_a()) bits |= pushes_fixed_bit;
+    constraints.count[k] = static_cast<std::uint32_t>(count) | bits;
+  }
+};
+
+struct SolveParameters {
+  float h = 0;  ///< s, a substep
+  std::uint32_t substeps = 4;
+  std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
+  std::uint32_t sweeps_after = 1;   ///< and after
+  bool soft = true;
+  Softness dynamic, fixed;
+  float push_out_velocity = 0, restitution_threshold = 0;
+};
+
+/// Coefficients of both solvers, as the native simulator has them.
+inline SolveParameters solve_parameters(const WorldDef& def) {
+  constexpr float baumgarte = 0.2f;  // Catto, "Iterative Dynamics with Temporal Coherence", 2005
+  const SolverSettings& s = def.solver;
+  SolveParameters p;
+  p.substeps = static_cast<std::uint32_t>(s.substeps);
+  p.h = def.dt / static_cast<float>(s.substeps);
+  p.push_out_velocity = s.push_out_velocity;
+  p.restitution_threshold = s.restitution_threshold;
+  p.soft = s.method == Solver::soft;
+  if (p.soft) {
+    const float hertz = min(s.contact_hertz, 0.125f / p.h);
+    p.dynamic = make_soft(hertz, s.contact_damping_ratio, p.h);
+    p.fixed = make_soft(2 * hertz, s.contact_damping_ratio, p.h);
+  } else {
+    p.sweeps_before = static_cast<std::uint32_t>(s.iterations);
+    p.sweeps_after = 0;
+    p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / p.h;
+  }
+  return p;
+}
+
+/// The phases of a step, each over one colour or over all bodies:
+///
+///     integrate velocities, warm start, then for each substep
+///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep
+///     and restitution.
+struct SolveConstraints {
+  static constexpr bool ends_at_empty_phase = false;
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+  const Counters* counters;
+  SolveParameters p;
+
+  FATHOM_HD std::uint32_t phases() const {
+    const std::uint32_t n = counters->sweeps;
+    if (n == 0) return 0;
+    return 1 + n + p.substeps * of_substep(n) - 1 + (counters->may_bounce ? n : 0);
+  }
+
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    const Place place = locate(phase);
+    return place.what == integrate_v || place.what == integrate_x ? counters->live_bodies
+                                                                  : counters->schedule[place.colour].count;
+  }
+
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t i) const {
+    const Place place = locate(phase);
+    switch (place.what) {
+      case integrate_v:
+        return integrate_velocity(i, phase == 0);
+      case integrate_x:
+        return integrate_position(i);
+      default:
+        break;
+    }
+    if (counters->overflow && place.colour == 0) {
+      for (std::uint32_t k = 0; k < counters->overflow; ++k) sweep(place.what, constraints.overflow_order[k]);
+    } else {
+      sweep(place.what, counters->schedule[place.colour].first + i);
+    }
+  }
+
+ private:
+  enum What : std::uint32_t { integrate_v, integrate_x, warm, push, relax, bounce };
+  struct Place {
+    What what;
+    std::uint32_t colour;
+  };
+
+  FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
+
+  FATHOM_HD Place locate(std::uint32_t phase) const {
+    const std::uint32_t n = counters->sweeps;
+    if (phase == 0) return {integrate_v, 0};
+    phase -= 1;
+    if (phase < n) return {warm, phase};
+    phase -= n;
+    const std::uint32_t substep = phase / of_substep(n);
+    if (substep == p.substeps - 1 && phase - substep * of_substep(n) == of_substep(n) - 1) return {bounce, 0};
+    if (substep >= p.substeps) return {bounce, phase - p.substeps * of_substep(n) + 1};
+    phase -= substep * of_substep(n);
+    if (phase < p.sweeps_before * n) return {push, phase % n};
+    phase -= p.sweeps_before * n;
+    if (phase == 0) return {integrate_x, 0};
+    phase -= 1;
+    if (phase < p.sweeps_after * n) return {relax, phase % n};
+    return {integrate_v, 0};
+  }
+
+  FATHOM_HD void sweep(What what, std::uint32_t k) const {
+    const std::uint32_t bits = constraints.count[k];
+    if (what == bounce && !(bits & bounces_bit)) return;
+    if (bits & anisotropic_bit)
+      sweep<SymMat3>(what, k, bits);
+    else
+      sweep<float>(what, k, bits);
+  }
+
+  template <class Inertia>
+  FATHOM_HD void sweep(What what, std::uint32_t k, std::uint32_t bits) const {
+    const PairRecord pair = constraints.bodies[k];
+    const int count = static_cast<int>(bits & point_bits);
+    const SolverBody solver_a = bodies.solver[pair.a], solver_b = bodies.solver[pair.b];
+    const bool with_friction = what == relax || what == warm || (what == push && !p.soft);
+    const ContactFrame frame = load_frame(constraints, k, with_friction);
+    PointRow points[max_manifold_points];
+    load_points(constraints, k, count, points);
+    ContactImpulses impulses = load_impulses(constraints, k, with_friction);
+    auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
+    auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
+    if (what == warm) {
+      warm_start_contact(frame, points, count, impulses, a, b);
+    } else if (what == bounce) {
+      const BounceRow row = constraints.bounces[k];
+      restitute_contact(frame, points, count, contacts.manifolds[constraints.contact[k]].restitution,
+                        p.restitution_threshold, row, impulses, a, b);
+      store_normal_impulses(constraints, k, impulses);
+    } else {
+      if (with_friction) {
+        solve_friction(frame, impulses, a, b);
+        store_friction_impulses(constraints, k, impulses);
+      }
+      const ContactAxes axes(frame);
+      const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
+      const bool fixed = bits & pushes_fixed_bit;
+      const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity};
+      const ContactPass pass = what == relax ? ContactPass::relax : p.soft ? ContactPass::soft : ContactPass::iterate;
+      solve_points(pass, frame, points, count, step, axes, moved, impulses, a, b);
+      store_normal_impulses(constraints, k, impulses);
+      if (bits & bounces_bit) keep_peaks(k, impulses);
+    }
+    store_velocity(bodies, pair.b, b);
+    if (!(bits & pushes_fixed_bit)) store_velocity(bodies, pair.a, a);
+  }
+
+  FATHOM_HD void keep_peaks(std::uint32_t k, const ContactImpulses& impulses) const {
+    BounceRow row = constraints.bounces[k];
+    for (int i = 0; i < max_manifold_points; ++i) row.peak[i] = max(row.peak[i], impulses.normal[i]);
+    constraints.bounces[k] = row;
+  }
+
+  /// v ← damping · v + h · acceleration + W, with W brought up to date first (native/solver.hpp).
+  FATHOM_HD static void integrate(Vec3& v, Vec3 acceleration, float damping, float h, Vec3& warm_velocity,
+                                  Vec3& reference, bool first) {
+    warm_velocity = first ? Vec3{} : warm_velocity + (v - reference);
+    v = mul_add(damping * v, h, acceleration) + warm_velocity;
+    reference = v;
+  }
+
+  FATHOM_HD void integrate_velocity(std::uint32_t i, bool first) const {
+    if (bodies.touching[i] == 0) return;
+    SolverBody body = bodies.solver[i];
+    if (body.inverse_mass == 0) return;
+    const BodyMotion motion = bodies.motion[i];
+    WarmStart w;
+    if (!first) w = bodies.warm[i];
+    integrate(body.linear, motion.acceleration, motion.linear_damping, p.h, w.linear, w.linear_reference, first);
+    integrate(body.angular, motion.angular_acceleration, motion.angular_damping, p.h, w.angular, w.angular_reference,
+              first);
+    bodies.warm[i] = w;
+    bodies.solver[i].linear = body.linear;
+    bodies.solver[i].angular = body.angular;
+  }
+
+  FATHOM_HD void integrate_position(std::uint32_t i) const {
+    if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
+    SolverBody body = bodies.solver[i];
+    body.moved = mul_add(body.moved, p.h, body.linear);
+    if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+      // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
+      const BodyTensors t = bodies.tensors[i];
+      const Vec3 before = body.angular;
+      Quat q = bodies.poses[i].rotation;
+      body.turned += step_torque_free(q, body.angular, t.inertia, t.inverse, p.h);
+      bodies.poses[i].rotation = q;
+      bodies.warm[i].angular_reference += body.angular - before;
+      bodies.solver[i].angular = body.angular;
+    } else {
+      body.turned = mul_add(body.turned, p.h, body.angular);
+    }
+    bodies.solver[i].moved = body.moved;
+    bodies.solver[i].turned = body.turned;
+  }
+};
+
+/// Hands the impulses back to the manifolds. One that is not finite is forgotten.
+struct StoreImpulses {
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    ContactManifold& m = contacts.manifolds[constraints.contact[k]];
+    const Quad n = constraints.impulses[k], f = constraints.impulses[k + constraints.capacity];
+    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + f.z);
+    const bool ok = is_finite(sum);
+    m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
+    m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
+    m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
+    m.twist_impulse = ok ? f.z : 0;
+  }
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,152 @@
+// The step of the device simulator, told once: the order in which kernels are submitted.
+#pragma once
+
+#include <optional>
+
+#include "device/build_constraints.hpp"
+#include "device/device_memory.hpp"
+#include "device/find_pairs.hpp"
+#include "device/finish.hpp"
+#include "device/sleep.hpp"
+#include "device/solve.hpp"
+#include "device/update_manifolds.hpp"
+#include "exec/device.hpp"
+
+namespace fathom::device {
+
+/// What the host sets before a step is recorded.
+struct StepSettings {
+  float dt = 0;                     ///< s
+  float grid_base = 1;              ///< m
+  float restitution_threshold = 0;  ///< m/s
+  SolveParameters solve;
+  MoveParameters move;
+  float sleep_time = 0;  ///< s
+};
+
+/// Moments of a step on the device's clock.
+template <exec::Device D>
+struct StageMarks {
+  using Event = typename D::Event;
+  explicit StageMarks(D& device)
+      : begin(device), pairs(device), manifolds(device), built(device), solved(device), end(device) {}
+  Event begin, pairs, manifolds, built, solved, end;
+};
+
+template <exec::Device D>
+class Step {
+ public:
+  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, GridMemory& grid, Counters* counters, Report* reports,
+       std::uint32_t report_count, const StepSettings& settings, StageMarks<D>* marks)
+      : device_(device),
+        bodies_(bodies.arrays()),
+        contacts_(contacts.contacts()),
+        constraints_(contacts.constraints()),
+        grid_(grid.grid(settings.grid_base)),
+        grid_entries_(grid.entries()),
+        quarantined_(bodies.quarantined.data()),
+        counters_(counters),
+        reports_(reports),
+        report_count_(report_count),
+        body_capacity_(static_cast<std::uint32_t>(bodies.capacity())),
+        settings_(settings),
+        marks_(marks) {}
+
+  void submit() {
+    mark(&StageMarks<D>::begin);
+    find_pairs();
+    mark(&StageMarks<D>::pairs);
+    update_manifolds();
+    mark(&StageMarks<D>::manifolds);
+    build_constraints();
+    mark(&StageMarks<D>::built);
+    solve();
+    mark(&StageMarks<D>::solved);
+    finish();
+    mark(&StageMarks<D>::end);
+  }
+
+ private:
+  void find_pairs() {
+    device_.parallel_for(1, BeginStep{counters_, grid_entries_});
+    device_.parallel_for({&counters_->grid_cells, grid_entries_ / 4}, ClearGrid{grid_});
+    device_.parallel_for({&counters_->grid_bodies, body_capacity_}, FillGrid{bodies_, grid_, counters_});
+    const std::uint32_t groups = (body_capacity_ + 31) / 32;
+    device_.parallel_groups({&counters_->search_groups, groups},
+                            SearchGrid<false>{bodies_, contacts_, grid_, counters_});
+    device_.parallel_groups({&counters_->coarse_groups, groups},
+                            SearchGrid<true>{bodies_, contacts_, grid_, counters_});
+    device_.parallel_for(1, PlacePairs{counters_, contacts_.capacity, SortOutContacts::group_size});
+    device_.parallel_for({&counters_->added, contacts_.capacity}, AddContacts{bodies_, contacts_, counters_});
+  }
+
+  void update_manifolds() {
+    const ContactChanges changes{bodies_, contacts_, counters_, settings_.restitution_threshold};
+    device_.parallel_groups(contact_groups(), SortOutContacts{changes});
+    device_.parallel_for({&counters_->to_collide[0], contacts_.capacity}, CollideShapes<true>{changes, settings_.dt});
+    device_.parallel_for({&counters_->to_collide[1], contacts_.capacity}, CollideShapes<false>{changes, settings_.dt});
+  }
+
+  void build_constraints() {
+    if (settings_.move.sleeping)
+      device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
+    device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
+    const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
+    device_.parallel_for(1, BeginLayout{counters_});
+    device_.parallel_groups(groups, CountColours{bodies_, contacts_, counters_});
+    device_.parallel_for(1, ScheduleColours{counters_});
+    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
+    device_.parallel_for({&counters_->overflow, contacts_.capacity}, OrderOverflow{constraints_, counters_});
+    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
+    device_.parallel_groups(
+        {&counters_->constraint_groups, (contacts_.capacity + constraint_group_size - 1) / constraint_group_size},
+        PrepareConstraints{bodies_, contacts_, constraints_, counters_});
+  }
+
+  void solve() {
+    const SolveParameters& p = settings_.solve;
+    const std::uint32_t most_phases =
+        schedule_size * (2 + p.substeps * (p.sweeps_before + p.sweeps_after)) + 2 * p.substeps;
+    // A colour holds a body once, so it has no more constraints than there are bodies.
+    device_.parallel_phases(most_phases, body_capacity_,
+                            SolveConstraints{bodies_, contacts_, constraints_, counters_, settings_.solve});
+    device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
+  }
+
+  void finish() {
+    device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, quarantined_, settings_.move});
+    if (settings_.move.sleeping) {
+      device_.parallel_for(live_bodies(), BeginIslands{bodies_});
+      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, JoinIslands{bodies_, contacts_});
+      device_.parallel_for(live_bodies(), MeasureIslands{bodies_, counters_});
+      device_.parallel_for(live_bodies(), FallAsleep{bodies_, counters_, settings_.sleep_time});
+    }
+    device_.parallel_for(1, EndStep{counters_, reports_, report_count_});
+  }
+
+  exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
+  exec::Range constraints() const { return {&counters_->constraints, contacts_.capacity}; }
+  exec::Range contact_groups() const {
+    return {&counters_->contact_groups,
+            (contacts_.capacity + SortOutContacts::group_size - 1) / SortOutContacts::group_size};
+  }
+  void mark(typename D::Event StageMarks<D>::*moment) {
+    if (marks_) device_.mark(marks_->*moment);
+  }
+
+  D& device_;
+  BodyArrays bodies_;
+  ContactArrays contacts_;
+  ConstraintArrays constraints_;
+  Grid grid_;
+  std::uint32_t grid_entries_;
+  std::uint32_t* quarantined_;
+  Counters* counters_;
+  Report* reports_;
+  std::uint32_t report_count_;
+  std::uint32_t body_capacity_;
+  StepSettings settings_;
+  StageMarks<D>* marks_;
+};
+
+}  // namespace fathom::device

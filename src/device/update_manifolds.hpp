@@ -1,0 +1,216 @@
+// update_manifolds: every contact's manifold for the poses as they are, what began and what ended.
+//
+// Two passes: the first looks at every contact and sorts out the many that need nothing (boxes apart, manifold
+// recycled); the second runs the collision functions over lists of the rest, pairs of boxes apart from other shapes,
+// so that neighbouring work-items do the same work.
+#pragma once
+
+#include "collision/collide.hpp"
+#include "device/contact_arrays.hpp"
+#include "dynamics/manifold_update.hpp"
+#include "exec/atomic.hpp"
+#include "exec/host/host_group.hpp"
+#include "exec/kernel.hpp"
+
+namespace fathom::device {
+
+/// What both passes do when a contact begins or ends.
+struct ContactChanges {
+  BodyArrays bodies;
+  ContactArrays contacts;
+  Counters* counters;
+  float restitution_threshold;  ///< m/s
+
+  /// All that sleep with body `i` wake before constraints are built.
+  FATHOM_HD void wake(std::uint32_t i) const {
+    if (bodies.flags[i] & (awake_flag | isolated_flag) || !bodies.constants[i].is_dynamic()) return;
+    exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);
+    exec::atomic_store(counters->waking, counters->live_bodies);
+  }
+
+  FATHOM_HD void end(Contact& c) const {
+    if (c.colour() != overflow_colour) {
+      // The bit is this contact's alone, so subtracting takes it away.
+      const std::uint64_t bit = std::uint64_t{1} << c.colour();
+      exec::atomic_add(bodies.colours[c.b], ~bit + 1);
+      if (!c.fixed_a()) exec::atomic_add(bodies.colours[c.a], ~bit + 1);
+    }
+    exec::atomic_add(bodies.touching[c.b], ~0u);
+    if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);
+    c.bits &= ~touching_bit;
+    c.set_colour(overflow_colour);
+    contacts.ended[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->ended, 1u)] = {c.a, c.b};
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
+
+  FATHOM_HD void begin(std::uint32_t index, Contact& c, const ContactManifold& m) const {
+    c.bits |= touching_bit;
+    exec::atomic_add(bodies.touching[c.b], 1u);
+    if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
+    contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
+    contacts.begun[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->begun, 1u)] = {c.a, c.b};
+    exec::atomic_store(counters->layout_dirty, 1u);
+    wake(c.a);
+    wake(c.b);
+    report_hit(c, m);
+  }
+
+  FATHOM_HD void mix(const Contact& c, ContactManifold& m) const {
+    const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
+    const auto rule = [](const BodyConstants& body, std::uint32_t shift) {
+      return static_cast<CombineRule>(body.bits >> shift & rule_bits);
+    };
+    m.friction = combine(a.friction, b.friction, rule(a, friction_rule_shift), rule(b, friction_rule_shift));
+    m.restitution =
+        combine(a.restitution, b.restitution, rule(a, restitution_rule_shift), rule(b, restitution_rule_shift));
+    if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
+  }
+
+ private:
+  FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
+    const Pose &pa = bodies.poses[c.a], &pb = bodies.poses[c.b];
+    const Velocity &va = bodies.velocities[c.a], &vb = bodies.velocities[c.b];
+    const Vec3 normal = rotate(pa.rotation, m.normal);
+    float fastest = 0;
+    Vec3 where;
+    for (int i = 0; i < m.point_count(); ++i) {
+      const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
+      const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
+      if (-dot(speed, normal) > fastest) {
+        fastest = -dot(speed, normal);
+        where = pa.position + arm_a;
+      }
+    }
+    if (fastest <= restitution_threshold) return;
+    contacts.hits[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->hits, 1u)] = {c.a, c.b, where,
+                                                                                                    normal, fastest};
+  }
+};
+
+/// First pass.
+struct SortOutContacts {
+  static constexpr std::uint32_t group_size = 128;
+
+  struct Local {
+    std::uint32_t count[2];  // that have to collide: boxes, others
+    std::uint32_t place[2];
+    std::uint32_t recycled;
+  };
+
+  ContactChanges changes;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    Counters& counters = *changes.counters;
+    group.once([&] { local.count[0] = local.count[1] = local.recycled = 0; });
+    auto kind = per_item<std::uint32_t>(group);
+    auto rank = per_item<std::uint32_t>(group);
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t index = group.index() * group_size + item;
+      kind[item] = index < counters.live_contacts ? look_at(index) : nothing;
+      if (kind[item] < nothing) rank[item] = exec::atomic_add(local.count[kind[item]], 1u);
+      if (kind[item] == recycled) exec::atomic_add(local.recycled, 1u);
+    });
+    group.once([&] {
+      for (std::uint32_t k = 0; k < 2; ++k)
+        if (local.count[k]) local.place[k] = exec::atomic_add(counters.to_collide[k], local.count[k]);
+      if (local.recycled) exec::atomic_add(counters.recycled, local.recycled);
+    });
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t index = group.index() * group_size + item;
+      if (kind[item] == boxes) changes.contacts.to_collide[local.place[0] + rank[item]] = index;
+      if (kind[item] == others)
+        changes.contacts.to_collide[changes.contacts.capacity - 1 - (local.place[1] + rank[item])] = index;
+    });
+  }
+
+ private:
+  enum Kind : std::uint32_t { boxes, others, nothing, recycled };
+
+  FATHOM_HD std::uint32_t look_at(std::uint32_t index) const {
+    const BodyArrays& bodies = changes.bodies;
+    Contact& c = changes.contacts.contacts[index];
+    if (!c.in_use()) return nothing;
+    const NotedBox fat_a = bodies.fat[c.a], fat_b = bodies.fat[c.b];
+    const std::uint32_t noted = fat_a.changes | fat_b.changes;
+    if (!noted && !((bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag)) return nothing;
+    if (noted) {
+      if (c.touching() && noted & wake_partners) changes.wake(c.a), changes.wake(c.b);
+      const bool fresh = c.bits & fresh_bit;
+      c.bits &= ~fresh_bit;
+      if ((noted & drop_contacts && !fresh) || !overlaps(fat_a.box(), fat_b.box())) {
+        if (c.touching()) changes.end(c);
+        c.a = none;
+        changes.contacts.free[exec::atomic_add(changes.counters->free_contacts, 1u)] = index;
+        return nothing;
+      }
+      if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[index]);
+    }
+    if (!overlaps(bodies.boxes[c.a], bodies.boxes[c.b])) {
+      if (c.touching()) changes.end(c);
+      return nothing;
+    }
+    if (c.touching()) {
+      const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
+      // A contact that found no colour tries again.
+      if (c.colour() == overflow_colour)
+        changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
+      if (moved_little(changes.contacts.manifolds[index], b_in_a, c.recycle_distance)) return recycled;
+    }
+    const bool both_boxes =
+        bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
+    return both_boxes ? boxes : others;
+  }
+};
+
+/// Second pass; item k is contact to_collide[k], or counts from the list's other end.
+template <bool only_boxes>
+struct CollideShapes {
+  static constexpr std::uint32_t group_size = 64;  // few heavy items: small groups reach more compute units
+
+  ContactChanges changes;
+  float dt;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const BodyArrays& bodies = changes.bodies;
+    const ContactArrays& contacts = changes.contacts;
+    const std::uint32_t index = contacts.to_collide[only_boxes ? k : contacts.capacity - 1 - k];
+    Contact c = contacts.contacts[index];
+    const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
+    const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
+    const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
+    Manifold fresh;
+    if constexpr (only_boxes)
+      fresh = collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
+    else
+      fresh = collide_shapes(bodies.geometry(c.a), bodies.geometry(c.b), b_in_a, margin, c.axis);
+    if (fresh.count == 0) {
+      if (c.touching()) changes.end(c);
+    } else {
+      ContactManifold& m = contacts.manifolds[index];
+      const bool begins = !c.touching();
+      if (begins) {
+        m = ContactManifold{};
+        changes.mix(c, m);
+      }
+      set_manifold(m, fresh, b_in_a);
+      if (begins) changes.begin(index, c, m);
+    }
+    contacts.contacts[index] = c;
+  }
+};
+
+/// Wakes the bodies of islands that something woke in this step.
+struct WakeIslands {
+  BodyArrays bodies;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (bodies.flags[i] & (awake_flag | isolated_flag) || !bodies.constants[i].is_dynamic()) return;
+    if (bodies.island_woken[bodies.island[i]] != counters->step + 1) return;
+    bodies.flags[i] |= awake_flag;
+    bodies.slow_time[i] = 0;
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,65 @@
+// When a manifold is made anew, and what it keeps of the old one. Pure, for host and device.
+#pragma once
+
+#include "dynamics/bounds.hpp"
+#include "dynamics/contact_manifold.hpp"
+
+namespace fathom {
+
+/// Distance (m) that two bodies with these bounding radii (m) may move against each other before their manifold is
+/// made anew.
+FATHOM_HD float recycle_distance(float radius_a, float radius_b) {
+  return min(0.005f, 0.01f * min(radius_a, radius_b));
+}
+
+/// True while bodies have moved against each other by less than `distance` (m) and 5 mrad since the manifold was made.
+/// It is kept then: the points are anchored in both bodies, so their separations stay exact; only which points exist
+/// may grow stale, by a distance of this order. (Box3D and avian call this contact recycling; it is the largest single
+/// gain at rest.)
+FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float distance) {
+  constexpr float sine_of_half_angle = 0.0025f;
+  const Vec3 shift = b_in_a.position - m.position_at_build();
+  if (!(length_squared(shift) < distance * distance)) return false;
+  // |vector part of conj(q0)·q|² = sin² of half the angle between the two orientations.
+  const Vec3 turn = (conjugate(m.rotation_at_build) * b_in_a.rotation).vector();
+  return length_squared(turn) < sine_of_half_angle * sine_of_half_angle;
+}
+
+/// Distance (m) at which two bodies become a contact. Those that close in fast do before they meet, so that the
+/// solver can stop them at the surface.
+FATHOM_HD float speculative_margin(float radius_a, float radius_b, const Velocity& va, const Velocity& vb, float dt) {
+  const float approach = length(vb.linear - va.linear);
+  const float turning = min(length(va.angular) * dt, 1.0f) * radius_a + min(length(vb.angular) * dt, 1.0f) * radius_b;
+  return 2 * half_speculative_margin + approach * dt + turning;
+}
+
+/// Friction lives in a frame that turns with A. A new manifold keeps the old tangent as nearly as its normal allows,
+/// so that the impulses stay where they were in space.
+FATHOM_HD Vec3 continued_tangent(const ContactManifold& m, Vec3 normal) {
+  const Vec3 old = mul_add(m.tangent, -dot(m.tangent, normal), normal);
+  return length_squared(old) > 0.25f ? normalize(old) : any_perpendicular(normal);
+}
+
+/// Points, anchors and friction frame from a fresh manifold; impulses of points with known features are kept.
+FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a) {
+  to.tangent = continued_tangent(to, from.normal);
+  to.normal = from.normal;
+  std::uint32_t old_features[max_manifold_points];
+  float old_impulses[max_manifold_points];
+  const int old_count = to.point_count();
+  for (int i = 0; i < old_count; ++i) old_features[i] = to.points[i].feature, old_impulses[i] = to.impulses[i];
+  for (int i = 0; i < from.count; ++i) {
+    const ManifoldPoint& source = from.points[i];
+    ContactPointState& point = to.points[i];
+    const Vec3 half_gap = (0.5f * source.separation) * from.normal;
+    point.anchor_a = source.position - half_gap;
+    point.anchor_b = inverse_transform(b_in_a, source.position + half_gap);
+    point.feature = source.feature;
+    to.impulses[i] = 0;
+    for (int k = 0; k < old_count; ++k)
+      if (old_features[k] == source.feature) to.impulses[i] = old_impulses[k];
+  }
+  to.set_build(b_in_a, from.count);
+}
+
+}  // namespace fathom

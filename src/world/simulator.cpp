@@ -1,0 +1,28 @@
+#include "world/simulator.hpp"
+
+#include "world/validate.hpp"
+
+namespace fathom {
+
+void Simulator::add_velocity(std::uint32_t slot, const Velocity& change) {
+  const Velocity now = velocities()[slot];
+  const Velocity next{now.linear + change.linear, 0, now.angular + change.angular, 0};
+  check_finite(next.linear, "add velocity", "the resulting velocity");
+  check_finite(next.angular, "add velocity", "the resulting angular velocity");
+  set_velocity(slot, next);
+}
+
+// Impulses act at once: Δv = P/m, Δω = I⁻¹·L, only on dynamic bodies.
+void Simulator::add_impulse(std::uint32_t slot, const Velocity& impulse) {
+  const BodyInfo& info = bodies[slot];
+  if (info.motion != MotionType::dynamic) return;
+  Velocity v = velocities()[slot];
+  const Quat q = poses()[slot].rotation;
+  v.linear = mul_add(v.linear, info.inverse_mass, impulse.linear);
+  v.angular += rotate(q, info.inverse_inertia * inverse_rotate(q, impulse.angular));
+  check_finite(v.linear, "apply impulse", "the resulting velocity");
+  check_finite(v.angular, "apply impulse", "the resulting angular velocity");
+  set_velocity(slot, v);
+}
+
+}  // namespace fathom
