@@ -106,9 +106,9 @@ TEST_F(Program, ListsEnvironments) {
 TEST_F(Program, HelpNamesEveryOption) {
   const Outcome outcome = fathom({"run", "--help"});
   EXPECT_EQ(outcome.exit_code, 0);
-  for (const char* word :
-       {"--bodies", "--layers", "--simulator", "--threads", "--steps", "--seconds", "--dt", "--substeps",
-        "--broad-phase", "--solver", "--sleep", "--json", "--csv", "--quiet", "Examples"}) {
+  for (const char* word : {"--bodies", "--layers", "--simulator", "--threads", "--steps", "--seconds", "--dt",
+                           "--substeps", "--broad-phase", "--solver", "--sleep", "--json", "--csv", "--record",
+                           "--trace", "--config", "--set", "--quiet", "Examples"}) {
     EXPECT_THAT(outcome.out, HasSubstr(word));
   }
 }
@@ -251,6 +251,13 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
       {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},
       {{"table", "/nowhere/x.json"}, "/nowhere/x.json: cannot be read"},
+      {{"replay", "/nowhere/run.fathom"}, "/nowhere/run.fathom: no such file"},
+      {{"replay", FATHOM_SOURCE_DIR "/README.md"}, "README.md: this is no recording of fathom"},
+      {{"config", "--set", "simulator.treads=2"}, "did you mean 'simulator.threads'?"},
+      {{"config", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
+      {{"run", "drift", "--set", "simulator.threads=x"}, "'simulator.threads' must be a whole number"},
+      {{"run", "drift", "--record", "/nowhere/run.fathom"}, "/nowhere/run.fathom: cannot be written"},
+      {{"run", "drift", "--trace", "/nowhere/t.json"}, "/nowhere/t.json: cannot be written"},
   };
   for (const BadLine& line : lines) {
     const Outcome outcome = fathom(line.arguments);
@@ -285,6 +292,38 @@ TEST_F(Program, InterruptedRunWritesWhatItMeasured) {
   EXPECT_GT(steps, 0);
   const std::string csv = read_text(path("run.csv"));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), steps + 1);
+}
+
+TEST_F(Program, RecordsAndReplays) {
+  const Outcome run = fathom({"run", "drift", "--bodies", "80", "--steps", "70", "--threads", "2", "--record",
+                              path("run.fathom"), "--trace", path("trace.json"), "--set", "record.snapshot_every=20"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Outcome again = fathom({"replay", path("run.fathom"), "--threads", "1"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("70 steps from step 1 replayed"));
+  const std::string hash = again.out.substr(again.out.find("state hash"));
+  EXPECT_THAT(run.out, HasSubstr(hash));
+  EXPECT_EQ(fathom({"replay", path("run.fathom"), "--quiet"}).out, "");
+  int steps = 0;
+  for (const json& event : json::parse(read_text(path("trace.json"))).at("traceEvents"))
+    steps += event["name"] == "step";
+  EXPECT_EQ(steps, 70);
+  std::ofstream(path("cut.fathom")) << read_text(path("run.fathom")).substr(0, 900);
+  const Outcome cut = fathom({"replay", path("cut.fathom")});
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_THAT(cut.err, HasSubstr("cut.fathom: it is truncated"));
+}
+
+TEST_F(Program, ConfigTellsValuesAndOrigins) {
+  ASSERT_EQ(fathom({"config", "--set", "simulator.substeps=7", "--write", path("fathom.toml")}).exit_code, 0);
+  const Outcome shown = fathom({"config", "--config", path("fathom.toml"), "--set", "loop.rate=50"});
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_THAT(shown.out, testing::ContainsRegex("substeps = 7 +# .*fathom.toml:[0-9]+"));
+  EXPECT_THAT(shown.out, testing::ContainsRegex("rate = 50 +# --set"));
+  const json r = result_of({"pyramid", "--layers", "2", "--steps", "2", "--set", "simulator.substeps=7", "--set",
+                            "simulator.threads=2", "--threads", "1"});
+  EXPECT_EQ(r.at("substeps"), 7);
+  EXPECT_EQ(r.at("threads"), 1) << "an option of its own comes last";
 }
 
 }  // namespace

@@ -87,6 +87,12 @@ int main(int argc, char** argv) {
   CLI::App* view_command = app.add_subcommand("view", "Show a run in a window");
   declare_view(*view_command, view_options);
 #endif
+  ConfigOptions config_options;
+  ReplayOptions replay_options;
+  CLI::App* config_command = app.add_subcommand("config", "Print the engine's configuration and where it comes from");
+  CLI::App* replay_command = app.add_subcommand("replay", "Repeat a recorded run and check every step");
+  declare_config(*config_command, config_options);
+  declare_replay(*replay_command, replay_options);
 
   try {
     app.parse(argc, argv);
@@ -99,6 +105,8 @@ int main(int argc, char** argv) {
 #ifdef FATHOM_HAS_VIEWER
     if (view_command->parsed()) return view(view_options);
 #endif
+    if (config_command->parsed()) return config(config_options);
+    if (replay_command->parsed()) return replay(replay_options);
     return run(run_options);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error);

@@ -65,6 +65,12 @@ void declare_output(CLI::App& command, RunOptions& options) {
   command.add_option("--csv", options.csv, "Write a row a step: each stage's ms and the counts")
       ->type_name("FILE")
       ->group("Output");
+  command.add_option("--record", options.record, "Record the run for 'fathom replay'")
+      ->type_name("FILE")
+      ->group("Output");
+  command.add_option("--trace", options.trace, "Write profile zones as a Chrome trace (ui.perfetto.dev reads it)")
+      ->type_name("FILE.json")
+      ->group("Output");
   command.add_flag("--quiet", options.quiet, "No progress bar, no table")->group("Output");
 }
 
@@ -78,6 +84,7 @@ void declare_scene(CLI::App& command, RunOptions& options) {
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);
   declare_simulator(command, options);
+  declare_config_sources(command, options.config);
 }
 
 void declare_run(CLI::App& command, RunOptions& options) {

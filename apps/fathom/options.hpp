@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine_options.hpp"
+
 namespace CLI {
 class App;
 }
@@ -39,6 +41,9 @@ struct RunOptions {
   std::optional<bool> sleep;
   std::string json;  ///< path, "-" for stdout, empty for none
   std::string csv;
+  std::string record;
+  std::string trace;
+  ConfigSources config;
   bool quiet = false;
 };
 

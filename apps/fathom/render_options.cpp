@@ -10,14 +10,12 @@
 namespace fathom::cli {
 namespace {
 
-constexpr double longest = 1e6;  // s
-
 /// "1.5" or "1.5s"; throws on anything else.
 double seconds_of(std::string_view text) {
   const std::string_view number = text.ends_with("s") ? text.substr(0, text.size() - 1) : text;
   double value = 0;
   const auto [end, failure] = std::from_chars(number.data(), number.data() + number.size(), value);
-  if (failure != std::errc() || end != number.data() + number.size() || !(value >= 0 && value <= longest)) {
+  if (failure != std::errc() || end != number.data() + number.size() || !(value >= 0 && value <= longest_film)) {
     throw Error(ErrorCode::invalid_argument,
                 "--at must be times like 0,5,10s (up to 1000000 s), not '" + std::string(text) + "'");
   }
@@ -81,6 +79,7 @@ void declare_render(CLI::App& command, RenderOptions& options) {
       "Examples:\n"
       "  fathom render pyramid --layers 15 --at 0,5,10s --size 1280x720 -o shots/\n"
       "  fathom render layers --bodies 5000 --video layers.mp4 --seconds 8 --turn 10\n"
+      "  fathom run pyramid --record run.rec && fathom render run.rec --video run.mp4\n"
       "  fathom render drift --bodies 500 --web drift.html --seconds 10\n"
       "\n"
       "Exit code: 0 all was written; 2 the command line, a scene or a file is wrong, or nothing here can draw;\n"

@@ -10,6 +10,8 @@
 
 namespace fathom::cli {
 
+inline constexpr double longest_film = 1e6;  // s
+
 struct RenderOptions {
   RunOptions run;  ///< what is simulated
   std::string at;

@@ -33,23 +33,27 @@ void reserve(RunResult& result, std::uint64_t steps) {
 
 }  // namespace
 
-RunResult simulate(const Scene& scene, std::uint64_t steps, const StepObserver& observe) {
+RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSettings& file_settings,
+                   const StepObserver& observe) {
   const InterruptGuard interrupt;
   World world(scene.world);
   SceneInstance instance(scene, world);
+  RunFiles files(file_settings, scene, instance, world);
   RunResult result;
   reserve(result, steps);
   // A body in quarantine has a finite pose again, but its state was not finite.
   std::set<std::uint32_t> quarantined;
   while (result.step.size() < steps && !InterruptGuard::requested()) {
-    instance.prepare_step();
+    files.prepare_step();
     const double step_ms = timed_step(world);
+    files.after_step(step_ms);
     record(result, world.profile(), step_ms);
     for (const Quarantine& event : world.quarantined()) quarantined.insert(event.body.index);
     observe(world.profile(), step_ms);
   }
   result.interrupted = result.step.size() < steps;
   world.wait();
+  files.finish();
   result.hardware = world.hardware();
   result.last = world.profile();
   result.quality = measure_quality(scene, instance, world);

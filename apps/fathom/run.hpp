@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "run_files.hpp"
 #include "scene/quality.hpp"
 #include "scene/scene.hpp"
 
@@ -30,6 +31,6 @@ struct RunResult {
 using StepObserver = std::function<void(const Profile& profile, double step_ms)>;
 
 /// Runs the scene for so many steps, or until Ctrl-C.
-RunResult simulate(const Scene& scene, std::uint64_t steps, const StepObserver& observe);
+RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSettings& files, const StepObserver& observe);
 
 }  // namespace fathom::cli

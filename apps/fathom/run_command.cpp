@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "csv.hpp"
+#include "engine/config.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "run.hpp"
@@ -40,10 +41,18 @@ class Output {
   std::ofstream file_;
 };
 
-RunResult simulate_with_outputs(const Scene& scene, std::uint64_t steps, bool quiet, Output& csv) {
-  Progress progress(steps, !quiet && stderr_is_terminal());
+/// The options' files, else the configuration's.
+RunFileSettings run_files(const RunOptions& options) {
+  const engine::Config config = options.config.load();
+  return {options.record.empty() ? config->record.file : options.record,
+          options.trace.empty() ? config->trace.file : options.trace,
+          {config->record.snapshot_every, config->record.states}};
+}
+
+RunResult simulate_with_outputs(const Scene& scene, std::uint64_t steps, const RunOptions& options, Output& csv) {
+  Progress progress(steps, !options.quiet && stderr_is_terminal());
   if (csv.wanted()) write_csv_head(csv.stream());
-  return simulate(scene, steps, [&](const Profile& profile, double step_ms) {
+  return simulate(scene, steps, run_files(options), [&](const Profile& profile, double step_ms) {
     if (csv.wanted()) write_csv_row(csv.stream(), profile, step_ms);
     progress.update(profile.step);
   });
@@ -64,7 +73,7 @@ int run(const RunOptions& options) {
   const std::uint64_t steps = steps_to_run(options, scene.world);
   Output json(options.json);
   Output csv(options.csv);
-  const RunResult result = simulate_with_outputs(scene, steps, options.quiet, csv);
+  const RunResult result = simulate_with_outputs(scene, steps, options, csv);
   csv.finish();
   const Json report = to_json(scene, result);
   if (json.wanted()) json.stream() << report.dump(2) << "\n";

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+#include "engine/config.hpp"
 #include "scene/environments.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/suggest.hpp"
@@ -61,6 +62,7 @@ void override_with(T& value, const std::optional<U>& given) {
 
 Scene make_scene(const RunOptions& options) {
   Scene scene = read_scene(options);
+  options.config.load().override_world(scene.world);
   override_with(scene.world.simulator, options.simulator);
   override_with(scene.world.device, options.device);
   override_with(scene.world.ahead, options.ahead);

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
+#include "exec/devices.hpp"
 #include "setup.hpp"
 #include "validators.hpp"
 #include "view_options.hpp"
@@ -15,12 +16,25 @@ RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer
   options.scene = choice.scene;
   options.bodies = choice.bodies;
   options.simulator = choice.simulator;
+  options.device.reset();
+  if (!choice.device.empty()) options.device = choice.device;
   options.threads = choice.threads;
   options.substeps = choice.substeps;
   options.solver = choice.solver;
   options.broad_phase = choice.broad_phase;
   options.sleep = choice.sleep;
   return options;
+}
+
+std::vector<viewer::SimulatorChoice> simulators() {
+  std::vector<viewer::SimulatorChoice> list{{"native", SimulatorKind::native, ""}};
+  for (const exec::DeviceInfo& device : exec::list_devices()) {
+    if (!device.available) continue;
+    std::string name(exec::name_of(device.backend));
+    if (device.backend != exec::Backend::host) name += ":" + std::to_string(device.index);
+    list.push_back({"device, " + name, SimulatorKind::device, name});
+  }
+  return list;
 }
 
 }  // namespace
@@ -30,13 +44,15 @@ int view(const ViewOptions& options) {
   viewer::Choice first;
   first.scene = run.scene;
   first.bodies = run.bodies;
-  first.simulator = run.simulator.value_or(first.simulator);
+  first.simulator = run.simulator;
+  first.device = run.device.value_or("");
   first.threads = run.threads;
   first.substeps = run.substeps;
   first.solver = run.solver;
   first.broad_phase = run.broad_phase;
   first.sleep = run.sleep;
   viewer::ViewerSettings settings = options.settings;
+  settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
   viewer::view([&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
   return finished;

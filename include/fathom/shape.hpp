@@ -84,6 +84,7 @@ class Hull {
 
  private:
   friend class HullBuilder;
+  friend struct HullArchive;
   std::vector<Vec3> vertices_;
   std::vector<HalfEdge> edges_;
   std::vector<Plane> planes_;

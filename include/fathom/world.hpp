@@ -9,6 +9,7 @@
 // `fathom::Error` and leave the world as it was.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <fathom/body.hpp>
 #include <fathom/error.hpp>
@@ -207,6 +208,15 @@ class World {
   std::vector<BodyId> overlap_aabb(const Aabb& box, std::uint32_t mask = 0xffffffffu) const;
   /// Bodies that the placed shape touches, ascending.
   std::vector<BodyId> overlap_shape(const Shape& shape, const Pose& pose, std::uint32_t mask = 0xffffffffu) const;
+
+  // Snapshots -----------------------------------------------------------------------------------------------
+  /// Overwrites `out` with everything that later steps depend on, as bytes with a format version and a checksum, for
+  /// little-endian machines. Call it between steps. Throws `unavailable` where the simulator cannot be saved.
+  void save(std::vector<std::byte>& out) const;
+  /// Makes this world the saved one: definition, bodies with their ids, contacts, pending forces, step count. It then
+  /// takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead` and `log` stay this world's own.
+  /// Throws `file` for bytes that are truncated, altered or of another version; the world is then as it was.
+  void restore(std::span<const std::byte> bytes);
 
   /// XXH3 of all living bodies' poses and velocities in ascending order of index. Equal for any number of threads.
   std::uint64_t state_hash() const;

@@ -40,6 +40,14 @@ struct BodyState {
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;
 
+  /// What outlasts a step, for snapshots.
+  template <class Self, class Archive>
+  static void archive(Self& s, Archive& a) {
+    a(s.poses, s.velocities, s.boxes, s.fat_boxes, s.flags, s.slow_time, s.first_contact, s.colour_mask,
+      s.overflow_count, s.forces);
+  }
+  void restore(ByteReader& in, std::size_t slots);
+
   SolverBody* solver_bodies() { return solver.data() + 1; }
 
   void resize(std::size_t slots);

@@ -63,6 +63,20 @@ class TreeBroadPhase : public BroadPhase {
            (moving_slots_.capacity() + fixed_slots_.capacity()) * sizeof(std::uint32_t);
   }
 
+  void save(ByteWriter& write) const override {
+    write(moving_slots_, fixed_slots_);
+    moving_.save(write);
+    fixed_.save(write);
+  }
+
+  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) override {
+    in(moving_slots_, fixed_slots_);
+    for (const auto* slots : {&moving_slots_, &fixed_slots_})
+      for (const std::uint32_t slot : *slots) in.require(slot < fat_boxes.size());
+    moving_.restore(in, fat_boxes, pool);
+    fixed_.restore(in, fat_boxes, pool);
+  }
+
  private:
   void sort_bodies_out(const BroadPhaseInput& input) {
     moving_slots_.clear();

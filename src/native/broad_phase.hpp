@@ -42,6 +42,9 @@ class BroadPhase {
   /// Slots whose fat boxes the segment meets.
   virtual void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const = 0;
   virtual std::size_t memory_bytes() const = 0;
+
+  virtual void save(ByteWriter& write) const = 0;
+  virtual void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) = 0;
 };
 
 /// Two `Bvh`s, one of bodies that move and one of bodies that do not; only changed bodies search.

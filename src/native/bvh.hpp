@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "threads/thread_pool.hpp"
+#include "world/archive.hpp"
 
 namespace fathom::native {
 
@@ -36,6 +37,10 @@ class Bvh {
   /// limit.
   template <class Visit>
   void ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const;
+
+  void save(ByteWriter& write) const { write(leaves_, area_when_built_); }
+  /// The saved order of leaves over these boxes.
+  void restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool);
 
   std::size_t size() const { return leaves_.size(); }
   std::size_t memory_bytes() const;

@@ -67,6 +67,14 @@ class ContactGraph {
 
   std::size_t memory_bytes() const;
 
+  template <class Self, class Archive>
+  static void archive(Self& s, Archive& a) {
+    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_);
+    for (auto& list : s.colours_) a(list);
+  }
+  /// Into an empty graph whose bodies are there.
+  void restore(ByteReader& in);
+
  private:
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);

@@ -22,6 +22,12 @@ class Islands {
   void forget(std::uint32_t slot);
   std::uint32_t count() const { return count_; }
 
+  template <class Self, class Archive>
+  static void archive(Self& s, Archive& a) {
+    a(s.sleeping_in_, s.sleeping_, s.free_, s.count_);
+  }
+  void restore(ByteReader& in);
+
  private:
   std::uint32_t root(std::uint32_t slot);
   void find_islands(std::span<const std::uint32_t> active);

@@ -21,7 +21,6 @@ namespace native {
 
 namespace {
 
-constexpr std::size_t body_grain = 128;
 constexpr std::size_t contact_grain = 128;
 
 int thread_count(const WorldDef& def) {

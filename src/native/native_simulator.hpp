@@ -19,6 +19,8 @@ class NativeSimulator final : public Simulator {
   explicit NativeSimulator(const WorldDef& definition);
 
   void step() override;
+  void save(ByteWriter& write) const override;
+  void restore(ByteReader& in) override;
 
   void reserve(std::uint32_t count) override { state_.reserve(count); }
   void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
@@ -46,6 +48,8 @@ class NativeSimulator final : public Simulator {
   void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
 
  private:
+  static constexpr std::size_t body_grain = 128;
+
   // The verbs of a step.
   void find_pairs();
   void update_manifolds();

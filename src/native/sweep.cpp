@@ -60,6 +60,15 @@ class SweepBroadPhase : public BroadPhase {
     return sorted_.capacity() * sizeof(Interval) + wide_.capacity() * sizeof(std::uint32_t);
   }
 
+  // The intervals follow from the boxes; which bodies are wide was decided when the set last changed.
+  void save(ByteWriter& write) const override { write(sorted_, wide_); }
+
+  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool&) override {
+    in(sorted_, wide_);
+    boxes_ = fat_boxes.data();
+    for_each_slot([&](std::uint32_t slot) { in.require(slot < fat_boxes.size()); });
+  }
+
  private:
   static constexpr std::size_t grain = 64;
   static constexpr std::size_t max_wide = 32;

@@ -28,8 +28,23 @@ std::size_t dynamic_body_count(const Scene& scene) {
   }));
 }
 
-SceneInstance::SceneInstance(const Scene& scene, World& world)
-    : scene_(scene), world_(world), random_(scene.kicks ? scene.kicks->seed : 0) {
+Kicker::Kicker(const Scene& scene) : kicks_(scene.kicks), random_(scene.kicks ? scene.kicks->seed : 0) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    if (scene.bodies[i].motion == MotionType::dynamic) dynamic_bodies_.push_back(i);
+}
+
+std::span<const Kicker::Kick> Kicker::due(std::uint64_t steps) {
+  due_.clear();
+  if (!kicks_ || steps % static_cast<std::uint64_t>(kicks_->interval) != 0) return due_;
+  for (const std::size_t body : dynamic_bodies_) {
+    const Vec3 linear = random_vector(random_, static_cast<double>(kicks_->linear));
+    const Vec3 angular = random_vector(random_, static_cast<double>(kicks_->angular));
+    due_.push_back({body, linear, angular});
+  }
+  return due_;
+}
+
+SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), kicker_(scene) {
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
   ids_.reserve(scene.bodies.size());
   for (const BodyDef& body : scene.bodies) {
@@ -42,17 +57,8 @@ SceneInstance::SceneInstance(const Scene& scene, World& world)
 }
 
 void SceneInstance::prepare_step() {
-  if (!scene_.kicks) return;
-  if (world_.step_count() % static_cast<std::uint64_t>(scene_.kicks->interval) == 0) kick();
-}
-
-void SceneInstance::kick() {
-  for (std::size_t i = 0; i < ids_.size(); ++i) {
-    if (scene_.bodies[i].motion != MotionType::dynamic) continue;
-    const Vec3 linear = random_vector(random_, static_cast<double>(scene_.kicks->linear));
-    const Vec3 angular = random_vector(random_, static_cast<double>(scene_.kicks->angular));
-    world_.add_velocity(ids_[i], linear, angular);
-  }
+  for (const Kicker::Kick& kick : kicker_.due(world_.step_count()))
+    world_.add_velocity(ids_[kick.body], kick.linear, kick.angular);
 }
 
 }  // namespace fathom

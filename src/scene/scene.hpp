@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <fathom/world.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,27 @@ struct Scene {
 /// Bodies that forces and contacts move.
 std::size_t dynamic_body_count(const Scene& scene);
 
-/// A scene's bodies in a world, and what the scene does to them over time. The scene and the world must
-/// outlive it.
+/// A scene's kicks, step after step.
+class Kicker {
+ public:
+  struct Kick {
+    std::size_t body = 0;  ///< index in Scene::bodies
+    Vec3 linear, angular;  ///< to add to its velocity (m/s, rad/s)
+  };
+
+  explicit Kicker(const Scene& scene);
+  /// The kicks due when `steps` steps have been made. To be asked once for every step, in order. Valid until the
+  /// next call.
+  std::span<const Kick> due(std::uint64_t steps);
+
+ private:
+  std::optional<Kicks> kicks_;
+  std::vector<std::size_t> dynamic_bodies_;
+  Random random_;
+  std::vector<Kick> due_;
+};
+
+/// A scene's bodies in a world, and what the scene does to them over time. The world must outlive it.
 class SceneInstance {
  public:
   /// Adds the scene's bodies. Throws what `World::add` throws, saying which body it was.
@@ -51,12 +71,9 @@ class SceneInstance {
   const std::vector<BodyId>& ids() const { return ids_; }
 
  private:
-  void kick();
-
-  const Scene& scene_;
   World& world_;
   std::vector<BodyId> ids_;
-  Random random_;
+  Kicker kicker_;
 };
 
 }  // namespace fathom

@@ -47,8 +47,28 @@ bool choose(const char* label, std::optional<T>& value, T present, const std::pa
   return changed;
 }
 
+bool choose_simulator(const WorldDef& def, const std::vector<SimulatorChoice>& simulators, Choice& choice) {
+  const auto is_present = [&def](const SimulatorChoice& s) {
+    return s.kind == def.simulator && (s.kind == SimulatorKind::native || s.device == def.device);
+  };
+  const auto present = std::ranges::find_if(simulators, is_present);
+  bool changed = false;
+  if (ImGui::BeginCombo("simulator", present != simulators.end() ? present->name.c_str() : def.device.c_str())) {
+    for (const SimulatorChoice& simulator : simulators) {
+      if (ImGui::Selectable(simulator.name.c_str(), is_present(simulator))) {
+        choice.simulator = simulator.kind;
+        choice.device.clear();
+        if (simulator.kind == SimulatorKind::device) choice.device = simulator.device;
+        changed = true;
+      }
+    }
+    ImGui::EndCombo();
+  }
+  return changed;
+}
+
 /// Scene, size and simulator; true where something was chosen anew.
-bool choose_scene(const Session& session, const std::vector<std::string>& simulators, Choice& choice) {
+bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& simulators, Choice& choice) {
   bool changed = false;
   if (ImGui::BeginCombo("scene", choice.scene.c_str())) {
     for (const Environment& environment : environments()) {
@@ -73,16 +93,8 @@ bool choose_scene(const Session& session, const std::vector<std::string>& simula
       changed = true;
     }
   }
-  if (ImGui::BeginCombo("simulator", choice.simulator.c_str())) {
-    for (const std::string& simulator : simulators) {
-      if (ImGui::Selectable(simulator.c_str(), simulator == choice.simulator)) {
-        choice.simulator = simulator;
-        changed = true;
-      }
-    }
-    ImGui::EndCombo();
-  }
   const WorldDef& def = session.world().definition();
+  changed |= choose_simulator(def, simulators, choice);
   changed |= choose<Solver>("solver", choice.solver, def.solver.method,
                             {{"soft", Solver::soft}, {"impulse", Solver::impulse}});
   changed |= choose<BroadPhase>("broad phase", choice.broad_phase, def.broad_phase,
@@ -210,7 +222,7 @@ void draw_help() {
 
 }  // namespace
 
-PanelRequest draw_panel(const Session& session, const std::vector<std::string>& simulators, ViewState& state) {
+PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoice>& simulators, ViewState& state) {
   PanelRequest request;
   if (state.show_help) draw_help();
   if (!state.show_panel) return request;

@@ -33,6 +33,6 @@ struct PanelRequest {
 };
 
 /// Must be called between `Window::begin_panel` and `Window::draw_panel`.
-PanelRequest draw_panel(const Session& session, const std::vector<std::string>& simulators, ViewState& state);
+PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoice>& simulators, ViewState& state);
 
 }  // namespace fathom::viewer

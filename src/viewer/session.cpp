@@ -1,7 +1,5 @@
 #include "viewer/session.hpp"
 
-#include <memory>
-
 namespace fathom::viewer {
 namespace {
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <fathom/world.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +18,8 @@ namespace fathom::viewer {
 struct Choice {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
-  std::string simulator = "native";
+  std::optional<SimulatorKind> simulator;
+  std::string device;  ///< of the device simulator; empty: as the scene has it
   std::optional<int> threads;
   std::optional<int> substeps;
   std::optional<Solver> solver;
@@ -25,6 +27,12 @@ struct Choice {
   std::optional<bool> sleep;
 
   friend bool operator==(const Choice&, const Choice&) = default;
+};
+/// A simulator and its back end, as the panel offers it.
+struct SimulatorChoice {
+  std::string name;
+  SimulatorKind kind = SimulatorKind::native;
+  std::string device;
 };
 using SceneMaker = std::function<Scene(const Choice&)>;
 

@@ -14,7 +14,7 @@ namespace fathom::viewer {
 
 struct ViewerSettings {
   int width = 1280, height = 800;
-  std::vector<std::string> simulators{"native"};
+  std::vector<SimulatorChoice> simulators;
   OverlayChoice overlays;
   render::Colouring colouring = render::Colouring::start;
   std::optional<render::LookKind> look;  ///< absent: water where there is no gravity

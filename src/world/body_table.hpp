@@ -10,6 +10,9 @@
 
 namespace fathom {
 
+class ByteReader;
+class ByteWriter;
+
 /// The rarely changing side of one body. The state that a step moves lives in the simulators.
 struct alignas(64) BodyInfo {
   // The first cache line is all that a step reads of most bodies.
@@ -58,6 +61,10 @@ class BodyTable {
   std::span<const BodyId> living() const;
   void reserve(std::uint32_t bodies);
   std::size_t memory_bytes() const;
+
+  void save(ByteWriter& write) const;
+  /// Into an empty table. Throws `Error{file}` on content that cannot be.
+  void restore(ByteReader& in);
 
   BodyInfo& operator[](std::uint32_t slot) { return infos_[slot]; }
   const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }

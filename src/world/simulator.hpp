@@ -8,6 +8,9 @@
 
 namespace fathom {
 
+class ByteReader;
+class ByteWriter;
+
 class Simulator {
  public:
   explicit Simulator(const WorldDef& definition) : def(definition) {}
@@ -52,6 +55,11 @@ class Simulator {
   /// Of the step that is read.
   virtual const Profile& current_profile() const { return profile; }
 
+  /// The simulator's part of a snapshot: all that `def`, `bodies` and `steps` do not say. `restore` is called on a new
+  /// simulator whose `def`, `bodies` and `steps` are those of the saved one; it may leave it unusable when it throws.
+  virtual void save(ByteWriter& write) const;
+  virtual void restore(ByteReader& in);
+
   virtual std::span<const ContactEvent> contacts_begun() const = 0;
   virtual std::span<const ContactEvent> contacts_ended() const = 0;
   virtual std::span<const HitEvent> hits() const = 0;
@@ -63,6 +71,8 @@ class Simulator {
   virtual void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const = 0;
 };
 
+/// The one that `def.simulator` names.
+std::unique_ptr<Simulator> make_simulator(const WorldDef& def);
 std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def);
 /// Throws `Error{unavailable}` where the device that `def.device` names is not there.
 std::unique_ptr<Simulator> make_device_simulator(const WorldDef& def);

@@ -23,11 +23,11 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
+}  // namespace
+
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def) {
   return def.simulator == SimulatorKind::device ? make_device_simulator(def) : make_native_simulator(def);
 }
-
-}  // namespace
 
 World::World(const WorldDef& def) : simulator_(make_simulator(normalised(def))) {}
 World::~World() = default;

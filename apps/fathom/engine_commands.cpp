@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+
+#include "commands.hpp"
+#include "engine/config.hpp"
+#include "engine/recording.hpp"
+#include "engine_options.hpp"
+
+namespace fathom::cli {
+
+engine::Config ConfigSources::load() const {
+  engine::Config config;
+  if (!file.empty()) config.load(file);
+  for (const std::string& set : sets) config.set(set);
+  return config;
+}
+
+void declare_config_sources(CLI::App& command, ConfigSources& sources) {
+  command.add_option("--config", sources.file, "Read the engine's configuration ('fathom config' shows the keys)")
+      ->type_name("FILE.toml")
+      ->group("Configuration");
+  command.add_option("--set", sources.sets, "Set one key of it, e.g. --set simulator.threads=4")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false)
+      ->group("Configuration");
+}
+
+void declare_config(CLI::App& command, ConfigOptions& options) {
+  declare_config_sources(command, options.sources);
+  command.add_option("--write", options.write, "Write all values to this file in place of printing them")
+      ->type_name("FILE.toml");
+}
+
+void declare_replay(CLI::App& command, ReplayOptions& options) {
+  command.add_option("file", options.file, "A recording written by 'fathom run --record' or by an engine")
+      ->required()
+      ->type_name("FILE");
+  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command.add_flag("--quiet", options.quiet, "Say nothing where nothing differs");
+  command.footer("Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is no sound recording.");
+}
+
+int config(const ConfigOptions& options) {
+  const engine::Config config = options.sources.load();
+  if (options.write.empty())
+    fmt::print("{}", config.text(true));
+  else
+    config.save(options.write);
+  return finished;
+}
+
+int replay(const ReplayOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const engine::ReplayResult result = engine::replay(options.file, {.threads = options.threads});
+  if (result.difference) {
+    fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
+    return failed;
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!options.quiet)
+    fmt::print(
+        "{}: {} steps from step {} replayed in {:.2f} s, every state as recorded\n  state hash             {:016x}\n",
+        options.file, result.steps, result.first_step, seconds, result.state_hash);
+  return finished;
+}
+
+}  // namespace fathom::cli

@@ -1,0 +1,45 @@
+// What the command line asks of the engine: its configuration, and replays.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+}
+namespace fathom::engine {
+class Config;
+}
+
+namespace fathom::cli {
+
+/// A configuration file and single keys over it.
+struct ConfigSources {
+  std::string file;
+  std::vector<std::string> sets;  ///< "key=value"
+
+  /// Throws `Error` for a bad file or key.
+  engine::Config load() const;
+};
+
+struct ConfigOptions {
+  ConfigSources sources;
+  std::string write;  ///< path; empty: print
+};
+
+struct ReplayOptions {
+  std::string file;
+  int threads = 0;
+  bool quiet = false;
+};
+
+void declare_config_sources(CLI::App& command, ConfigSources& sources);
+void declare_config(CLI::App& command, ConfigOptions& options);
+void declare_replay(CLI::App& command, ReplayOptions& options);
+
+/// Prints the effective configuration with the origin of each value, or writes it to a file.
+int config(const ConfigOptions& options);
+/// Repeats a recording and compares: `finished`, or `failed` where it differs.
+int replay(const ReplayOptions& options);
+
+}  // namespace fathom::cli

@@ -1,0 +1,62 @@
+#include "run_files.hpp"
+
+#include <chrono>
+
+#include "engine/atomic_file.hpp"
+#include "engine/trace.hpp"
+
+namespace fathom::cli {
+
+using engine::CommandKind;
+namespace trace = engine::trace;
+
+RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world)
+    : settings_(settings), instance_(instance), world_(world) {
+  if (!settings_.trace.empty()) {
+    const engine::AtomicFile writable(settings_.trace);  // so that a run is not lost to a wrong path
+    trace::start();
+    trace::name_thread("run");
+    if (world.definition().simulator == SimulatorKind::device) device_track_ = world.hardware();
+  }
+  if (settings_.record.empty()) return;
+  recorder_ = std::make_unique<engine::Recorder>(settings_.record, settings_.recording);
+  runner_.emplace(world);
+  kicker_.emplace(scene);
+}
+
+RunFiles::~RunFiles() {
+  if (!settings_.trace.empty()) trace::stop();
+}
+
+void RunFiles::prepare_step() {
+  const trace::Zone zone("scene");
+  if (!recorder_) return instance_.prepare_step();
+  commands_.clear();
+  for (const Kicker::Kick& kick : kicker_->due(world_.step_count())) {
+    const BodyId id = instance_.ids()[kick.body];
+    commands_.push({CommandKind::add_velocity, {id.index, id.generation}, kick.linear, kick.angular, {}, 0});
+  }
+  recorder_->before_step(world_.step_count() + 1, commands_, *runner_);
+  runner_->run(commands_);
+}
+
+void RunFiles::after_step(double step_ms) {
+  if (trace::enabled()) {
+    using Milliseconds = std::chrono::duration<double, std::milli>;
+    const auto begin = std::chrono::steady_clock::now() -
+                       std::chrono::duration_cast<std::chrono::steady_clock::duration>(Milliseconds(step_ms));
+    trace::add_zone("step", begin, step_ms);
+    trace::add_step(world_.profile().times, begin, device_track_);
+    trace::count("contact points", world_.profile().counts.points);
+  }
+  if (recorder_) recorder_->after_step(world_);
+}
+
+void RunFiles::finish() {
+  if (recorder_) recorder_->finish();
+  if (settings_.trace.empty()) return;
+  trace::stop();
+  trace::write(settings_.trace);
+}
+
+}  // namespace fathom::cli

@@ -1,0 +1,46 @@
+// What a run leaves behind besides its figures: a recording and a trace.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/recording.hpp"
+#include "scene/scene.hpp"
+
+namespace fathom::cli {
+
+struct RunFileSettings {
+  std::string record;  ///< paths; empty for none
+  std::string trace;
+  engine::RecordSettings recording;
+};
+
+/// Accompanies the steps of a scene's world. Does nothing but the scene's own part where no file is wanted.
+class RunFiles {
+ public:
+  /// Throws `Error{file}` where a file cannot be written.
+  RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world);
+  /// Ends the trace where an error left it open.
+  ~RunFiles();
+  RunFiles(const RunFiles&) = delete;
+  RunFiles& operator=(const RunFiles&) = delete;
+
+  /// What the scene does before the next step, recorded.
+  void prepare_step();
+  void after_step(double step_ms);
+  /// Completes the files. Throws `Error{file}`.
+  void finish();
+
+ private:
+  const RunFileSettings settings_;
+  SceneInstance& instance_;
+  World& world_;
+  std::string device_track_;
+  // While recording:
+  std::unique_ptr<engine::Recorder> recorder_;
+  std::optional<engine::CommandRunner> runner_;
+  std::optional<Kicker> kicker_;
+  engine::CommandList commands_;
+};
+
+}  // namespace fathom::cli

@@ -1,0 +1,68 @@
+// What the game asks of the simulation: a list of commands, carried out in order before a step. Lists are the only way
+// in, so that the simulation can run on its own thread and a run can be recorded and replayed.
+#pragma once
+
+#include <cstdint>
+#include <fathom/body.hpp>
+#include <vector>
+
+namespace fathom::engine {
+
+/// A body as the game knows it, from the moment it asks for it: the simulation may add it later. Reused indices have
+/// another generation.
+struct BodyHandle {
+  std::uint32_t index = 0xffffffffu;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(BodyHandle, BodyHandle) = default;
+};
+
+enum class CommandKind : std::uint8_t {
+  add,                ///< body `definition` of the list
+  remove,             ///<
+  set_pose,           ///< a: position, rotation
+  set_velocity,       ///< a: linear, b: angular
+  add_velocity,       ///< a: linear, b: angular, to the velocity it has
+  force,              ///< a: N
+  force_at,           ///< a: N, b: point
+  torque,             ///< a: N·m
+  impulse,            ///< a: N·s
+  impulse_at,         ///< a: N·s, b: point
+  angular_impulse,    ///< a: N·m·s
+  wake,               ///<
+  set_gravity,        ///< a: m/s², of the world
+  set_gravity_scale,  ///< a.x
+  set_damping,        ///< a.x: linear, a.y: angular
+  set_material,       ///< a.x: friction, a.y: restitution
+};
+inline constexpr int command_kind_count = static_cast<int>(CommandKind::set_material) + 1;
+
+/// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
+struct Command {
+  CommandKind kind = CommandKind::wake;
+  BodyHandle body;
+  Vec3 a, b;
+  Quat rotation;
+  std::uint32_t definition = 0;
+};
+
+class CommandList {
+ public:
+  void add(BodyHandle body, const BodyDef& definition) {
+    push({CommandKind::add, body, {}, {}, {}, static_cast<std::uint32_t>(definitions_.size())});
+    definitions_.push_back(definition);
+  }
+  void push(const Command& command) { commands_.push_back(command); }
+  void append(const CommandList& other);
+  void clear() { commands_.clear(), definitions_.clear(); }
+  bool empty() const { return commands_.empty(); }
+
+  const std::vector<Command>& commands() const { return commands_; }
+  const std::vector<BodyDef>& definitions() const { return definitions_; }
+
+ private:
+  std::vector<Command> commands_;
+  std::vector<BodyDef> definitions_;
+};
+
+}  // namespace fathom::engine

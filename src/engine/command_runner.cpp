@@ -1,0 +1,110 @@
+#include "engine/command_runner.hpp"
+
+#include <string>
+
+namespace fathom::engine {
+namespace {
+
+// Handles are given out from 0 up, so one far beyond the number of bodies a world holds is no handle.
+constexpr std::uint32_t most_handles = 1u << 28;
+
+std::string text(BodyHandle handle) {
+  return "{index " + std::to_string(handle.index) + ", generation " + std::to_string(handle.generation) + "}";
+}
+
+}  // namespace
+
+CommandRunner::CommandRunner(World& world) : world_(&world) {
+  for (const BodyId id : world.bodies()) note({id.index, id.generation}, id);
+}
+
+BodyId CommandRunner::body(BodyHandle handle) const {
+  if (handle.generation != 0 && handle.index < entries_.size() &&
+      entries_[handle.index].generation == handle.generation)
+    return entries_[handle.index].body;
+  throw Error(ErrorCode::stale_id, "there is no body with the handle " + text(handle) +
+                                       ": it was removed or never added; ask EntityWorld::find before using an entity");
+}
+
+BodyHandle CommandRunner::handle(BodyId body) const {
+  return body.index < handles_.size() && world_->contains(body) ? handles_[body.index] : BodyHandle{};
+}
+
+void CommandRunner::note(BodyHandle handle, BodyId body) {
+  if (handle.index >= entries_.size()) entries_.resize(handle.index + 1);
+  entries_[handle.index] = {handle.generation, body};
+  if (body.index >= handles_.size()) handles_.resize(body.index + 1);
+  handles_[body.index] = handle;
+}
+
+void CommandRunner::set_entries(std::vector<Entry> entries) {
+  entries_.clear();
+  handles_.clear();
+  for (std::uint32_t index = 0; index < entries.size(); ++index) {
+    const Entry& entry = entries[index];
+    if (entry.generation == 0) continue;
+    if (!world_->contains(entry.body))
+      throw Error(ErrorCode::file,
+                  "the handle " + text({index, entry.generation}) + " stands for a body that is not there");
+    note({index, entry.generation}, entry.body);
+  }
+}
+
+void CommandRunner::run(const CommandList& list) {
+  for (const Command& command : list.commands()) {
+    try {
+      run(command, list);
+    } catch (const Error& error) {
+      throw Error(error.code(), "body " + text(command.body) + ": " + error.what());
+    }
+  }
+}
+
+void CommandRunner::add(BodyHandle handle, const BodyDef& definition) {
+  if (handle.index >= most_handles || handle.generation == 0)
+    throw Error(ErrorCode::invalid_argument, "add body: this is no handle");
+  note(handle, world_->add(definition));
+}
+
+void CommandRunner::run(const Command& c, const CommandList& list) {
+  if (c.kind == CommandKind::add) return add(c.body, list.definitions().at(c.definition));
+  if (c.kind == CommandKind::set_gravity) return world_->set_gravity(c.a);
+  const BodyId id = body(c.body);
+  switch (c.kind) {
+    case CommandKind::remove:
+      world_->remove(id);
+      entries_[c.body.index] = {};
+      return;
+    case CommandKind::set_pose:
+      return world_->set_pose(id, {c.a, 0, c.rotation});
+    case CommandKind::set_velocity:
+      return world_->set_velocity(id, c.a, c.b);
+    case CommandKind::add_velocity:
+      return world_->add_velocity(id, c.a, c.b);
+    case CommandKind::force:
+      return world_->apply_force(id, c.a);
+    case CommandKind::force_at:
+      return world_->apply_force_at(id, c.a, c.b);
+    case CommandKind::torque:
+      return world_->apply_torque(id, c.a);
+    case CommandKind::impulse:
+      return world_->apply_impulse(id, c.a);
+    case CommandKind::impulse_at:
+      return world_->apply_impulse_at(id, c.a, c.b);
+    case CommandKind::angular_impulse:
+      return world_->apply_angular_impulse(id, c.a);
+    case CommandKind::wake:
+      return world_->wake(id);
+    case CommandKind::set_gravity_scale:
+      return world_->set_gravity_scale(id, c.a.x);
+    case CommandKind::set_damping:
+      return world_->set_damping(id, c.a.x, c.a.y);
+    case CommandKind::set_material:
+      return world_->set_material(id, {c.a.x, c.a.y});
+    case CommandKind::add:
+    case CommandKind::set_gravity:
+      break;
+  }
+}
+
+}  // namespace fathom::engine

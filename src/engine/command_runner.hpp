@@ -1,0 +1,45 @@
+// Carries commands out on a world, and knows which body each handle stands for.
+#pragma once
+
+#include <fathom/world.hpp>
+#include <vector>
+
+#include "engine/command.hpp"
+
+namespace fathom::engine {
+
+class CommandRunner {
+ public:
+  /// Bodies that the world has already get their ids as handles.
+  explicit CommandRunner(World& world);
+
+  /// Carries out the commands in order. Throws what the world throws, saying which command of which body it was.
+  void run(const CommandList& list);
+
+  const World& world() const { return *world_; }
+  /// The body of a handle. Throws `Error{stale_id}` where it has none.
+  BodyId body(BodyHandle handle) const;
+  /// The handle of a living body, or one of generation 0.
+  BodyHandle handle(BodyId body) const;
+
+  /// By handle index; generation 0 where there is none.
+  struct Entry {
+    std::uint32_t generation = 0;
+    BodyId body;
+  };
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// Takes over the entries of another runner whose world was restored into this one's. Throws `Error{file}` where they
+  /// name bodies that are not there.
+  void set_entries(std::vector<Entry> entries);
+
+ private:
+  void run(const Command& command, const CommandList& list);
+  void add(BodyHandle handle, const BodyDef& definition);
+  void note(BodyHandle handle, BodyId body);
+
+  World* world_;
+  std::vector<Entry> entries_;
+  std::vector<BodyHandle> handles_;  // by body index
+};
+
+}  // namespace fathom::engine

@@ -1,0 +1,218 @@
+#include "engine/config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "engine/atomic_file.hpp"
+#include "engine/config_keys.hpp"
+#include "scene/suggest.hpp"
+#include "scene/toml_reader.hpp"
+
+namespace fathom::engine {
+namespace {
+
+const ConfigKey* find_key(std::string_view name) {
+  const auto keys = config_keys();
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const ConfigKey& key) { return key.name == name; });
+  return found == keys.end() ? nullptr : &*found;
+}
+
+std::string unknown_key(std::string_view name) {
+  std::vector<std::string_view> known{action_prefix};
+  for (const ConfigKey& key : config_keys()) known.push_back(key.name);
+  const std::string_view guess = nearest(name, known);
+  return fmt::format(
+      "unknown key '{}'{}", name,
+      guess.empty() ? std::string("; 'fathom config' lists the keys") : fmt::format("; did you mean '{}'?", guess));
+}
+
+/// Puts one value in. Throws `std::string`.
+void assign(Settings& settings, const std::string& name, const toml::node& value) {
+  if (name.starts_with(action_prefix) && name.size() > action_prefix.size()) {
+    try {
+      set_action(settings, name.substr(action_prefix.size()), value);
+    } catch (const std::string& complaint) {
+      throw "'" + name + "' " + complaint;
+    }
+    return;
+  }
+  const ConfigKey* key = find_key(name);
+  if (!key) throw unknown_key(name);
+  try {
+    key->set(settings, value);
+  } catch (const std::string& complaint) {
+    throw "'" + name + "' " + complaint;
+  }
+}
+
+struct Leaf {
+  std::string name;
+  const toml::node* value;
+  toml::source_region where;  // of the key
+};
+
+void collect_leaves(const toml::table& table, const std::string& prefix, std::vector<Leaf>& leaves) {
+  for (const auto& [key, node] : table) {
+    const std::string name = prefix + std::string(key.str());
+    if (node.is_table() && !find_key(name))
+      collect_leaves(*node.as_table(), name + ".", leaves);
+    else
+      leaves.push_back({name, &node, key.source()});
+  }
+}
+
+toml::table parse_toml(std::string_view text, std::string_view file) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    fail_at(file, error.source(), std::string(error.description()));
+  }
+}
+
+/// A value as TOML reads it; nothing where it is no TOML.
+std::optional<toml::table> parse_value(const std::string& value) {
+  if (value.find('\n') != std::string::npos) return std::nullopt;
+  try {
+    toml::table table = toml::parse("v = " + value);
+    if (table.size() == 1) return table;
+  } catch (const toml::parse_error&) {
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Config::Config() {
+  for (const ConfigKey& key : config_keys()) origins_[key.name] = "default";
+}
+
+void Config::load(const std::string& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  if (file) text << file.rdbuf();
+  if (!file) throw Error(ErrorCode::file, path + ": cannot be read; 'fathom config --write " + path + "' writes one");
+  parse(text.str(), path);
+}
+
+void Config::parse(std::string_view text, std::string_view file) {
+  const toml::table root = parse_toml(text, file);
+  std::vector<Leaf> leaves;
+  collect_leaves(root, "", leaves);
+  // Tables are sorted by key; complaints come in the order of the file.
+  std::sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.where.begin < b.where.begin; });
+  Settings values = values_;
+  auto origins = origins_;
+  for (const Leaf& leaf : leaves) {
+    try {
+      assign(values, leaf.name, *leaf.value);
+    } catch (const std::string& complaint) {
+      fail_at(file, leaf.where, complaint);
+    }
+    origins[leaf.name] = fmt::format("{}:{}", file, leaf.where.begin.line);
+  }
+  values_ = std::move(values);
+  origins_ = std::move(origins);
+}
+
+void Config::set(std::string_view assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string_view::npos || equals == 0)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("--set {}: write it as key=value, e.g. --set simulator.threads=4", assignment));
+  const std::string name(assignment.substr(0, equals)), value(assignment.substr(equals + 1));
+  const ConfigKey* key = find_key(name);
+  std::optional<toml::table> parsed = parse_value(value);
+  const bool wants_text = (key && key->is_text) || name.starts_with(action_prefix);
+  if (!parsed || (wants_text && !parsed->get("v")->is_string() && !parsed->get("v")->is_array()))
+    parsed = toml::table{{"v", value}};
+  Settings values = values_;
+  try {
+    assign(values, name, *parsed->get("v"));
+  } catch (const std::string& complaint) {
+    throw Error(ErrorCode::invalid_argument, fmt::format("--set {}: {}", assignment, complaint));
+  }
+  values_ = std::move(values);
+  origins_[name] = "--set";
+}
+
+std::string Config::text(bool origins) const {
+  std::string out, table;
+  const auto line = [&](const std::string& name, const std::string& value, const std::string& help) {
+    const std::size_t dot = name.rfind('.');
+    if (name.substr(0, dot) != table) {
+      table = name.substr(0, dot);
+      out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table);
+    }
+    const std::string comment = origins ? origin(name) : help;
+    out += fmt::format("{:<36}{}\n", name.substr(dot + 1) + " = " + value, comment.empty() ? "" : "  # " + comment);
+  };
+  for (const ConfigKey& key : config_keys()) line(key.name, key.get(values_), key.help);
+  for (const auto& [action, keys] : values_.actions) {
+    std::string list;
+    for (const std::string& key : keys) list += (list.empty() ? "" : ", ") + quoted_toml(key);
+    const std::string name = std::string(action_prefix) + action;
+    if (table != "input.actions") {
+      table = "input.actions";
+      out += "\n[input.actions]\n";
+    }
+    out += fmt::format("{:<36}{}\n", quoted_toml(action) + " = [" + list + "]", origins ? "  # " + origin(name) : "");
+  }
+  return out;
+}
+
+void Config::save(const std::string& path) const {
+  const std::string content = text(false);
+  AtomicFile file(path);
+  file.write(content.data(), content.size());
+  file.finish();
+}
+
+const std::string& Config::origin(std::string_view key) const {
+  static const std::string program = "program";
+  const auto found = origins_.find(key);
+  return found == origins_.end() ? program : found->second;
+}
+
+std::vector<std::string> Config::keys() const {
+  std::vector<std::string> names;
+  for (const ConfigKey& key : config_keys()) names.push_back(key.name);
+  for (const auto& [action, keys] : values_.actions) names.push_back(std::string(action_prefix) + action);
+  return names;
+}
+
+void Config::override_world(WorldDef& def) const {
+  const auto take = [&](const char* key, auto& value, const auto& from) {
+    if (origin(key) != "default") value = from;
+  };
+  const auto& from = values_.simulator;
+  take("simulator.kind", def.simulator, from.kind);
+  take("simulator.device", def.device, from.device);
+  take("simulator.gravity", def.gravity, from.gravity);
+  take("simulator.dt", def.dt, from.dt);
+  take("simulator.threads", def.threads, from.threads);
+  take("simulator.broad_phase", def.broad_phase, from.broad_phase);
+  take("simulator.solver", def.solver.method, from.solver);
+  take("simulator.substeps", def.solver.substeps, from.substeps);
+  take("simulator.sleep", def.sleep.enabled, from.sleep);
+}
+
+WorldDef Config::world_definition(std::function<void(std::string_view)> log) const {
+  WorldDef def;
+  def.simulator = values_.simulator.kind;
+  def.device = values_.simulator.device;
+  def.gravity = values_.simulator.gravity;
+  def.dt = values_.simulator.dt;
+  def.threads = values_.simulator.threads;
+  def.broad_phase = values_.simulator.broad_phase;
+  def.solver.method = values_.simulator.solver;
+  def.solver.substeps = values_.simulator.substeps;
+  def.sleep.enabled = values_.simulator.sleep;
+  def.log = std::move(log);
+  return def;
+}
+
+}  // namespace fathom::engine

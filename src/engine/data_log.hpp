@@ -1,0 +1,38 @@
+// Named series of numbers for later study, in one CSV file: series,frame,step,time,value.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace fathom::engine {
+
+/// Costs next to nothing while it has no file. Used by the engine's thread.
+class DataLog {
+ public:
+  DataLog() = default;
+  /// Throws `Error{file}` where the file cannot be written. Empty: no file.
+  explicit DataLog(const std::string& path);
+
+  bool is_open() const { return file_ != nullptr; }
+  /// What the rows to come are about.
+  void set_now(std::uint64_t frame, std::uint64_t step, double time) { frame_ = frame, step_ = step, time_ = time; }
+  /// Adds a row. Values that are not finite are written as they are (nan, inf). A comma or quote in the name is
+  /// written as '_'.
+  void add(std::string_view series, double value);
+  /// Throws `Error{file}` where rows could not be written (disk full).
+  void flush();
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
+  std::string path_;
+  std::uint64_t frame_ = 0, step_ = 0;
+  double time_ = 0;
+};
+
+}  // namespace fathom::engine

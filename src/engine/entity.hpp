@@ -1,0 +1,106 @@
+// Entities: everything that exists in the engine's world (dissertation, section 3.1). An entity has a physics body and
+// a graphics body, either of which may be absent or unregistered, and logic that ticks in a chosen phase of a step.
+#pragma once
+
+#include <cstdint>
+#include <fathom/body.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "engine/command.hpp"
+#include "engine/front_end.hpp"
+
+namespace fathom::engine {
+
+class Engine;
+class EntityWorld;
+
+struct EntityId {
+  std::uint32_t index = 0xffffffffu;
+  std::uint32_t generation = 0;
+
+  friend bool operator==(EntityId, EntityId) = default;
+};
+
+/// When an entity's logic runs, relative to the simulation of a step.
+enum class TickPhase : std::uint8_t {
+  none,
+  before,  ///< what it asks for acts in this step
+  during,  ///< concurrent with the step: sees the last state, what it asks for acts in the next step
+  after,   ///< sees the step's result (in mode `ahead` and `async`: the newest result there is to draw)
+};
+
+/// What a tick is told.
+struct Tick {
+  Engine& engine;
+  TickPhase phase;
+  std::uint64_t step;  ///< number of the step being made, from 1
+  double time;         ///< s simulated at its end
+  float dt;            ///< s
+};
+
+/// What an entity is created from; `Entity::created` may still change it.
+struct EntityDef {
+  std::string name{};
+  std::optional<BodyDef> physics{};
+  std::optional<GraphicsBody> graphics{};
+  bool simulated = true;  ///< register the physics body with the simulation
+  bool drawn = true;      ///< register the graphics body with the renderer
+  Pose pose{};            ///< where an entity without a registered physics body is
+  TickPhase tick = TickPhase::none;
+};
+
+/// Derive from it to give an entity logic and data of its own. All functions are called by the engine's thread; from
+/// inside them anything of the engine may be called, entities may be spawned and destroyed.
+class Entity {
+ public:
+  Entity() = default;
+  virtual ~Entity() = default;
+  Entity(const Entity&) = delete;
+  Entity& operator=(const Entity&) = delete;
+
+  /// At creation, before bodies are registered: may change `def`.
+  virtual void created(Engine&, EntityDef&) {}
+  virtual void tick(const Tick&) {}
+  virtual void destroyed(Engine&) {}
+
+  EntityId id() const { return id_; }
+  const std::string& name() const { return name_; }
+  bool has_physics() const { return body_.generation != 0; }
+  BodyHandle body() const { return body_; }
+
+  /// Pose and velocity in the newest state there is to draw; what the entity was created with until it has one.
+  const Pose& pose() const;
+  const Velocity& velocity() const;
+
+  // Commands for the next step that has not begun. An entity without a registered physics body ignores all but
+  // set_pose. Values that are not finite are refused by the simulation and end the run with an error.
+  void set_pose(const Pose& pose);
+  void set_velocity(Vec3 linear, Vec3 angular);
+  void add_velocity(Vec3 linear, Vec3 angular);  ///< to what it has when the step begins
+  void apply_force(Vec3 force);                  ///< N at the centre of mass, for one step
+  void apply_force_at(Vec3 force, Vec3 point);   ///< N at a point (m, world)
+  void apply_torque(Vec3 torque);                ///< N·m
+  void apply_impulse(Vec3 impulse);              ///< N·s
+  void apply_impulse_at(Vec3 impulse, Vec3 point);
+  void apply_angular_impulse(Vec3 impulse);  ///< N·m·s
+  void set_colour(Colour colour);
+
+ private:
+  friend class EntityWorld;
+  void command(CommandKind kind, Vec3 a, Vec3 b = {}, Quat rotation = {});
+
+  EntityWorld* world_ = nullptr;
+  EntityId id_;
+  std::string name_;
+  BodyHandle body_;
+  std::uint32_t drawn_ = 0xffffffffu;  // place in the draw list
+  Pose pose_;
+  Velocity velocity_;
+};
+
+/// Logic without a class of its own.
+using TickFunction = std::function<void(Entity&, const Tick&)>;
+
+}  // namespace fathom::engine

@@ -1,0 +1,93 @@
+// The engine's one world: owns the entities, runs their ticks, and lets them come and go between steps.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/entity.hpp"
+#include "engine/simulation.hpp"
+
+namespace fathom::engine {
+
+class EntityWorld {
+ public:
+  EntityWorld(Engine& engine, std::uint32_t spawns_per_frame) : engine_(engine), spawn_limit_(spawns_per_frame) {}
+  ~EntityWorld();
+  EntityWorld(const EntityWorld&) = delete;
+  EntityWorld& operator=(const EntityWorld&) = delete;
+
+  /// Asks for an entity. It has an id at once and comes to life at the start of the next frame, or a later one where
+  /// more are waiting than may spawn in a frame.
+  EntityId spawn(EntityDef def, std::unique_ptr<Entity> entity = {});
+  EntityId spawn(EntityDef def, TickFunction tick);
+  /// Asks for its end, which comes at the start of the next frame; until then it lives and ticks. False where it is
+  /// gone already.
+  bool destroy(EntityId id);
+
+  /// The living entity, or null while it waits and after it was destroyed.
+  Entity* find(EntityId id);
+  Entity* find(std::string_view name);
+  std::uint32_t count() const { return alive_; }
+  /// Entities that wait to be spawned because of the limit.
+  std::size_t waiting() const { return waiting_.size(); }
+  std::uint32_t spawn_limit() const { return spawn_limit_; }
+
+  // For the engine.
+  /// Ends and begins lives: at most `limit` beginnings. Returns how many spawned.
+  std::uint32_t take_over_changes(std::uint32_t limit);
+  void run_ticks(const Tick& tick);
+  /// What the game asked for since the last call.
+  CommandList& commands() { return commands_; }
+  void set_state(StatePtr state) { state_ = std::move(state); }
+  const SimulationState* state() const { return state_.get(); }
+  /// The poses to draw, `share` (0 … 1) of the way from one state to the other; fills bodies, poses and revision.
+  void describe(DrawFrame& frame, const SimulationState& from, const SimulationState& to, float share);
+
+ private:
+  friend class Entity;
+
+  struct Slot {
+    std::unique_ptr<Entity> entity;
+    std::uint32_t generation = 0;
+    TickPhase tick = TickPhase::none;
+    std::uint32_t place = 0;  // in its phase's list
+    bool alive = false;       // spawned
+    bool doomed = false;
+  };
+  struct Drawn {
+    std::uint32_t slot;
+    BodyHandle body;
+  };
+  struct Waiting {
+    EntityId id;
+    EntityDef def;
+  };
+
+  void begin(Waiting waiting);
+  void end(std::uint32_t index);
+  void discard(std::uint32_t index);
+  void show(Entity& entity, const GraphicsBody& graphics);
+  void hide(Entity& entity);
+  std::vector<std::uint32_t>& list(TickPhase phase) { return ticking_[static_cast<std::size_t>(phase)]; }
+
+  Engine& engine_;
+  std::uint32_t spawn_limit_;
+  std::uint32_t alive_ = 0;
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_;
+  std::deque<Waiting> waiting_;
+  std::vector<std::uint32_t> doomed_;
+  std::vector<std::uint32_t> ticking_[4];  // by phase: slots
+  CommandList commands_;
+  StatePtr state_;
+
+  std::vector<GraphicsBody> looks_;
+  std::vector<Drawn> drawn_;  // whose each look is
+  std::vector<Pose> draw_poses_;
+  std::uint64_t revision_ = 1;
+};
+
+}  // namespace fathom::engine

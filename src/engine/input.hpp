@@ -1,0 +1,95 @@
+// Keyboard, mouse and window events on their way from a front end to whoever handles them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace fathom::engine {
+
+enum class InputKind : std::uint8_t {
+  key_pressed,
+  key_released,
+  key_repeated,
+  mouse_pressed,
+  mouse_released,
+  mouse_moved,     ///< x, y: position in pixels from the window's upper left corner
+  mouse_scrolled,  ///< x, y: notches
+  window_resized,  ///< x, y: size of the drawable area in pixels
+  window_focused,
+  window_unfocused,
+  window_closed,
+};
+
+enum Modifier : std::uint8_t { shift = 1, control = 2, alt = 4, super = 8 };
+
+/// One event. `code` is a key of `key_named` (GLFW's numbering: 'A' is 65, escape 256) or a mouse button (0 left,
+/// 1 right, 2 middle).
+struct InputEvent {
+  InputKind kind = InputKind::key_pressed;
+  std::uint8_t modifiers = 0;  ///< of `Modifier`
+  std::uint16_t code = 0;
+  float x = 0, y = 0;
+
+  friend bool operator==(const InputEvent&, const InputEvent&) = default;
+};
+
+/// Code of a key by its name ("a", "7", "space", "escape", "left", "f5", "mouse_left"), or −1 for an unknown name.
+/// Mouse buttons have negative codes below −1: −2 − button.
+int key_named(std::string_view name);
+/// The name that `key_named` gives that code, or "key <code>".
+std::string name_of_key(int code);
+/// Every name that `key_named` knows.
+std::span<const std::string_view> key_names();
+
+/// Routes events to handlers, highest priority first, until one consumes them; turns bound keys into actions.
+class Input {
+ public:
+  using HandlerId = std::uint32_t;
+  /// Returns true where it consumes the event: nobody of lower priority sees it.
+  using Handler = std::function<bool(const InputEvent&)>;
+  /// Told when a key bound to the action goes down (true) or up (false).
+  using ActionHandler = std::function<void(bool pressed)>;
+
+  /// Actions have this priority among handlers.
+  static constexpr int action_priority = 0;
+
+  /// Handlers of equal priority are called in the order they came. May be called from a handler.
+  HandlerId add_handler(int priority, Handler handler);
+  void remove_handler(HandlerId id);
+
+  /// Binds a key to an action; an action may have several keys, a key several actions. Throws
+  /// `Error{invalid_argument}` for an unknown key name, suggesting the nearest.
+  void bind(std::string_view action, std::string_view key);
+  HandlerId on_action(std::string_view action, ActionHandler handler);
+  /// True while any key bound to the action is down.
+  bool held(std::string_view action) const;
+
+  /// Sends the events through the handlers.
+  void dispatch(std::span<const InputEvent> events);
+
+ private:
+  struct Entry {
+    HandlerId id;
+    int priority;
+    Handler handler;
+  };
+  struct Action {
+    std::vector<int> keys;
+    std::vector<std::pair<HandlerId, ActionHandler>> handlers;
+    int keys_down = 0;
+  };
+
+  void route(const InputEvent& event);
+  bool run_actions(const InputEvent& event);
+
+  std::vector<Entry> entries_;
+  std::map<std::string, Action, std::less<>> actions_;
+  HandlerId next_id_ = 1;
+};
+
+}  // namespace fathom::engine

@@ -1,0 +1,74 @@
+// Recordings: a run's inputs, state hashes and snapshots in one file, and their replay.
+//
+// The file is a header (magic "FATHOMRC", format version, length and XXH3 checksum of the rest) and one zstd frame of
+// entries: a snapshot of the world, then for every step its commands, its state hash and, where asked for, its state
+// as the difference to the last step's. Snapshots come again every so many steps. It is written beside its
+// place and renamed when it is complete. Numbers are little-endian, floats IEEE 754.
+#pragma once
+
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "engine/simulation.hpp"
+
+namespace fathom::engine {
+
+struct RecordSettings {
+  int snapshot_every = 300;  ///< steps, ≥ 1
+  bool states = true;        ///< every step's poses and velocities, so that a replay can say what differs first
+};
+
+/// Writes a recording. Give it to a `Simulation` as its observer, or call its two functions around the steps of a world
+/// of your own.
+class Recorder final : public SimulationObserver {
+ public:
+  /// Throws `Error{file}` where the folder cannot be written.
+  Recorder(std::string path, RecordSettings settings);
+  /// Without `finish` nothing is left behind.
+  ~Recorder() override;
+
+  void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) override;
+  void after_step(const World& world) override;
+  /// Completes the file. Throws `Error{file}` where it cannot be written.
+  void finish();
+
+  std::uint64_t steps() const;
+  std::uint64_t bytes() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Where a replay first came out differently.
+struct Difference {
+  std::uint64_t step = 0;      ///< the first step whose hash differs
+  std::uint64_t seen_at = 0;   ///< the step whose states were compared: the same, or that of the next snapshot
+  std::optional<BodyId> body;  ///< the first body that differs; none where only the hash does
+  std::string field;           ///< "position.x", …, "angular velocity.z", or "existence"
+  double recorded = 0, replayed = 0;
+
+  std::string text() const;
+};
+
+struct ReplayResult {
+  std::uint64_t first_step = 0, steps = 0;
+  std::uint64_t state_hash = 0;  ///< at the end
+  std::optional<Difference> difference;
+};
+
+struct ReplaySettings {
+  int threads = 0;                                                     ///< of the world; 0: as many as the machine has
+  bool check_snapshots = true;                                         ///< continue from each snapshot too and compare
+  std::function<void(std::uint64_t step, World& world)> after_step{};  ///< after each; tests change the world here
+};
+
+/// Repeats the run and checks the hash of every step, up to the first difference. Throws `Error{file}` for a file that
+/// is truncated, altered, or of another version.
+ReplayResult replay(const std::string& path, const ReplaySettings& settings = {});
+
+}  // namespace fathom::engine

@@ -1,0 +1,20 @@
+// A scene's bodies as entities.
+#pragma once
+
+#include <vector>
+
+#include "engine/engine.hpp"
+#include "scene/scene.hpp"
+
+namespace fathom::engine {
+
+/// The engine's settings for a scene: its simulator, Δt, solver, gravity and sleep, where the configuration does not
+/// say otherwise (its origin is "default").
+void take_over_world(const Scene& scene, Config& config);
+
+/// Spawns every body of the scene, in order, with its shape as graphics body, and an entity that does to them what the
+/// scene does over time (kicks). Call it before the first frame; the run's states are then those of
+/// `fathom run` with the same scene where ticks belong to steps (modes lockstep and ahead). The scene is copied.
+std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene);
+
+}  // namespace fathom::engine

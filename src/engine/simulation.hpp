@@ -1,0 +1,172 @@
+// A simulator as a subsystem with a thread of its own. The game hands over commands and gets states back; it never
+// touches the world itself.
+//
+// * lockstep: the game submits a step, does something else meanwhile, and waits for its state.
+// * ahead N: the same, but the game waits only for the state of N steps before, which is what it draws.
+// * async: the simulation makes steps by itself, at the rate of wall time times the time scale; commands act before the
+//   next step that begins. Where the machine is too slow, simulated time falls behind; it is never caught up by
+//   more than a few steps, and `slowdown` tells.
+//
+// The commands that act before a step, and the step's number, decide its result: the modes differ only in when the
+// game hears of it.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <fathom/world.hpp>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "engine/command_runner.hpp"
+
+namespace fathom::engine {
+
+enum class SimulationMode : std::uint8_t { lockstep, ahead, async };
+
+/// `ContactEvent` and `HitEvent` of the world, by handle.
+struct TouchEvent {
+  BodyHandle a, b;
+};
+struct ImpactEvent {
+  BodyHandle a, b;
+  Vec3 point;            ///< m, world
+  Vec3 normal;           ///< unit, from a to b
+  float approach_speed;  ///< m/s
+};
+
+/// The world after a step, as the game sees it. Arrays are indexed by `BodyHandle::index`.
+struct SimulationState {
+  std::uint64_t step = 0;
+  double time = 0;  ///< s simulated
+  std::vector<Pose> poses;
+  std::vector<Velocity> velocities;
+  std::vector<std::uint32_t> generations;  ///< of the body that the entry describes; 0 for none
+  std::vector<TouchEvent> begun, ended;
+  std::vector<ImpactEvent> hits;
+  Profile profile;
+  double step_ms = 0;      ///< wall time of the step
+  std::uint64_t hash = 0;  ///< `World::state_hash`, where asked for
+  std::chrono::steady_clock::time_point published;
+
+  bool contains(BodyHandle body) const {
+    return body.index < generations.size() && generations[body.index] == body.generation && body.generation != 0;
+  }
+};
+using StatePtr = std::shared_ptr<const SimulationState>;
+
+/// Told of everything that happens to the world, on the simulation's thread (see recording.hpp).
+class SimulationObserver {
+ public:
+  virtual ~SimulationObserver() = default;
+  /// Before the step's commands are carried out; the runner's world has made `step − 1` steps.
+  virtual void before_step(std::uint64_t step, const CommandList& commands, const CommandRunner& runner) = 0;
+  virtual void after_step(const World& world) = 0;
+};
+
+struct SimulationSettings {
+  SimulationMode mode = SimulationMode::lockstep;
+  int ahead = 1;                                ///< N of `ahead`, ≥ 1
+  bool hashes = false;                          ///< fill `SimulationState::hash`
+  bool paced = true;                            ///< async: keep to wall time; false runs as fast as it can
+  double time_scale = 1;                        ///< async, ≥ 0
+  bool paused = false;                          ///< async
+  std::uint64_t last_step = ~std::uint64_t{0};  ///< async: make no step beyond this one
+  int catch_up = 4;                             ///< async: steps in a row at most before time is given up
+};
+
+class Simulation {
+ public:
+  /// Throws what `World` throws on a definition out of range.
+  Simulation(const WorldDef& def, const SimulationSettings& settings, SimulationObserver* observer = nullptr);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  // From the game's thread. What went wrong on the simulation's thread is thrown by the next of these calls.
+  BodyHandle make_handle();
+  void release_handle(BodyHandle body);
+
+  /// Lockstep and ahead: the next step, with what is to happen before it. Async: before the next step that begins.
+  void submit(CommandList&& commands);
+  /// The same, but before step `step` (from 1), which must not have been submitted (async: not have begun, else it
+  /// acts before the next one). Several lists for a step act in the order they came.
+  void submit_at(std::uint64_t step, CommandList&& commands);
+  /// Waits until the step was published.
+  void wait_for(std::uint64_t step);
+  /// Waits until all submitted steps were published; async: until `last_step` was.
+  void finish();
+
+  std::uint64_t submitted() const;
+  std::uint64_t completed() const;
+  /// The state after a step, or the oldest that is still kept; the newest `ahead` + 2 are. Step 0 is the empty world.
+  StatePtr state(std::uint64_t step) const;
+  StatePtr newest() const;
+  /// The one before the newest.
+  StatePtr previous() const;
+
+  void set_paused(bool paused);            ///< async
+  void set_time_scale(double scale);       ///< async
+  void set_last_step(std::uint64_t step);  ///< async
+  /// s of wall time given up so far because steps took too long (async).
+  double time_given_up() const;
+
+  /// Calls `look` with the world between two steps: for queries. `CommandRunner::body` finds a handle's body.
+  void inspect(const std::function<void(const CommandRunner&)>& look) const;
+
+  const WorldDef& definition() const { return definition_; }
+  const SimulationSettings& settings() const { return settings_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void run();
+  bool wait_for_order(std::unique_lock<std::mutex>& lock);
+  bool wait_until_due(std::unique_lock<std::mutex>& lock);
+  void take_orders(std::uint64_t step, CommandList& commands);
+  void make_step(std::uint64_t step, const CommandList& commands, SimulationState& state);
+  void fill(SimulationState& state) const;
+  std::shared_ptr<SimulationState> take_spare();
+  void publish(std::shared_ptr<SimulationState> state);
+  void rethrow() const;
+
+  /// States to write into anew, so that steps do not allocate.
+  struct Pool {
+    std::mutex mutex;
+    std::vector<std::unique_ptr<SimulationState>> spares;
+  };
+
+  WorldDef definition_;
+  SimulationSettings settings_;
+  SimulationObserver* observer_;
+
+  mutable std::mutex world_mutex_;  // held while the world changes, and by `inspect`
+  World world_;
+  std::string device_track_;  // where the trace shows the stages; empty: within the step
+  CommandRunner runner_;
+
+  const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
+  mutable std::mutex mutex_;
+  std::condition_variable work_, done_;
+  std::map<std::uint64_t, CommandList> orders_;        // by step; 0: before the next that begins
+  std::deque<std::shared_ptr<SimulationState>> kept_;  // oldest first
+  std::uint64_t submitted_ = 0, begun_ = 0, completed_ = 0;
+  Clock::time_point next_due_{};
+  double time_given_up_ = 0;
+  std::exception_ptr failure_;
+  bool stop_ = false;
+
+  // The game's thread only.
+  std::vector<std::uint32_t> handle_generations_;
+  std::vector<std::uint32_t> free_handles_;
+
+  std::thread thread_;
+};
+
+}  // namespace fathom::engine

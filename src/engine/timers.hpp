@@ -1,0 +1,57 @@
+// Timed events, one-shot and repeating, in simulated or wall time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace fathom::engine {
+
+enum class TimeBase : std::uint8_t {
+  simulated,  ///< fires before the step that ends at or after its time; the same in every run
+  wall,       ///< fires at the start of the frame after its time; not recorded
+};
+
+using TimerId = std::uint64_t;
+
+/// Timers that are due together fire in the order of their times, then of their ids.
+class Timers {
+ public:
+  using Callback = std::function<void()>;
+
+  /// Fires once, `delay` ≥ 0 s from now. Throws `Error{invalid_argument}` on a delay that is not finite or negative.
+  TimerId after(double delay, Callback callback, TimeBase base = TimeBase::simulated);
+  /// Fires every `period` > 0 s; where a frame spans several periods it fires once for each.
+  TimerId every(double period, Callback callback, TimeBase base = TimeBase::simulated);
+  /// Counts again from now, with a new delay or period. False where the timer is gone.
+  bool reset(TimerId id, double seconds);
+  /// False where the timer is gone. May be called from a callback, its own too.
+  bool cancel(TimerId id);
+  bool contains(TimerId id) const { return timers_.contains(id); }
+  std::size_t count() const { return timers_.size(); }
+
+  /// Moves the clock to `now` (s) and fires what is due.
+  void advance(TimeBase base, double now);
+
+ private:
+  struct Timer {
+    double due = 0;
+    double period = 0;  // 0: once
+    TimeBase base = TimeBase::simulated;
+    Callback callback;
+  };
+  using Due = std::map<std::pair<double, TimerId>, char>;
+
+  TimerId add(double seconds, double period, Callback callback, TimeBase base);
+  Due& due(TimeBase base) { return due_[static_cast<std::size_t>(base)]; }
+  double& now(TimeBase base) { return now_[static_cast<std::size_t>(base)]; }
+
+  std::map<TimerId, Timer> timers_;
+  Due due_[2];
+  double now_[2] = {0, 0};
+  TimerId next_ = 1;
+};
+
+}  // namespace fathom::engine

@@ -1,0 +1,90 @@
+// The native simulator's part of a snapshot: everything that the next steps depend on, so that they give the same bits.
+// That includes orders: of contacts, of colours' lists, of leaves in the trees. What follows from the rest is made
+// anew: the set of pairs, boxes of tree nodes, lists of active bodies, blocks of constraints.
+#include "native/native_simulator.hpp"
+#include "world/archive.hpp"
+
+namespace fathom::native {
+
+// --- reading the parts ---------------------------------------------------------------------------------------
+
+void BodyState::restore(ByteReader& in, std::size_t slots) {
+  archive(*this, in);
+  for (const std::size_t size :
+       {poses.size(), velocities.size(), boxes.size(), fat_boxes.size(), flags.size(), slow_time.size(),
+        first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
+    in.require(size == slots);
+  resize(slots);
+}
+
+void ContactGraph::restore(ByteReader& in) {
+  archive(*this, in);
+  const std::size_t slots = state_.size(), contacts = contacts_.size();
+  const auto is_link = [&](std::uint32_t link) { return link == none || (link >> 1) < contacts; };
+  for (const std::uint32_t head : state_.first_contact) in.require(is_link(head));
+  std::size_t in_use = 0, coloured = 0;
+  for (const Contact& c : contacts_) {
+    if (!c.in_use) continue;
+    ++in_use;
+    in.require(c.a < slots && c.b < slots && c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
+    in.require(!c.touching() || c.manifold < manifolds_.size());
+    for (int side = 0; side < 2; ++side) in.require(is_link(c.next[side]) && is_link(c.previous[side]));
+    in.require(!pairs_.contains(c.a, c.b));
+    pairs_.insert(c.a, c.b);
+    if (c.colour == no_colour) continue;
+    ++coloured;
+    in.require(c.touching() && c.colour <= overflow_colour && c.colour_slot < colours_[c.colour].size());
+    in.require(&contacts_[colours_[c.colour][c.colour_slot]] == &c);
+  }
+  for (const std::vector<std::uint32_t>& list : colours_) {
+    in.require(list.size() <= coloured);
+    coloured -= list.size();
+  }
+  in.require(coloured == 0 && in_use + free_.size() == contacts);
+  for (const std::uint32_t index : free_) in.require(index < contacts && !contacts_[index].in_use);
+  for (const std::uint32_t index : free_manifolds_) in.require(index < manifolds_.size());
+  for (const ContactManifold& m : manifolds_)
+    in.require(m.points[3].other >= 0 && m.points[3].other <= static_cast<float>(max_manifold_points));
+}
+
+void Islands::restore(ByteReader& in) {
+  archive(*this, in);
+  in.require(sleeping_in_.size() <= state_.size());
+  for (const std::uint32_t island : sleeping_in_) in.require(island == none || island < sleeping_.size());
+  for (const auto& members : sleeping_)
+    for (const std::uint32_t slot : members) in.require(slot < sleeping_in_.size());
+  for (const std::uint32_t island : free_) in.require(island < sleeping_.size());
+}
+
+void Bvh::restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool) {
+  in(leaves_, area_when_built_);
+  for (const std::uint32_t leaf : leaves_) in.require(leaf < boxes.size());
+  levels_.clear();
+  if (leaves_.empty()) return;
+  lay_out_levels();
+  refit(boxes.data(), pool);
+}
+
+// --- the whole -----------------------------------------------------------------------------------------------
+
+void NativeSimulator::save(ByteWriter& write) const {
+  BodyState::archive(state_, write);
+  ContactGraph::archive(graph_, write);
+  Islands::archive(islands_, write);
+  broad_phase_->save(write);
+  write(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
+}
+
+void NativeSimulator::restore(ByteReader& in) {
+  state_.restore(in, bodies.slot_count());
+  graph_.restore(in);
+  islands_.restore(in);
+  broad_phase_->restore(in, state_.fat_boxes, pool_);
+  in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
+  // Every chunk is searched for changed boxes once; bodies flagged for a force are listed again.
+  changed_chunks_.assign(state_.size() / body_grain + 1, 1);
+  for (std::uint32_t slot = 0; slot < state_.size(); ++slot)
+    if (state_.flags[slot] & has_force) forced_.push_back(slot);
+}
+
+}  // namespace fathom::native

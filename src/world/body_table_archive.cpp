@@ -1,0 +1,46 @@
+// The bodies of a snapshot.
+#include "geometry/support.hpp"
+#include "world/body_table.hpp"
+#include "world/shape_archive.hpp"
+
+namespace fathom {
+
+namespace {
+
+template <class Archive, class Info>
+void archive_info(Archive& a, Info& i) {
+  a(i.motion, i.can_sleep, i.isotropic, i.radius, i.inverse_mass, i.gravity_scale, i.linear_damping, i.angular_damping,
+    i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
+  archive_material(a, i.material);
+}
+
+}  // namespace
+
+void BodyTable::save(ByteWriter& write) const {
+  write(generations_, free_slots_, any_anisotropic_);
+  ShapeWriter shapes(write);
+  for (const BodyId body : living()) {
+    archive_info(write, infos_[body.index]);
+    shapes.write(infos_[body.index].shape);
+  }
+}
+
+void BodyTable::restore(ByteReader& in) {
+  in(generations_, free_slots_, any_anisotropic_);
+  infos_.assign(generations_.size(), {});
+  living_is_current_ = false;
+  count_ = 0;
+  for (std::uint32_t slot = 0; slot < slot_count(); ++slot) count_ += alive(slot);
+  in.require(count_ + free_slots_.size() == slot_count());
+  for (const std::uint32_t slot : free_slots_) in.require(slot < slot_count() && !alive(slot));
+  ShapeReader shapes(in);
+  for (const BodyId body : living()) {
+    BodyInfo& info = infos_[body.index];
+    archive_info(in, info);
+    in.require(info.motion <= MotionType::dynamic);
+    info.shape = shapes.read();
+    info.geometry = geometry(info.shape);
+  }
+}
+
+}  // namespace fathom

@@ -1,0 +1,153 @@
+// The engine's configuration: files, single keys, origins, complaints.
+#include <gmock/gmock.h>
+
+#include "engine/config.hpp"
+#include "engine/simulator_choice.hpp"
+#include "engine_fixture.hpp"
+
+namespace fathom::engine::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(EngineConfig, FileAndOverridesWithTheirOrigins) {
+  Config config;
+  EXPECT_EQ(config.origin("simulator.threads"), "default");
+  config.parse("[simulator]\nmode = 'async'\nthreads = 3\ngravity = [0, 0, -1.62]\n[input.actions]\njump = 'space'\n",
+               "moon.toml");
+  config.set("simulator.threads=5");
+  config.set("window.title=Out there");
+  config.set("input.actions.dive=[\"d\", 'down']");
+  EXPECT_EQ(config->simulator.mode, SimulationMode::async);
+  EXPECT_EQ(config->simulator.threads, 5);
+  EXPECT_EQ(config->simulator.gravity.z, -1.62f);
+  EXPECT_EQ(config->window.title, "Out there");
+  EXPECT_THAT(config->actions.at("jump"), testing::ElementsAre("space"));
+  EXPECT_THAT(config->actions.at("dive"), testing::ElementsAre("d", "down"));
+  EXPECT_EQ(config.origin("simulator.mode"), "moon.toml:2");
+  EXPECT_EQ(config.origin("simulator.threads"), "--set");
+  EXPECT_THAT(config.text(true), HasSubstr("# moon.toml:4"));
+}
+
+TEST(EngineConfig, EveryValueSurvivesBeingStored) {
+  const Folder folder;
+  Config config;
+  for (const char* set : {"simulator.dt=0.005", "simulator.mode=ahead", "simulator.ahead=3", "simulator.solver=impulse",
+                          "loop.pacing=fixed", "loop.rate=144.5", "loop.time=wall", "world.spawns_per_frame=7",
+                          "window.title=a \"quoted\" \\ title", "log.level=debug", "record.states=false",
+                          "simulator.gravity=[1, 2.5, -3]", "input.actions.fire=[\"f\", \"mouse_left\"]"})
+    config.set(set);
+  config.save(folder / "engine.toml");
+  EXPECT_EQ(folder.file_count(), 1u);
+  Config loaded;
+  loaded.load(folder / "engine.toml");
+  EXPECT_EQ(loaded.text(false), config.text(false));
+  EXPECT_EQ(loaded->simulator.dt, 0.005f);
+  EXPECT_EQ(loaded->window.title, "a \"quoted\" \\ title");
+  for (const std::string& key : loaded.keys()) EXPECT_THAT(loaded.origin(key), HasSubstr("engine.toml:")) << key;
+}
+
+struct Bad {
+  const char* text;
+  const char* says;
+};
+
+TEST(EngineConfig, BadFilesAreRefusedNamingThePlaceAndTheRemedy) {
+  const Bad files[] = {
+      {"[simulator]\nthreds = 4\n", "e.toml:2:1: unknown key 'simulator.threds'; did you mean 'simulator.threads'?"},
+      {"[simulater]\nthreads = 4\n", "did you mean 'simulator.threads'?"},
+      {"xyzzyplugh = 1\n", "e.toml:1:1: unknown key 'xyzzyplugh'; 'fathom config' lists the keys"},
+      {"[simulator]\nthreads = -1\n", "'simulator.threads' must be a whole number from 0 to 1024"},
+      {"[simulator]\nthreads = 2.5\n", "'simulator.threads' must be a whole number"},
+      {"[simulator]\nthreads = 99999999999999999999\n", "e.toml:2"},
+      {"[simulator]\ndt = nan\n", "'simulator.dt' must be a number from 1e-06 to 1"},
+      {"[simulator]\ndt = 0\n", "'simulator.dt' must be"},
+      {"[simulator]\nmode = 'lockstop'\n",
+       "must be one of lockstep, ahead, async, not 'lockstop'; did you mean 'lockstep'?"},
+      {"[simulator]\nkind = 'quantum'\n", "'simulator.kind' must be one of native, device"},
+      {"[simulator]\nsleep = 1\n", "'simulator.sleep' must be true or false"},
+      {"[simulator]\ngravity = [0, 0]\n", "must be three finite numbers"},
+      {"[simulator]\ngravity = [0, inf, 0]\n", "must be three finite numbers"},
+      {"simulator = 3\n", "unknown key 'simulator'"},
+      {"[window]\ntitle = 3\n", "'window.title' must be a string"},
+      {"[input.actions]\njump = 'spaec'\n", "'input.actions.jump' names no key with 'spaec'; did you mean 'space'?"},
+      {"[input.actions]\njump = 3\n", "must be a key's name or a list of them"},
+      {"[simulator\n", "e.toml:1"},
+      {"threads = 1\nthreads = 2\n", "e.toml:2"},
+  };
+  for (const Bad& bad : files) {
+    Config config;
+    const std::string before = config.text(true);
+    EXPECT_THAT(refusal([&] { config.parse(bad.text, "e.toml"); }), HasSubstr(bad.says)) << bad.text;
+    EXPECT_EQ(config.text(true), before) << bad.text;
+  }
+  Config config;
+  EXPECT_THAT(refusal([&] { config.load("/nowhere/e.toml"); }), HasSubstr("/nowhere/e.toml: cannot be read"));
+  EXPECT_THAT(refusal([&] { config.save("/nowhere/e.toml"); }), HasSubstr("/nowhere/e.toml: cannot be written"));
+}
+
+TEST(EngineConfig, BadAssignmentsAreRefused) {
+  const Bad assignments[] = {
+      {"simulator.threads", "write it as key=value"},
+      {"=4", "write it as key=value"},
+      {"simulator.thread=4", "did you mean 'simulator.threads'?"},
+      {"simulator.threads=many", "must be a whole number"},
+      {"simulator.threads=", "must be a whole number"},
+      {"simulator.threads=1\nwindow.width=3", "must be a whole number"},
+      {"loop.pacing=vsnyc", "did you mean 'vsync'?"},
+      {"input.actions.jump=nokey", "names no key"},
+      {"input.actions.=a", "unknown key"},
+  };
+  for (const Bad& bad : assignments) {
+    Config config;
+    const std::string said = refusal([&] { config.set(bad.text); });
+    EXPECT_THAT(said, HasSubstr(bad.says)) << bad.text;
+    EXPECT_THAT(said, testing::StartsWith("--set ")) << bad.text;
+  }
+}
+
+TEST(EngineConfig, EngineRefusesBadValuesSetByPrograms) {
+  Config config = quiet_config();
+  config.edit().log.level = "loud";
+  EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("there is no log level 'loud'"));
+  config = quiet_config();
+  config.edit().simulator.dt = -1;
+  EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("dt is -1"));
+  config = quiet_config();
+  config.edit().log.file = "/nowhere/log";
+  EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("/nowhere/log: the log cannot be written"));
+}
+
+std::vector<exec::DeviceInfo> some_devices() {
+  exec::DeviceInfo host, cuda;
+  host.name = "CPU";
+  host.available = true;
+  cuda.backend = exec::Backend::cuda;
+  cuda.is_gpu = true;
+  cuda.why_not = "no driver";
+  return {host, cuda};
+}
+
+TEST(EngineDevices, FallbackRules) {
+  const auto devices = some_devices();
+  const Folder folder;
+  Log log({.level = LogLevel::debug, .console = false, .file = folder / "log"});
+  Settings settings;
+  EXPECT_EQ(choose_simulator(settings, {}, log).kind, SimulatorKind::native);
+  settings.simulator.kind = SimulatorKind::device;
+  const SimulatorChoice choice = choose_simulator(settings, devices, log);
+  EXPECT_EQ(choice.kind, SimulatorKind::device);
+  EXPECT_EQ(choice.device, "host");
+  settings.simulator.device = "cuda:0";
+  EXPECT_EQ(choose_simulator(settings, devices, log).kind, SimulatorKind::native);
+  log.flush();
+  EXPECT_THAT(read_text(folder / "log"), HasSubstr("no driver; the native simulator takes its place"));
+  settings.simulator.fallback = false;
+  EXPECT_THAT(refusal([&] { choose_simulator(settings, devices, log); }), HasSubstr("no driver"));
+  settings.simulator.kind = SimulatorKind::native;
+  settings.simulator.device = "gpu";
+  EXPECT_THAT(refusal([&] { choose_simulator(settings, devices, log); }), HasSubstr("no device is called 'gpu'"));
+}
+
+}  // namespace
+}  // namespace fathom::engine::test

@@ -1,0 +1,159 @@
+// Recordings are replayed bit for bit, tell what differs, and are refused where they are damaged.
+#include <gmock/gmock.h>
+
+#include "engine/recording.hpp"
+#include "engine/scene_entities.hpp"
+#include "engine_fixture.hpp"
+#include "scene/environments.hpp"
+
+namespace fathom::engine::test {
+namespace {
+
+using testing::HasSubstr;
+
+// A game: a scene, bodies that come and go, forces.
+std::uint64_t record_game(const std::string& path, const char* mode, bool states, int threads = 2) {
+  const Scene scene = layers(120);
+  Config config = quiet_config();
+  config.edit().record.file = path;
+  config.edit().record.states = states;
+  config.edit().record.snapshot_every = 25;
+  config.edit().simulator.threads = threads;
+  config.edit().simulator.hashes = true;
+  config.edit().simulator.sleep = true;
+  config.set(std::string("simulator.mode=") + mode);
+  Engine engine(config);
+  const std::vector<EntityId> ids = spawn_scene(engine, scene);
+  EntityDef def;
+  def.tick = TickPhase::before;
+  engine.world().spawn(def, [&](Entity&, const Tick& tick) {
+    if (tick.step % 10 == 0) tick.engine.world().find(ids[50])->apply_impulse({1, 0, 4});
+    if (tick.step == 30) tick.engine.world().destroy(ids[20]);
+    EntityDef stone;
+    const Vec3 corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+    stone.physics = fathom::test::dynamic(hull(corners), {0, 0, 8});
+    if (tick.step == 40) tick.engine.world().spawn(stone);
+  });
+  engine.run(90);
+  const std::uint64_t hash = engine.simulation().newest()->hash;
+  engine.finish();
+  return hash;
+}
+
+TEST(EngineRecording, IsReplayedBitForBit) {
+  const Folder folder;
+  const std::string file = folder / "run.fathom";
+  for (const char* mode : {"lockstep", "ahead", "async"}) {
+    for (const bool states : {true, false}) {
+      const std::uint64_t hash = record_game(file, mode, states);
+      EXPECT_EQ(folder.file_count(), 1u) << "nothing else is left behind";
+      for (const int threads : {1, 3}) {
+        const ReplayResult result = replay(file, {.threads = threads});
+        EXPECT_FALSE(result.difference.has_value()) << mode << ": " << result.difference->text();
+        EXPECT_EQ(result.first_step, 1u);
+        EXPECT_GE(result.steps, 90u);
+        EXPECT_TRUE(std::string(mode) == "async" || result.state_hash == hash);
+      }
+    }
+  }
+}
+
+TEST(EngineRecording, NamesTheFirstStepBodyAndFieldThatDiffer) {
+  const Folder folder;
+  const std::string file = folder / "run.fathom";
+  record_game(file, "lockstep", true);
+  float change = 0;
+  const auto nudge = [&](std::uint64_t step, World& world) {
+    const BodyId body = world.bodies()[7];
+    Velocity v = world.velocity(body);
+    v.angular.y = std::nextafter(v.angular.y, 10.0f) + change;
+    if (step == 33) world.set_velocity(body, v.linear, v.angular);
+  };
+  ReplayResult result = replay(file, {.threads = 1, .after_step = nudge});
+  ASSERT_TRUE(result.difference.has_value());
+  EXPECT_EQ(result.difference->step, 33u);
+  EXPECT_EQ(result.difference->seen_at, 33u);
+  EXPECT_EQ(result.difference->body->index, 7u);
+  EXPECT_EQ(result.difference->field, "angular velocity.y");
+  EXPECT_THAT(
+      result.difference->text(),
+      HasSubstr("step 33 differs from the recording: body {index 7, generation 1}, angular velocity.y: recorded"));
+
+  record_game(file, "lockstep", false);
+  change = 2;
+  result = replay(file, {.threads = 1, .after_step = nudge});
+  ASSERT_TRUE(result.difference.has_value());
+  EXPECT_EQ(result.difference->step, 33u);
+  EXPECT_EQ(result.difference->seen_at, 50u) << "without states the next snapshot tells";
+  EXPECT_TRUE(result.difference->body.has_value());
+}
+
+TEST(EngineRecording, MayBeginInTheMiddleOfAWorldsLife) {
+  const Folder folder;
+  const Scene scene = drift(60);
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  for (int i = 0; i < 40; ++i) instance.prepare_step(), world.step();
+  Recorder recorder(folder / "run.fathom", {.snapshot_every = 7});
+  CommandRunner runner(world);
+  for (int i = 0; i < 40; ++i) {
+    CommandList commands;
+    if (i == 20) commands.push({CommandKind::set_velocity, {5, 1}, {1, 2, 3}, {}, {}, 0});
+    recorder.before_step(world.step_count() + 1, commands, runner);
+    runner.run(commands);
+    world.step();
+    recorder.after_step(world);
+  }
+  recorder.finish();
+  const ReplayResult result = replay(folder / "run.fathom");
+  EXPECT_FALSE(result.difference.has_value()) << result.difference->text();
+  EXPECT_EQ(result.first_step, 41u);
+  EXPECT_EQ(result.steps, 40u);
+  EXPECT_EQ(result.state_hash, world.state_hash());
+}
+
+TEST(EngineRecording, DamagedFilesAreRefused) {
+  const Folder folder;
+  const std::string file = folder / "run.fathom";
+  record_game(file, "lockstep", true, 1);
+  const std::string good = read_text(file);
+  const auto with = [&](const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    return refusal([&] { replay(file); });
+  };
+  EXPECT_EQ(with(good), "");
+  EXPECT_THAT(with(""), HasSubstr("it is empty"));
+  EXPECT_THAT(with("hello, this is not a recording at all"), HasSubstr("this is no recording of fathom"));
+  EXPECT_THAT(with(good.substr(0, 20)), HasSubstr("this is no recording of fathom"));
+  EXPECT_THAT(with(good.substr(0, 32)), HasSubstr("it is truncated: 0 of"));
+  EXPECT_THAT(with(good.substr(0, good.size() / 2)), HasSubstr("it is truncated"));
+  EXPECT_THAT(with(good.substr(0, good.size() - 1)), HasSubstr("it is truncated"));
+  EXPECT_THAT(with(good + "x"), HasSubstr("it was altered"));
+  for (std::size_t at = 0; at < good.size(); at += good.size() / 97) {
+    std::string bad = good;
+    bad[at] = static_cast<char>(bad[at] ^ 4);
+    EXPECT_NE(with(bad), "") << at;
+  }
+  std::string later = good;
+  later[8] = 9;
+  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 1"));
+  EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
+  EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr("no such file, or it is empty"));
+}
+
+TEST(EngineRecording, AppearsCompleteOrNotAtAll) {
+  const Folder folder;
+  {
+    Recorder recorder(folder / "run.fathom", {});
+    World world;
+    recorder.before_step(1, {}, CommandRunner(world));
+    EXPECT_EQ(folder.file_count(), 1u) << "the partial file";
+  }
+  EXPECT_EQ(folder.file_count(), 0u);
+  EXPECT_THAT(refusal([&] { Recorder bad("/nowhere/run.fathom", {}); }),
+              HasSubstr("/nowhere/run.fathom: cannot be written"));
+  EXPECT_THAT(refusal([&] { Recorder bad(folder / "x", {.snapshot_every = 0}); }), HasSubstr("give at least 1"));
+}
+
+}  // namespace
+}  // namespace fathom::engine::test

@@ -1,0 +1,181 @@
+// A world saved and restored between two steps goes on bit for bit as if nothing had happened.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/environments.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::test {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<std::byte> saved(const World& world) {
+  std::vector<std::byte> bytes;
+  world.save(bytes);
+  return bytes;
+}
+
+struct Case {
+  const char* name;
+  Scene scene;
+  int steps_before, steps_after;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all{{"drift", drift(300), 100, 100},
+                        {"layers mid-fall", layers(300), 45, 120},
+                        {"layers landed", layers(300), 120, 60},
+                        {"pyramid", pyramid(8), 60, 60},
+                        {"pyramid asleep", pyramid(5), 200, 60},
+                        {"layers, sweep", layers(300), 60, 90},
+                        {"layers, impulse solver", layers(200), 60, 90}};
+  all[4].scene.world.sleep.enabled = true;
+  all[5].scene.world.broad_phase = BroadPhase::sweep;
+  all[6].scene.world.solver.method = Solver::impulse;
+  return all;
+}
+
+void advance(SceneInstance& instance, World& world, int steps, std::vector<std::uint64_t>& hashes) {
+  for (int i = 0; i < steps; ++i) {
+    instance.prepare_step();
+    world.step();
+    hashes.push_back(world.state_hash());
+  }
+}
+
+TEST(Snapshot, ContinuesBitForBit) {
+  for (Case& c : cases()) {
+    for (const int threads : {1, 4}) {
+      c.scene.world.threads = threads;
+      World whole(c.scene.world), halved(c.scene.world);
+      SceneInstance one(c.scene, whole), other(c.scene, halved);
+      std::vector<std::uint64_t> expected, got;
+      advance(one, whole, c.steps_before, expected);
+      advance(other, halved, c.steps_before, got);
+      // Into a world of other content and settings.
+      World restored({.gravity = {1, 2, 3}, .threads = threads});
+      restored.add(cube({0, 0, 0}));
+      restored.restore(saved(halved));
+      halved = std::move(restored);
+      EXPECT_EQ(halved.state_hash(), expected.back());
+      EXPECT_EQ(halved.step_count(), whole.step_count());
+      advance(one, whole, c.steps_after, expected);
+      advance(other, halved, c.steps_after, got);
+      EXPECT_EQ(got, expected) << c.name << ", " << threads << " threads";
+      EXPECT_EQ(saved(whole).size(), saved(halved).size()) << c.name;
+    }
+  }
+}
+
+// All shapes, bodies that came and went, kinematic and quarantined bodies, pending forces and events.
+World busy_world(int threads) {
+  WorldDef def;
+  def.threads = threads;
+  World world(def);
+  world.add(ground(0.6f));
+  const Vec3 corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+  const Shape shapes[] = {box({0.4f, 0.5f, 0.3f}), sphere(0.4f), capsule(0.25f, 0.4f), hull(corners)};
+  std::vector<BodyId> ids;
+  for (int i = 0; i < 120; ++i) {
+    BodyDef body = dynamic(shapes[i % 4], {static_cast<float>(i % 4) * 0.9f, static_cast<float>(i / 4 % 4) * 0.9f,
+                                           1.5f + static_cast<float>(i / 16)});
+    body.material.restitution = i % 7 == 0 ? 0.6f : 0.0f;
+    body.user_data = static_cast<std::uint64_t>(i);
+    ids.push_back(world.add(body));
+  }
+  BodyDef lift = cube({6, 0, 1});
+  lift.motion = MotionType::kinematic;
+  lift.velocity.linear = {-0.5f, 0, 0};
+  world.add(lift);
+  run(world, 50);
+  world.remove(ids[7]);
+  world.remove(ids[30]);
+  world.add(cube({1, 1, 12}));
+  const BodyId broken = world.add(dynamic(box({0.5f, 0.5f, 0.5f}), {0, 50, 20}, 1e-30f));
+  world.apply_force(broken, {1e30f, 0, 0});  // finite, and its acceleration is not
+  run(world, 3);
+  world.apply_force(ids[11], {200, 0, 50});
+  world.remove(ids[31]);
+  world.set_pose(ids[40], {{1, 2, 9}, 0, {}});
+  return world;
+}
+
+TEST(Snapshot, KeepsAllKindsOfBodiesAndWhatIsPending) {
+  for (const int threads : {1, 4}) {
+    World whole = busy_world(threads);
+    World copy({.threads = threads});
+    copy.restore(saved(whole));
+    ASSERT_EQ(copy.body_count(), whole.body_count());
+    EXPECT_THAT(copy.bodies(), testing::ElementsAreArray(whole.bodies()));
+    for (const BodyId id : whole.bodies()) {
+      EXPECT_EQ(copy.user_data(id), whole.user_data(id));
+      EXPECT_EQ(copy.mass(id), whole.mass(id));
+      EXPECT_EQ(copy.is_awake(id), whole.is_awake(id));
+    }
+    for (int step = 0; step < 150; ++step) {
+      if (step == 20) {
+        EXPECT_EQ(copy.add(cube({0, 1, 9})), whole.add(cube({0, 1, 9})));
+      }
+      whole.step();
+      copy.step();
+      ASSERT_EQ(copy.state_hash(), whole.state_hash()) << "step " << step;
+      ASSERT_EQ(copy.contacts_begun().size(), whole.contacts_begun().size());
+      ASSERT_EQ(copy.contacts_ended().size(), whole.contacts_ended().size());
+      ASSERT_EQ(copy.hits().size(), whole.hits().size());
+    }
+    EXPECT_EQ(copy.ray_cast({1, 1, 50}, {0, 0, -60})->body, whole.ray_cast({1, 1, 50}, {0, 0, -60})->body);
+  }
+}
+
+TEST(Snapshot, ThreadCountMayChangeOnTheWay) {
+  World whole = busy_world(1);
+  World copy({.threads = 3});
+  copy.restore(saved(whole));
+  EXPECT_EQ(copy.definition().threads, 3);
+  run(whole, 60);
+  run(copy, 60);
+  EXPECT_EQ(copy.state_hash(), whole.state_hash());
+}
+
+TEST(Snapshot, EmptyWorld) {
+  World world;
+  World copy;
+  copy.restore(saved(world));
+  copy.step();
+  EXPECT_EQ(copy.body_count(), 0u);
+}
+
+std::string refusal(World& world, std::span<const std::byte> bytes) {
+  try {
+    world.restore(bytes);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::file);
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Snapshot, TruncatedAndAlteredBytesAreRefusedAndChangeNothing) {
+  const std::vector<std::byte> good = saved(busy_world(1));
+  World world(quiet_world());
+  world.add(cube({0, 0, 0}));
+  const std::uint64_t before = world.state_hash();
+  EXPECT_THAT(refusal(world, {}), HasSubstr("ends too early"));
+  for (const std::size_t size : {std::size_t{7}, std::size_t{31}, std::size_t{32}, good.size() / 2, good.size() - 1})
+    EXPECT_THAT(refusal(world, std::span(good).first(size)), HasSubstr("snapshot: ")) << size;
+  for (std::size_t at = 0; at < good.size(); at += 997) {
+    std::vector<std::byte> bad = good;
+    bad[at] ^= std::byte{0x10};
+    EXPECT_NE(refusal(world, bad), "accepted") << at;
+  }
+  std::vector<std::byte> later = good;
+  later[8] = std::byte{9};
+  EXPECT_THAT(refusal(world, later), HasSubstr("format version 9"));
+  EXPECT_EQ(world.state_hash(), before);
+  EXPECT_EQ(world.body_count(), 1u);
+  run(world, 3);
+}
+
+}  // namespace
+}  // namespace fathom::test
