@@ -16,15 +16,15 @@ namespace fathom::viewer {
 
 /// What the panel can choose. What is absent stays as the scene has it.
 struct Choice {
-  std::string scene;  ///< an environment's name or a scene file's path
-  std::optional<std::int64_t> bodies;
-  std::optional<SimulatorKind> simulator;
-  std::string device;  ///< of the device simulator; empty: as the scene has it
-  std::optional<int> threads;
-  std::optional<int> substeps;
-  std::optional<Solver> solver;
-  std::optional<BroadPhase> broad_phase;
-  std::optional<bool> sleep;
+  std::string scene{};  ///< an environment's name or a scene file's path
+  std::optional<std::int64_t> bodies{};
+  std::optional<SimulatorKind> simulator{};
+  std::string device{};  ///< of the device simulator; empty: as the scene has it
+  std::optional<int> threads{};
+  std::optional<int> substeps{};
+  std::optional<Solver> solver{};
+  std::optional<BroadPhase> broad_phase{};
+  std::optional<bool> sleep{};
 
   friend bool operator==(const Choice&, const Choice&) = default;
 };
