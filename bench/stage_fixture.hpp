@@ -1,6 +1,7 @@
 // A scene's bodies and contacts as the stages of the native simulator see them, without a simulator.
 #pragma once
 
+#include "dynamics/manifold_update.hpp"
 #include "native/broad_phase.hpp"
 #include "native/contact_graph.hpp"
 #include "native/narrow_phase.hpp"

@@ -5,6 +5,7 @@
 #include "device/grid.hpp"
 #include "device/solve.hpp"
 #include "dynamics/bounds.hpp"
+#include "dynamics/restitution.hpp"
 #include "dynamics/rotation.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
@@ -118,7 +119,7 @@ struct MoveBodies {
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
       v.linear = mul_add(linear_damping * v.linear, h, acceleration);
       v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
-      moved = mul_add(moved, h, v.linear);
+      moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       if (c.is_isotropic())
         turning = mul_add(turning, h, v.angular);
       else

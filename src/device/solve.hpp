@@ -155,7 +155,10 @@ struct PrepareConstraints {
       bits |= bounces_bit;
       const ContactAxes f(frame);
       const NormalMotion before = f.motion(a.linear, a.angular, b.linear, b.angular);
+      const Vec3 still;
       BounceRow row;
+      row.pull = dot(f.n, (b.inverse_mass > 0 ? bodies.motion[pair.b].acceleration : still) -
+                              (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       for (int i = 0; i < max_manifold_points; ++i)
         if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
       constraints.bounces[k] = row;
@@ -296,17 +299,17 @@ struct SolveConstraints {
                         p.restitution_threshold, row, impulses, a, b);
       store_normal_impulses(constraints, k, impulses);
     } else {
-      if (with_friction) {
-        solve_friction(frame, impulses, a, b);
-        store_friction_impulses(constraints, k, impulses);
-      }
+      // In the relax sweep friction comes last: its limit is the impulse that carries the load, not the spring's.
+      if (what == push && with_friction) solve_friction(frame, impulses, a, b);
       const ContactAxes axes(frame);
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
-      const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity};
+      const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity, (bits & bounces_bit) != 0};
       const ContactPass pass = what == relax ? ContactPass::relax : p.soft ? ContactPass::soft : ContactPass::iterate;
       solve_points(pass, frame, points, count, step, axes, moved, impulses, a, b);
+      if (what == relax) solve_friction(frame, impulses, a, b);
       store_normal_impulses(constraints, k, impulses);
+      if (with_friction) store_friction_impulses(constraints, k, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);
@@ -345,7 +348,13 @@ struct SolveConstraints {
   FATHOM_HD void integrate_position(std::uint32_t i) const {
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
     SolverBody body = bodies.solver[i];
-    body.moved = mul_add(body.moved, p.h, body.linear);
+    bool touched = true;
+    if (body.inverse_mass > 0) {
+      const WarmStart& w = bodies.warm[i];
+      touched = !(body.linear == w.linear_reference && w.linear == Vec3{});
+    }
+    const Vec3 acceleration = touched ? Vec3{} : bodies.motion[i].acceleration;
+    body.moved = mul_add(body.moved, p.h, mean_velocity(touched, body.linear, acceleration, p.h));
     if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
       // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyTensors t = bodies.tensors[i];

@@ -10,10 +10,15 @@
 #pragma once
 
 #include "dynamics/contact_manifold.hpp"
+#include "dynamics/restitution.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 
 namespace fathom {
+
+/// Mean distance of a square's area from its centre over that of its corners, (√2 + ln(1 + √2)) / (3 √2): pressure is
+/// spread over the patch, of which the points are the corners. 0.50 for a line, 0.53 for a rectangle of 2 to 1.
+inline constexpr float patch_share = 0.5411f;
 
 /// What all points of a contact share: six quads, of which a sweep without friction reads the first five.
 struct alignas(16) ContactFrame {
@@ -23,7 +28,7 @@ struct alignas(16) ContactFrame {
   Vec3 arm_b;                          ///< from B's centre to c (m)
   float nn, n1, n2, k11, k12, k22;     ///< K over (n, t1, t2)
   float friction;                      ///< Coulomb coefficient
-  float patch_radius;                  ///< mean distance of the points from c (m)
+  float patch_radius;                  ///< mean distance of the patch from c (m)
   float slide_11, slide_12, slide_22;  ///< inverse of the 2×2 matrix of sliding at c (kg)
   float twist_mass;                    ///< kg·m²
 };
@@ -44,8 +49,10 @@ struct alignas(16) ContactImpulses {
   float unused = 0;
 };
 
-/// What bouncing needs beside: e, and per point the normal velocity before the step and the step's largest impulse.
+/// What bouncing needs beside: the bodies' relative acceleration along the normal, and per point the normal velocity
+/// before the step and the step's largest impulse.
 struct alignas(16) BounceRow {
+  float pull = 0;
   float approach[max_manifold_points] = {};
   float peak[max_manifold_points] = {};
 };
@@ -177,7 +184,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
   f.slide_22 = s11 * inverse_det;
   const float twist_k = dot(n, (a.inverse_inertia * n) + (b.inverse_inertia * n));
   f.twist_mass = twist_k > 0 ? 1.0f / twist_k : 0.0f;
-  f.patch_radius = radius_sum * share;
+  f.patch_radius = patch_share * (radius_sum * share);
   f.friction = m.friction;
   impulses.slide_1 = m.friction_impulse[0];
   impulses.slide_2 = m.friction_impulse[1];
@@ -251,6 +258,7 @@ struct ContactStep {
   float inverse_substep = 0;    ///< 1/s
   Softness softness;            ///< of this contact
   float push_out_velocity = 0;  ///< m/s
+  bool bounces = false;         ///< its restitution is above zero
 };
 
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
@@ -275,7 +283,9 @@ FATHOM_HD void solve_points(ContactPass pass, const ContactFrame& frame, const P
       mass = p.mass * step.softness.mass_scale;
       kept = fma(-step.softness.impulse_scale, old, old);
     }
-    const float impulse = max(fma(-mass, speed + bias, kept), 0.0f);
+    float impulse = max(fma(-mass, speed + bias, kept), 0.0f);
+    // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
+    if (pass == ContactPass::relax && apart && step.bounces) impulse = min(impulse, old);
     impulses.normal[i] = impulse;
     rows.add(frame, impulse - old, p.x, p.y);
   }
@@ -293,11 +303,12 @@ FATHOM_HD void restitute_contact(const ContactFrame& frame, const PointRow* poin
     if (i >= count) continue;
     const PointRow& p = points[i];
     const float old = impulses.normal[i];
-    if (!(bounce.approach[i] < -threshold && bounce.peak[i] > 0 && e > 0)) continue;
-    const float speed = fma(e, bounce.approach[i], rows.motion.at(p.x, p.y));
-    const float impulse = max(fma(-p.mass, speed, old), 0.0f);
-    impulses.normal[i] = impulse;
-    rows.add(frame, impulse - old, p.x, p.y);
+    const float before = meeting_speed(bounce.approach[i], bounce.pull, max(p.separation, 0.0f));
+    if (!(before < -threshold && bounce.peak[i] > 0 && e > 0)) continue;
+    const float speed = fma(e, before, rows.motion.at(p.x, p.y));
+    rows.add(frame, max(fma(-p.mass, speed, old), 0.0f) - old, p.x, p.y);
+    // What has bounced parts: there is nothing to start from in the next step.
+    impulses.normal[i] = 0;
   }
   push_normal(a, b, f, rows.sum);
 }

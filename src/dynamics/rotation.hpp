@@ -24,22 +24,40 @@ FATHOM_HD Quat exponential(Vec3 phi) {
   return {c, s * phi.x, s * phi.y, s * phi.z};
 }
 
+/// A quaternion that is nearly of unit length, brought nearer by one Newton step. `normalize` leaves lengths within its
+/// square root's rounding as they are, always on the same side.
+FATHOM_HD Quat renormalised(Quat q) {
+  const float e = -0.5f * fma(q.w, q.w, fma(q.x, q.x, fma(q.y, q.y, fma(q.z, q.z, -1.0f))));
+  return {fma(e, q.w, q.w), fma(e, q.x, q.x), fma(e, q.y, q.y), fma(e, q.z, q.z)};
+}
+
 /// `q` turned by the rotation vector `phi` in world axes, of unit length. For a constant angular velocity this
 /// is exact, where q + ½Δt·Q(q)ω (dissertation, equations 3.8–3.9) lags behind by third order in the angle.
 FATHOM_HD Quat turned(Quat q, Vec3 phi) { return normalize(exponential(phi) * q); }
 
+/// What turning by the unit quaternion `q` adds to `v`. Small turns keep the digits that `rotate(q, v) - v` loses.
+FATHOM_HD Vec3 turning(Quat q, Vec3 v) {
+  const Vec3 u = q.vector();
+  const Vec3 t = 2.0f * cross(u, v);
+  return mul_add(cross(u, t), q.w, t);
+}
+
 /// One torque-free step of length h of a body with inertia `inertia` and its inverse (body axes): turns `q` and
-/// changes the angular velocity `w` (world axes) so that the angular momentum in world axes stays what it was to
-/// rounding, and the energy with it between the bounds L²/2I. The orientation follows the angular velocity of the
-/// step's middle, which makes the step second order (explicit midpoint rule on SO(3); Hairer, Lubich, Wanner,
-/// "Geometric Numerical Integration", IV.8). Returns the rotation vector of the step.
+/// changes the angular velocity `w` (world axes). Implicit midpoint rule on SO(3) (Hairer, Lubich, Wanner, "Geometric
+/// Numerical Integration", IV.8), by four rounds of its fixed point: second order, angular momentum kept to rounding,
+/// energy without drift. It works with differences in body axes: a momentum recomputed from the velocity in every step
+/// would lose or gain the rounding of I·I⁻¹ each time, 0.7 % of energy in a minute. Returns the rotation vector of the
+/// step (world axes).
 FATHOM_HD Vec3 step_torque_free(Quat& q, Vec3& w, const SymMat3& inertia, const SymMat3& inverse_inertia, float h) {
-  const Vec3 momentum = rotate(q, inertia * inverse_rotate(q, w));
-  const Quat half_way = turned(q, (0.5f * h) * w);
-  const Vec3 phi = h * rotate(half_way, inverse_inertia * inverse_rotate(half_way, momentum));
-  q = turned(q, phi);
-  w = rotate(q, inverse_inertia * inverse_rotate(q, momentum));
-  return phi;
+  const Vec3 spin = inverse_rotate(q, w), momentum = inertia * spin;
+  Vec3 phi = h * spin;
+  for (int i = 0; i < 3; ++i) phi = h * (spin + inverse_inertia * turning(exponential(-0.5f * phi), momentum));
+  const Quat turn = exponential(phi);
+  const Vec3 after = spin + inverse_inertia * turning(conjugate(turn), momentum);
+  const Vec3 turned_by = rotate(q, phi);
+  q = renormalised(q * turn);
+  w = rotate(q, after);
+  return turned_by;
 }
 
 }  // namespace fathom

@@ -52,6 +52,7 @@ enum Field : int {
 /// Kept apart, see BlockArray.
 enum BounceField : int {
   restitution,
+  pull,                                   // relative acceleration along the normal
   approach,                               // normal velocity before the step, one a point
   peak = approach + max_manifold_points,  // largest impulse of the step, one a point
   bounce_field_count = peak + max_manifold_points

@@ -127,11 +127,13 @@ void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState
   add_forces(lanes, bodies, state, acceleration, angular_acceleration);
   const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f)));
   const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.y, set(1.0f)));
+  const V back = hn::Mul(set(-0.5f), h);
   m.moved = m.turned = zero3();
   for (int i = 0; i < p.substeps; ++i) {
     m.linear = mul_add(scale(linear_damping, m.linear), h, acceleration);
     m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
-    m.moved = mul_add(m.moved, h, m.linear);
+    // `mean_velocity` of what nothing touches.
+    m.moved = mul_add(m.moved, h, mul_add(m.linear, back, acceleration));
     m.turned = mul_add(m.turned, h, m.angular);
   }
 }

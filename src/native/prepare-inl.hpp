@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include "dynamics/contact_rows.hpp"
 #include "native/constraint_block-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -89,6 +90,19 @@ HWY_INLINE SymMat3V<hn::Vec<D>> load_inertia(const LaneContacts<D>& lanes, const
                                              hn::Vec<D> isotropic) {
   const auto q0 = lanes.quad(objects, 0), q1 = lanes.quad(objects, 4);
   return {hn::Add(q0.x, isotropic), hn::Add(q0.y, isotropic), hn::Add(q0.z, isotropic), q0.w, q1.x, q1.y};
+}
+
+/// Accelerations of lanes' bodies; zero for those that forces do not move, which includes isolated ones.
+template <class V>
+HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesView& view, V inverse_mass) {
+  const hn::DFromV<V> d;
+  constexpr std::size_t width = hn::MaxLanes(d);
+  const float* at[width];
+  for (std::size_t i = 0; i < width; ++i)
+    at[i] = slots[i] == none ? zeros : reinterpret_cast<const float*>(view.motion + slots[i]);
+  const Vec3V<V> a = load_quads(d, at).xyz();
+  const auto moved = hn::Gt(inverse_mass, hn::Zero(d));
+  return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
@@ -193,7 +207,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
   block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
-  block.set(patch_radius, hn::Mul(radius_sum, share));
+  block.set(patch_radius, hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share)));
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, i_a);
     block.set_inertia(inertia_b, i_b);
@@ -203,6 +217,9 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     const Vec3V<V> va = lanes.quad(lanes.body_a, 0).xyz(), wa = lanes.quad(lanes.body_a, 4).xyz();
     const Vec3V<V> vb = lanes.quad(lanes.body_b, 0).xyz(), wb = lanes.quad(lanes.body_b, 4).xyz();
     const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
+    const V acceleration =
+        dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w));
+    block.set(pull, 0, acceleration);
     for (int i = 0; i < max_points; ++i) {
       block.set(approach, i,
                 at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));

@@ -40,7 +40,7 @@ void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
   });
   lay_out_blocks();
   point_count_ = 0;
-  const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data()};
+  const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
   const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
     point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
@@ -213,13 +213,27 @@ void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_conta
   });
 }
 
+namespace {
+
+/// `fathom::mean_velocity` of a body in contact.
+HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
+  const QuadTag d;
+  const Quad v = load(body.linear);
+  const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
+  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d)))) return v;
+  return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
+}
+
+}  // namespace
+
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
   const QuadTag d;
   pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = in_contact[i];
       SolverBody& body = state_.solver_bodies()[slot];
-      put(body.moved, hn::MulAdd(hn::Set(d, h), load(body.linear), load(body.moved)));
+      put(body.moved,
+          hn::MulAdd(hn::Set(d, h), mean_velocity(body, state_.motion[slot], state_.warm[slot], h), load(body.moved)));
       if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
         // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
         const BodyInfo& info = bodies_[slot];

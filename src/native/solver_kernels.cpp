@@ -245,10 +245,17 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
       const V bias = hn::IfThenElse(apart, gap_speed, hn::Max(hn::Mul(bias_rate, separation), push_out));
       wanted = hn::NegMulAdd(mass, hn::Add(speed, bias), old);
     }
-    const V impulse = hn::Max(wanted, zero);
+    V impulse = hn::Max(wanted, zero);
+    if (block.header().restitution) {
+      // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
+      if constexpr (pass == Pass::relax) {
+        const auto in_the_air = hn::And(apart, hn::Gt(block.get(restitution), zero));
+        impulse = hn::IfThenElse(in_the_air, hn::Min(impulse, old), impulse);
+      }
+      block.set(peak, i, hn::Max(block.get(peak, i), impulse));
+    }
     block.set(Block<D>::point(i, point_impulse), impulse);
     rows.add(hn::Sub(impulse, old), x, y);
-    if (block.header().restitution) block.set(peak, i, hn::Max(block.get(peak, i), impulse));
   }
   push_normal(bodies, f, rows.sum);
 }
@@ -259,8 +266,9 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   Frame<hn::Vec<D>> frame;
   bodies.load(block, all);
   frame.load(block);
-  if constexpr (pass != Pass::soft) solve_friction(block, frame, bodies);
+  if constexpr (pass == Pass::iterate) solve_friction(block, frame, bodies);
   solve_points<pass>(block, frame, bodies, p, fixed_a ? p.fixed : p.dynamic);
+  if constexpr (pass == Pass::relax) solve_friction(block, frame, bodies);
   bodies.store(block.header().lanes);
 }
 
@@ -294,16 +302,22 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
   bodies.load(block, all);
   f.load(block);
   NormalRows<D> rows(block, normal_motion(f, bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular));
-  const V e = block.get(restitution), threshold = hn::Set(d, -p.restitution_threshold);
+  const V zero = hn::Zero(d), e = block.get(restitution), threshold = hn::Set(d, -p.restitution_threshold);
+  const V pulled = hn::Mul(hn::Set(d, -2.0f), block.get(pull));
   for (int i = 0; i < block.header().max_points; ++i) {
     const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
-    const V old = block.get(Block<D>::point(i, point_impulse)), before = block.get(approach, i);
-    const auto bounces = hn::And(hn::Lt(before, threshold), hn::Gt(block.get(peak, i), hn::Zero(d)));
+    const V old = block.get(Block<D>::point(i, point_impulse)), start = block.get(approach, i);
+    // `meeting_speed` in lanes.
+    const V gap = hn::Max(block.get(Block<D>::point(i, point_separation)), zero);
+    const V squared = hn::MulAdd(pulled, gap, hn::Mul(start, start));
+    const V before = hn::IfThenElse(hn::Lt(start, zero), hn::Neg(hn::Sqrt(hn::Max(squared, zero))), start);
+    const auto bounces = hn::And(hn::Lt(before, threshold), hn::Gt(block.get(peak, i), zero));
     const V speed = hn::MulAdd(e, before, at_point(rows.motion, x, y));
-    const V wanted = hn::Max(hn::NegMulAdd(block.get(Block<D>::point(i, point_mass)), speed, old), hn::Zero(d));
-    const V impulse = hn::IfThenElse(hn::And(bounces, hn::Gt(e, hn::Zero(d))), wanted, old);
-    block.set(Block<D>::point(i, point_impulse), impulse);
-    rows.add(hn::Sub(impulse, old), x, y);
+    const V wanted = hn::Max(hn::NegMulAdd(block.get(Block<D>::point(i, point_mass)), speed, old), zero);
+    const auto acts = hn::And(bounces, hn::Gt(e, zero));
+    rows.add(hn::IfThenElseZero(acts, hn::Sub(wanted, old)), x, y);
+    // What has bounced parts: there is nothing to start from in the next step.
+    block.set(Block<D>::point(i, point_impulse), hn::IfThenZeroElse(acts, old));
   }
   push_normal(bodies, f, rows.sum);
   bodies.store(block.header().lanes);

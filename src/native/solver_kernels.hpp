@@ -23,6 +23,7 @@ struct BodiesView {
   const Pose* poses = nullptr;
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
+  const BodyMotion* motion = nullptr;
 };
 
 /// Constraints and manifolds they are made from.
