@@ -104,7 +104,7 @@ Times measure(Renderer& renderer, const Frame& frame, const OffscreenTarget& tar
     submitted += ms(start, handed_over);
   }
   std::sort(times.begin(), times.end());
-  return {times[times.size() / 2], times[(times.size() - 1) * 99 / 100], submitted / frames};
+  return {times[times.size() / 2], times[(times.size() * 99 + 99) / 100 - 1], submitted / frames};
 }
 
 void report(std::size_t bodies, const char* way, const Times& t) {

@@ -26,8 +26,8 @@ Look daylight(float size) {
 Look under_water(float size, float surface) {
   Look look;
   look.sun_direction = normalize(Vec3{0.22f, -0.26f, 0.94f});
-  look.sun_colour = {1.35f, 1.6f, 1.55f};
-  look.ambient_up = {0.14f, 0.40f, 0.50f};
+  look.sun_colour = {1.1f, 1.3f, 1.26f};
+  look.ambient_up = {0.12f, 0.33f, 0.42f};
   look.ambient_down = {0.03f, 0.11f, 0.16f};
   look.zenith = {0.10f, 0.46f, 0.56f};
   look.horizon = {0.012f, 0.135f, 0.21f};
