@@ -26,9 +26,32 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   return x ^ x >> 28;
 }
 
+/// Contacts of the last colour choose anew: what has ended since may have left them a lower one, and every colour fewer
+/// is nine phases fewer.
+struct TrimColours {
+  BodyArrays bodies;
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t index = constraints.contact[counters->top.first + k];
+    Contact& c = contacts.contacts[index];
+    if (!c.in_use() || !c.touching() || c.colour() != counters->top_colour) return;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour();
+    exec::atomic_add(bodies.colours[c.a], ~bit + 1);
+    exec::atomic_add(bodies.colours[c.b], ~bit + 1);
+    c.set_colour(overflow_colour);
+    contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
+};
+
 /// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
 struct ColourContacts {
   static constexpr bool ends_at_empty_phase = true;
+  static constexpr bool has_few_items = true;
+  static constexpr std::uint32_t group_size = 256;
 
   BodyArrays bodies;
   ContactArrays contacts;
@@ -132,6 +155,7 @@ struct ScheduleColours {
     c.overflow = c.per_colour[overflow_colour];
     c.sweeps = 0;
     if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
+    c.top = {0, 0};
     std::uint32_t begin = 0;
     for (std::uint32_t k = 0; k < schedule_size; ++k) {
       c.cursor[k] = begin;
@@ -139,6 +163,10 @@ struct ScheduleColours {
         c.first_overflow = begin;
       else if (c.per_colour[k])
         c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
+      if (k > 0 && k < dynamic_colours && c.per_colour[k]) {
+        c.top = {begin, c.per_colour[k]};
+        c.top_colour = k;
+      }
       begin += c.per_colour[k];
     }
     c.constraints = begin;

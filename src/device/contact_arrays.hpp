@@ -41,7 +41,7 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-struct PairRecord {
+struct alignas(8) PairRecord {
   std::uint32_t a, b;
 };
 
@@ -93,6 +93,9 @@ struct Counters {
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;  ///< entries of `schedule`
+  Stretch top = {};          ///< constraints of the last colour of contacts between dynamic bodies
+  std::uint32_t top_colour = 0;
+  std::uint32_t trimmed = 0;  ///< `top.count`, or 0 where they stay
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
@@ -132,6 +135,13 @@ struct ContactArrays {
   }
 };
 
+/// The bodies of a constraint, by device index, and what kind it is.
+struct alignas(16) ConstraintHead {
+  std::uint32_t a, b;
+  std::uint32_t bits;
+  std::uint32_t unused;
+};
+
 struct alignas(16) Quad {
   float x, y, z, w;
 };
@@ -139,11 +149,11 @@ struct alignas(16) Quad {
 /// Constraints by component, colour by colour, so that neighbouring work-items load neighbouring quads.
 struct ConstraintArrays {
   PairRecord* bodies;
+  ConstraintHead* heads;
   std::uint32_t* contact;
-  std::uint32_t* count;  ///< points, and `bounces_bit`
-  Quad* frame;           ///< six arrays of `capacity`
-  PointRow* points;      ///< four
-  Quad* impulses;        ///< two
+  Quad* frame;       ///< six arrays of `capacity`
+  PointRow* points;  ///< four
+  Quad* impulses;    ///< two
   BounceRow* bounces;
   std::uint32_t* overflow_order;
   std::uint32_t capacity;

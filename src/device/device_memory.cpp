@@ -87,8 +87,8 @@ ContactMemory::ContactMemory(exec::Memory& m)
       ended_(m),
       hits_(m),
       bodies_(m),
+      heads_(m),
       contact_(m),
-      count_(m),
       overflow_order_(m),
       frame_(m),
       impulses_(m),
@@ -103,7 +103,8 @@ void ContactMemory::reserve(std::size_t n, std::size_t event_lists) {
   bodies_.grow(n, exec::Contents::keep);
   contact_.grow(n, exec::Contents::keep);
   overflow_order_.grow(n, exec::Contents::keep);
-  for (auto* buffer : {&to_collide_, &uncoloured_0_, &uncoloured_1_, &count_}) buffer->grow(n);
+  for (auto* buffer : {&to_collide_, &uncoloured_0_, &uncoloured_1_}) buffer->grow(n);
+  heads_.grow(n);
   found_.grow(n);
   begun_.grow(n * event_lists);
   ended_.grow(n * event_lists);
@@ -131,8 +132,8 @@ ContactArrays ContactMemory::contacts() {
 
 ConstraintArrays ContactMemory::constraints() {
   return {.bodies = bodies_.data(),
+          .heads = heads_.data(),
           .contact = contact_.data(),
-          .count = count_.data(),
           .frame = frame_.data(),
           .points = points_.data(),
           .impulses = impulses_.data(),

@@ -73,7 +73,8 @@ class ContactMemory {
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;
   exec::Buffer<PairRecord> bodies_;
-  exec::Buffer<std::uint32_t> contact_, count_, overflow_order_;
+  exec::Buffer<ConstraintHead> heads_;
+  exec::Buffer<std::uint32_t> contact_, overflow_order_;
   exec::Buffer<Quad> frame_, impulses_;
   exec::Buffer<PointRow> points_;
   exec::Buffer<BounceRow> bounces_;

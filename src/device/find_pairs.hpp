@@ -13,6 +13,9 @@
 
 namespace fathom::device {
 
+/// Bodies that a work-group of the search looks after.
+inline constexpr std::uint32_t search_group_bodies = 16;
+
 /// Sets up the counters of a step; nothing of a stopped step runs.
 struct BeginStep {
   Counters* counters;
@@ -23,7 +26,7 @@ struct BeginStep {
     const bool run = !c.stopped;
     c.live_bodies = run ? c.bodies : 0;
     c.grid_bodies = run && c.changed ? c.bodies : 0;
-    c.search_groups = (c.grid_bodies + 31) / 32;
+    c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
     c.grid_cells = run && c.changed ? grid_entries / 4 : 0;
     c.found = c.added = c.coarse_groups = c.changed_levels = c.big = 0;
     c.levels = 1;
@@ -60,7 +63,7 @@ struct FillGrid {
     if (fat.changes) {
       set_once(counters->changed_levels, 1u << fat.level);
       if (fat.level > 0 && exec::atomic_load(counters->coarse_groups) == 0)
-        exec::atomic_store(counters->coarse_groups, (counters->bodies + 31) / 32);
+        exec::atomic_store(counters->coarse_groups, (counters->bodies + search_group_bodies - 1) / search_group_bodies);
     }
     if (fat.level == big_level) {
       grid.big[exec::atomic_add(counters->big, 1u)] = i;
@@ -74,11 +77,11 @@ struct FillGrid {
 /// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without search for coarser ones
 /// with new boxes, since these cannot search among the finer.
 ///
-/// A work-group looks after 32 bodies: it lists those that search, then its items share out their cells.
+/// A work-group looks after some bodies: it lists those that search, then its items share out their cells.
 template <bool coarse>
 struct SearchGrid {
   static constexpr std::uint32_t group_size = 128;
-  static constexpr std::uint32_t bodies_per_group = 32;
+  static constexpr std::uint32_t bodies_per_group = search_group_bodies;
   static constexpr std::uint32_t lanes = 32;  ///< 27 cells, and one for the big bodies
   static constexpr std::uint32_t big_lane = 27;
 
@@ -177,7 +180,7 @@ struct PlacePairs {
     const std::uint32_t reused = c.found < c.free_contacts ? c.found : c.free_contacts;
     if (c.stopped || c.found - reused > capacity - c.contacts) {
       c.stopped = 1;
-      c.live_bodies = c.live_contacts = c.contact_groups = c.added = 0;
+      c.live_bodies = c.live_contacts = c.contact_groups = c.added = c.trimmed = 0;
       return;
     }
     c.added = c.found;
@@ -186,6 +189,8 @@ struct PlacePairs {
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
+    // While contacts come and go, and now and then at rest.
+    c.trimmed = c.found > 0 || c.step % 8 == 0 ? c.top.count : 0;
   }
 };
 

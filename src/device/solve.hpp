@@ -11,10 +11,11 @@
 #include "dynamics/rotation.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
+#include "exec/load.hpp"
 
 namespace fathom::device {
 
-/// `ConstraintArrays::count`: the number of points in the low bits, and
+/// `ConstraintHead::bits`: the number of points in the low bits, and
 enum ConstraintBits : std::uint32_t {
   point_bits = 7,
   bounces_bit = 8,
@@ -36,8 +37,8 @@ FATHOM_HD void store_frame(const ConstraintArrays& to, std::uint32_t k, const Co
 
 FATHOM_HD ContactFrame load_frame(const ConstraintArrays& from, std::uint32_t k, bool with_friction) {
   const std::uint32_t n = from.capacity;
-  const Quad q0 = from.frame[k], q1 = from.frame[k + n], q2 = from.frame[k + 2 * n], q3 = from.frame[k + 3 * n],
-             q4 = from.frame[k + 4 * n];
+  const auto quad = [&](std::uint32_t i) { return exec::load_unchanging(from.frame[k + i * n]); };
+  const Quad q0 = quad(0), q1 = quad(1), q2 = quad(2), q3 = quad(3), q4 = quad(4);
   ContactFrame f;
   f.normal = {q0.x, q0.y, q0.z};
   f.tangent = {q0.w, q1.x, q1.y};
@@ -46,15 +47,15 @@ FATHOM_HD ContactFrame load_frame(const ConstraintArrays& from, std::uint32_t k,
   f.nn = q3.x, f.n1 = q3.y, f.n2 = q3.z, f.k11 = q3.w;
   f.k12 = q4.x, f.k22 = q4.y, f.friction = q4.z, f.patch_radius = q4.w;
   if (with_friction) {
-    const Quad q5 = from.frame[k + 5 * n];
+    const Quad q5 = quad(5);
     f.slide_11 = q5.x, f.slide_12 = q5.y, f.slide_22 = q5.z, f.twist_mass = q5.w;
   }
   return f;
 }
 
-FATHOM_HD void load_points(const ConstraintArrays& from, std::uint32_t k, int count, PointRow* points) {
+FATHOM_HD void load_points(const ConstraintArrays& from, std::uint32_t k, PointRow* points) {
   for (int i = 0; i < max_manifold_points; ++i)
-    if (i < count) points[i] = from.points[k + static_cast<std::uint32_t>(i) * from.capacity];
+    points[i] = exec::load_unchanging(from.points[k + static_cast<std::uint32_t>(i) * from.capacity]);
 }
 
 FATHOM_HD void store_normal_impulses(const ConstraintArrays& to, std::uint32_t k, const ContactImpulses& p) {
@@ -118,7 +119,7 @@ struct PrepareConstraints {
       const std::uint32_t k = group.index() * group_size + item;
       if (k >= counters->constraints) return;
       prepare(k);
-      exec::atomic_add(local.points, constraints.count[k] & point_bits);
+      exec::atomic_add(local.points, constraints.heads[k].bits & point_bits);
     });
     group.once([&] { exec::atomic_add(counters->points, local.points); });
   }
@@ -164,7 +165,7 @@ struct PrepareConstraints {
       constraints.bounces[k] = row;
     }
     if (contacts.contacts[index].fixed_a()) bits |= pushes_fixed_bit;
-    constraints.count[k] = static_cast<std::uint32_t>(count) | bits;
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
   }
 };
 
@@ -205,8 +206,32 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 ///     integrate velocities, warm start, then for each substep
 ///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep
 ///     and restitution.
+///
+/// A constraint is always one work-item's, which therefore may load its rows and impulses while it waits for the phase
+/// before; only bodies are read after the barrier.
 struct SolveConstraints {
-  static constexpr bool ends_at_empty_phase = false;
+  static constexpr std::uint32_t group_size = 256;
+
+  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push, relax, bounce };
+  struct Place {
+    What what;
+    std::uint32_t colour;
+  };
+
+  struct Plan {
+    Stretch schedule[schedule_size];
+    std::uint32_t sweeps, overflow, bodies, bounces;
+  };
+  static constexpr std::uint32_t plan_parts = schedule_size;
+
+  /// A constraint's rows.
+  struct Fetched {
+    ConstraintHead head;
+    ContactFrame frame;
+    ContactAxes axes;
+    PointRow points[max_manifold_points];
+    ContactImpulses impulses;
+  };
 
   BodyArrays bodies;
   ContactArrays contacts;
@@ -214,102 +239,118 @@ struct SolveConstraints {
   const Counters* counters;
   SolveParameters p;
 
-  FATHOM_HD std::uint32_t phases() const {
-    const std::uint32_t n = counters->sweeps;
-    if (n == 0) return 0;
-    return 1 + n + p.substeps * of_substep(n) - 1 + (counters->may_bounce ? n : 0);
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
+    plan.schedule[k] = counters->schedule[k];
+    if (k > 0) return;
+    plan.sweeps = counters->sweeps;
+    plan.overflow = counters->overflow;
+    plan.bodies = counters->live_bodies;
+    plan.bounces = counters->may_bounce;
   }
 
-  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
-    const Place place = locate(phase);
-    return place.what == integrate_v || place.what == integrate_x ? counters->live_bodies
-                                                                  : counters->schedule[place.colour].count;
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const {
+    const std::uint32_t n = plan.sweeps;
+    return n == 0 ? 0 : n + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
 
-  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t i) const {
-    const Place place = locate(phase);
-    switch (place.what) {
-      case integrate_v:
-        return integrate_velocity(i, phase == 0);
-      case integrate_x:
-        return integrate_position(i);
-      default:
-        break;
-    }
-    if (counters->overflow && place.colour == 0) {
-      for (std::uint32_t k = 0; k < counters->overflow; ++k) sweep(place.what, constraints.overflow_order[k]);
-    } else {
-      sweep(place.what, counters->schedule[place.colour].first + i);
+  /// What a phase does. A substep is told from its integration of velocities on; the first one's is followed by warm
+  /// starting.
+  FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
+    const std::uint32_t n = plan.sweeps;
+    if (phase == 0) return {integrate_first_v, 0};
+    if (phase <= n) return {warm, phase - 1};
+    phase -= n;
+    const std::uint32_t length = of_substep(n);
+    if (phase >= p.substeps * length) return {bounce, phase - p.substeps * length};
+    while (phase >= length) phase -= length;
+    if (phase == 0) return {integrate_v, 0};
+    phase -= 1;
+    const std::uint32_t before = p.sweeps_before * n;
+    if (phase == before) return {integrate_x, 0};
+    const What what = phase < before ? push : relax;
+    if (phase > before) phase -= before + 1;
+    while (phase >= n) phase -= n;
+    return {what, phase};
+  }
+
+  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
+    return is_sweep(place) ? plan.schedule[place.colour].count : plan.bodies;
+  }
+
+  FATHOM_HD Fetched fetch(const Plan& plan, Place place, std::uint32_t i) const {
+    Fetched f;
+    f.head.bits = 0;
+    if (is_sweep(place) && !is_overflow(plan, place))
+      fetch_constraint(f, place.what, plan.schedule[place.colour].first + i);
+    return f;
+  }
+
+  FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
+    if (place.what == integrate_v) return integrate_velocity(i, false);
+    if (place.what == integrate_first_v) return integrate_velocity(i, true);
+    if (place.what == integrate_x) return integrate_position(i);
+    if (!is_overflow(plan, place)) return sweep(place.what, plan.schedule[place.colour].first + i, fetched);
+    for (std::uint32_t k = 0; k < plan.overflow; ++k) {
+      Fetched f;
+      fetch_constraint(f, place.what, constraints.overflow_order[k]);
+      sweep(place.what, constraints.overflow_order[k], f);
     }
   }
 
  private:
-  enum What : std::uint32_t { integrate_v, integrate_x, warm, push, relax, bounce };
-  struct Place {
-    What what;
-    std::uint32_t colour;
-  };
-
+  FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
+  FATHOM_HD static bool is_overflow(const Plan& plan, Place place) { return plan.overflow && place.colour == 0; }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  FATHOM_HD Place locate(std::uint32_t phase) const {
-    const std::uint32_t n = counters->sweeps;
-    if (phase == 0) return {integrate_v, 0};
-    phase -= 1;
-    if (phase < n) return {warm, phase};
-    phase -= n;
-    const std::uint32_t substep = phase / of_substep(n);
-    if (substep == p.substeps - 1 && phase - substep * of_substep(n) == of_substep(n) - 1) return {bounce, 0};
-    if (substep >= p.substeps) return {bounce, phase - p.substeps * of_substep(n) + 1};
-    phase -= substep * of_substep(n);
-    if (phase < p.sweeps_before * n) return {push, phase % n};
-    phase -= p.sweeps_before * n;
-    if (phase == 0) return {integrate_x, 0};
-    phase -= 1;
-    if (phase < p.sweeps_after * n) return {relax, phase % n};
-    return {integrate_v, 0};
+  FATHOM_HD bool with_friction(What what) const { return what == relax || what == warm || (what == push && !p.soft); }
+
+  // All loads are made at once, whether the contact has that many points or not: none waits for another.
+  FATHOM_HD void fetch_constraint(Fetched& f, What what, std::uint32_t k) const {
+    f.head = exec::load_unchanging(constraints.heads[k]);
+    f.frame = load_frame(constraints, k, with_friction(what));
+    load_points(constraints, k, f.points);
+    f.impulses = load_impulses(constraints, k, with_friction(what));
+    f.axes = ContactAxes(f.frame);
   }
 
-  FATHOM_HD void sweep(What what, std::uint32_t k) const {
-    const std::uint32_t bits = constraints.count[k];
-    if (what == bounce && !(bits & bounces_bit)) return;
-    if (bits & anisotropic_bit)
-      sweep<SymMat3>(what, k, bits);
+  FATHOM_HD void sweep(What what, std::uint32_t k, const Fetched& f) const {
+    if (what == bounce && !(f.head.bits & bounces_bit)) return;
+    if (f.head.bits & anisotropic_bit)
+      sweep_with<SymMat3>(what, k, f);
     else
-      sweep<float>(what, k, bits);
+      sweep_with<float>(what, k, f);
   }
 
   template <class Inertia>
-  FATHOM_HD void sweep(What what, std::uint32_t k, std::uint32_t bits) const {
-    const PairRecord pair = constraints.bodies[k];
+  FATHOM_HD void sweep_with(What what, std::uint32_t k, const Fetched& fetched) const {
+    const std::uint32_t bits = fetched.head.bits;
+    const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
     const SolverBody solver_a = bodies.solver[pair.a], solver_b = bodies.solver[pair.b];
-    const bool with_friction = what == relax || what == warm || (what == push && !p.soft);
-    const ContactFrame frame = load_frame(constraints, k, with_friction);
-    PointRow points[max_manifold_points];
-    load_points(constraints, k, count, points);
-    ContactImpulses impulses = load_impulses(constraints, k, with_friction);
+    const ContactFrame& frame = fetched.frame;
+    const PointRow* const points = fetched.points;
+    ContactImpulses impulses = fetched.impulses;
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
     if (what == warm) {
-      warm_start_contact(frame, points, count, impulses, a, b);
+      warm_start_contact(frame, fetched.axes, points, count, impulses, a, b);
     } else if (what == bounce) {
       const BounceRow row = constraints.bounces[k];
-      restitute_contact(frame, points, count, contacts.manifolds[constraints.contact[k]].restitution,
+      restitute_contact(frame, fetched.axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
       store_normal_impulses(constraints, k, impulses);
     } else {
       // In the relax sweep friction comes last: its limit is the impulse that carries the load, not the spring's.
-      if (what == push && with_friction) solve_friction(frame, impulses, a, b);
-      const ContactAxes axes(frame);
+      if (what == push && !p.soft) solve_friction(frame, fetched.axes, impulses, a, b);
+      const ContactAxes& axes = fetched.axes;
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
       const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity, (bits & bounces_bit) != 0};
       const ContactPass pass = what == relax ? ContactPass::relax : p.soft ? ContactPass::soft : ContactPass::iterate;
       solve_points(pass, frame, points, count, step, axes, moved, impulses, a, b);
-      if (what == relax) solve_friction(frame, impulses, a, b);
+      if (what == relax) solve_friction(frame, fetched.axes, impulses, a, b);
       store_normal_impulses(constraints, k, impulses);
-      if (with_friction) store_friction_impulses(constraints, k, impulses);
+      if (with_friction(what)) store_friction_impulses(constraints, k, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);

@@ -71,7 +71,7 @@ class Step {
     device_.parallel_for(1, BeginStep{counters_, grid_entries_});
     device_.parallel_for({&counters_->grid_cells, grid_entries_ / 4}, ClearGrid{grid_});
     device_.parallel_for({&counters_->grid_bodies, body_capacity_}, FillGrid{bodies_, grid_, counters_});
-    const std::uint32_t groups = (body_capacity_ + 31) / 32;
+    const std::uint32_t groups = (body_capacity_ + search_group_bodies - 1) / search_group_bodies;
     device_.parallel_groups({&counters_->search_groups, groups},
                             SearchGrid<false>{bodies_, contacts_, grid_, counters_});
     device_.parallel_groups({&counters_->coarse_groups, groups},
@@ -90,6 +90,8 @@ class Step {
   void build_constraints() {
     if (settings_.move.sleeping)
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
+    device_.parallel_for({&counters_->trimmed, contacts_.capacity},
+                         TrimColours{bodies_, contacts_, constraints_, counters_});
     device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
     device_.parallel_for(1, BeginLayout{counters_});

@@ -77,6 +77,7 @@ struct NormalMotion {
 struct ContactAxes {
   Vec3 n, t1, t2, lever_a, lever_b;
 
+  ContactAxes() = default;
   FATHOM_HD explicit ContactAxes(const ContactFrame& f)
       : n(f.normal),
         t1(f.tangent),
@@ -193,9 +194,8 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
 
 /// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
 template <class Inertia>
-FATHOM_HD void warm_start_contact(const ContactFrame& frame, const PointRow* points, int count,
+FATHOM_HD void warm_start_contact(const ContactFrame& frame, const ContactAxes& f, const PointRow* points, int count,
                                   const ContactImpulses& impulses, ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
-  const ContactAxes f(frame);
   NormalMotion sum{0, 0, 0};
   for (int i = 0; i < max_manifold_points; ++i) {
     if (i >= count) continue;
@@ -225,9 +225,8 @@ struct NormalRows {
 
 /// Twist about the normal, then sliding, both limited by µ times the points' impulses (Coulomb's cone).
 template <class Inertia>
-FATHOM_HD void solve_friction(const ContactFrame& frame, ContactImpulses& impulses, ContactBody<Inertia>& a,
-                              ContactBody<Inertia>& b) {
-  const ContactAxes f(frame);
+FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, ContactImpulses& impulses,
+                              ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
   const float limit =
       frame.friction * (((impulses.normal[0] + impulses.normal[1]) + impulses.normal[2]) + impulses.normal[3]);
   const float twist_limit = limit * frame.patch_radius;
@@ -294,10 +293,9 @@ FATHOM_HD void solve_points(ContactPass pass, const ContactFrame& frame, const P
 
 /// Points that approached fast and were hit leave with e times that speed (Newton's law, applied last).
 template <class Inertia>
-FATHOM_HD void restitute_contact(const ContactFrame& frame, const PointRow* points, int count, float e, float threshold,
-                                 const BounceRow& bounce, ContactImpulses& impulses, ContactBody<Inertia>& a,
-                                 ContactBody<Inertia>& b) {
-  const ContactAxes f(frame);
+FATHOM_HD void restitute_contact(const ContactFrame& frame, const ContactAxes& f, const PointRow* points, int count,
+                                 float e, float threshold, const BounceRow& bounce, ContactImpulses& impulses,
+                                 ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
   NormalRows rows{f.motion(a.linear, a.angular, b.linear, b.angular)};
   for (int i = 0; i < max_manifold_points; ++i) {
     if (i >= count) continue;

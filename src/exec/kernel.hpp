@@ -38,11 +38,57 @@ concept GroupKernel = KernelArguments<K> && std::is_trivially_default_constructi
 /// visible, before any item of the next begins. `phases()` and `items(phase)` are read on the device, so how many
 /// there are may come from an earlier kernel; both must give every work-item the same answer.
 template <class K>
-concept PhaseKernel = KernelArguments<K> && requires(const K& kernel, std::uint32_t phase, std::uint32_t item) {
+concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std::uint32_t phase, std::uint32_t item) {
   { kernel.phases() } -> std::same_as<std::uint32_t>;
   { kernel.items(phase) } -> std::same_as<std::uint32_t>;
   kernel(phase, item);
 };
+
+/// Phases with a plan and with loads ahead. A work-group keeps one `Plan` in local memory, whose parts its items fill
+/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `place(plan, phase)` is what a phase does. And an
+/// item may load what no other item writes before its phase begins, while it waits for the others: `fetch` returns it.
+template <class K>
+concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
+    std::is_trivially_copyable_v<typename K::Fetched> &&
+    requires(const K& kernel, typename K::Plan& plan, const typename K::Plan& planned, std::uint32_t phase,
+             const typename K::Place& place, std::uint32_t item, const typename K::Fetched& fetched) {
+  { K::plan_parts } -> std::convertible_to<std::uint32_t>;
+  kernel.plan_part(plan, item);
+  { kernel.phases(planned) } -> std::same_as<std::uint32_t>;
+  { kernel.place(planned, phase) } -> std::same_as<typename K::Place>;
+  { kernel.items(planned, place) } -> std::same_as<std::uint32_t>;
+  { kernel.fetch(planned, place, item) } -> std::same_as<typename K::Fetched>;
+  kernel(planned, place, item, fetched);
+};
+
+template <class K>
+concept PhaseKernel = SimplePhaseKernel<K> || PlannedPhaseKernel<K>;
+
+/// A simple phase kernel as a planned one without anything to plan or to fetch.
+template <SimplePhaseKernel K>
+struct WithoutPlan {
+  struct Plan {};
+  struct Fetched {};
+  using Place = std::uint32_t;
+  static constexpr std::uint32_t plan_parts = 0;
+
+  K kernel;
+
+  FATHOM_HD void plan_part(Plan&, std::uint32_t) const {}
+  FATHOM_HD std::uint32_t phases(const Plan&) const { return kernel.phases(); }
+  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD std::uint32_t items(const Plan&, Place phase) const { return kernel.items(phase); }
+  FATHOM_HD Fetched fetch(const Plan&, Place, std::uint32_t) const { return {}; }
+  FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t item, const Fetched&) const { kernel(phase, item); }
+};
+
+template <PhaseKernel K>
+auto planned(const K& kernel) {
+  if constexpr (PlannedPhaseKernel<K>)
+    return kernel;
+  else
+    return WithoutPlan<K>{kernel};
+}
 
 /// Whether a phase without items is the last: a kernel that does not know how many phases it will need says so by
 /// `static constexpr bool ends_at_empty_phase = true`.
@@ -50,6 +96,16 @@ template <class K>
 constexpr bool ends_at_empty_phase() {
   if constexpr (requires { K::ends_at_empty_phase; }) {
     return K::ends_at_empty_phase;
+  } else {
+    return false;
+  }
+}
+
+/// Whether a phase kernel has few items as a rule, however many there may be: `static constexpr bool has_few_items`.
+template <class K>
+constexpr bool has_few_items() {
+  if constexpr (requires { K::has_few_items; }) {
+    return K::has_few_items;
   } else {
     return false;
   }

@@ -1,3 +1,4 @@
+#include <bit>
 #include <string>
 
 #include "exec/backends.hpp"
@@ -91,6 +92,39 @@ CudaDevice::CudaDevice(int index, Where where) {
   }
   bind();
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream", where);
+  int has_clusters = 0;
+  cuda::check(cudaDeviceGetAttribute(&has_clusters, cudaDevAttrClusterLaunch, index), "asking for clusters", where);
+  if (has_clusters) cluster_blocks_ = cuda::most_cluster_blocks;
+}
+
+void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
+                                const Where& where) {
+  const std::uint32_t blocks = std::bit_ceil(std::min(wanted, cluster_blocks_));
+  cudaLaunchAttribute attribute{};
+  attribute.id = cudaLaunchAttributeClusterDimension;
+  attribute.val.clusterDim = {blocks, 1, 1};
+  cudaLaunchConfig_t config{};
+  config.gridDim = dim3(blocks);
+  config.blockDim = dim3(size);
+  config.stream = stream_;
+  config.attrs = &attribute;
+  config.numAttrs = 1;
+  // More than 8 blocks are not promised on every GPU with clusters.
+  if (blocks > 8)
+    cuda::check(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1), "sizing a cluster",
+                where);
+  cuda::check(cudaLaunchKernelExC(&config, kernel, arguments), "launching parallel_phases", where);
+}
+
+void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
+                                      const Where& where) {
+  int resident = 0;  // blocks that a multiprocessor can hold at once
+  cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(size), 0),
+              "sizing parallel_phases", where);
+  const std::uint32_t most_blocks = static_cast<std::uint32_t>(resident) * info_.compute_units;
+  cuda::check(cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(size), arguments, 0,
+                                          stream_),
+              "launching parallel_phases", where);
 }
 
 CudaDevice::~CudaDevice() {

@@ -90,15 +90,18 @@ class CudaDevice final : public Memory {
     check_items(most_items, where);
     if (most_phases == 0 || most_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
+    auto with_plan = planned(kernel);
+    using Planned = decltype(with_plan);
     start_launch();
-    int resident = 0;  // blocks that a multiprocessor can hold at once
-    cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, cuda::run_phases<Kernel>, size, 0),
-                "sizing parallel_phases", where);
-    const std::uint32_t most_blocks = static_cast<std::uint32_t>(resident) * info_.compute_units;
-    const dim3 blocks(std::min(most_blocks, (most_items + size - 1) / size));
-    void* arguments[] = {&most_phases, &most_items, &kernel};
-    cuda::check(cudaLaunchCooperativeKernel(cuda::run_phases<Kernel>, blocks, dim3(size), arguments, 0, stream_),
-                "launching parallel_phases", where);
+    void* arguments[] = {&most_phases, &most_items, &with_plan};
+    const std::uint32_t wanted = (most_items + size - 1) / size;
+    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || wanted <= 2 * cluster_blocks_)) {
+      const auto kernel_function = cuda::run_phases<cuda::Barrier::cluster, Planned, size, ends_at_empty_phase<Kernel>()>;
+      launch_cluster(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+    } else {
+      const auto kernel_function = cuda::run_phases<cuda::Barrier::grid, Planned, size, ends_at_empty_phase<Kernel>()>;
+      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+    }
   }
 
   template <class T>
@@ -170,6 +173,11 @@ class CudaDevice final : public Memory {
   void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
   void do_release(void* memory) noexcept override;
 
+  /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
+  void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
+                      const Where& where);
+  void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
+                            const Where& where);
   void submit_copy(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, const Where& where);
   void submit_zero(void* to, std::size_t bytes, const Where& where);
   void begin_recording(const Where& where);
@@ -193,6 +201,7 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
+  std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
 };
 
 static_assert(Device<CudaDevice>);

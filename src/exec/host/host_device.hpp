@@ -62,12 +62,15 @@ class HostDevice : public ClosureQueue {
   void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
                        Where where = Where::current()) {
     check_items(most_items, where);
-    launch_step([this, most_phases, most_items, kernel] {
-      for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(); ++phase) {
-        const std::uint32_t items = kernel.items(phase);
+    launch_step([this, most_phases, most_items, kernel = planned(kernel)] {
+      typename decltype(kernel)::Plan plan;
+      for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
+      for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(plan); ++phase) {
+        const auto place = kernel.place(plan, phase);
+        const std::uint32_t items = kernel.items(plan, place);
         if (ends_at_empty_phase<Kernel>() && items == 0) return;
         for_each_chunk(items < most_items ? items : most_items, 64, [&](std::size_t begin, std::size_t end) {
-          for_each_item(begin, end, [&](std::uint32_t i) { kernel(phase, i); });
+          for_each_item(begin, end, [&](std::uint32_t i) { kernel(plan, place, i, kernel.fetch(plan, place, i)); });
         });
       }
     });
