@@ -246,7 +246,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--broad-phase", "grid"}, "must be sweep|tree, not grid"},
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
-      {{"run", "drift", "--simulator", "device"}, "must be native, not device"},
+      {{"run", "drift", "--simulator", "gpu"}, "must be device|native, not gpu"},
       {{"run", "drift", "--json", "/nowhere/x.json"}, "/nowhere/x.json: cannot be written"},
       {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
       {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},
@@ -304,9 +304,9 @@ TEST_F(Program, RecordsAndReplays) {
   const std::string hash = again.out.substr(again.out.find("state hash"));
   EXPECT_THAT(run.out, HasSubstr(hash));
   EXPECT_EQ(fathom({"replay", path("run.fathom"), "--quiet"}).out, "");
+  const json trace = json::parse(read_text(path("trace.json")));
   int steps = 0;
-  for (const json& event : json::parse(read_text(path("trace.json"))).at("traceEvents"))
-    steps += event["name"] == "step";
+  for (const json& event : trace.at("traceEvents")) steps += event.at("name") == "step";
   EXPECT_EQ(steps, 70);
   std::ofstream(path("cut.fathom")) << read_text(path("run.fathom")).substr(0, 900);
   const Outcome cut = fathom({"replay", path("cut.fathom")});

@@ -112,6 +112,27 @@ TEST(EngineRecording, MayBeginInTheMiddleOfAWorldsLife) {
   EXPECT_EQ(result.state_hash, world.state_hash());
 }
 
+TEST(EngineRecording, HoldsForTheDeviceSimulatorToo) {
+  const Folder folder;
+  Scene scene = layers(60);
+  Config config = quiet_config();
+  take_over_world(scene, config);
+  config.set("simulator.kind=device");
+  config.set("simulator.device=host");
+  config.set("simulator.hashes=true");
+  config.set("record.snapshot_every=20");
+  config.edit().record.file = folder / "run.fathom";
+  Engine engine(config);
+  spawn_scene(engine, scene);
+  engine.run(50);
+  const std::uint64_t hash = engine.simulation().newest()->hash;
+  engine.finish();
+  const ReplayResult result = replay(folder / "run.fathom", {.threads = 1, .device = "host"});
+  EXPECT_FALSE(result.difference.has_value()) << result.difference->text();
+  EXPECT_EQ(result.steps, 50u);
+  EXPECT_EQ(result.state_hash, hash);
+}
+
 TEST(EngineRecording, DamagedFilesAreRefused) {
   const Folder folder;
   const std::string file = folder / "run.fathom";

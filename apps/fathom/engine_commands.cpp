@@ -40,6 +40,7 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
   command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
+  command.add_option("--device", options.device, "Device of a run of the device simulator (auto)")->type_name("DEVICE");
   command.add_flag("--quiet", options.quiet, "Say nothing where nothing differs");
   command.footer("Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is no sound recording.");
 }
@@ -55,7 +56,8 @@ int config(const ConfigOptions& options) {
 
 int replay(const ReplayOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const engine::ReplayResult result = engine::replay(options.file, {.threads = options.threads});
+  const engine::ReplayResult result =
+      engine::replay(options.file, {.threads = options.threads, .device = options.device});
   if (result.difference) {
     fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
     return failed;

@@ -30,6 +30,7 @@ struct ConfigOptions {
 struct ReplayOptions {
   std::string file;
   int threads = 0;
+  std::string device = "auto";
   bool quiet = false;
 };
 

@@ -67,8 +67,8 @@ struct WorldDef {
   /// and costs nothing where nobody reads. N > 0 means that `step` returns while up to N steps are still under way,
   /// every step's results are copied back as it ends, and reading gives those of the newest finished one.
   int ahead = 0;
-  /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits for
-  /// the last step, while the profile is still that of the newest finished one.
+  /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits
+  /// for the last step, while the profile is still that of the newest finished one.
   bool copy_results = true;
   Vec3 gravity{0, 0, -9.81f};
   float dt = 1.0f / 60.0f;  ///< s, the fixed time step
@@ -211,11 +211,12 @@ class World {
 
   // Snapshots -----------------------------------------------------------------------------------------------
   /// Overwrites `out` with everything that later steps depend on, as bytes with a format version and a checksum, for
-  /// little-endian machines. Call it between steps. Throws `unavailable` where the simulator cannot be saved.
+  /// little-endian machines. Waits for the steps under way.
   void save(std::vector<std::byte>& out) const;
-  /// Makes this world the saved one: definition, bodies with their ids, contacts, pending forces, step count. It then
-  /// takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead` and `log` stay this world's own.
-  /// Throws `file` for bytes that are truncated, altered or of another version; the world is then as it was.
+  /// Makes this world the saved one: simulator, definition, bodies with their ids, contacts, pending forces, step
+  /// count. It then takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead` and `log` stay
+  /// this world's own. Throws `file` for bytes that are truncated, altered or of another version, `unavailable` where
+  /// the saved world's device simulator finds no device; the world is then as it was.
   void restore(std::span<const std::byte> bytes);
 
   /// XXH3 of all living bodies' poses and velocities in ascending order of index. Equal for any number of threads.

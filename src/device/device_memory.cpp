@@ -33,13 +33,6 @@ BodyMemory::BodyMemory(exec::Memory& m)
       inertia_(m) {}
 
 template <class Act>
-void BodyMemory::for_each_lasting(const Act& act) {
-  act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
-  act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(best_), act(touching_), act(island_);
-  act(island_woken_), act(solver_);
-}
-
-template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(quarantined), act(slot_poses), act(slot_velocities), act(slot_flags), act(parent_), act(island_slow_);
   act(motion_), act(warm_), act(inertia_);

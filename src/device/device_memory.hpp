@@ -31,9 +31,15 @@ class BodyMemory {
   exec::Buffer<std::uint32_t> slot_flags;
   HullArrays hulls;
 
- private:
+  /// Calls act(buffer) for those that outlive a step.
   template <class Act>
-  void for_each_lasting(const Act& act);
+  void for_each_lasting(const Act& act) {
+    act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
+    act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(best_), act(touching_), act(island_);
+    act(island_woken_), act(solver_);
+  }
+
+ private:
   template <class Act>
   void for_each_passing(const Act& act);
 

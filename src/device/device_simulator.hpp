@@ -32,6 +32,8 @@ class DeviceSimulator final : public Simulator {
     return std::string(exec::name_of(info.backend)) + ":" + std::to_string(info.index) + " " + info.name;
   }
   void step() override;
+  void save(ByteWriter& write) const override;
+  void restore(ByteReader& in) override;
   void synchronise() const override;
 
   void reserve(std::uint32_t count) override { wanted_bodies_ = std::max<std::size_t>(wanted_bodies_, count); }
@@ -128,6 +130,11 @@ class DeviceSimulator final : public Simulator {
   void fetch_events_now();
   template <class T>
   std::vector<T> download(const T* from, std::size_t count);
+  // Snapshots.
+  template <class T>
+  void upload(T* to, const std::vector<T>& from);
+  void give_hull(BodyConstants& constants, std::uint32_t index);
+  void check_indices(const ByteReader& in, const Counters& counters) const;
   ContactEvent event(PairRecord pair) const;
   BodyId id_of(std::uint32_t index) const;
 

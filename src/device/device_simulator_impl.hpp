@@ -687,3 +687,5 @@ void DeviceSimulator<D>::overlap(const Aabb& box, std::uint32_t mask, std::vecto
 }
 
 }  // namespace fathom::device
+
+#include "device/snapshot.hpp"

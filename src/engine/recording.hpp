@@ -62,9 +62,11 @@ struct ReplayResult {
 };
 
 struct ReplaySettings {
-  int threads = 0;                                                     ///< of the world; 0: as many as the machine has
-  bool check_snapshots = true;                                         ///< continue from each snapshot too and compare
-  std::function<void(std::uint64_t step, World& world)> after_step{};  ///< after each; tests change the world here
+  int threads = 0;              ///< of the world; 0: as many as the machine has
+  std::string device{"auto"};   ///< for a run of the device simulator
+  bool check_snapshots = true;  ///< compare contacts and sleep with every recorded snapshot (native simulator)
+  /// Called after each step; tests change the world here.
+  std::function<void(std::uint64_t step, World& world)> after_step{};
 };
 
 /// Repeats the run and checks the hash of every step, up to the first difference. Throws `Error{file}` for a file that

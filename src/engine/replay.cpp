@@ -36,10 +36,17 @@ void compare(const World& world, const Recorded& recorded, Difference& differenc
   difference.field.clear();
 }
 
+WorldDef definition(const ReplaySettings& settings) {
+  WorldDef def;
+  def.threads = settings.threads;
+  def.device = settings.device;
+  return def;
+}
+
 class Replay {
  public:
   Replay(const std::string& path, const ReplaySettings& settings)
-      : path_(path), settings_(settings), file_(path, recording_kind), world_({.threads = settings.threads}) {}
+      : path_(path), settings_(settings), file_(path, recording_kind), world_(definition(settings)) {}
 
   ReplayResult run() {
     for (;;) {
@@ -78,7 +85,7 @@ class Replay {
       return false;
     }
     if (!result_.difference && !settings_.check_snapshots) return false;
-    World recorded({.threads = 1});
+    World recorded(definition(settings_));
     restore(recorded, bytes);
     if (result_.difference) {
       StateDelta then;
@@ -91,11 +98,12 @@ class Replay {
     return result_.difference.has_value();
   }
 
-  // Hashes see poses and velocities; a snapshot also holds contacts, trees and sleep.
+  // Hashes see poses and velocities; a snapshot also holds contacts, trees and sleep. On a device contacts lie in no
+  // particular order.
   void check_hidden_state(const std::vector<std::byte>& bytes) {
     std::vector<std::byte> now;
     world_.save(now);
-    if (now == bytes) return;
+    if (now == bytes || world_.definition().simulator != SimulatorKind::native) return;
     result_.difference = Difference{world_.step_count(), world_.step_count(), {}, "contacts or sleep", 0, 0};
   }
 

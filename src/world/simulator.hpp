@@ -57,8 +57,8 @@ class Simulator {
 
   /// The simulator's part of a snapshot: all that `def`, `bodies` and `steps` do not say. `restore` is called on a new
   /// simulator whose `def`, `bodies` and `steps` are those of the saved one; it may leave it unusable when it throws.
-  virtual void save(ByteWriter& write) const;
-  virtual void restore(ByteReader& in);
+  virtual void save(ByteWriter& write) const = 0;
+  virtual void restore(ByteReader& in) = 0;
 
   virtual std::span<const ContactEvent> contacts_begun() const = 0;
   virtual std::span<const ContactEvent> contacts_ended() const = 0;

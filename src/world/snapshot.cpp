@@ -49,12 +49,6 @@ ByteReader checked(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-void Simulator::save(ByteWriter&) const {
-  throw Error(ErrorCode::unavailable, "this simulator's worlds cannot be saved; use the native simulator");
-}
-
-void Simulator::restore(ByteReader& in) { in.fail("this simulator cannot restore worlds; use the native simulator"); }
-
 void World::save(std::vector<std::byte>& out) const {
   out.clear();
   ByteWriter write(out);

@@ -1,0 +1,138 @@
+// The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
+//
+// Places in the arrays are saved as they are, although no result depends on them. The layout of constraints is made
+// anew, as are graphs, the grid's table and the mirror; hulls get new indices.
+#pragma once
+
+#include <utility>
+
+#include "device/device_simulator.hpp"
+#include "world/archive.hpp"
+
+namespace fathom::device {
+
+/// An entry of the maps beside the device's arrays.
+struct RestingIndex {
+  std::uint64_t step;
+  std::uint32_t index, unused;
+};
+struct FormerId {
+  std::uint32_t index;
+  BodyId id;
+};
+
+template <exec::Device D>
+template <class T>
+void DeviceSimulator<D>::upload(T* to, const std::vector<T>& from) {
+  if (from.empty()) return;
+  exec::PinnedBuffer<T> staging(device_, from.size());
+  std::copy(from.begin(), from.end(), staging.begin());
+  device_.copy_to_device(to, staging.data(), from.size());
+  device_.wait();
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::save(ByteWriter& write) const {
+  DeviceSimulator& s = self();
+  s.retire_all();
+  s.device_.wait();
+  if (!events_are_current_) s.fetch_events_now();
+  write(submitted_, newest_, movable_, grid_base_, index_of_, slot_of_, free_indices_, edits_, data_);
+  std::vector<RestingIndex> resting;
+  for (const auto& [index, step] : resting_indices_) resting.push_back({step, index, 0});
+  std::vector<FormerId> former;
+  for (const auto& [index, id] : former_ids_) former.push_back({index, id});
+  write(resting, former);
+  write(begun_, ended_, hits_, quarantined_);
+  const Counters counters = s.download(counters_.data(), 1).front();
+  write(counters);
+  s.body_memory_.for_each_lasting(
+      [&](auto& buffer) { write(s.download(buffer.data(), std::min<std::size_t>(counters.bodies, buffer.size()))); });
+  const ContactArrays arrays = s.contact_memory_.contacts();
+  write(s.download(arrays.contacts, counters.contacts), s.download(arrays.manifolds, counters.contacts),
+        s.download(arrays.free, counters.free_contacts));
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::restore(ByteReader& in) {
+  std::vector<RestingIndex> resting;
+  std::vector<FormerId> former;
+  in(submitted_, newest_, movable_, grid_base_, index_of_, slot_of_, free_indices_, edits_, data_);
+  in(resting, former, begun_, ended_, hits_, quarantined_);
+  Counters counters;
+  in(counters);
+  for (const RestingIndex& r : resting) resting_indices_.emplace_back(r.index, r.step);
+  for (const FormerId& f : former) former_ids_[f.index] = f.id;
+  check_indices(in, counters);
+
+  // Hulls by the order of slots; constants name them.
+  for (const Edit& e : edits_)
+    if (e.kind == EditKind::add || e.kind == EditKind::constants) give_hull(data_[e.data].constants, e.index);
+  last_edit_.assign(slot_of_.size(), none);
+  for (std::uint32_t place = 0; place < edits_.size(); ++place) last_edit_[edits_[place].index] = place;
+
+  const bool on_device = submitted_ > 0;
+  const auto read_into = [&]<class T>(T* to, std::size_t room, std::size_t count, const auto& adjust) {
+    std::vector<T> host;
+    in(host);
+    in.require(host.size() == count && count <= room);
+    adjust(host);
+    upload(to, host);
+  };
+  if (on_device) {
+    for (const BodyId id : bodies.living())
+      if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
+    wanted_contacts_ = counters.contacts;
+    make_room();
+    counters.layout_dirty = 1;
+    upload(counters_.data(), {counters});
+  }
+  body_memory_.for_each_lasting([&](auto& buffer) {
+    const std::size_t count = on_device ? counters.bodies : 0;
+    read_into(buffer.data(), buffer.size(), count, [&](auto& host) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>)
+        for (std::uint32_t i = 0; i < host.size(); ++i) give_hull(host[i], i);
+    });
+  });
+  const ContactArrays arrays = contact_memory_.contacts();
+  const std::size_t room = contact_memory_.capacity();
+  read_into(arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
+    for (const Contact& c : contacts) in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
+  });
+  read_into(arrays.manifolds, room, counters.contacts, [](const auto&) {});
+  read_into(arrays.free, room, counters.free_contacts, [&](const std::vector<std::uint32_t>& places) {
+    for (const std::uint32_t place : places) in.require(place < counters.contacts);
+  });
+  events_are_current_ = true;
+  profile_is_current_ = true;
+  if (!on_device) return;
+  upload_slots();
+  device_.mark(end_of(submitted_));  // the next step is timed from here
+  if (copies_results()) submit_results(lane_of(newest_.step));
+  device_.wait();
+}
+
+/// The index of the hull that a body's shape has in this simulator.
+template <exec::Device D>
+void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index) {
+  const std::uint32_t slot = slot_of_[index];
+  constants.hull = slot != none && bodies[slot].shape.hull ? hull_memory_.index_of(bodies[slot].shape.hull) : 0;
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& counters) const {
+  in.require(index_of_.size() <= bodies.slot_count() && counters.bodies <= slot_of_.size());
+  in.require(counters.free_contacts <= counters.contacts && newest_.step == submitted_ && steps == submitted_);
+  for (std::uint32_t slot = 0; slot < index_of_.size(); ++slot)
+    in.require(bodies.alive(slot) ? index_of_[slot] < slot_of_.size() && slot_of_[index_of_[slot]] == slot
+                                  : index_of_[slot] == none);
+  for (const std::uint32_t slot : slot_of_) in.require(slot == none || (slot < index_of_.size() && bodies.alive(slot)));
+  for (const std::uint32_t index : free_indices_) in.require(index < slot_of_.size());
+  for (const auto& [index, step] : resting_indices_) in.require(index < slot_of_.size());
+  for (const Edit& e : edits_) {
+    in.require(e.index < slot_of_.size() && (e.next == none || e.next < edits_.size()));
+    in.require((e.kind != EditKind::add && e.kind != EditKind::constants) || e.data < data_.size());
+  }
+}
+
+}  // namespace fathom::device
