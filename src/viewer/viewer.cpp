@@ -38,8 +38,7 @@ class Viewer {
     state_.paused = settings.paused;
     state_.show_help = settings.help;
     begin_scene();
-    window_.set_events({[this](int key, int) { on_key(key); }, [this](int b, bool down) { on_button(b, down); },
-                        [this](float dx, float dy) { on_move(dx, dy); }, [this](float n) { controls_.zoom(n); }});
+    window_.set_handler([this](const engine::InputEvent& event) { on_event(event); });
   }
 
   void run() {
@@ -150,6 +149,26 @@ class Viewer {
       session_.shoot(camera.eye, direction_through(camera, aspect(), x, y));
     } catch (const Error& error) {
       state_.message = error.what();
+    }
+  }
+
+  void on_event(const engine::InputEvent& event) {
+    switch (event.kind) {
+      case engine::InputKind::key_pressed:
+        return on_key(event.code);
+      case engine::InputKind::mouse_pressed:
+        return on_button(event.code, true);
+      case engine::InputKind::mouse_released:
+        return on_button(event.code, false);
+      case engine::InputKind::mouse_scrolled:
+        return controls_.zoom(event.y);
+      case engine::InputKind::mouse_moved:
+        on_move(event.x - last_x_, event.y - last_y_);
+        last_x_ = event.x;
+        last_y_ = event.y;
+        return;
+      default:
+        return;
     }
   }
 
@@ -282,6 +301,7 @@ class Viewer {
   ViewState state_;
   Hand hand_ = Hand::free;
   int samples_ = draws_in_software() ? 1 : 4;  // a pixel
+  float last_x_ = 0, last_y_ = 0;              // of the mouse
   float owed_ = 0;                             // s of simulated time due to be made
 };
 

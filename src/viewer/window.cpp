@@ -18,6 +18,8 @@ namespace {
 
 std::string last_complaint;
 
+Window& window_of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+
 [[noreturn]] void refuse(const std::string& what, const std::string& remedy) {
   const std::string why = last_complaint.empty() ? "" : " (" + last_complaint + ")";
   throw Error(ErrorCode::unavailable, what + why + "; " + remedy);
@@ -39,7 +41,47 @@ void style_panel() {
 
 }  // namespace
 
-Window& Window::of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+void Window::tell(engine::InputKind kind, int code, int modifiers, float x, float y) {
+  if (!handler_) return;
+  // The first four of GLFW's modifiers are the engine's.
+  handler_({kind, static_cast<std::uint8_t>(modifiers & 15), static_cast<std::uint16_t>(std::max(code, 0)), x, y});
+}
+
+void Window::listen() {
+  using engine::InputKind;
+  glfwSetWindowUserPointer(window_, this);
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    if (action != GLFW_RELEASE && ImGui::GetIO().WantTextInput) return;
+    const InputKind kind = action == GLFW_PRESS     ? InputKind::key_pressed
+                           : action == GLFW_RELEASE ? InputKind::key_released
+                                                    : InputKind::key_repeated;
+    window_of(w).tell(kind, key, modifiers, 0, 0);
+  });
+  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int modifiers) {
+    const bool pressed = action == GLFW_PRESS;
+    if (pressed && ImGui::GetIO().WantCaptureMouse) return;
+    Window& self = window_of(w);
+    self.tell(pressed ? InputKind::mouse_pressed : InputKind::mouse_released, button, modifiers, self.mouse_x_,
+              self.mouse_y_);
+  });
+  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
+    Window& self = window_of(w);
+    self.mouse_x_ = static_cast<float>(x);
+    self.mouse_y_ = static_cast<float>(y);
+    self.tell(InputKind::mouse_moved, 0, 0, self.mouse_x_, self.mouse_y_);
+  });
+  glfwSetScrollCallback(window_, [](GLFWwindow* w, double x, double y) {
+    if (ImGui::GetIO().WantCaptureMouse) return;
+    window_of(w).tell(InputKind::mouse_scrolled, 0, 0, static_cast<float>(x), static_cast<float>(y));
+  });
+  glfwSetFramebufferSizeCallback(window_, [](GLFWwindow* w, int width, int height) {
+    window_of(w).tell(InputKind::window_resized, 0, 0, static_cast<float>(width), static_cast<float>(height));
+  });
+  glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int focused) {
+    window_of(w).tell(focused ? InputKind::window_focused : InputKind::window_unfocused, 0, 0, 0, 0);
+  });
+  glfwSetWindowCloseCallback(window_, [](GLFWwindow* w) { window_of(w).tell(InputKind::window_closed, 0, 0, 0, 0); });
+}
 
 Window::Window(const std::string& title, int width, int height, bool wait_for_display) {
   last_complaint.clear();
@@ -68,29 +110,10 @@ Window::Window(const std::string& title, int width, int height, bool wait_for_di
     throw;
   }
   glfwSwapInterval(wait_for_display ? 1 : 0);
-  glfwSetWindowUserPointer(window_, this);
-  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
-    if (of(w).events_.key_pressed) of(w).events_.key_pressed(key, modifiers);
-  });
-  glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
-    const bool pressed = action == GLFW_PRESS;
-    if (pressed && ImGui::GetIO().WantCaptureMouse) return;
-    if (of(w).events_.mouse_button) of(w).events_.mouse_button(button, pressed);
-  });
-  glfwSetCursorPosCallback(window_, [](GLFWwindow* w, double x, double y) {
-    Window& self = of(w);
-    const float dx = static_cast<float>(x) - self.mouse_x_, dy = static_cast<float>(y) - self.mouse_y_;
-    self.mouse_x_ = static_cast<float>(x);
-    self.mouse_y_ = static_cast<float>(y);
-    if (self.events_.mouse_moved) self.events_.mouse_moved(dx, dy);
-  });
-  glfwSetScrollCallback(window_, [](GLFWwindow* w, double, double notches) {
-    if (!ImGui::GetIO().WantCaptureMouse && of(w).events_.scrolled) of(w).events_.scrolled(static_cast<float>(notches));
-  });
+  listen();
   ImGui::CreateContext();
   style_panel();
-  // Passes on to the callbacks above what it sees itself.
+  // Passes on to the callbacks of `listen` what it sees itself.
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
   ImGui_ImplOpenGL3_Init("#version 450 core");
 }

@@ -1,21 +1,14 @@
-// A window with an OpenGL context, and what the hands do in it.
+// A window with an OpenGL context and the events in it.
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <string>
+
+#include "engine/input.hpp"
 
 struct GLFWwindow;
 
 namespace fathom::viewer {
-
-/// What happens in the window. Keys and buttons are GLFW's; nothing is called for what the panel takes.
-struct WindowEvents {
-  std::function<void(int key, int modifiers)> key_pressed;
-  std::function<void(int button, bool pressed)> mouse_button;
-  std::function<void(float dx, float dy)> mouse_moved;
-  std::function<void(float notches)> scrolled;
-};
 
 /// One at a time, on the main thread.
 class Window {
@@ -26,7 +19,8 @@ class Window {
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  void set_events(WindowEvents events) { events_ = std::move(events); }
+  /// Who is told of events, but of those that the panel takes.
+  void set_handler(std::function<void(const engine::InputEvent&)> handler) { handler_ = std::move(handler); }
   void set_title(const std::string& title);
   void close();
   bool closing() const;
@@ -42,10 +36,11 @@ class Window {
   float mouse_y() const { return mouse_y_; }
 
  private:
-  static Window& of(GLFWwindow* window);
+  void listen();
+  void tell(engine::InputKind kind, int code, int modifiers, float x, float y);
 
   GLFWwindow* window_ = nullptr;
-  WindowEvents events_;
+  std::function<void(const engine::InputEvent&)> handler_;
   float mouse_x_ = 0, mouse_y_ = 0;
 };
 
