@@ -5,6 +5,7 @@ namespace {
 
 constexpr std::size_t history_length = 240;
 constexpr float spring_hertz = 4.0f;
+constexpr float spin_damping = 5.0f;      // 1/s
 constexpr float strongest_pull = 500.0f;  // m/s² of the body's mass
 constexpr float reach = 1000.0f;          // m
 
@@ -58,6 +59,9 @@ void Session::pull() {
   const float size = length(acceleration);
   if (size > strongest_pull) acceleration = (strongest_pull / size) * acceleration;
   world_->apply_force_at(grip_->body, world_->mass(grip_->body) * acceleration, point);
+  // A hand does not let a body spin.
+  const float inertia = max_component(world_->mass_properties(grip_->body).principal_moments);
+  world_->apply_torque(grip_->body, (-spin_damping * inertia) * velocity.angular);
 }
 
 BodyId Session::shoot(Vec3 from, Vec3 direction) {
