@@ -48,8 +48,6 @@ Engine::Engine(Config config, FrontEnd* front_end)
     if (event.kind == InputKind::window_closed) stop();
     return event.kind == InputKind::window_closed;
   });
-  if (!config_->trace.file.empty()) trace::start();
-  trace::name_thread("engine");
   if (!config_->record.file.empty())
     recorder_ = std::make_unique<Recorder>(config_->record.file,
                                            RecordSettings{config_->record.snapshot_every, config_->record.states});
@@ -62,6 +60,8 @@ Engine::Engine(Config config, FrontEnd* front_end)
   def.device = choice.device;
   simulation_ = std::make_unique<Simulation>(def, simulation_settings(*config_), recorder_.get());
   world_.set_state(simulation_->newest());
+  if (!config_->trace.file.empty()) trace::start();
+  trace::name_thread("engine");
   started_ = frame_start_ = next_frame_ = speed_since_ = Clock::now();
 }
 
