@@ -26,24 +26,53 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   return x ^ x >> 28;
 }
 
-/// Contacts of the last colour choose anew: what has ended since may have left them a lower one, and every colour fewer
-/// is nine phases fewer.
-struct TrimColours {
+/// All contacts between dynamic bodies choose anew, colour by colour from the last to the first. A colour's contacts
+/// share no body, so they choose at once; the outcome never has more colours, and mostly fewer ("iterated greedy":
+/// Culberson and Luo, "Exploring the k-colorable landscape with iterated greedy", 1996). Every colour fewer is nine
+/// phases of the solver fewer.
+///
+/// It works on the layout of the step before: contacts that have ended since, or begun, are not in their colour.
+struct RecolourContacts {
+  static constexpr bool has_few_items = true;
+  static constexpr std::uint32_t group_size = 256;
+
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
 
-  FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t index = constraints.contact[counters->top.first + k];
+  static constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
+
+  FATHOM_HD std::uint32_t phases() const { return counters->recolouring ? counters->dynamic_sweeps + 2 : 0; }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    return is_sweep(phase) ? stretch(phase).count : counters->live_bodies;
+  }
+
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
+    if (is_sweep(phase))
+      choose(constraints.contact[stretch(phase).first + k]);
+    else if (phase == 0)
+      bodies.recoloured[k] = bodies.colours[k] & fixed;
+    else
+      bodies.colours[k] = bodies.recoloured[k];
+  }
+
+ private:
+  FATHOM_HD bool is_sweep(std::uint32_t phase) const { return phase > 0 && phase <= counters->dynamic_sweeps; }
+  FATHOM_HD Stretch stretch(std::uint32_t phase) const {
+    return counters->schedule[counters->first_dynamic + counters->dynamic_sweeps - phase];
+  }
+
+  FATHOM_HD void choose(std::uint32_t index) const {
     Contact& c = contacts.contacts[index];
-    if (!c.in_use() || !c.touching() || c.colour() != counters->top_colour) return;
-    const std::uint64_t bit = std::uint64_t{1} << c.colour();
-    exec::atomic_add(bodies.colours[c.a], ~bit + 1);
-    exec::atomic_add(bodies.colours[c.b], ~bit + 1);
-    c.set_colour(overflow_colour);
-    contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
-    exec::atomic_store(counters->layout_dirty, 1u);
+    if (!c.in_use() || !c.touching() || c.colour() >= dynamic_colours) return;
+    const std::uint64_t taken = bodies.recoloured[c.a] | bodies.recoloured[c.b];
+    std::uint32_t colour = 0;
+    while (taken >> colour & 1u) ++colour;
+    c.set_colour(colour);
+    const std::uint64_t bit = std::uint64_t{1} << colour;
+    bodies.recoloured[c.a] |= bit;
+    bodies.recoloured[c.b] |= bit;
   }
 };
 
@@ -152,10 +181,11 @@ struct ScheduleColours {
     }
     if (!c.layout_dirty) return;
     c.layout_dirty = 0;
+    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
+    const std::uint32_t before = c.sweeps;
     c.overflow = c.per_colour[overflow_colour];
     c.sweeps = 0;
     if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
-    c.top = {0, 0};
     std::uint32_t begin = 0;
     for (std::uint32_t k = 0; k < schedule_size; ++k) {
       c.cursor[k] = begin;
@@ -163,13 +193,16 @@ struct ScheduleColours {
         c.first_overflow = begin;
       else if (c.per_colour[k])
         c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
-      if (k > 0 && k < dynamic_colours && c.per_colour[k]) {
-        c.top = {begin, c.per_colour[k]};
-        c.top_colour = k;
-      }
       begin += c.per_colour[k];
     }
     c.constraints = begin;
+    c.first_dynamic = c.overflow ? 1 : 0;
+    c.dynamic_sweeps = 0;
+    for (std::uint32_t k = 0; k < dynamic_colours; ++k) c.dynamic_sweeps += c.per_colour[k] > 0;
+    if (c.begun || c.sweeps < before)
+      c.recolour_trials = 4;
+    else if (c.recolouring && c.recolour_trials)
+      --c.recolour_trials;
     c.constraint_groups = (begin + constraint_group_size - 1) / constraint_group_size;
   }
 };

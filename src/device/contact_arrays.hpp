@@ -92,10 +92,11 @@ struct Counters {
   std::uint32_t per_colour[schedule_size] = {};
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
-  std::uint32_t sweeps = 0;  ///< entries of `schedule`
-  Stretch top = {};          ///< constraints of the last colour of contacts between dynamic bodies
-  std::uint32_t top_colour = 0;
-  std::uint32_t trimmed = 0;  ///< `top.count`, or 0 where they stay
+  std::uint32_t sweeps = 0;                             ///< entries of `schedule`
+  std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< those of colours of contacts between dynamic bodies
+  std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
+  std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
+  std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;

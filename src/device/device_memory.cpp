@@ -21,6 +21,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       known_(m),
       boxes_(m),
       colours_(m),
+      recoloured_(m),
       best_(m),
       touching_(m),
       island_(m),
@@ -34,7 +35,8 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(slot_poses), act(slot_velocities), act(slot_flags), act(parent_), act(island_slow_);
+  act(quarantined), act(slot_poses), act(slot_velocities), act(slot_flags), act(parent_), act(island_slow_),
+      act(recoloured_);
   act(motion_), act(warm_), act(inertia_);
 }
 
@@ -57,6 +59,7 @@ BodyArrays BodyMemory::arrays() {
           .boxes = boxes_.data(),
           .colours = colours_.data(),
           .touching = touching_.data(),
+          .recoloured = recoloured_.data(),
           .best = best_.data(),
           .island = island_.data(),
           .parent = parent_.data(),

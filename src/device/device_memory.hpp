@@ -52,7 +52,7 @@ class BodyMemory {
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
-  exec::Buffer<std::uint64_t> colours_, best_;
+  exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
   exec::Buffer<SolverBody> solver_;
   exec::Buffer<BodyMotion> motion_;

@@ -180,7 +180,7 @@ struct PlacePairs {
     const std::uint32_t reused = c.found < c.free_contacts ? c.found : c.free_contacts;
     if (c.stopped || c.found - reused > capacity - c.contacts) {
       c.stopped = 1;
-      c.live_bodies = c.live_contacts = c.contact_groups = c.added = c.trimmed = 0;
+      c.live_bodies = c.live_contacts = c.contact_groups = c.added = c.recolouring = 0;
       return;
     }
     c.added = c.found;
@@ -189,8 +189,8 @@ struct PlacePairs {
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
-    // While contacts come and go, and now and then at rest.
-    c.trimmed = c.found > 0 || c.step % 8 == 0 ? c.top.count : 0;
+    c.recolouring = c.recolour_trials > 0 && !c.any_isolated && c.step % 4 == 0 && c.dynamic_sweeps > 1;
+    if (c.recolouring) c.layout_dirty = 1;
   }
 };
 

@@ -59,6 +59,7 @@ struct MoveBodies {
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
       v = Velocity{};
       new_flags = (new_flags & ~awake_flag) | isolated_flag;
+      exec::atomic_store(counters->any_isolated, 1u);
       quarantined[exec::atomic_add(counters->quarantined, 1u)] = i;
       exec::atomic_store(counters->layout_dirty, 1u);
     }

@@ -237,7 +237,23 @@ struct SolveConstraints {
   ContactArrays contacts;
   ConstraintArrays constraints;
   const Counters* counters;
+  std::uint32_t body_capacity;
   SolveParameters p;
+
+  // Constraints meet in bodies alone, so a small scene's bodies may lie in one group's local memory.
+  std::size_t resident_bytes() const { return body_capacity * sizeof(SolverBody); }
+  FATHOM_HD std::uint32_t resident_items(const Plan& plan) const { return plan.bodies; }
+  FATHOM_HD void load_resident(std::byte* local, std::uint32_t i) const {
+    reinterpret_cast<SolverBody*>(local)[i] = bodies.solver[i];
+  }
+  FATHOM_HD void store_resident(std::byte* local, std::uint32_t i) const {
+    bodies.solver[i] = reinterpret_cast<SolverBody*>(local)[i];
+  }
+  FATHOM_HD SolveConstraints resident(std::byte* local) const {
+    SolveConstraints copy = *this;
+    copy.bodies.solver = reinterpret_cast<SolverBody*>(local);
+    return copy;
+  }
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];

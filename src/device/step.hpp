@@ -90,8 +90,10 @@ class Step {
   void build_constraints() {
     if (settings_.move.sleeping)
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
-    device_.parallel_for({&counters_->trimmed, contacts_.capacity},
-                         TrimColours{bodies_, contacts_, constraints_, counters_});
+    // Sleeping bodies' contacts have colours and are not in the layout.
+    if (!settings_.move.sleeping)
+      device_.parallel_phases(dynamic_colours + 2, body_capacity_,
+                              RecolourContacts{bodies_, contacts_, constraints_, counters_});
     device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
     device_.parallel_for(1, BeginLayout{counters_});
@@ -110,8 +112,9 @@ class Step {
     const std::uint32_t most_phases =
         schedule_size * (2 + p.substeps * (p.sweeps_before + p.sweeps_after)) + 2 * p.substeps;
     // A colour holds a body once, so it has no more constraints than there are bodies.
-    device_.parallel_phases(most_phases, body_capacity_,
-                            SolveConstraints{bodies_, contacts_, constraints_, counters_, settings_.solve});
+    device_.parallel_phases(
+        most_phases, body_capacity_,
+        SolveConstraints{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve});
     device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
   }
 

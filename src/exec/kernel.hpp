@@ -64,6 +64,19 @@ concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_con
 template <class K>
 concept PhaseKernel = SimplePhaseKernel<K> || PlannedPhaseKernel<K>;
 
+/// A planned kernel whose items meet in one array only, of which a single work-group could keep its own copy in local
+/// memory: where it fits, one group runs all phases, and waits only for itself. `resident(local)` is the kernel that
+/// works on the copy.
+template <class K>
+concept ResidentPhaseKernel = PlannedPhaseKernel<K> &&
+    requires(const K& kernel, std::byte* local, const typename K::Plan& plan, std::uint32_t i) {
+  { kernel.resident_bytes() } -> std::same_as<std::size_t>;
+  { kernel.resident_items(plan) } -> std::same_as<std::uint32_t>;
+  kernel.load_resident(local, i);
+  kernel.store_resident(local, i);
+  { kernel.resident(local) } -> std::same_as<K>;
+};
+
 /// A simple phase kernel as a planned one without anything to plan or to fetch.
 template <SimplePhaseKernel K>
 struct WithoutPlan {

@@ -92,9 +92,21 @@ CudaDevice::CudaDevice(int index, Where where) {
   }
   bind();
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream", where);
+  int local_bytes = 0;
+  cuda::check(cudaDeviceGetAttribute(&local_bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, index),
+              "asking for local memory", where);
+  most_local_bytes_ = static_cast<std::size_t>(local_bytes);
   int has_clusters = 0;
   cuda::check(cudaDeviceGetAttribute(&has_clusters, cudaDevAttrClusterLaunch, index), "asking for clusters", where);
   if (has_clusters) cluster_blocks_ = cuda::most_cluster_blocks;
+}
+
+void CudaDevice::launch_block(const void* kernel, std::uint32_t size, std::size_t local_bytes, void** arguments,
+                              const Where& where) {
+  cuda::check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(local_bytes)),
+              "asking for local memory", where);
+  cuda::check(cudaLaunchKernel(kernel, dim3(1), dim3(size), arguments, local_bytes, stream_),
+              "launching parallel_phases", where);
 }
 
 void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,

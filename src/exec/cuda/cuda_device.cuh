@@ -95,7 +95,17 @@ class CudaDevice final : public Memory {
     start_launch();
     void* arguments[] = {&most_phases, &most_items, &with_plan};
     const std::uint32_t wanted = (most_items + size - 1) / size;
-    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || wanted <= 2 * cluster_blocks_)) {
+    if constexpr (ResidentPhaseKernel<Kernel>) {
+      if (most_items <= 2 * cuda::resident_block_size &&
+          kernel.resident_bytes() + sizeof(typename Kernel::Plan) + 1024 <= most_local_bytes_) {
+        constexpr std::uint32_t block_size = cuda::resident_block_size;
+        const auto kernel_function =
+            cuda::run_phases<cuda::Barrier::block, Planned, block_size, ends_at_empty_phase<Kernel>()>;
+        return launch_block(reinterpret_cast<const void*>(kernel_function), block_size, kernel.resident_bytes(),
+                            arguments, where);
+      }
+    }
+    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || wanted <= 4 * cluster_blocks_)) {
       const auto kernel_function = cuda::run_phases<cuda::Barrier::cluster, Planned, size, ends_at_empty_phase<Kernel>()>;
       launch_cluster(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
     } else {
@@ -174,6 +184,8 @@ class CudaDevice final : public Memory {
   void do_release(void* memory) noexcept override;
 
   /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
+  void launch_block(const void* kernel, std::uint32_t size, std::size_t local_bytes, void** arguments,
+                    const Where& where);
   void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                       const Where& where);
   void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
@@ -201,6 +213,7 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
+  std::size_t most_local_bytes_ = 0;  ///< that a block may ask for
   std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
 };
 

@@ -29,23 +29,47 @@ __global__ __launch_bounds__(Kernel::group_size) void run_groups(const __grid_co
   for (std::uint32_t i = blockIdx.x; i < n; i += gridDim.x) kernel(CudaGroup<Kernel::group_size>(i), local);
 }
 
-/// How all blocks of a launch wait for each other.
+/// How all work-items of a launch wait for each other.
 enum class Barrier {
-  grid,     ///< a cooperative launch: every block is resident
+  block,    ///< there is only one block, which keeps what items share in its local memory
   cluster,  ///< one thread block cluster, whose barrier is in hardware (compute capability 9.0)
+  grid,     ///< a cooperative launch: every block is resident
 };
+
+/// Threads of the one block of `Barrier::block`: few enough to leave each many registers.
+inline constexpr std::uint32_t resident_block_size = 384;
 
 /// Blocks of the largest cluster that a kernel may ask for.
 inline constexpr std::uint32_t most_cluster_blocks = 16;
 
-template <Barrier barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
-__global__ __launch_bounds__(Size) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
-                                                   const __grid_constant__ Kernel kernel) {
-  __shared__ typename Kernel::Plan plan;
-  if constexpr (Kernel::plan_parts > 0) {
-    for (std::uint32_t k = threadIdx.x; k < Kernel::plan_parts; k += blockDim.x) kernel.plan_part(plan, k);
+/// Runs `meanwhile` between arriving at the barrier and leaving it.
+template <Barrier barrier, class Meanwhile>
+__device__ void wait_for_all(const Meanwhile& meanwhile) {
+  if constexpr (barrier == Barrier::block) {
+    meanwhile();
     __syncthreads();
+  } else if constexpr (barrier == Barrier::cluster) {
+#if __CUDA_ARCH__ >= 900
+    // One thread's fence makes the whole block's writes visible, as in a grid's barrier: the one that the cluster's
+    // barrier comes with would be every thread's.
+    __syncthreads();
+    if (threadIdx.x == 0) __threadfence();
+    asm volatile("barrier.cluster.arrive.relaxed.aligned;" ::: "memory");
+    meanwhile();
+    asm volatile("barrier.cluster.wait.acquire.aligned;" ::: "memory");
+#endif
+  } else {
+    const cooperative_groups::grid_group grid = cooperative_groups::this_grid();
+    auto token = grid.barrier_arrive();
+    meanwhile();
+    grid.barrier_wait(std::move(token));
   }
+}
+
+/// All phases, once the plan is made.
+template <Barrier barrier, bool ends_at_empty, class Kernel>
+__device__ void run_planned(std::uint32_t most_phases, std::uint32_t most_items, const Kernel& kernel,
+                            const typename Kernel::Plan& plan) {
   const std::uint32_t stride = gridDim.x * blockDim.x, first = blockIdx.x * blockDim.x + threadIdx.x;
   const std::uint32_t planned_phases = kernel.phases(plan);
   const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
@@ -63,29 +87,38 @@ __global__ __launch_bounds__(Size) void run_phases(std::uint32_t most_phases, st
     if (first < n) kernel(plan, place, first, fetched);
     for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
     if (phase + 1 == phases) return;
-    // Between arriving at the barrier and leaving it there is time for the loads of the next phase.
-    const auto fetch_next = [&] {
+    wait_for_all<barrier>([&] {
       place = kernel.place(plan, phase + 1);
       if constexpr (Kernel::plan_parts > 0) {
         n = items_of(place);
         if (first < n) fetched = kernel.fetch(plan, place, first);
       }
-    };
-    if constexpr (barrier == Barrier::grid) {
-      const cooperative_groups::grid_group grid = cooperative_groups::this_grid();
-      auto token = grid.barrier_arrive();
-      fetch_next();
-      grid.barrier_wait(std::move(token));
-    } else {
-#if __CUDA_ARCH__ >= 900
-      const cooperative_groups::cluster_group cluster = cooperative_groups::this_cluster();
-      auto token = cluster.barrier_arrive();
-      fetch_next();
-      cluster.barrier_wait(std::move(token));
-#endif
-    }
+    });
     // How many items a phase without a plan has may be what the phase before has counted.
     if constexpr (Kernel::plan_parts == 0) n = items_of(place);
+  }
+}
+
+template <Barrier barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
+__global__ __launch_bounds__(Size) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
+                                                   const __grid_constant__ Kernel kernel) {
+  __shared__ typename Kernel::Plan plan;
+  if constexpr (Kernel::plan_parts > 0) {
+    for (std::uint32_t k = threadIdx.x; k < Kernel::plan_parts; k += blockDim.x) kernel.plan_part(plan, k);
+    __syncthreads();
+  }
+  if constexpr (barrier == Barrier::block) {
+    extern __shared__ float4 resident_memory[];
+    std::byte* const local = reinterpret_cast<std::byte*>(resident_memory);
+    if (kernel.phases(plan) == 0) return;
+    const std::uint32_t n = kernel.resident_items(plan);
+    for (std::uint32_t i = threadIdx.x; i < n; i += blockDim.x) kernel.load_resident(local, i);
+    __syncthreads();
+    run_planned<barrier, ends_at_empty>(most_phases, most_items, kernel.resident(local), plan);
+    __syncthreads();
+    for (std::uint32_t i = threadIdx.x; i < n; i += blockDim.x) kernel.store_resident(local, i);
+  } else {
+    run_planned<barrier, ends_at_empty>(most_phases, most_items, kernel, plan);
   }
 }
 
