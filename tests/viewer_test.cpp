@@ -79,8 +79,16 @@ TEST(Session, AGrabbedBodyThatIsRemovedIsLetGo) {
   EXPECT_FALSE(session.grip());
 }
 
-TEST(Overlays, ShowContactsWithTheirColours) {
-  Session session(make, {.scene = "pyramid", .bodies = 5});
+class Overlays : public testing::TestWithParam<SimulatorKind> {};
+
+TEST_P(Overlays, ShowContactsWithTheirColours) {
+  const auto make_on = [](const Choice& choice) {
+    Scene scene = make(choice);
+    scene.world.simulator = *choice.simulator;
+    scene.world.device = "host";
+    return scene;
+  };
+  Session session(make_on, {.scene = "pyramid", .bodies = 5, .simulator = GetParam()});
   for (int i = 0; i < 20; ++i) session.step();
   std::size_t points = 0, contacts = 0;
   session.world().for_each_contact([&](const ContactInfo& contact) {
@@ -97,7 +105,9 @@ TEST(Overlays, ShowContactsWithTheirColours) {
   EXPECT_EQ(marks.hidden.size(), 12 * 5u);
 }
 
-TEST(Overlays, UnknownOnesAreRefusedWithAGuess) {
+INSTANTIATE_TEST_SUITE_P(Both, Overlays, testing::Values(SimulatorKind::native, SimulatorKind::device));
+
+TEST(OverlayNames, UnknownOnesAreRefusedWithAGuess) {
   try {
     parse_overlays("points,normls");
     FAIL();
