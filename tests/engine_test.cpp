@@ -409,6 +409,19 @@ TEST(EngineModes, AllGiveTheSameStates) {
   EXPECT_EQ(scripted_hashes({.mode = SimulationMode::async, .time_scale = 20}, 1), expected) << "async in wall time";
 }
 
+TEST(EngineModes, WaitingForWhatNeverComesIsRefused) {
+  Simulation lockstep({}, {});
+  EXPECT_THAT(refusal([&] { lockstep.wait_for(1); }), HasSubstr("waiting for step 1, but only 0"));
+  lockstep.submit({});
+  EXPECT_THAT(refusal([&] { lockstep.submit_at(1, {}); }), HasSubstr("step 1 was submitted already"));
+  lockstep.finish();
+  EXPECT_EQ(lockstep.completed(), 1u);
+  Simulation async({}, {.mode = SimulationMode::async, .paused = true});
+  EXPECT_THAT(refusal([&] { async.finish(); }), HasSubstr("it has no last step"));
+  EXPECT_THAT(refusal([] { Simulation bad({}, {.mode = SimulationMode::ahead, .ahead = 0}); }),
+              HasSubstr("at least 1"));
+}
+
 TEST(EngineModes, AllGiveTheSameStatesOnADevice) {
   const auto hashes = [](SimulationSettings settings) { return scripted_hashes(settings, 2, SimulatorKind::device); };
   const std::vector<std::uint64_t> expected = hashes({});

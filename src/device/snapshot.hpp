@@ -1,7 +1,7 @@
 // The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
 //
-// Places in the arrays are saved as they are, although no result depends on them. The layout of constraints is made
-// anew, as are graphs, the grid's table and the mirror; hulls get new indices.
+// Places in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
+// mirror are made anew; hulls get new indices.
 #pragma once
 
 #include <utility>
@@ -51,6 +51,10 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   const ContactArrays arrays = s.contact_memory_.contacts();
   write(s.download(arrays.contacts, counters.contacts), s.download(arrays.manifolds, counters.contacts),
         s.download(arrays.free, counters.free_contacts));
+  // The layout of constraints, which stays while no colour changes.
+  const ConstraintArrays layout = s.contact_memory_.constraints();
+  write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
+        s.download(layout.overflow_order, counters.overflow));
 }
 
 template <exec::Device D>
@@ -84,7 +88,6 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
       if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
     wanted_contacts_ = counters.contacts;
     make_room();
-    counters.layout_dirty = 1;
     upload(counters_.data(), {counters});
   }
   body_memory_.for_each_lasting([&](auto& buffer) {
@@ -100,9 +103,18 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     for (const Contact& c : contacts) in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
   });
   read_into(arrays.manifolds, room, counters.contacts, [](const auto&) {});
-  read_into(arrays.free, room, counters.free_contacts, [&](const std::vector<std::uint32_t>& places) {
-    for (const std::uint32_t place : places) in.require(place < counters.contacts);
+  const auto are_below = [&](std::uint32_t limit) {
+    return [&in, limit](const std::vector<std::uint32_t>& places) {
+      for (const std::uint32_t place : places) in.require(place < limit);
+    };
+  };
+  read_into(arrays.free, room, counters.free_contacts, are_below(counters.contacts));
+  const ConstraintArrays layout = contact_memory_.constraints();
+  read_into(layout.bodies, room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
+    for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
+  read_into(layout.contact, room, counters.constraints, are_below(counters.contacts));
+  read_into(layout.overflow_order, room, counters.overflow, are_below(counters.constraints));
   events_are_current_ = true;
   profile_is_current_ = true;
   if (!on_device) return;

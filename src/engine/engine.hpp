@@ -47,8 +47,8 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Frames until `stop`, the closing of the window, or `steps` more steps (0: no end). What went wrong on the way is
-  /// thrown after the simulation was stopped.
+  /// Frames until `stop`, the closing of the window, or `steps` more steps (0: no end). Throws what callbacks throw and
+  /// what went wrong on the simulation's thread.
   void run(std::uint64_t steps = 0);
   /// Stops the simulation and completes recording, trace and data files; the engine cannot be used after it. Throws
   /// `Error{file}` where a file could not be written. The destructor does the same and logs what goes wrong.

@@ -95,6 +95,8 @@ void Simulation::finish() {
     const std::lock_guard lock(mutex_);
     last = settings_.mode == SimulationMode::async ? settings_.last_step : submitted_;
   }
+  if (last == ~std::uint64_t{0})
+    throw Error(ErrorCode::invalid_argument, "simulation: it has no last step to wait for; call set_last_step first");
   wait_for(last);
 }
 
