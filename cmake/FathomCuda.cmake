@@ -37,11 +37,15 @@ if(FATHOM_CUDA STREQUAL "AUTO" AND NOT FATHOM_SANITIZE OR FATHOM_CUDA STREQUAL "
 endif()
 message(STATUS "CUDA back end: ${FATHOM_WITH_CUDA}")
 
+# Host code that drives a stream, for the SYCL back end too.
+set(FATHOM_CUDA_STREAM_SOURCES ${PROJECT_SOURCE_DIR}/src/exec/cuda/check.cpp ${PROJECT_SOURCE_DIR}/src/exec/cuda/stream.cpp)
+
 # Adds the back end's sources to the library. The runtime is linked statically: the same program runs where there is
 # no driver, and lists the device as unavailable.
 function(fathom_add_cuda target)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/exec/cuda/*.cu
     ${PROJECT_SOURCE_DIR}/src/device/*.cu)
+  list(APPEND sources ${FATHOM_CUDA_STREAM_SOURCES})
   target_sources(${target} PRIVATE ${sources})
   target_compile_definitions(${target} PRIVATE FATHOM_HAS_CUDA)
   target_link_libraries(${target} PRIVATE CUDA::cudart_static)

@@ -3,12 +3,16 @@
 
 #include "scene/environments.hpp"
 #include "scene/quality.hpp"
+#include "world_fixture.hpp"
 
 namespace fathom {
 namespace {
 
 Quality simulate(Scene scene, int steps) {
-  scene.world.threads = 2;
+  const WorldDef def = test::sleepy_world(2);
+  scene.world.threads = def.threads;
+  scene.world.simulator = def.simulator;
+  scene.world.device = def.device;
   World world(scene.world);
   SceneInstance instance(scene, world);
   for (int i = 0; i < steps; ++i) {

@@ -4,6 +4,7 @@
 
 #include "exec/backends.hpp"
 #include "exec/cuda/cuda_device.cuh"
+#include "exec_crash.hpp"
 #include "exec_suite.hpp"
 
 namespace fathom::exec::test {
@@ -13,6 +14,8 @@ std::unique_ptr<CudaDevice> make_device<CudaDevice>() {
   return cuda_device_infos()[0].available ? std::make_unique<CudaDevice>(0) : nullptr;
 }
 INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecTest, CudaDevice);
+
+TEST(CudaDeviceCrash, IsReportedAndTheProgramGoesOn) { expect_crash_to_be_reported<CudaDevice>(); }
 
 }  // namespace fathom::exec::test
 

@@ -16,6 +16,7 @@
 
 #include "exec/atomic.hpp"
 #include "exec/device.hpp"
+#include "exec/host/host_group.hpp"
 #include "exec/reduce.hpp"
 
 namespace fathom::exec::test {
@@ -123,6 +124,10 @@ TYPED_TEST_P(ExecTest, BuffersGrowWithOrWithoutContents) {
   const std::size_t in_use = this->device().bytes_in_use();
   buffer.grow(10'000, Contents::keep);
   EXPECT_EQ(this->device().bytes_in_use(), in_use + 20'000);
+  for (const std::size_t size : {1, 3, 5, 1000}) {
+    const Buffer<std::byte> bytes(this->device(), size);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(bytes.data()) % 64, 0u) << "a cache line's alignment";
+  }
   EXPECT_EQ(to_host(this->device(), buffer, 5000), input);
   Buffer<std::uint32_t> second(this->device(), 10'000);
   this->device().copy(second.data(), buffer.data(), 5000);
@@ -264,6 +269,44 @@ TYPED_TEST_P(ExecTest, BroadcastSteersLoopsOfAGroup) {
   const Buffer<std::uint32_t> count = to_device(this->device(), std::vector{groups});
   Buffer<std::uint32_t> out = to_device(this->device(), std::vector<std::uint32_t>(capacity, 99u));
   this->device().parallel_groups({count.data(), capacity}, HalveWhileEven{in.data(), out.data()});
+  EXPECT_EQ(to_host(this->device(), out), expected);
+}
+
+/// Sections in loops inside loops, some of which run no round, with conditions around them.
+struct NestedSections {
+  static constexpr std::uint32_t group_size = 64;
+  struct Local {
+    std::uint32_t now[group_size];
+    std::uint32_t before[group_size];
+  };
+  std::uint32_t* out;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    const std::uint32_t g = group.index();
+    group.for_each([&](std::uint32_t item) { local.now[item] = item * 7 + g; });
+    for (std::uint32_t a = 0; a < g % 5; ++a) {
+      for (std::uint32_t b = 0; b < (a + g) % 4; ++b) {
+        if ((a + b) % 3 == 1) continue;
+        for (std::uint32_t c = 0; c < a + b; ++c) {
+          group.for_each([&](std::uint32_t item) { local.before[item] = local.now[item]; });
+          group.for_each([&](std::uint32_t item) { local.now[item] += 3 * local.before[(item + c + 1) % 64] + b; });
+          if ((a ^ c) == 2) group.once([&] { local.now[b] += a; });
+        }
+      }
+    }
+    group.for_each([&](std::uint32_t item) { out[g * group_size + item] = local.now[item]; });
+  }
+};
+
+TYPED_TEST_P(ExecTest, SectionsMayBeInNestedLoops) {
+  constexpr std::uint32_t groups = 61, n = groups * 64;
+  Buffer<std::uint32_t> out(this->device(), n);
+  this->device().parallel_groups(groups, NestedSections{out.data()});
+  std::vector<std::uint32_t> expected(n);
+  for (std::uint32_t g = 0; g < groups; ++g) {
+    NestedSections::Local local;
+    NestedSections{expected.data()}(HostGroup<64>(g), local);
+  }
   EXPECT_EQ(to_host(this->device(), out), expected);
 }
 
@@ -446,6 +489,34 @@ TYPED_TEST_P(ExecTest, FloatsHaveTheHostsBits) {
   EXPECT_EQ(to_host(this->device(), sum)[0], 0x1.e8880ap+29f);
 }
 
+/// Counts the numbers of each stretch whose root, squared, lies on the wrong side of its neighbours' midpoints.
+struct WrongRoots {
+  static constexpr std::uint32_t stretch = 4096;
+  std::uint32_t first;
+  std::uint32_t* wrong;
+  FATHOM_HD static double number(std::uint32_t bits) { return static_cast<double>(__builtin_bit_cast(float, bits)); }
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    for (std::uint32_t k = 0; k < stretch; ++k) {
+      const std::uint32_t bits = first + i * stretch + k;
+      const double a = number(bits);
+      const std::uint32_t root = __builtin_bit_cast(std::uint32_t, fathom::sqrt(__builtin_bit_cast(float, bits)));
+      // The midpoints have 25 bits: in double their squares are exact.
+      const double lower = 0.5 * (number(root) + number(root - 1));
+      const double upper = 0.5 * (number(root) + number(root + 1));
+      if (!(lower * lower < a && a < upper * upper)) atomic_add(*wrong, 1u);
+    }
+  }
+};
+
+TYPED_TEST_P(ExecTest, RootsOfAllMantissasAreCorrectlyRounded) {
+  // [1, 4): every mantissa with an even and an odd exponent; then the smallest normal numbers and the largest.
+  for (const std::uint32_t first : {0x3f800000u, 0x40000000u, 0x00800000u, 0x7f000000u}) {
+    Buffer<std::uint32_t> wrong = to_device(this->device(), std::vector{0u});
+    this->device().parallel_for((1u << 23) / WrongRoots::stretch, WrongRoots{first, wrong.data()});
+    EXPECT_EQ(to_host(this->device(), wrong)[0], 0u) << "from " << __builtin_bit_cast(float, first);
+  }
+}
+
 TYPED_TEST_P(ExecTest, AGraphReplaysWithOtherCounts) {
   constexpr std::uint32_t capacity = 50'000;
   const auto input = random_numbers<std::uint32_t>(capacity, 1000);
@@ -552,13 +623,70 @@ TYPED_TEST_P(ExecTest, EventsTellTimeAndCompletion) {
   EXPECT_GE(inside.milliseconds_since(end), 0.0);
 }
 
+TYPED_TEST_P(ExecTest, AGraphHoldsPhases) {
+  auto& device = this->device();
+  constexpr std::uint32_t width = 5000, most = 12;
+  const auto input = random_numbers<std::uint32_t>(width, 0);
+  const Buffer<std::uint32_t> start = to_device(device, input);
+  Buffer<std::uint32_t> values(device, std::size_t{width} * (most + 1)), phase_count(device, 1);
+  PinnedBuffer<std::uint32_t> count(device, 1);
+  auto graph = device.record([&] {
+    device.copy_to_device(phase_count.data(), count.data(), 1);
+    device.zero(values.data(), values.size());
+    device.copy(values.data(), start.data(), width);
+    device.parallel_phases(most, width, Neighbours{phase_count.data(), values.data(), width});
+    device.parallel_for(1, Triple{values.data(), values.data()});
+  });
+  for (const std::uint32_t phases : {0u, 3u, most, 2u}) {
+    count[0] = phases;
+    device.launch(graph);
+    std::vector<std::uint32_t> expected(values.size());
+    std::copy(input.begin(), input.end(), expected.begin());
+    for (std::uint32_t phase = 0; phase < phases; ++phase) {
+      Neighbours kernel{nullptr, expected.data(), width};
+      for (std::uint32_t i = 0; i < kernel.items(phase); ++i) kernel(phase, i);
+    }
+    expected[0] *= 3;
+    ASSERT_EQ(to_host(device, values), expected) << phases << " phases";
+  }
+}
+
+TYPED_TEST_P(ExecTest, EventsInAGraphAreMarkedByEachReplay) {
+  auto& device = this->device();
+  constexpr std::uint32_t n = 1 << 20;
+  Buffer<std::uint32_t> numbers = to_device(device, random_numbers<std::uint32_t>(n, 0));
+  typename TypeParam::Event before(device), begin(device), end(device), between(device);
+  EXPECT_TRUE(end.is_done()) << "never marked";
+  auto graph = device.record([&] {
+    device.mark(begin);
+    for (int i = 0; i < 10; ++i) device.parallel_for(n, Triple{numbers.data(), numbers.data()});
+    device.mark(end);
+  });
+  EXPECT_TRUE(end.is_done()) << "only recorded";
+  device.mark(before);
+  device.launch(graph);
+  end.wait();
+  const double first = end.milliseconds_since(before);
+  EXPECT_GT(end.milliseconds_since(begin), 0.0);
+  EXPECT_GE(first, end.milliseconds_since(begin));
+  device.mark(between);
+  device.launch(graph);
+  device.launch(graph);
+  device.wait();
+  EXPECT_TRUE(end.is_done());
+  EXPECT_GT(begin.milliseconds_since(between), 0.0) << "marked by the last replay, not by the first";
+  EXPECT_GT(end.milliseconds_since(begin), 0.0);
+}
+
 REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDeviceMemoryAreCutToTheCapacity,
                             FillsAndZeroes, BuffersGrowWithOrWithoutContents, AtomicsLoseNothing,
-                            SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, PhasesFollowEachOther,
-                            SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
-                            ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
-                            FloatsHaveTheHostsBits, AGraphReplaysWithOtherCounts,
+                            SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, SectionsMayBeInNestedLoops,
+                            PhasesFollowEachOther, SortIsStableAndEqualsTheStandardLibrary,
+                            SortTakesItsCountFromTheDevice, ScanEqualsTheStandardLibrary, SelectKeepsTheOrder,
+                            ReducesToMinimaMaximaAndStructs, FloatsHaveTheHostsBits,
+                            RootsOfAllMantissasAreCorrectlyRounded, AGraphReplaysWithOtherCounts,
                             ARecordingThatThrowsLeavesTheDeviceUsable, AFailedAllocationNamesItsPlaceAndSize,
-                            RefusesWhatCannotRun, EventsTellTimeAndCompletion);
+                            RefusesWhatCannotRun, EventsTellTimeAndCompletion, AGraphHoldsPhases,
+                            EventsInAGraphAreMarkedByEachReplay);
 
 }  // namespace fathom::exec::test

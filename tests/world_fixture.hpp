@@ -2,13 +2,25 @@
 #pragma once
 
 #include <cmath>
+#include <cstdlib>
 #include <fathom/world.hpp>
 
 namespace fathom::test {
 
-inline WorldDef quiet_world(int threads = 1) {
+/// Tests of the world hold for every simulator: FATHOM_TEST_DEVICE in the environment (host, cuda, sycl) asks for the
+/// device simulator.
+inline WorldDef sleepy_world(int threads = 1) {
   WorldDef def;
   def.threads = threads;
+  if (const char* device = std::getenv("FATHOM_TEST_DEVICE")) {
+    def.simulator = SimulatorKind::device;
+    def.device = device;
+  }
+  return def;
+}
+
+inline WorldDef quiet_world(int threads = 1) {
+  WorldDef def = sleepy_world(threads);
   def.sleep.enabled = false;
   return def;
 }

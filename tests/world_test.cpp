@@ -74,7 +74,7 @@ TEST(World, RefusesBadBodiesAndStaysAsItWas) {
 
 TEST(World, RefusesBadDefinitions) {
   const auto refuse = [](const std::string& part, auto&& change) {
-    WorldDef def;
+    WorldDef def = sleepy_world();
     change(def);
     expect_error(ErrorCode::invalid_argument, part, [&] { World world(def); });
   };
@@ -155,7 +155,7 @@ TEST(World, ContactEventsBeginAndEnd) {
 }
 
 TEST(World, RemovingASupportEndsItsContactsAndLetsBodiesFall) {
-  World world({.threads = 1});
+  World world(sleepy_world());
   world.add(ground());
   const BodyId lower = world.add(cube({0, 0, 1}));
   const BodyId upper = world.add(cube({0, 0, 2}));
@@ -198,7 +198,7 @@ TEST(World, GravityScaleDampingAndMaterialMatter) {
 }
 
 TEST(World, SleepsAndWakes) {
-  World world({.threads = 1});
+  World world(sleepy_world());
   world.add(ground());
   const BodyId a = world.add(cube({0, 0, 1}));
   const BodyId b = world.add(cube({0, 0, 2.01f}));
@@ -223,7 +223,7 @@ TEST(World, SleepsAndWakes) {
 }
 
 TEST(World, KinematicLiftKeepsItsLoadAwake) {
-  World world({.threads = 1});
+  World world(sleepy_world());
   BodyDef lift = cube({0, 0, 0});
   lift.motion = MotionType::kinematic;
   lift.velocity.linear = {0, 0, 0.02f};

@@ -60,6 +60,9 @@ enum BodyFlags : std::uint32_t {
   forced_flag = 4,    ///< `forces` holds something for the next step
 };
 
+/// Where the published flags hold the body's island, of which 28 bits tell apart as many as there can be bodies.
+inline constexpr std::uint32_t island_shift = 4;
+
 /// What has happened to a body since pairs were last searched; kept beside its fat box, which every reader loads
 /// anyway.
 enum Changes : std::uint32_t {

@@ -147,14 +147,18 @@ struct alignas(16) Quad {
   float x, y, z, w;
 };
 
-/// Constraints by component, colour by colour, so that neighbouring work-items load neighbouring quads.
+/// Rows of a constraint: its frame, its points, its impulses.
+inline constexpr std::uint32_t first_point_row = 6, impulse_row = 10, row_count = 12;
+/// Constraints whose rows lie together: as many as work-items load at once, so that each row of a tile is one stretch
+/// of memory, and all rows of a constraint are at fixed distances from the first.
+inline constexpr std::uint32_t tile_width = 32;
+
+/// Constraints in tiles, colour by colour.
 struct ConstraintArrays {
   PairRecord* bodies;
   ConstraintHead* heads;
   std::uint32_t* contact;
-  Quad* frame;       ///< six arrays of `capacity`
-  PointRow* points;  ///< four
-  Quad* impulses;    ///< two
+  Quad* rows;
   BounceRow* bounces;
   std::uint32_t* overflow_order;
   std::uint32_t capacity;

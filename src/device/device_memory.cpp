@@ -86,12 +86,12 @@ ContactMemory::ContactMemory(exec::Memory& m)
       heads_(m),
       contact_(m),
       overflow_order_(m),
-      frame_(m),
-      impulses_(m),
-      points_(m),
+      rows_(m),
       bounces_(m) {}
 
-void ContactMemory::reserve(std::size_t n, std::size_t event_lists) {
+void ContactMemory::reserve(std::size_t contacts, std::size_t event_lists, bool bounces) {
+  const std::size_t n = std::max(contacts, capacity());
+  may_bounce_ = bounces;
   contacts_.grow(n, exec::Contents::keep);
   manifolds_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -105,10 +105,8 @@ void ContactMemory::reserve(std::size_t n, std::size_t event_lists) {
   begun_.grow(n * event_lists);
   ended_.grow(n * event_lists);
   hits_.grow(n * event_lists);
-  frame_.grow(6 * n);
-  impulses_.grow(2 * n);
-  points_.grow(max_manifold_points * n);
-  bounces_.grow(n);
+  rows_.grow((n + tile_width - 1) / tile_width * tile_width * row_count);
+  if (bounces) bounces_.grow(n);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
 }
 
@@ -130,9 +128,7 @@ ConstraintArrays ContactMemory::constraints() {
   return {.bodies = bodies_.data(),
           .heads = heads_.data(),
           .contact = contact_.data(),
-          .frame = frame_.data(),
-          .points = points_.data(),
-          .impulses = impulses_.data(),
+          .rows = rows_.data(),
           .bounces = bounces_.data(),
           .overflow_order = overflow_order_.data(),
           .capacity = static_cast<std::uint32_t>(capacity())};

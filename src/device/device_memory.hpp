@@ -65,7 +65,9 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  void reserve(std::size_t contacts, std::size_t event_lists);
+  /// `bounces`: whether rows for restitution are needed.
+  void reserve(std::size_t contacts, std::size_t event_lists, bool bounces);
+  bool may_bounce() const { return may_bounce_; }
   std::size_t capacity() const { return contacts_.size(); }
   ContactArrays contacts();
   ConstraintArrays constraints();
@@ -81,10 +83,10 @@ class ContactMemory {
   exec::Buffer<PairRecord> bodies_;
   exec::Buffer<ConstraintHead> heads_;
   exec::Buffer<std::uint32_t> contact_, overflow_order_;
-  exec::Buffer<Quad> frame_, impulses_;
-  exec::Buffer<PointRow> points_;
+  exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
   std::uint32_t event_lists_ = 1;
+  bool may_bounce_ = false;
 };
 
 /// Hulls of all shapes that were ever used, one after the other.

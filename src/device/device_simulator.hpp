@@ -75,6 +75,7 @@ class DeviceSimulator final : public Simulator {
     std::uint64_t number = 0;
     std::vector<Edit> edits;
     std::vector<BodyData> data;
+    exec::Traffic traffic;
   };
 
   /// What each of the steps in flight has for itself; step n takes lane n modulo their number.
@@ -96,6 +97,9 @@ class DeviceSimulator final : public Simulator {
 
   /// Every step's results go to the host, not only those that somebody asks for.
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
+
+  /// Where steps overtake what is read, each one's events must last.
+  std::size_t event_lists() const { return def.ahead > 0 ? lanes_count_ : 1; }
 
   // Submitting.
   void make_room();
@@ -126,6 +130,7 @@ class DeviceSimulator final : public Simulator {
   void fetch_bodies() const;
   void fetch_bodies_now();
   void mirror(const Edit& edit);
+  void mirror_waking(std::uint32_t slot);
   void fetch_events() const;
   void fetch_events_now();
   template <class T>
@@ -172,11 +177,13 @@ class DeviceSimulator final : public Simulator {
   std::deque<Flight> flights_;            // submitted and not retired
   std::uint64_t submitted_ = 0;
   std::uint32_t movable_ = 0;  // bodies that are not fixed
-  exec::Traffic counted_, newest_traffic_;
 
   // The newest retired step, and what was read of it.
   Report newest_;
   double newest_interval_ = 0;
+  exec::Traffic newest_traffic_;
+  exec::Traffic counted_;    // up to the last submission
+  bool may_bounce_ = false;  // some material has a restitution above zero
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;

@@ -98,9 +98,9 @@ void DeviceSimulator<D>::make_room() {
     // All boxes enter the larger grid.
     choose_grid();
   }
-  if (contacts_needed > contact_memory_.capacity()) {
+  if (contacts_needed > contact_memory_.capacity() || may_bounce_ != contact_memory_.may_bounce()) {
     retire_all();
-    contact_memory_.reserve(contacts_needed, lanes_count_);
+    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
     forget_graphs();
   }
   if (!hull_memory_.is_current()) {
@@ -177,6 +177,8 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   device_.launch(*lane.graph);
   if (copies_results()) submit_results(lane);
   device_.mark(end_of(flight.number));
+  flight.traffic += device_.traffic() - counted_;
+  counted_ = device_.traffic();
 }
 
 template <exec::Device D>
@@ -272,6 +274,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.category = info.filter.category;
   c.mask = info.filter.mask;
   c.friction = info.material.friction;
+  may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;
   d.tensors = {info.inertia, info.inverse_inertia};
   return d;
@@ -374,8 +377,7 @@ void DeviceSimulator<D>::retire_oldest() {
   if (report.stopped) return repair(report);
   newest_ = report;
   newest_interval_ = report.step > 1 ? end.milliseconds_since(end_of(report.step - 1)) : 0;
-  newest_traffic_ = device_.traffic() - counted_;
-  counted_ = device_.traffic();
+  newest_traffic_ = flights_.front().traffic;
   flights_.pop_front();
   profile_is_current_ = false;
   if (def.ahead > 0) {
@@ -396,7 +398,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  contact_memory_.reserve(std::max(2 * contact_memory_.capacity(), needed + needed / 4), lanes_count_);
+  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
   forget_graphs();
   record();
   device_.parallel_for(1, GoOn{counters_.data()});
@@ -537,7 +539,20 @@ void DeviceSimulator<D>::mirror(const Edit& e) {
     default:
       break;
   }
-  if (info.motion != MotionType::fixed) flags_[slot] = (flags_[slot] & ~isolated_flag) | awake_flag;
+  if (info.motion != MotionType::fixed) mirror_waking(slot);
+}
+
+/// A body that wakes takes along all that fell asleep with it.
+template <exec::Device D>
+void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
+  const std::uint32_t flags = flags_[slot];
+  flags_[slot] = (flags & ~isolated_flag) | awake_flag;
+  if (flags & (awake_flag | isolated_flag)) return;
+  for (const BodyId id : bodies.living()) {
+    std::uint32_t& other = flags_[id.index];
+    const bool asleep = bodies[id.index].motion == MotionType::dynamic && !(other & (awake_flag | isolated_flag));
+    if (asleep && other >> island_shift == flags >> island_shift) other |= awake_flag;
+  }
 }
 
 template <exec::Device D>

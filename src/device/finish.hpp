@@ -182,7 +182,7 @@ struct PublishBodies {
     if (slot == none) return;
     poses[slot] = bodies.poses[i];
     velocities[slot] = bodies.velocities[i];
-    flags[slot] = bodies.flags[i];
+    flags[slot] = bodies.flags[i] | bodies.island[i] << island_shift;
   }
 };
 

@@ -25,19 +25,22 @@ enum ConstraintBits : std::uint32_t {
 
 // Constraints by component ---------------------------------------------------------------------------------------
 
-FATHOM_HD void store_frame(const ConstraintArrays& to, std::uint32_t k, const ContactFrame& f) {
-  const std::uint32_t n = to.capacity;
-  to.frame[k] = {f.normal.x, f.normal.y, f.normal.z, f.tangent.x};
-  to.frame[k + n] = {f.tangent.y, f.tangent.z, f.arm_a.x, f.arm_a.y};
-  to.frame[k + 2 * n] = {f.arm_a.z, f.arm_b.x, f.arm_b.y, f.arm_b.z};
-  to.frame[k + 3 * n] = {f.nn, f.n1, f.n2, f.k11};
-  to.frame[k + 4 * n] = {f.k12, f.k22, f.friction, f.patch_radius};
-  to.frame[k + 5 * n] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
+/// Where the rows of constraint k begin; row r is 32·r quads further.
+FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
+  return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);
 }
 
-FATHOM_HD ContactFrame load_frame(const ConstraintArrays& from, std::uint32_t k, bool with_friction) {
-  const std::uint32_t n = from.capacity;
-  const auto quad = [&](std::uint32_t i) { return exec::load_unchanging(from.frame[k + i * n]); };
+FATHOM_HD void store_frame(Quad* rows, const ContactFrame& f) {
+  rows[0] = {f.normal.x, f.normal.y, f.normal.z, f.tangent.x};
+  rows[1 * tile_width] = {f.tangent.y, f.tangent.z, f.arm_a.x, f.arm_a.y};
+  rows[2 * tile_width] = {f.arm_a.z, f.arm_b.x, f.arm_b.y, f.arm_b.z};
+  rows[3 * tile_width] = {f.nn, f.n1, f.n2, f.k11};
+  rows[4 * tile_width] = {f.k12, f.k22, f.friction, f.patch_radius};
+  rows[5 * tile_width] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
+}
+
+FATHOM_HD ContactFrame load_frame(const Quad* rows, bool with_friction) {
+  const auto quad = [&](std::uint32_t i) { return exec::load_unchanging(rows[i * tile_width]); };
   const Quad q0 = quad(0), q1 = quad(1), q2 = quad(2), q3 = quad(3), q4 = quad(4);
   ContactFrame f;
   f.normal = {q0.x, q0.y, q0.z};
@@ -53,24 +56,29 @@ FATHOM_HD ContactFrame load_frame(const ConstraintArrays& from, std::uint32_t k,
   return f;
 }
 
-FATHOM_HD void load_points(const ConstraintArrays& from, std::uint32_t k, PointRow* points) {
-  for (int i = 0; i < max_manifold_points; ++i)
-    points[i] = exec::load_unchanging(from.points[k + static_cast<std::uint32_t>(i) * from.capacity]);
+FATHOM_HD void store_point(Quad* rows, int i, const PointRow& p) {
+  rows[(first_point_row + static_cast<std::uint32_t>(i)) * tile_width] = {p.x, p.y, p.separation, p.mass};
+}
+FATHOM_HD void load_points(const Quad* rows, PointRow* points) {
+  for (std::uint32_t i = 0; i < max_manifold_points; ++i) {
+    const Quad q = exec::load_unchanging(rows[(first_point_row + i) * tile_width]);
+    points[i] = {q.x, q.y, q.z, q.w};
+  }
 }
 
-FATHOM_HD void store_normal_impulses(const ConstraintArrays& to, std::uint32_t k, const ContactImpulses& p) {
-  to.impulses[k] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
+FATHOM_HD void store_normal_impulses(Quad* rows, const ContactImpulses& p) {
+  rows[impulse_row * tile_width] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
 }
-FATHOM_HD void store_friction_impulses(const ConstraintArrays& to, std::uint32_t k, const ContactImpulses& p) {
-  to.impulses[k + to.capacity] = {p.slide_1, p.slide_2, p.twist, 0};
+FATHOM_HD void store_friction_impulses(Quad* rows, const ContactImpulses& p) {
+  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, 0};
 }
 
-FATHOM_HD ContactImpulses load_impulses(const ConstraintArrays& from, std::uint32_t k, bool with_friction) {
+FATHOM_HD ContactImpulses load_impulses(const Quad* rows, bool with_friction) {
   ContactImpulses p;
-  const Quad n = from.impulses[k];
+  const Quad n = rows[impulse_row * tile_width];
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
   if (with_friction) {
-    const Quad f = from.impulses[k + from.capacity];
+    const Quad f = rows[(impulse_row + 1) * tile_width];
     p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
   }
   return p;
@@ -147,11 +155,12 @@ struct PrepareConstraints {
     ContactImpulses impulses;
     prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], a, b, frame, points, impulses);
     const int count = m.point_count();
-    store_frame(constraints, k, frame);
+    Quad* const rows = rows_of(constraints, k);
+    store_frame(rows, frame);
     for (int i = 0; i < max_manifold_points; ++i)
-      if (i < count) constraints.points[k + static_cast<std::uint32_t>(i) * constraints.capacity] = points[i];
-    store_normal_impulses(constraints, k, impulses);
-    store_friction_impulses(constraints, k, impulses);
+      if (i < count) store_point(rows, i, points[i]);
+    store_normal_impulses(rows, impulses);
+    store_friction_impulses(rows, impulses);
     if (m.restitution > 0) {
       bits |= bounces_bit;
       const ContactAxes f(frame);
@@ -323,50 +332,68 @@ struct SolveConstraints {
   // All loads are made at once, whether the contact has that many points or not: none waits for another.
   FATHOM_HD void fetch_constraint(Fetched& f, What what, std::uint32_t k) const {
     f.head = exec::load_unchanging(constraints.heads[k]);
-    f.frame = load_frame(constraints, k, with_friction(what));
-    load_points(constraints, k, f.points);
-    f.impulses = load_impulses(constraints, k, with_friction(what));
+    const Quad* const rows = rows_of(constraints, k);
+    f.frame = load_frame(rows, with_friction(what));
+    load_points(rows, f.points);
+    f.impulses = load_impulses(rows, with_friction(what));
     f.axes = ContactAxes(f.frame);
   }
 
   FATHOM_HD void sweep(What what, std::uint32_t k, const Fetched& f) const {
-    if (what == bounce && !(f.head.bits & bounces_bit)) return;
-    if (f.head.bits & anisotropic_bit)
-      sweep_with<SymMat3>(what, k, f);
-    else
-      sweep_with<float>(what, k, f);
+    if (what == push)
+      sweep_as<push>(k, f);
+    else if (what == relax)
+      sweep_as<relax>(k, f);
+    else if (what == warm)
+      sweep_as<warm>(k, f);
+    else if (f.head.bits & bounces_bit)
+      sweep_as<bounce>(k, f);
   }
 
-  template <class Inertia>
-  FATHOM_HD void sweep_with(What what, std::uint32_t k, const Fetched& fetched) const {
+  template <What what>
+  FATHOM_HD void sweep_as(std::uint32_t k, const Fetched& f) const {
+    if (f.head.bits & anisotropic_bit)
+      sweep_with<what, SymMat3>(k, f);
+    else
+      sweep_with<what, float>(k, f);
+  }
+
+  template <What what, class Inertia>
+  FATHOM_HD void sweep_with(std::uint32_t k, const Fetched& fetched) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
     const SolverBody solver_a = bodies.solver[pair.a], solver_b = bodies.solver[pair.b];
     const ContactFrame& frame = fetched.frame;
+    const ContactAxes& axes = fetched.axes;
     const PointRow* const points = fetched.points;
     ContactImpulses impulses = fetched.impulses;
+    Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
-    if (what == warm) {
-      warm_start_contact(frame, fetched.axes, points, count, impulses, a, b);
-    } else if (what == bounce) {
+    if constexpr (what == warm) {
+      warm_start_contact(frame, axes, points, count, impulses, a, b);
+    } else if constexpr (what == bounce) {
       const BounceRow row = constraints.bounces[k];
-      restitute_contact(frame, fetched.axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
+      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
-      store_normal_impulses(constraints, k, impulses);
+      store_normal_impulses(rows, impulses);
     } else {
-      // In the relax sweep friction comes last: its limit is the impulse that carries the load, not the spring's.
-      if (what == push && !p.soft) solve_friction(frame, fetched.axes, impulses, a, b);
-      const ContactAxes& axes = fetched.axes;
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
       const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity, (bits & bounces_bit) != 0};
-      const ContactPass pass = what == relax ? ContactPass::relax : p.soft ? ContactPass::soft : ContactPass::iterate;
-      solve_points(pass, frame, points, count, step, axes, moved, impulses, a, b);
-      if (what == relax) solve_friction(frame, fetched.axes, impulses, a, b);
-      store_normal_impulses(constraints, k, impulses);
-      if (with_friction(what)) store_friction_impulses(constraints, k, impulses);
+      if constexpr (what == relax) {
+        // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
+        solve_points<ContactPass::relax>(frame, points, count, step, axes, moved, impulses, a, b);
+        solve_friction(frame, axes, impulses, a, b);
+      } else if (p.soft) {
+        solve_points<ContactPass::soft>(frame, points, count, step, axes, moved, impulses, a, b);
+      } else {
+        solve_friction(frame, axes, impulses, a, b);
+        solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
+      }
+      store_normal_impulses(rows, impulses);
+      if (with_friction(what)) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);
@@ -436,7 +463,8 @@ struct StoreImpulses {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     ContactManifold& m = contacts.manifolds[constraints.contact[k]];
-    const Quad n = constraints.impulses[k], f = constraints.impulses[k + constraints.capacity];
+    const Quad* const rows = rows_of(constraints, k);
+    const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + f.z);
     const bool ok = is_finite(sum);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;

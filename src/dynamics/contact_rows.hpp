@@ -262,10 +262,10 @@ struct ContactStep {
 
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
 /// `moved` is the movement since the step began (see ContactAxes::motion).
-template <class Inertia>
-FATHOM_HD void solve_points(ContactPass pass, const ContactFrame& frame, const PointRow* points, int count,
-                            const ContactStep& step, const ContactAxes& f, const NormalMotion& moved,
-                            ContactImpulses& impulses, ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
+template <ContactPass pass, class Inertia>
+FATHOM_HD void solve_points(const ContactFrame& frame, const PointRow* points, int count, const ContactStep& step,
+                            const ContactAxes& f, const NormalMotion& moved, ContactImpulses& impulses,
+                            ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
   NormalRows rows{f.motion(a.linear, a.angular, b.linear, b.angular)};
   for (int i = 0; i < max_manifold_points; ++i) {
     if (i >= count) continue;

@@ -13,4 +13,7 @@ namespace fathom::exec::cuda {
 /// blamed for it; a kernel that crashed cannot be cleared, then the text says that the device is lost.
 void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes = 0);
 
+/// Whether this is the failure of a running kernel, after which the context is gone with all its memory.
+bool is_lost_after(cudaError_t result);
+
 }  // namespace fathom::exec::cuda

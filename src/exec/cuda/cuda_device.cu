@@ -6,41 +6,6 @@
 
 namespace fathom::exec {
 
-namespace cuda {
-
-namespace {
-
-/// Failures of a running kernel: the context is gone with all its memory.
-bool is_lost_after(cudaError_t result) {
-  switch (result) {
-    case cudaErrorIllegalAddress:
-    case cudaErrorLaunchTimeout:
-    case cudaErrorAssert:
-    case cudaErrorHardwareStackError:
-    case cudaErrorIllegalInstruction:
-    case cudaErrorMisalignedAddress:
-    case cudaErrorInvalidAddressSpace:
-    case cudaErrorInvalidPc:
-    case cudaErrorLaunchFailure:
-    case cudaErrorECCUncorrectable:
-      return true;
-    default:
-      return false;
-  }
-}
-
-}  // namespace
-
-void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes) {
-  if (result == cudaSuccess) return;
-  (void)cudaGetLastError();
-  const std::string text = std::string(what) + ": " + cudaGetErrorString(result);
-  if (is_lost_after(result)) throw DeviceError(ErrorCode::unavailable, text + "; the device is lost", bytes, where);
-  throw DeviceError(ErrorCode::capacity, text, bytes, where);
-}
-
-}  // namespace cuda
-
 namespace {
 
 DeviceInfo describe(int index) {
@@ -145,51 +110,16 @@ CudaDevice::~CudaDevice() {
   (void)cudaStreamDestroy(stream_);
 }
 
-CudaDevice::Event::Event(CudaDevice& device) {
-  device.bind();
-  cuda::check(cudaEventCreate(&event_), "creating an event", Where::current());
-}
-
-CudaDevice::Event::~Event() { (void)cudaEventDestroy(event_); }
-
-bool CudaDevice::Event::is_done() const {
-  const cudaError_t result = cudaEventQuery(event_);
-  if (result == cudaErrorNotReady) {
-    (void)cudaGetLastError();
-    return false;
-  }
-  cuda::check(result, "asking for an event", Where::current());
-  return true;
-}
-
-void CudaDevice::Event::wait() const {
-  cuda::check(cudaEventSynchronize(event_), "waiting for an event", Where::current());
-}
-
-double CudaDevice::Event::milliseconds_since(const Event& begin) const {
-  float milliseconds = 0;
-  cuda::check(cudaEventElapsedTime(&milliseconds, begin.event_, event_), "timing", Where::current());
-  return static_cast<double>(milliseconds);
-}
-
-CudaDevice::Graph::~Graph() {
-  if (graph_) (void)cudaGraphExecDestroy(graph_);
-}
-
 void CudaDevice::begin_recording(const Where& where) {
   check_can_record(where);
   bind();
-  // Relaxed: the driver may still load a kernel that is met here for the first time. `Memory` refuses allocations.
-  cuda::check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeRelaxed), "recording a graph", where);
+  cuda::StreamGraph::begin(stream_, where);
   set_recording(true);
 }
 
 void CudaDevice::abandon_recording() noexcept {
   set_recording(false);
-  cudaGraph_t nodes = nullptr;
-  (void)cudaStreamEndCapture(stream_, &nodes);
-  if (nodes) (void)cudaGraphDestroy(nodes);
-  (void)cudaGetLastError();
+  cuda::StreamGraph::abandon(stream_);
 }
 
 CudaDevice::Graph CudaDevice::end_recording(const Traffic& before, const Where& where) {
@@ -197,29 +127,19 @@ CudaDevice::Graph CudaDevice::end_recording(const Traffic& before, const Where& 
   graph.traffic_ = traffic_ - before;
   traffic_ = before;
   set_recording(false);
-  cudaGraph_t nodes = nullptr;
-  cuda::check(cudaStreamEndCapture(stream_, &nodes), "recording a graph", where);
-  const cudaError_t counted = cudaGraphGetNodes(nodes, nullptr, &graph.size_);
-  const cudaError_t instantiated = cudaGraphInstantiate(&graph.graph_, nodes, 0);
-  (void)cudaGraphDestroy(nodes);
-  cuda::check(counted, "recording a graph", where);
-  cuda::check(instantiated, "instantiating a graph", where);
-  cuda::check(cudaGraphUpload(graph.graph_, stream_), "uploading a graph", where);
+  graph.nodes_ = cuda::StreamGraph::end(stream_, where);
   return graph;
 }
 
 void CudaDevice::launch(Graph& graph, Where where) {
   bind();
   traffic_ += graph.traffic_;
-  cuda::check(cudaGraphLaunch(graph.graph_, stream_), "launching a graph", where);
+  graph.nodes_.launch(stream_, where);
 }
 
 void CudaDevice::mark(Event& event, Where where) {
   bind();
-  // Inside a recording an external event becomes a node that each replay passes anew.
-  cuda::check(cudaEventRecordWithFlags(event.event_, stream_,
-                                       is_recording() ? cudaEventRecordExternal : cudaEventRecordDefault),
-              "marking an event", where);
+  event.event_.mark(stream_, is_recording(), where);
 }
 
 void CudaDevice::wait(Where where) {

@@ -8,10 +8,10 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <utility>
 
 #include "exec/cuda/check.hpp"
 #include "exec/cuda/launch.cuh"
+#include "exec/cuda/stream.hpp"
 #include "exec/device.hpp"
 
 namespace fathom::exec {
@@ -21,40 +21,26 @@ class CudaDevice final : public Memory {
   /// A point in the stream. Never marked counts as done.
   class Event {
    public:
-    explicit Event(CudaDevice& device);
-    ~Event();
-    Event(const Event&) = delete;
-    Event& operator=(const Event&) = delete;
+    explicit Event(CudaDevice& device) : event_(device.info().index) {}
 
-    bool is_done() const;
-    void wait() const;
-    double milliseconds_since(const Event& begin) const;
+    bool is_done() const { return event_.is_done(); }
+    void wait() const { event_.wait(); }
+    double milliseconds_since(const Event& begin) const { return event_.milliseconds_since(begin.event_); }
 
    private:
     friend class CudaDevice;
-    cudaEvent_t event_ = nullptr;
+    cuda::StreamEvent event_;
   };
 
   class Graph {
    public:
-    Graph(Graph&& other) noexcept
-        : graph_(std::exchange(other.graph_, nullptr)), size_(other.size_), traffic_(other.traffic_) {}
-    Graph& operator=(Graph&& other) noexcept {
-      std::swap(graph_, other.graph_);
-      std::swap(size_, other.size_);
-      std::swap(traffic_, other.traffic_);
-      return *this;
-    }
-    ~Graph();
-
     /// Nodes that the driver replays: kernels, copies and fills.
-    std::size_t size() const { return size_; }
+    std::size_t size() const { return nodes_.size(); }
 
    private:
     friend class CudaDevice;
     Graph() = default;
-    cudaGraphExec_t graph_ = nullptr;
-    std::size_t size_ = 0;
+    cuda::StreamGraph nodes_;
     Traffic traffic_;
   };
 

@@ -1,27 +1,62 @@
-// A SYCL 2020 device: one in-order queue, unified shared memory, graphs of closures.
+// A SYCL 2020 device through AdaptiveCpp: one in-order queue, unified shared memory.
 //
-// For translation units that a SYCL compiler compiles. With AdaptiveCpp, ACPP_ALLOW_INSTANT_SUBMISSION=1 in the
-// environment gives the lowest latency, and ACPP_ADAPTIVITY_LEVEL=0 compiles each kernel once.
+// For translation units that a SYCL compiler compiles. On an NVIDIA GPU the queue is a CUDA stream underneath, which
+// gives events and graphs; elsewhere graphs are closures. docs/execution.md names the environment variables that
+// matter.
 #pragma once
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <sycl/sycl.hpp>
 #include <utility>
 
 #include "exec/closure_queue.hpp"
 #include "exec/portable/radix_sort.hpp"
+#include "exec/sycl/adaptive_cpp.hpp"
 #include "exec/sycl/sycl_group.hpp"
 
 namespace fathom::exec {
+
+/// One phase as a kernel of its own: each group makes the plan anew.
+template <class Kernel, std::uint32_t Size>
+struct RunPhase {
+  static constexpr std::uint32_t group_size = Size;
+  struct Local {
+    typename Kernel::Plan plan;
+  };
+
+  Kernel kernel;
+  std::uint32_t phase;
+  std::uint32_t most_items;
+  std::uint32_t groups;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    const typename Kernel::Plan& plan = local.plan;
+    if constexpr (Kernel::plan_parts > 0) {
+      group.for_each(Kernel::plan_parts, [&](std::uint32_t k) { kernel.plan_part(local.plan, k); });
+    }
+    if (phase >= kernel.phases(plan)) return;
+    const auto place = kernel.place(plan, phase);
+    const std::uint32_t items = kernel.items(plan, place);
+    const std::uint32_t n = items < most_items ? items : most_items;
+    group.for_each([&](std::uint32_t item) {
+      for (std::uint32_t i = group.index() * Size + item; i < n; i += groups * Size) {
+        kernel(plan, place, i, kernel.fetch(plan, place, i));
+      }
+    });
+  }
+};
 
 class SyclDevice final : public ClosureQueue {
  public:
   /// A point in the queue. Never marked counts as done.
   class Event {
    public:
-    explicit Event(SyclDevice&) {}
+    explicit Event(SyclDevice& device) {
+      if (device.stream_) native_.emplace(adaptive_cpp::native_index(device.queue_));
+    }
 
     bool is_done() const;
     void wait() const;
@@ -32,14 +67,55 @@ class SyclDevice final : public ClosureQueue {
     sycl::event get() const;
     void set(const sycl::event& event);
 
-    mutable std::mutex mutex_;  // a replayed graph marks anew while another thread may ask
+    std::optional<cuda::StreamEvent> native_;  // instead of the others where the queue is a CUDA stream
+    mutable std::mutex mutex_;                 // a replayed graph marks anew while another thread may ask
     sycl::event event_;
+  };
+
+  class Graph {
+   public:
+    /// Nodes that the driver replays, or closures.
+    std::size_t size() const { return nodes_.size() + closures_.size(); }
+
+   private:
+    friend class SyclDevice;
+    Graph() = default;
+    cuda::StreamGraph nodes_;
+    Traffic traffic_;  // of the nodes; closures count their own
+    ClosureQueue::Graph closures_;
   };
 
   explicit SyclDevice(int index = 0, Where where = Where::current());
   ~SyclDevice() override;
 
   const DeviceInfo& info() const { return info_; }
+
+  template <class Submissions>
+  Graph record(Submissions&& submissions, Where where = Where::current()) {
+    Graph graph;
+    if (!stream_) {
+      graph.closures_ = ClosureQueue::record(submissions, where);
+      return graph;
+    }
+    check_can_record(where);
+    cuda::StreamGraph::begin(stream_, where);
+    set_recording(true);
+    const Traffic before = traffic_;
+    try {
+      submissions();
+    } catch (...) {
+      set_recording(false);
+      cuda::StreamGraph::abandon(stream_);
+      traffic_ = before;
+      throw;
+    }
+    set_recording(false);
+    graph.traffic_ = traffic_ - before;
+    traffic_ = before;
+    graph.nodes_ = cuda::StreamGraph::end(stream_, where);
+    return graph;
+  }
+  void launch(Graph& graph, Where where = Where::current());
 
   template <ItemKernel Kernel>
   void parallel_for(Range range, Kernel kernel, Where where = Where::current()) {
@@ -57,18 +133,25 @@ class SyclDevice final : public ClosureQueue {
   void parallel_groups(Range groups, Kernel kernel, Where where = Where::current()) {
     check_items(groups.capacity, where);
     if (groups.capacity == 0) return;
-    constexpr std::uint32_t size = Kernel::group_size;
     const std::uint32_t launched = groups_for(groups, 1);
-    launch_kernel("launching parallel_groups", where, [=](sycl::handler& handler) {
-      const sycl::local_accessor<typename Kernel::Local, 1> local(sycl::range<1>(1), handler);
-      handler.parallel_for(nd_range(launched, size), [=](sycl::nd_item<1> work_item) {
-        const std::uint32_t n = groups.size();
-        const auto stride = static_cast<std::uint32_t>(work_item.get_group_range(0));
-        for (auto i = static_cast<std::uint32_t>(work_item.get_group_linear_id()); i < n; i += stride) {
-          kernel(SyclGroup<size>(work_item, i), local[0]);
-        }
+    if (info_.is_gpu) {
+      launch_kernel("launching parallel_groups", where, [=](sycl::handler& handler) {
+        constexpr std::uint32_t size = Kernel::group_size;
+        const sycl::local_accessor<typename Kernel::Local, 1> local(sycl::range<1>(1), handler);
+        handler.parallel_for(nd_range(launched, size), [=](sycl::nd_item<1> work_item) {
+          for_each_group(work_item, groups, [&](std::uint32_t i) { kernel(SyclGroup<size>(work_item, i), local[0]); });
+        });
       });
-    });
+    } else {
+      // One work-item runs the sections of a whole group as loops. AdaptiveCpp's own loops around barriers are wrong
+      // where loops that hold barriers are nested (its issue 2177), and slower.
+      launch_kernel("launching parallel_groups", where, [=](sycl::handler& handler) {
+        handler.parallel_for(nd_range(launched, 1), [=](sycl::nd_item<1> work_item) {
+          typename Kernel::Local local;
+          for_each_group(work_item, groups, [&](std::uint32_t i) { kernel(HostGroup<Kernel::group_size>(i), local); });
+        });
+      });
+    }
   }
 
   /// One launch for each phase that there may be: SYCL promises no progress to work-groups that wait for each other.
@@ -78,15 +161,10 @@ class SyclDevice final : public ClosureQueue {
     check_items(most_items, where);
     if (most_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
+    const auto with_plan = planned(kernel);
     const std::uint32_t groups = groups_for(most_items, size);
     for (std::uint32_t phase = 0; phase < most_phases; ++phase) {
-      launch_kernel("launching parallel_phases", where, [=](sycl::handler& handler) {
-        handler.parallel_for(nd_range(groups, size), [=](sycl::nd_item<1> work_item) {
-          if (phase >= kernel.phases()) return;
-          const std::uint32_t items = kernel.items(phase);
-          for_each_item(work_item, items < most_items ? items : most_items, [&](std::uint32_t i) { kernel(phase, i); });
-        });
-      });
+      parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, most_items, groups}, where);
     }
   }
 
@@ -147,19 +225,33 @@ class SyclDevice final : public ClosureQueue {
   void do_release(void* memory) noexcept override;
   void submit_zero(void* to, std::size_t bytes, const Where& where);
 
-  /// Calls work() and turns SYCL's exceptions into DeviceError.
+  /// Calls work() and turns what SYCL throws, now or by the queue's handler, into DeviceError.
   template <class Work>
-  static auto checked(const char* what, const Where& where, Work work, std::size_t bytes = 0) {
+  auto checked(const char* what, const Where& where, Work work, std::size_t bytes = 0) const {
     try {
-      return work();
+      if constexpr (std::is_void_v<decltype(work())>) {
+        work();
+        throw_asynchronous();
+      } else {
+        auto result = work();
+        throw_asynchronous();
+        return result;
+      }
     } catch (const sycl::exception& error) {
-      throw DeviceError(ErrorCode::capacity, std::string(what) + ": " + error.what(), bytes, where);
+      const bool is_lost = stream_ && cuda::is_lost(stream_);
+      throw DeviceError(is_lost ? ErrorCode::unavailable : ErrorCode::capacity,
+                        std::string(what) + ": " + error.what() + (is_lost ? "; the device is lost" : ""), bytes,
+                        where);
     }
   }
 
+  /// Failures of submissions are listed by the runtime, not thrown.
+  void throw_asynchronous() const { const_cast<sycl::queue&>(queue_).throw_asynchronous(); }
+
   template <class Fill>
   void launch_kernel(const char* what, const Where& where, Fill fill_handler) {
-    launch_step([this, what, where, fill_handler] { checked(what, where, [&] { queue_.submit(fill_handler); }); });
+    launch_step(
+        [this, what, where, fill_handler] { checked(what, where, [&] { queue_.submit(no_event_, fill_handler); }); });
   }
 
   template <class Work>
@@ -179,6 +271,13 @@ class SyclDevice final : public ClosureQueue {
     for (auto i = static_cast<std::uint32_t>(work_item.get_global_linear_id()); i < n; i += stride) body(i);
   }
 
+  template <class Body>
+  static void for_each_group(const sycl::nd_item<1>& work_item, Range groups, const Body& body) {
+    const std::uint32_t n = groups.size();
+    const auto stride = static_cast<std::uint32_t>(work_item.get_group_range(0));
+    for (auto i = static_cast<std::uint32_t>(work_item.get_group_linear_id()); i < n; i += stride) body(i);
+  }
+
   /// As many as a known count needs; where the count is on the device, at most 16 for each compute unit.
   std::uint32_t groups_for(Range range, std::uint32_t size) const {
     const std::uint32_t needed = (range.capacity + size - 1) / size;
@@ -188,6 +287,9 @@ class SyclDevice final : public ClosureQueue {
 
   DeviceInfo info_;
   sycl::queue queue_;
+  cuda::Stream stream_;  // the queue's, where it is one of CUDA, else null
+  // On processors, where AdaptiveCpp has several queues wait for each other, submissions without events block them.
+  sycl::property_list no_event_ = stream_ ? adaptive_cpp::without_event() : sycl::property_list();
 };
 
 static_assert(Device<SyclDevice>);

@@ -1,0 +1,138 @@
+// What the device simulator promises beyond the World's interface, on its host back end or where FATHOM_TEST_DEVICE
+// says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fathom/error.hpp"
+#include "scene/environments.hpp"
+#include "scene/scene.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom {
+namespace {
+
+WorldDef on_device(WorldDef def) {
+  const char* device = std::getenv("FATHOM_TEST_DEVICE");
+  def.simulator = SimulatorKind::device;
+  def.device = device ? device : "host";
+  return def;
+}
+
+/// State hash of a scene after so many steps, with settings that must not matter.
+std::uint64_t hash_after(Scene scene, int steps, const std::function<void(WorldDef&)>& set) {
+  scene.world = on_device(scene.world);
+  set(scene.world);
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  for (int i = 0; i < steps; ++i) {
+    instance.prepare_step();
+    world.step();
+  }
+  return world.state_hash();
+}
+
+TEST(DeviceSimulator, SameStatesForAnyNumberOfThreadsAndStepsAhead) {
+  for (const Scene& scene : {drift(200), layers(300), pyramid(6)}) {
+    const std::uint64_t one = hash_after(scene, 120, [](WorldDef& def) { def.threads = 1; });
+    EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.threads = 4; })) << scene.name;
+    EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.ahead = 2; })) << scene.name;
+    EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.ahead = 5, def.copy_results = false; }))
+        << scene.name;
+  }
+}
+
+// A step that finds its buffers too small is stopped, they grow, and it runs again with all that came after it. The
+// result is that of a world that had room from the start.
+TEST(DeviceSimulator, StepsThatOverflowAreDoneAgain) {
+  const auto crowd = [](std::uint32_t room, int ahead) {
+    WorldDef def = on_device(test::quiet_world());
+    def.gravity = {};
+    def.ahead = ahead;
+    World world(def);
+    world.reserve(room);
+    std::vector<BodyId> ids;
+    // Far apart at first, then all together: from no pair to more than the buffers hold.
+    for (int i = 0; i < 400; ++i) {
+      BodyDef body = test::dynamic(sphere(0.5f), {10.0f * static_cast<float>(i), 0, 0});
+      ids.push_back(world.add(body));
+    }
+    test::run(world, 3);
+    for (int i = 0; i < 400; ++i) {
+      const float x = 0.3f * static_cast<float>(i % 8), y = 0.3f * static_cast<float>(i / 8 % 8),
+                  z = 0.3f * static_cast<float>(i / 64);
+      world.set_pose(ids[static_cast<std::size_t>(i)], {.position = {x, y, z}});
+    }
+    for (int i = 0; i < 5; ++i) {
+      world.step();
+      world.apply_impulse(ids[static_cast<std::size_t>(i)], {0, 0, 5});
+    }
+    world.step();
+    world.wait();
+    EXPECT_GT(world.profile().counts.pairs, 3000u);
+    return world.state_hash();
+  };
+  const std::uint64_t roomy = crowd(100'000, 0);
+  EXPECT_EQ(crowd(1, 0), roomy);
+  EXPECT_EQ(crowd(1, 3), roomy);
+}
+
+TEST(DeviceSimulator, RunsAheadOfWhatIsRead) {
+  WorldDef def = on_device(test::quiet_world());
+  def.ahead = 2;
+  World world(def);
+  const BodyId ball = world.add(test::dynamic(sphere(0.5f), {0, 0, 100}));
+  for (int i = 0; i < 20; ++i) {
+    world.step();
+    const std::uint64_t read = world.profile().step;
+    EXPECT_LE(read, world.step_count());
+    EXPECT_GE(read + 2, world.step_count());
+  }
+  world.wait();
+  EXPECT_EQ(world.profile().step, 20u);
+  const float t = 20 * def.dt;
+  EXPECT_NEAR(world.pose(ball).position.z, 100 - 0.5f * 9.81f * t * t, 1e-2f);
+}
+
+TEST(DeviceSimulator, ManyBodiesOnOneAreAllHeld) {
+  // More contacts on one dynamic body than there are colours.
+  World world(on_device(test::quiet_world()));
+  world.add(test::ground());
+  const BodyId raft = world.add(test::dynamic(box({6, 6, 0.25f}), {0, 0, 0.75f}, 200));
+  std::vector<BodyId> load;
+  for (int i = 0; i < 81; ++i)
+    load.push_back(world.add(test::dynamic(
+        box({0.3f, 0.3f, 0.3f}), {1.2f * static_cast<float>(i % 9 - 4), 1.2f * static_cast<float>(i / 9 - 4), 1.3f})));
+  test::run(world, 240);
+  EXPECT_GT(world.profile().counts.overflow, 0u);
+  EXPECT_NEAR(world.pose(raft).position.z, 0.75f, 0.01f);
+  for (const BodyId id : load) EXPECT_NEAR(world.pose(id).position.z, 1.3f, 0.01f);
+}
+
+TEST(DeviceSimulator, SaysWhatItRunsOn) {
+  World world(on_device({}));
+  EXPECT_THAT(world.hardware(), testing::HasSubstr(":0 "));
+  EXPECT_EQ(World().hardware(), "");
+}
+
+TEST(DeviceSimulator, DevicesThatAreNotThereAreErrors) {
+  WorldDef def;
+  def.simulator = SimulatorKind::device;
+  for (const char* device : {"host:1", "gpu", "cuda:99", ""}) {
+    def.device = device;
+    EXPECT_THROW(World{def}, Error) << device;
+  }
+}
+
+TEST(DeviceSimulator, MemoryStaysInBounds) {
+  Scene scene = pyramid(12);
+  scene.world = on_device(scene.world);
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  test::run(world, 30);
+  const StepCounts& counts = world.profile().counts;
+  EXPECT_LE(counts.memory_bytes, 2048u * counts.bodies + 1024u * counts.manifolds);
+  EXPECT_GT(counts.launches, 0u);
+}
+
+}  // namespace
+}  // namespace fathom

@@ -1,0 +1,38 @@
+// What happens when a kernel crashes on a GPU. It takes the device from the whole program, so each test is a program of
+// its own (a death test); on processors the program would end, so it is for GPUs alone.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "exec_suite.hpp"
+
+namespace fathom::exec::test {
+
+/// Exits with 0 if the crash is reported by the line that waits and the program goes on.
+template <class D>
+void crash_and_exit() {
+  const auto device = make_device<D>();
+  unsigned line = 0;
+  try {
+    device->fill(static_cast<std::uint32_t*>(nullptr) + 16, 1, 1u);
+    line = __LINE__ + 1;
+    device->wait();
+  } catch (const DeviceError& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    std::_Exit(error.code() == ErrorCode::unavailable && error.where().line == line ? 0 : 1);
+  }
+  std::_Exit(2);
+}
+
+template <class D>
+void expect_crash_to_be_reported() {
+  const auto device = make_device<D>();
+  if (!device || !device->info().is_gpu) GTEST_SKIP() << "no such GPU on this machine";
+  testing::GTEST_FLAG(death_test_style) = "threadsafe";
+  EXPECT_EXIT(crash_and_exit<D>(), testing::ExitedWithCode(0), "the device is lost.*exec_crash.hpp");
+}
+
+}  // namespace fathom::exec::test
