@@ -1,21 +1,23 @@
 # Shared by ./run and ./test: install what is missing, configure, build. Source it at the repository's root.
 
-# Packages of .ci/packages.txt that are not installed.
+# missing_packages <list>…: packages of these lists that are not installed.
 missing_packages() {
+  cat "$@" |
   while read -r package; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q '^install ok installed' || echo "$package"
-  done < .ci/packages.txt
+  done
 }
 
 as_root() {
   if [ "$(id -u)" -eq 0 ]; then "$@"; else sudo "$@"; fi
 }
 
+# install_packages [list]…: those of .ci/packages.txt, and of further lists.
 install_packages() {
   # Elsewhere CMake says which library it does not find.
   command -v dpkg-query > /dev/null && command -v apt-get > /dev/null || return 0
   local missing
-  missing=$(missing_packages | tr '\n' ' ')
+  missing=$(missing_packages .ci/packages.txt "$@" | tr '\n' ' ')
   [ -n "$missing" ] || return 0
   if [ "$(id -u)" -ne 0 ] && ! command -v sudo > /dev/null; then
     echo "Missing packages: ask an administrator for 'apt-get install $missing'" >&2

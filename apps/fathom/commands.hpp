@@ -5,9 +5,14 @@
 
 namespace fathom::cli {
 
+struct RenderOptions;
+struct ViewOptions;
+
 int list();
 int devices();
 int run(const RunOptions& options);
+int render(const RenderOptions& options);
+int view(const ViewOptions& options);
 int table(const TableOptions& options);
 int validate(const ValidateOptions& options);
 

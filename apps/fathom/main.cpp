@@ -11,6 +11,12 @@
 #include "build_info.hpp"
 #include "commands.hpp"
 #include "options.hpp"
+#ifdef FATHOM_HAS_RENDER
+#include "render_options.hpp"
+#endif
+#ifdef FATHOM_HAS_VIEWER
+#include "view_options.hpp"
+#endif
 #include "scene/suggest.hpp"
 
 namespace {
@@ -75,6 +81,16 @@ int main(int argc, char** argv) {
   declare_run(*run_command, run_options);
   declare_validate(*validate_command, validate_options);
   declare_table(*table_command, table_options);
+#ifdef FATHOM_HAS_RENDER
+  RenderOptions render_options;
+  CLI::App* render_command = app.add_subcommand("render", "Draw a run into pictures, films or a web page");
+  declare_render(*render_command, render_options);
+#endif
+#ifdef FATHOM_HAS_VIEWER
+  ViewOptions view_options;
+  CLI::App* view_command = app.add_subcommand("view", "Show a run in a window");
+  declare_view(*view_command, view_options);
+#endif
   ConfigOptions config_options;
   ReplayOptions replay_options;
   CLI::App* config_command = app.add_subcommand("config", "Print the engine's configuration and where it comes from");
@@ -87,6 +103,12 @@ int main(int argc, char** argv) {
     if (list_command->parsed()) return list();
     if (devices_command->parsed()) return devices();
     if (table_command->parsed()) return table(table_options);
+#ifdef FATHOM_HAS_RENDER
+    if (render_command->parsed()) return render(render_options);
+#endif
+#ifdef FATHOM_HAS_VIEWER
+    if (view_command->parsed()) return view(view_options);
+#endif
     if (config_command->parsed()) return config(config_options);
     if (replay_command->parsed()) return replay(replay_options);
     if (validate_command->parsed()) return validate(validate_options);

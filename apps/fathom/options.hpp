@@ -64,6 +64,8 @@ struct ValidateOptions {
   bool quiet = false;
 };
 
+/// Declares what every command that simulates has: the scene, its size, the simulator.
+void declare_scene(CLI::App& command, RunOptions& options);
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);

@@ -105,6 +105,7 @@ struct ContactInfo {
   Vec3 normal;  ///< unit, from a to b
   int point_count = 0;
   ContactPointInfo points[4];
+  int colour = -1;  ///< of the constraint graph; −1 where the pair has none (asleep, or solved one by one)
 };
 
 struct RayHit {

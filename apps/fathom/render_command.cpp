@@ -1,0 +1,88 @@
+// `fathom render`: pictures, films and web pages of a run or a recording, without a window.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "commands.hpp"
+#include "engine/recording.hpp"
+#include "progress.hpp"
+#include "render_outputs.hpp"
+#include "setup.hpp"
+#include "system.hpp"
+
+namespace fathom::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_recording(const std::string& path) {
+  char head[8] = {};
+  std::ifstream(path, std::ios::binary).read(head, sizeof head);
+  return std::string_view(head, sizeof head) == "FATHOMRC";
+}
+
+void say(const RenderOptions& options, const std::string& written) {
+  if (!options.run.quiet) fmt::print("{}\n", written);
+}
+
+int render_run(const RenderOptions& options) {
+  const Scene scene = make_scene(options.run);
+  RenderOutputs outputs(options, scene.name, [&](const std::string& path) { say(options, path); });
+  const InterruptGuard interrupt;
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  const auto steps = static_cast<std::uint64_t>(std::ceil(outputs.last() / static_cast<double>(scene.world.dt)));
+  Progress progress(steps + 1, !options.run.quiet && stderr_is_terminal());
+  while (outputs.visit(world) && !InterruptGuard::requested()) {
+    instance.prepare_step();
+    world.step();
+    world.wait();
+    progress.update(world.step_count());
+  }
+  outputs.finish();
+  return InterruptGuard::requested() ? interrupted : finished;
+}
+
+/// Thrown through a replay when the last picture is drawn.
+struct Enough {};
+
+int render_recording(RenderOptions options) {
+  if (options.run.bodies || options.run.layers || options.run.simulator || options.run.device) {
+    throw Error(ErrorCode::invalid_argument,
+                options.run.scene +
+                    " is a recording, which says itself what was simulated; leave the options of the scene out");
+  }
+  // To its end, unless told otherwise.
+  if (!options.seconds) options.seconds = longest_film;
+  RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
+                        [&](const std::string& path) { say(options, path); });
+  const InterruptGuard interrupt;
+  engine::ReplaySettings settings;
+  settings.threads = options.run.threads.value_or(0);
+  settings.check_snapshots = false;
+  settings.after_step = [&](std::uint64_t, const World& world) {
+    if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};
+  };
+  std::string difference;
+  try {
+    const engine::ReplayResult result = engine::replay(options.run.scene, settings);
+    if (result.difference) difference = result.difference->text();
+  } catch (const Enough&) {
+  }
+  outputs.finish();
+  if (!difference.empty()) {
+    fmt::print(stderr,
+               "fathom: the replay went another way than the recording: {}; was it recorded by another version?\n",
+               difference);
+    return failed;
+  }
+  return InterruptGuard::requested() ? interrupted : finished;
+}
+
+}  // namespace
+
+int render(const RenderOptions& options) {
+  return is_recording(options.run.scene) ? render_recording(options) : render_run(options);
+}
+
+}  // namespace fathom::cli

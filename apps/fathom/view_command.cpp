@@ -1,0 +1,83 @@
+// `fathom view`: a run in a window.
+#include <CLI/CLI.hpp>
+
+#include "commands.hpp"
+#include "exec/devices.hpp"
+#include "setup.hpp"
+#include "validators.hpp"
+#include "view_options.hpp"
+
+namespace fathom::cli {
+namespace {
+
+/// The command line's options with what the panel chose instead.
+RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer::Choice& first) {
+  if (choice.scene != first.scene || choice.bodies != first.bodies) options.layers.reset();
+  options.scene = choice.scene;
+  options.bodies = choice.bodies;
+  options.simulator = choice.simulator;
+  options.device.reset();
+  if (!choice.device.empty()) options.device = choice.device;
+  options.threads = choice.threads;
+  options.substeps = choice.substeps;
+  options.solver = choice.solver;
+  options.broad_phase = choice.broad_phase;
+  options.sleep = choice.sleep;
+  return options;
+}
+
+std::vector<viewer::SimulatorChoice> simulators() {
+  std::vector<viewer::SimulatorChoice> list{{"native", SimulatorKind::native, ""}};
+  for (const exec::DeviceInfo& device : exec::list_devices()) {
+    if (!device.available) continue;
+    std::string name(exec::name_of(device.backend));
+    if (device.backend != exec::Backend::host) name += ":" + std::to_string(device.index);
+    list.push_back({"device, " + name, SimulatorKind::device, name});
+  }
+  return list;
+}
+
+}  // namespace
+
+int view(const ViewOptions& options) {
+  const RunOptions& run = options.run;
+  viewer::Choice first;
+  first.scene = run.scene;
+  first.bodies = run.bodies;
+  first.simulator = run.simulator;
+  first.device = run.device.value_or("");
+  first.threads = run.threads;
+  first.substeps = run.substeps;
+  first.solver = run.solver;
+  first.broad_phase = run.broad_phase;
+  first.sleep = run.sleep;
+  viewer::ViewerSettings settings = options.settings;
+  settings.simulators = simulators();
+  settings.overlays = viewer::parse_overlays(options.overlays);
+  viewer::view([&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
+  return finished;
+}
+
+void declare_view(CLI::App& command, ViewOptions& options) {
+  declare_scene(command, options.run);
+  viewer::ViewerSettings& settings = options.settings;
+  declare_picture_size(command, settings.width, settings.height, "Size of the window (1280x800)");
+  declare_look(command, settings.look);
+  declare_colouring(command, settings.colouring);
+  command.add_option("--overlays", options.overlays, "Drawn at the start: boxes,points,normals,impulses,graph")
+      ->type_name("LIST");
+  command.add_flag("--paused", settings.paused, "Start paused");
+  command.add_flag("--show-help", settings.help, "Start with the list of keys");
+  command.add_option("--frames", settings.frames, "End after so many frames, of one step each")
+      ->type_name("N")
+      ->check(whole_number(1));
+  command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")
+      ->type_name("FILE.png");
+  command.footer(
+      "Keys: H lists them. Examples:\n"
+      "  fathom view pyramid --layers 15\n"
+      "  fathom view layers --bodies 5000 --overlays points,impulses\n"
+      "  xvfb-run -a fathom view drift --frames 60 --screenshot drift.png");
+}
+
+}  // namespace fathom::cli

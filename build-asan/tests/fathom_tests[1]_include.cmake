@@ -1,5 +1,0 @@
-if(EXISTS "/work/wt/trust/build-asan/tests/fathom_tests[1]_tests.cmake")
-  include("/work/wt/trust/build-asan/tests/fathom_tests[1]_tests.cmake")
-else()
-  add_test(fathom_tests_NOT_BUILT fathom_tests_NOT_BUILT)
-endif()

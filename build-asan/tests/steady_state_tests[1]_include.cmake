@@ -1,5 +1,0 @@
-if(EXISTS "/work/wt/trust/build-asan/tests/steady_state_tests[1]_tests.cmake")
-  include("/work/wt/trust/build-asan/tests/steady_state_tests[1]_tests.cmake")
-else()
-  add_test(steady_state_tests_NOT_BUILT steady_state_tests_NOT_BUILT)
-endif()

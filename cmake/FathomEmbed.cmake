@@ -1,0 +1,15 @@
+# fathom_embed(<header> <namespace> <name>=<file>…): writes a header with each file as a string constant, anew whenever
+# a file changes.
+function(fathom_embed header namespace)
+  set(text "// Written by CMake.\n#pragma once\n\nnamespace ${namespace} {\n")
+  foreach(entry ${ARGN})
+    string(REPLACE "=" ";" entry "${entry}")
+    list(GET entry 0 name)
+    list(GET entry 1 file)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${file}")
+    file(READ "${file}" content)
+    string(APPEND text "\ninline constexpr char ${name}[] = R\"~~~(${content})~~~\";\n")
+  endforeach()
+  string(APPEND text "\n}  // namespace ${namespace}\n")
+  file(CONFIGURE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/${header}" CONTENT "@text@" @ONLY)
+endfunction()

@@ -1,0 +1,8 @@
+// In builds without CUDA.
+#include "render/pose_buffer.hpp"
+
+namespace fathom::render {
+
+std::unique_ptr<DevicePath> make_device_path(unsigned, std::size_t, bool) { return nullptr; }
+
+}  // namespace fathom::render

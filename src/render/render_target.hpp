@@ -1,0 +1,41 @@
+// What is drawn into.
+#pragma once
+
+#include "render/gl_objects.hpp"
+#include "render/image.hpp"
+
+namespace fathom::render {
+
+/// A framebuffer with several samples a pixel, drawn `enlargement` times as large in both directions and averaged
+/// when read.
+class OffscreenTarget {
+ public:
+  /// Throws `Error{invalid_argument}` where the size is beyond what the GPU draws.
+  OffscreenTarget(int width, int height, int samples = 4, int enlargement = 1);
+
+  GLuint framebuffer() const { return multisampled_.framebuffer.get(); }
+  /// Size to draw at (pixels).
+  int width() const { return enlargement_ * width_; }
+  int height() const { return enlargement_ * height_; }
+  /// Waits for the drawing and reads the picture.
+  void read(Image& image);
+  /// Copies the picture into the window, which must have this size.
+  void copy_to_window();
+
+ private:
+  struct Surface {
+    GlFramebuffer framebuffer;
+    GlRenderbuffer colour, depth;
+  };
+  void resolve();
+  static Surface make_surface(int width, int height, int samples, bool with_depth);
+
+  int width_, height_, enlargement_;
+  Surface multisampled_, resolved_;
+  std::vector<std::uint8_t> rows_;
+};
+
+/// Reads what the window shows into a picture of its size.
+void read_window(Image& image);
+
+}  // namespace fathom::render

@@ -1,0 +1,32 @@
+// Triangles of collision shapes.
+#pragma once
+
+#include <cstdint>
+#include <fathom/shape.hpp>
+#include <vector>
+
+namespace fathom::render {
+
+struct MeshVertex {
+  Vec3 position;
+  Vec3 normal;
+  /// Hull: distance (m) from the nearest edge of its face. Capsule: −1 or 1, the end it belongs to. Else 0.
+  float extra = 0;
+};
+
+/// Triangles run counter-clockwise seen from outside.
+struct Mesh {
+  std::vector<MeshVertex> vertices;
+  std::vector<std::uint32_t> indices;
+};
+
+/// The box from −1 to 1 on each axis.
+Mesh unit_box();
+/// Sphere of radius 1: an icosahedron with its triangles split in four `splits` times.
+Mesh unit_sphere(int splits);
+/// Sphere of radius 1 cut open at its equator; its halves are moved apart along z by half the capsule's length.
+Mesh unit_capsule(int segments);
+/// The hull's faces as fans around their middles, in metres.
+Mesh hull_mesh(const Hull& hull);
+
+}  // namespace fathom::render

@@ -1,0 +1,55 @@
+// A page that plays a run in any browser with WebGL 2: one file, nothing loaded from elsewhere.
+//
+// Positions are rounded to a five-hundredth of the smallest body, quaternions to 1/2000 a component. Per frame and
+// channel (x, y, z, then w, x, y, z) every body's difference to the linear continuation of its last two frames is
+// written as a zigzag variable-length integer, so that bodies at rest cost next to nothing once zlib has packed it.
+#pragma once
+
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <string>
+#include <vector>
+
+#include "render/camera.hpp"
+#include "render/look.hpp"
+#include "render/world_picture.hpp"
+
+namespace fathom::render {
+
+class WebPage {
+ public:
+  /// `rate`: frames a simulated second.
+  WebPage(std::string name, double rate) : name_(std::move(name)), rate_(rate) {}
+
+  /// The next frame. Bodies may come and go between frames; a body that is gone must not come back.
+  void add(const World& world);
+  /// The page. `azimuth` and `elevation` of the first view (rad).
+  std::string html(bool under_water, float azimuth, float elevation) const;
+  std::size_t frames() const { return known_.size(); }
+
+ private:
+  static constexpr int channels = 7;
+  struct Entry {
+    BodyId id;
+    std::size_t first = 0, last = 0;  // frames in which it is there
+    Shape shape;
+    Colour colour;
+    bool ground = false, dynamic = false;
+    std::int32_t before[channels] = {}, before_that[channels] = {};
+  };
+
+  void enter_new_bodies(const World& world);
+  void append_number(std::int32_t value);
+
+  std::string name_;
+  double rate_;
+  std::vector<Entry> entries_;
+  std::vector<std::size_t> entry_of_slot_;
+  std::vector<std::size_t> known_;  // by frame: how many entries there are
+  std::vector<std::uint8_t> stream_;
+  float quantum_ = 0;  // m
+  Aabb view_{};        // of all that moves, in all frames
+  WorldColours colours_;
+};
+
+}  // namespace fathom::render

@@ -1,0 +1,69 @@
+#include "render/world_picture.hpp"
+
+#include <algorithm>
+
+namespace fathom::render {
+namespace {
+
+constexpr float floor_half_width = 5.0f;  // m
+
+}  // namespace
+
+bool is_ground(const World& world, BodyId id) {
+  if (world.motion(id) != MotionType::fixed) return false;
+  const Shape& shape = world.shape(id);
+  return shape.type == ShapeType::box && shape.half_extents.x >= floor_half_width &&
+         shape.half_extents.y >= floor_half_width;
+}
+
+void WorldPicture::list_bodies(const World& world, Renderer& renderer) {
+  bodies_.assign(world.bodies().begin(), world.bodies().end());
+  std::vector<DrawnBody> drawn;
+  drawn.reserve(bodies_.size());
+  ground_height_.reset();
+  for (const BodyId id : bodies_) {
+    const bool ground = is_ground(world, id);
+    drawn.push_back({id.index, world.shape(id), ground});
+    if (ground) ground_height_ = max(ground_height_.value_or(-1e30f), world.bounds(id).upper.z);
+  }
+  renderer.set_bodies(drawn);
+}
+
+void WorldPicture::update(const World& world, Renderer& renderer, Colouring colouring) {
+  if (!std::ranges::equal(world.bodies(), bodies_)) list_bodies(world, renderer);
+  renderer.set_colours(colours_.update(world, colouring));
+  renderer.poses().write(world.poses());
+}
+
+Aabb moving_bounds(const World& world) {
+  std::vector<BodyId> shown;
+  for (const BodyId id : world.bodies())
+    if (world.motion(id) == MotionType::dynamic) shown.push_back(id);
+  if (shown.empty()) {
+    for (const BodyId id : world.bodies())
+      if (!is_ground(world, id)) shown.push_back(id);
+  }
+  if (shown.empty()) return {{-5, -5, -1}, {5, 5, 4}};
+  // Bounds of all but the outermost hundredth on each side of each axis.
+  Aabb box{{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
+  float low[3], high[3];
+  std::vector<float> values(shown.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::ranges::transform(shown, values.begin(), [&](BodyId id) { return world.poses()[id.index].position[axis]; });
+    const std::size_t strays = values.size() / 100;
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(strays);
+    std::nth_element(values.begin(), first, values.end());
+    low[axis] = *first;
+    const auto last = values.end() - 1 - static_cast<std::ptrdiff_t>(strays);
+    std::nth_element(values.begin(), last, values.end());
+    high[axis] = *last;
+  }
+  const Aabb middles = grown({{low[0], low[1], low[2]}, {high[0], high[1], high[2]}}, 1e-3f);
+  for (const BodyId id : shown) {
+    const Vec3 p = world.poses()[id.index].position;
+    if (contains(middles, {p, p})) box = merged(box, world.bounds(id));
+  }
+  return box.lower.x <= box.upper.x ? box : middles;
+}
+
+}  // namespace fathom::render

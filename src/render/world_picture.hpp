@@ -1,0 +1,36 @@
+// From a world, through its public interface, to what the renderer draws: shapes, colours and poses by slot.
+#pragma once
+
+#include <fathom/world.hpp>
+#include <optional>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "render/world_colours.hpp"
+
+namespace fathom::render {
+
+class WorldPicture {
+ public:
+  /// Gives the renderer the world's bodies where they have changed, their colours and their poses.
+  void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start);
+
+  /// Height (m) of the highest floor.
+  std::optional<float> ground_height() const { return ground_height_; }
+
+ private:
+  void list_bodies(const World& world, Renderer& renderer);
+
+  std::vector<BodyId> bodies_;
+  WorldColours colours_;
+  std::optional<float> ground_height_;
+};
+
+/// A fixed box so wide that it is a floor.
+bool is_ground(const World& world, BodyId id);
+
+/// Bounds (m) of the dynamic bodies without the most distant, so that a few strays do not count; of all bodies but
+/// floors where none is dynamic.
+Aabb moving_bounds(const World& world);
+
+}  // namespace fathom::render

@@ -1,0 +1,32 @@
+// What is drawn over the bodies to show how they are simulated.
+#pragma once
+
+#include <fathom/world.hpp>
+#include <string>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "viewer/session.hpp"
+
+namespace fathom::viewer {
+
+struct OverlayChoice {
+  bool boxes = false;     ///< AABBs
+  bool points = false;    ///< contact points
+  bool normals = false;   ///< contact normals
+  bool impulses = false;  ///< normal impulses, as lines whose length tells them
+  bool graph = false;     ///< lines between touching bodies, coloured as the constraint graph is
+};
+
+/// Sets what a list like "boxes,points" names. Throws `Error{invalid_argument}` on an unknown word.
+OverlayChoice parse_overlays(const std::string& list);
+
+/// Marks for a world. Boxes are hidden behind bodies, the rest is not.
+struct OverlayMarks {
+  std::vector<render::Mark> hidden, on_top;
+};
+void add_overlays(const World& world, const OverlayChoice& choice, OverlayMarks& marks);
+/// The spring between a grabbed body and the hand.
+void add_grip(const World& world, const Session::Grip& grip, OverlayMarks& marks);
+
+}  // namespace fathom::viewer

@@ -1,0 +1,76 @@
+#include "viewer/session.hpp"
+
+namespace fathom::viewer {
+namespace {
+
+constexpr std::size_t history_length = 240;
+constexpr float spring_hertz = 4.0f;
+constexpr float spin_damping = 5.0f;      // 1/s
+constexpr float strongest_pull = 500.0f;  // m/s² of the body's mass
+constexpr float reach = 1000.0f;          // m
+
+}  // namespace
+
+Session::Session(SceneMaker make, Choice choice) : make_(std::move(make)) { choose(choice); }
+
+void Session::choose(const Choice& choice) {
+  auto scene = std::make_unique<Scene>(make_(choice));
+  auto world = std::make_unique<World>(scene->world);
+  auto instance = std::make_unique<SceneInstance>(*scene, *world);
+  grip_.reset();
+  history_.clear();
+  choice_ = choice;
+  instance_ = std::move(instance);
+  world_ = std::move(world);
+  scene_ = std::move(scene);
+  ++generation_;
+}
+
+void Session::step() {
+  instance_->prepare_step();
+  pull();
+  world_->step();
+  history_.push_back(world_->profile().times);
+  if (history_.size() > history_length) history_.pop_front();
+}
+
+bool Session::grab(Vec3 origin, Vec3 direction) {
+  const auto hit = world_->ray_cast(origin, reach * direction);
+  if (!hit || world_->motion(hit->body) != MotionType::dynamic) return false;
+  grip_ = {hit->body, inverse_transform(world_->pose(hit->body), hit->point), hit->point};
+  return true;
+}
+
+void Session::drag(Vec3 origin, Vec3 direction, Vec3 view_direction) {
+  if (!grip_) return;
+  const float depth = dot(grip_->hand - origin, view_direction), along = dot(direction, view_direction);
+  if (along > 1e-3f) grip_->hand = origin + (depth / along) * direction;
+}
+
+void Session::pull() {
+  if (!grip_) return;
+  if (!world_->contains(grip_->body)) return grip_.reset();
+  const Pose& pose = world_->pose(grip_->body);
+  const Velocity& velocity = world_->velocity(grip_->body);
+  const Vec3 point = transform(pose, grip_->anchor);
+  const Vec3 speed = velocity.linear + cross(velocity.angular, point - pose.position);
+  const float omega = 2 * pi * spring_hertz;
+  Vec3 acceleration = (omega * omega) * (grip_->hand - point) - (2 * omega) * speed;
+  const float size = length(acceleration);
+  if (size > strongest_pull) acceleration = (strongest_pull / size) * acceleration;
+  world_->apply_force_at(grip_->body, world_->mass(grip_->body) * acceleration, point);
+  // A hand does not let a body spin.
+  const float inertia = max_component(world_->mass_properties(grip_->body).principal_moments);
+  world_->apply_torque(grip_->body, (-spin_damping * inertia) * velocity.angular);
+}
+
+BodyId Session::shoot(Vec3 from, Vec3 direction) {
+  BodyDef box;
+  box.shape = fathom::box({0.25f, 0.25f, 0.25f});
+  box.mass = 10.0f;
+  box.pose.position = from + direction;
+  box.velocity.linear = 25.0f * direction;
+  return world_->add(box);
+}
+
+}  // namespace fathom::viewer

@@ -1,0 +1,88 @@
+// What is simulated behind the window: a scene in a world, and what the hands at the controls do to it.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <fathom/world.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+
+namespace fathom::viewer {
+
+/// What the panel can choose. What is absent stays as the scene has it.
+struct Choice {
+  std::string scene{};  ///< an environment's name or a scene file's path
+  std::optional<std::int64_t> bodies{};
+  std::optional<SimulatorKind> simulator{};
+  std::string device{};  ///< of the device simulator; empty: as the scene has it
+  std::optional<int> threads{};
+  std::optional<int> substeps{};
+  std::optional<Solver> solver{};
+  std::optional<BroadPhase> broad_phase{};
+  std::optional<bool> sleep{};
+
+  friend bool operator==(const Choice&, const Choice&) = default;
+};
+/// A simulator and its back end, as the panel offers it.
+struct SimulatorChoice {
+  std::string name;
+  SimulatorKind kind = SimulatorKind::native;
+  std::string device;
+};
+using SceneMaker = std::function<Scene(const Choice&)>;
+
+class Session {
+ public:
+  /// Throws what `make` and `World` throw.
+  Session(SceneMaker make, Choice choice);
+
+  /// Starts another scene, or the same anew. On a choice that cannot be, the old one stays and the error is thrown.
+  void choose(const Choice& choice);
+  void reset() { choose(choice_); }
+  void step();
+
+  World& world() { return *world_; }
+  const World& world() const { return *world_; }
+  const Scene& scene() const { return *scene_; }
+  const Choice& choice() const { return choice_; }
+  /// Counts scenes begun, so that what was remembered of the last can be dropped.
+  std::uint64_t generation() const { return generation_; }
+  /// Times of the last steps, oldest first.
+  const std::deque<StageTimes>& history() const { return history_; }
+
+  // Picking: a spring of 4 Hz, critically damped, from the grabbed point to where the hand is.
+  /// Grabs the dynamic body under a ray; false where there is none.
+  bool grab(Vec3 origin, Vec3 direction);
+  /// Moves the hand to where the ray passes the depth at which the body was grabbed.
+  void drag(Vec3 origin, Vec3 direction, Vec3 view_direction);
+  void release() { grip_.reset(); }
+  struct Grip {
+    BodyId body;
+    Vec3 anchor;  ///< m, in the body's frame
+    Vec3 hand;    ///< m, world
+  };
+  const std::optional<Grip>& grip() const { return grip_; }
+
+  /// A box of half a metre and 10 kg that flies at 25 m/s.
+  BodyId shoot(Vec3 from, Vec3 direction);
+
+ private:
+  void pull();
+
+  SceneMaker make_;
+  Choice choice_;
+  // In this order: the instance refers to the others.
+  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<World> world_;
+  std::unique_ptr<SceneInstance> instance_;
+  std::uint64_t generation_ = 0;
+  std::deque<StageTimes> history_;
+  std::optional<Grip> grip_;
+};
+
+}  // namespace fathom::viewer

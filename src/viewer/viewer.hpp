@@ -1,0 +1,32 @@
+// The program's window.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/look.hpp"
+#include "render/world_colours.hpp"
+#include "viewer/overlays.hpp"
+#include "viewer/session.hpp"
+
+namespace fathom::viewer {
+
+struct ViewerSettings {
+  int width = 1280, height = 800;
+  std::vector<SimulatorChoice> simulators;
+  OverlayChoice overlays;
+  render::Colouring colouring = render::Colouring::start;
+  std::optional<render::LookKind> look;  ///< absent: water where there is no gravity
+  bool paused = false;
+  bool help = false;
+  /// Ends after so many frames, of one step each; 0: when the window is closed.
+  std::uint64_t frames = 0;
+  std::string screenshot;  ///< PNG of the last frame, with the panel
+};
+
+/// Returns when the window was closed. Throws `Error{unavailable}` without a display or OpenGL 4.5, and what `make`
+/// throws for the first choice.
+void view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings);
+
+}  // namespace fathom::viewer

@@ -1,0 +1,201 @@
+// `fathom render` and `fathom view` from outside: files, errors, and what a browser and a window show.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "render/image.hpp"
+
+namespace {
+
+using fathom::render::Image;
+using fathom::render::read_png;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+bool has_program(const std::string& name) {
+  return std::system(("command -v " + name + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+class Pictures : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "/fathom-render-XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// A command line for the shell, run in the test's folder; "fathom" there is the program.
+  Outcome shell(const std::string& line) const {
+    const std::string command =
+        "cd '" + folder_.string() + "' && fathom() { '" FATHOM_PROGRAM "' \"$@\"; } && { " + line + "; } > out 2> err";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
+  }
+
+  fs::path folder_;
+};
+
+/// How much the pixels of a part of the picture (shares of its size) vary: near 0 for an empty one.
+double variation(const Image& image, double left = 0, double right = 1) {
+  double sum = 0, squares = 0, count = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = static_cast<int>(left * image.width); x < static_cast<int>(right * image.width); ++x) {
+      const std::uint8_t* p = image.row(y) + 3 * x;
+      const double v = (p[0] + p[1] + p[2]) / 3.0;
+      sum += v;
+      squares += v * v;
+      ++count;
+    }
+  }
+  return std::sqrt(std::max(0.0, squares / count - sum / count * (sum / count)));
+}
+
+constexpr const char* small = " --gpu software --size 160x90 --quiet ";
+
+TEST_F(Pictures, AreWrittenAtTheirTimes) {
+  const Outcome outcome = shell("fathom render pyramid --layers 3 --at 0.5s,0 -o shots --gpu software --size 160x90");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "shots/pyramid-000.00s.png\nshots/pyramid-000.50s.png\n");
+  for (const char* name : {"shots/pyramid-000.00s.png", "shots/pyramid-000.50s.png"}) {
+    const Image image = read_png(path(name));
+    EXPECT_EQ(image.width, 160);
+    EXPECT_EQ(image.height, 90);
+    EXPECT_GT(variation(image), 10);
+  }
+}
+
+TEST_F(Pictures, OneMayHaveANameOfItsOwn) {
+  const Outcome outcome = shell(std::string("fathom render drift --bodies 20 --at 0 -o one.png") + small);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_GT(variation(read_png(path("one.png"))), 5);
+}
+
+TEST_F(Pictures, AreDrawnFromARecording) {
+  const Outcome outcome = shell(std::string("fathom run spread --bodies 9 --steps 60 --record run.rec --quiet && "
+                                            "fathom render run.rec --at 0.5 -o rec.png") +
+                                small + "&& fathom render spread --bodies 9 --at 0.5 -o run.png" + small);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_LT(fathom::render::difference(read_png(path("rec.png")), read_png(path("run.png")), 32).mean, 1);
+}
+
+TEST_F(Pictures, AFilmHasAllItsFrames) {
+  if (!has_program("ffmpeg") || !has_program("ffprobe")) GTEST_SKIP() << "there is no ffmpeg here";
+  const Outcome outcome =
+      shell(std::string("fathom render drift --bodies 20 --video film.mp4 --seconds 0.5 --fps 30") + small +
+            "&& ffprobe -v error -count_frames -show_entries stream=width,nb_read_frames -of csv=p=0 film.mp4");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "160,16\n");
+}
+
+TEST_F(Pictures, APageShowsItsBodiesInABrowser) {
+  ASSERT_EQ(shell("fathom render layers --bodies 100 --web page.html --seconds 1 --quiet").exit_code, 0);
+  EXPECT_LT(fs::file_size(path("page.html")), 300'000u);
+  if (!has_program("chromium")) GTEST_SKIP() << "there is no chromium here to show the page";
+  const std::string browser =
+      "timeout 120 chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader "
+      "--hide-scrollbars "
+      "--window-size=640,360 --virtual-time-budget=5000 --user-data-dir=profile ";
+  const std::string page = "'file://" + path("page.html") + "#t=0.5&paused'";
+  const Outcome dom = shell(browser + "--dump-dom " + page);
+  if (dom.out.empty()) GTEST_SKIP() << "chromium does not run here: " << dom.err;
+  EXPECT_THAT(dom.out, HasSubstr("data-state=\"ready\""));
+  EXPECT_THAT(dom.out, HasSubstr("data-bodies=\"100\""));
+  EXPECT_THAT(dom.out, testing::Not(HasSubstr("data-error")));
+  ASSERT_EQ(shell(browser + "--screenshot=page.png " + page).exit_code, 0);
+  EXPECT_GT(variation(read_png(path("page.png")), 0.3, 0.7), 25);
+}
+
+TEST_F(Pictures, AWindowShowsTheRunUnderXvfb) {
+  if (!has_program("xvfb-run")) GTEST_SKIP() << "there is no xvfb-run here";
+  const Outcome outcome =
+      shell("LIBGL_ALWAYS_SOFTWARE=1 timeout 200 xvfb-run -a -s '-screen 0 800x600x24' '" FATHOM_PROGRAM
+            "' view pyramid --layers 4 --frames 5 --overlays points,normals,impulses,boxes,graph --size 640x400 "
+            "--screenshot window.png");
+  if (outcome.exit_code != 0 && outcome.err.find("xvfb-run: error") != std::string::npos) GTEST_SKIP() << outcome.err;
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Image image = read_png(path("window.png"));
+  EXPECT_EQ(image.width, 640);
+  EXPECT_GT(variation(image, 0, 0.5), 20);   // the panel
+  EXPECT_GT(variation(image, 0.55, 1), 12);  // the bodies
+}
+
+struct BadLine {
+  std::string line, says;
+};
+
+TEST_F(Pictures, BadRequestsAreOneLineAndExitCode2) {
+  std::ofstream(path("file")) << "no folder";
+  const std::string drift = "fathom render drift --bodies 5 ";
+  const BadLine lines[] = {
+      {drift, "nothing to draw; ask for pictures (--at 0,5,10s)"},
+      {drift + "--at soon", "--at must be times like 0,5,10s"},
+      {drift + "--at 1,-2", "--at must be times like 0,5,10s"},
+      {drift + "--at 1 --size 5x5", "must be WIDTHxHEIGHT"},
+      {drift + "--at 1 --size 64", "must be WIDTHxHEIGHT"},
+      {drift + "--at 1 --gpu fast", "--gpu must be auto, software or a device's number, not fast"},
+      {drift + "--at 1 --gpu 63", "there is no graphics device 63"},
+      {drift + "--at 1 --look night", "must be daylight|water, not night"},
+      {drift + "--at 1 --colour mood", "must be island|speed|start, not mood"},
+      {drift + "--at 1 -o file/shots", "the folder cannot be made"},
+      {drift + "--at 1,2 -o one.png", "is one picture, but --at asks for 2"},
+      {drift + "--web /nowhere/page.html", "/nowhere/page.html: cannot be written"},
+      {drift + "--video /nowhere/film.mp4", "/nowhere/film.mp4: cannot be written"},
+      {drift + "--video film.mp4 --size 161x90", "films need an even width and height, not 161x90"},
+      {drift + "--video film.mp4 --fps 0", "must be a whole number from 1"},
+      {"PATH=/nowhere " + drift + "--video film.mp4", "install the package ffmpeg"},
+      {"fathom render nothing --at 1", "there is no environment 'nothing'"},
+      {"unset DISPLAY WAYLAND_DISPLAY; fathom view drift", "no window can be opened"},
+      {"fathom view drift --overlays point", "did you mean 'points'?"},
+  };
+  for (const BadLine& bad : lines) {
+    const Outcome outcome = shell(bad.line);
+    EXPECT_EQ(outcome.exit_code, 2) << bad.line << "\n" << outcome.err;
+    EXPECT_EQ(outcome.out, "") << bad.line;
+    EXPECT_THAT(outcome.err, HasSubstr(bad.says)) << bad.line;
+    EXPECT_THAT(outcome.err, testing::StartsWith("fathom: ")) << bad.line;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << bad.line << "\n" << outcome.err;
+  }
+}
+
+TEST_F(Pictures, WithoutADriverTheRemedyIsNamed) {
+  const Outcome outcome = shell("__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere fathom render drift --bodies 5 --at 0");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("drawing without a window"));
+  EXPECT_THAT(outcome.err, HasSubstr("install libegl1"));
+  const Outcome old = shell("MESA_GL_VERSION_OVERRIDE=3.3 fathom render drift --bodies 5 --at 0 --gpu software");
+  EXPECT_EQ(old.exit_code, 2) << old.err;
+  EXPECT_THAT(old.err, HasSubstr("4.5"));
+}
+
+TEST_F(Pictures, AFilmThatFfmpegRefusesIsReported) {
+  if (!has_program("ffmpeg")) GTEST_SKIP() << "there is no ffmpeg here";
+  const Outcome outcome =
+      shell(std::string("fathom render drift --bodies 5 --video film.nonsense --seconds 0.1") + small);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("film.nonsense: ffmpeg gave up"));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+}
+
+}  // namespace

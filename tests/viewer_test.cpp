@@ -1,0 +1,132 @@
+// What the hands do to a world, without a window.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scene/environments.hpp"
+#include "viewer/controls.hpp"
+#include "viewer/overlays.hpp"
+#include "viewer/session.hpp"
+
+namespace fathom::viewer {
+namespace {
+
+Scene make(const Choice& choice) {
+  const Environment* environment = find_environment(choice.scene);
+  if (!environment) throw Error(ErrorCode::invalid_argument, "there is no " + choice.scene);
+  Scene scene = environment->make(choice.bodies.value_or(50));
+  scene.world.threads = 1;
+  return scene;
+}
+
+TEST(Session, AnotherSceneBeginsAnew) {
+  Session session(make, {.scene = "pyramid"});
+  session.step();
+  EXPECT_EQ(session.history().size(), 1u);
+  session.choose({.scene = "spread", .bodies = 9});
+  EXPECT_EQ(session.world().body_count(), 10u);
+  EXPECT_EQ(session.world().step_count(), 0u);
+  EXPECT_TRUE(session.history().empty());
+}
+
+TEST(Session, AChoiceThatCannotBeLeavesTheOldScene) {
+  Session session(make, {.scene = "pyramid"});
+  session.step();
+  EXPECT_THROW(session.choose({.scene = "nothing"}), Error);
+  EXPECT_EQ(session.choice().scene, "pyramid");
+  session.step();
+  EXPECT_EQ(session.world().step_count(), 2u);
+}
+
+TEST(Session, AGrabbedBodyFollowsTheHand) {
+  Session session(make, {.scene = "spread", .bodies = 1});
+  for (int i = 0; i < 30; ++i) session.step();
+  const BodyId cube = session.world().bodies()[1];
+  ASSERT_TRUE(session.grab({0, -10, 1}, {0, 1, 0}));
+  EXPECT_EQ(session.grip()->body, cube);
+  // The hand goes to where a ray passes 2 m higher and 3 m to the right at the same depth.
+  const Vec3 aim = normalize(session.grip()->hand + Vec3{3, 0, 2} - Vec3{0, -10, 1});
+  session.drag({0, -10, 1}, aim, {0, 1, 0});
+  for (int i = 0; i < 120; ++i) session.step();
+  const Vec3 point = transform(session.world().pose(cube), session.grip()->anchor);
+  EXPECT_LT(distance(point, session.grip()->hand), 0.1f);
+  EXPECT_GT(session.world().pose(cube).position.x, 2.5f);
+  session.release();
+  for (int i = 0; i < 240; ++i) session.step();
+  EXPECT_NEAR(session.world().pose(cube).position.z, 1.0f, 0.01f);  // it has fallen back to the ground
+}
+
+TEST(Session, TheGroundCannotBeGrabbed) {
+  Session session(make, {.scene = "spread", .bodies = 1});
+  EXPECT_FALSE(session.grab({20, 0, 10}, {0, 0, -1}));
+  EXPECT_FALSE(session.grab({20, 0, 10}, {0, 0, 1}));
+}
+
+TEST(Session, AShotBoxKnocksThePyramidOver) {
+  Session session(make, {.scene = "pyramid"});
+  for (int i = 0; i < 30; ++i) session.step();
+  const BodyId top = session.world().bodies().back();
+  const Vec3 before = session.world().pose(top).position;
+  session.shoot(before + Vec3{-6, 0, 0.1f}, {1, 0, 0});
+  for (int i = 0; i < 60; ++i) session.step();
+  EXPECT_GT(distance(session.world().pose(top).position, before), 1);
+}
+
+TEST(Session, AGrabbedBodyThatIsRemovedIsLetGo) {
+  Session session(make, {.scene = "spread", .bodies = 1});
+  ASSERT_TRUE(session.grab({0, -10, 1}, {0, 1, 0}));
+  session.world().remove(session.grip()->body);
+  session.step();
+  EXPECT_FALSE(session.grip());
+}
+
+class Overlays : public testing::TestWithParam<SimulatorKind> {};
+
+TEST_P(Overlays, ShowContactsWithTheirColours) {
+  const auto make_on = [](const Choice& choice) {
+    Scene scene = make(choice);
+    scene.world.simulator = *choice.simulator;
+    scene.world.device = "host";
+    return scene;
+  };
+  Session session(make_on, {.scene = "pyramid", .bodies = 5, .simulator = GetParam()});
+  for (int i = 0; i < 20; ++i) session.step();
+  std::size_t points = 0, contacts = 0;
+  session.world().for_each_contact([&](const ContactInfo& contact) {
+    points += static_cast<std::size_t>(contact.point_count);
+    ++contacts;
+    EXPECT_GE(contact.colour, 0);
+  });
+  ASSERT_GT(points, 0u);
+  OverlayMarks marks;
+  add_overlays(session.world(), parse_overlays("points"), marks);
+  EXPECT_EQ(marks.on_top.size(), points);
+  add_overlays(session.world(), parse_overlays("graph,normals,impulses,boxes"), marks);
+  EXPECT_EQ(marks.on_top.size(), points + contacts + 2 * points);
+  EXPECT_EQ(marks.hidden.size(), 12 * 5u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, Overlays, testing::Values(SimulatorKind::native, SimulatorKind::device));
+
+TEST(OverlayNames, UnknownOnesAreRefusedWithAGuess) {
+  try {
+    parse_overlays("points,normls");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean 'normals'?"));
+  }
+}
+
+TEST(Controls, KeepTheTargetInTheMiddle) {
+  CameraControls controls;
+  controls.look_at({{-1, -1, 0}, {1, 1, 2}}, 1.6f);
+  const render::Camera before = controls.camera();
+  controls.orbit(200, -5000);
+  controls.zoom(3);
+  const render::Camera after = controls.camera();
+  EXPECT_EQ(after.target, before.target);
+  EXPECT_LT(distance(after.eye, after.target), distance(before.eye, before.target));
+  EXPECT_LT(after.eye.z, after.target.z);  // from below, but never over the pole
+}
+
+}  // namespace
+}  // namespace fathom::viewer
