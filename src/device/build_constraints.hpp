@@ -43,33 +43,42 @@ struct RecolourContacts {
 
   static constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
 
-  FATHOM_HD std::uint32_t phases() const { return counters->recolouring ? counters->dynamic_sweeps + 2 : 0; }
+  FATHOM_HD std::uint32_t phases() const { return counters->recolouring ? sweeps() + 2 : 0; }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
     return is_sweep(phase) ? stretch(phase).count : counters->live_bodies;
   }
 
   FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
     if (is_sweep(phase))
-      choose(constraints.contact[stretch(phase).first + k]);
+      choose(constraints.contact[stretch(phase).first + k],
+             counters->any_isolated && phase <= counters->dynamic_sweeps);
     else if (phase == 0)
-      bodies.recoloured[k] = bodies.colours[k] & fixed;
+      bodies.recoloured[k] = bodies.is_awake(k) ? bodies.colours[k] & fixed : bodies.colours[k];
     else
       bodies.colours[k] = bodies.recoloured[k];
   }
 
  private:
-  FATHOM_HD bool is_sweep(std::uint32_t phase) const { return phase > 0 && phase <= counters->dynamic_sweeps; }
+  // Where bodies have been isolated, their contacts keep their colours, and so must have them before the others choose.
+  FATHOM_HD std::uint32_t sweeps() const { return (counters->any_isolated ? 2 : 1) * counters->dynamic_sweeps; }
+  FATHOM_HD bool is_sweep(std::uint32_t phase) const { return phase > 0 && phase <= sweeps(); }
   FATHOM_HD Stretch stretch(std::uint32_t phase) const {
-    return counters->schedule[counters->first_dynamic + counters->dynamic_sweeps - phase];
+    return counters
+        ->schedule[counters->first_dynamic + counters->dynamic_sweeps - 1 - (phase - 1) % counters->dynamic_sweeps];
   }
 
-  FATHOM_HD void choose(std::uint32_t index) const {
+  FATHOM_HD void choose(std::uint32_t index, bool keep) const {
     Contact& c = contacts.contacts[index];
     if (!c.in_use() || !c.touching() || c.colour() >= dynamic_colours) return;
-    const std::uint64_t taken = bodies.recoloured[c.a] | bodies.recoloured[c.b];
-    std::uint32_t colour = 0;
-    while (taken >> colour & 1u) ++colour;
-    c.set_colour(colour);
+    const bool both_awake = bodies.flags[c.a] & bodies.flags[c.b] & awake_flag;
+    if (keep == both_awake && counters->any_isolated) return;
+    std::uint32_t colour = c.colour();
+    if (!keep) {
+      const std::uint64_t taken = bodies.recoloured[c.a] | bodies.recoloured[c.b];
+      colour = 0;
+      while (taken >> colour & 1u) ++colour;
+      c.set_colour(colour);
+    }
     const std::uint64_t bit = std::uint64_t{1} << colour;
     bodies.recoloured[c.a] |= bit;
     bodies.recoloured[c.b] |= bit;

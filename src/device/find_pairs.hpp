@@ -191,7 +191,7 @@ struct PlacePairs {
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
-    c.recolouring = c.recolour_trials > 0 && !c.any_isolated && c.step % 4 == 0 && c.dynamic_sweeps > 1;
+    c.recolouring = c.recolour_trials > 0 && c.step % 4 == 0 && c.dynamic_sweeps > 1;
     if (c.recolouring) c.layout_dirty = 1;
   }
 };

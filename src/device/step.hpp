@@ -92,7 +92,7 @@ class Step {
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
     // Sleeping bodies' contacts have colours and are not in the layout.
     if (!settings_.move.sleeping)
-      device_.parallel_phases(dynamic_colours + 2, body_capacity_,
+      device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
                               RecolourContacts{bodies_, contacts_, constraints_, counters_});
     device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
