@@ -1,5 +1,5 @@
 # Whether this build has the CUDA back end: sets FATHOM_WITH_CUDA.
-# Off until the device simulator uses it: the program gains nothing yet, and nvcc takes minutes.
+# Off unless asked for: nvcc takes minutes.
 set(FATHOM_CUDA OFF CACHE STRING "CUDA back end: AUTO (where nvcc is found), ON or OFF")
 set_property(CACHE FATHOM_CUDA PROPERTY STRINGS AUTO ON OFF)
 
