@@ -77,11 +77,16 @@ std::vector<DeviceInfo> sycl_device_infos() {
 SyclDevice::SyclDevice(int index, Where where)
     : info_(select_device("sycl:" + std::to_string(index), sycl_device_infos())),
       queue_(make_queue(index, where)),
-      stream_(adaptive_cpp::native_stream(queue_)) {}
+      stream_(adaptive_cpp::native_stream(queue_)) {
+  if (!adaptive_cpp::may_groups_wait(queue_.get_device())) return;
+  grid_barrier_ = static_cast<std::uint32_t*>(do_allocate(sizeof(std::uint32_t), where));
+  submit_zero(grid_barrier_, sizeof(std::uint32_t), where);
+}
 
 SyclDevice::~SyclDevice() {
   try {
     queue_.wait_and_throw();
+    if (grid_barrier_) sycl::free(grid_barrier_, queue_);
   } catch (const sycl::exception&) {  // nobody is left to hear of it
   }
 }

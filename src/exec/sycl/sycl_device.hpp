@@ -5,6 +5,7 @@
 // matter.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "exec/closure_queue.hpp"
 #include "exec/portable/radix_sort.hpp"
 #include "exec/sycl/adaptive_cpp.hpp"
+#include "exec/sycl/grid_phases.hpp"
 #include "exec/sycl/sycl_group.hpp"
 
 namespace fathom::exec {
@@ -154,15 +156,28 @@ class SyclDevice final : public ClosureQueue {
     }
   }
 
-  /// One launch for each phase that there may be: SYCL promises no progress to work-groups that wait for each other.
+  /// One launch where work-groups may wait for each other, else one for each phase that there may be.
   template <PhaseKernel Kernel>
   void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
                        Where where = Where::current()) {
     check_items(most_items, where);
-    if (most_items == 0) return;
+    if (most_phases == 0 || most_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
     const auto with_plan = planned(kernel);
     const std::uint32_t groups = groups_for(most_items, size);
+    if (grid_barrier_) {
+      using Plan = typename decltype(planned(kernel))::Plan;
+      const std::uint32_t most_resident =
+          has_few_items<Kernel>() ? std::min(info_.compute_units, most_groups_with_few_items) : info_.compute_units;
+      const std::uint32_t resident = std::min(groups, most_resident);
+      std::uint32_t* const barrier = grid_barrier_;
+      return launch_kernel("launching parallel_phases", where, [=](sycl::handler& handler) {
+        const sycl::local_accessor<Plan, 1> plan(sycl::range<1>(1), handler);
+        handler.parallel_for(nd_range(resident, size), [=](sycl::nd_item<1> work_item) {
+          run_phases<ends_at_empty_phase<Kernel>()>(work_item, barrier, most_phases, most_items, with_plan, plan[0]);
+        });
+      });
+    }
     for (std::uint32_t phase = 0; phase < most_phases; ++phase) {
       parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, most_items, groups}, where);
     }
@@ -287,7 +302,8 @@ class SyclDevice final : public ClosureQueue {
 
   DeviceInfo info_;
   sycl::queue queue_;
-  cuda::Stream stream_;  // the queue's, where it is one of CUDA, else null
+  cuda::Stream stream_;                    // the queue's, where it is one of CUDA, else null
+  std::uint32_t* grid_barrier_ = nullptr;  // its word, where work-groups may wait for each other
   // On processors, where AdaptiveCpp has several queues wait for each other, submissions without events block them.
   sycl::property_list no_event_ = stream_ ? adaptive_cpp::without_event() : sycl::property_list();
 };

@@ -1,0 +1,101 @@
+// Phases in one launch, on GPUs whose work-groups may wait for each other.
+//
+// SYCL promises no progress to work-groups that wait for each other. NVIDIA GPUs run a resident group until it ends, so
+// groups may wait if all of them are resident: at most one for each compute unit.
+#pragma once
+
+#include <cstdint>
+#include <sycl/sycl.hpp>
+
+#include "exec/kernel.hpp"
+#include "exec/sycl/adaptive_cpp.hpp"
+
+namespace fathom::exec {
+
+/// Groups of a phase kernel that has few items: fewer pass the barrier sooner.
+inline constexpr std::uint32_t most_groups_with_few_items = 16;
+
+/// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
+/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, and
+/// the next launch may have another number of groups. The word starts as 0.
+class GridBarrier {
+ public:
+  GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word) : work_item_(work_item), word_(word) {}
+
+  /// Runs `meanwhile` between arriving and leaving.
+  template <class Meanwhile>
+  void wait_for_all(const Meanwhile& meanwhile) const {
+    const auto group = work_item_.get_group();
+    const auto groups = static_cast<std::uint32_t>(work_item_.get_group_range(0));
+    sycl::group_barrier(group);
+    if (groups == 1) return meanwhile();
+    const bool is_first = work_item_.get_local_linear_id() == 0;
+    // AdaptiveCpp's read-modify-writes order nothing whatever order they are told; this makes the group's writes
+    // visible first.
+    adaptive_cpp::device_fence_of_first_sub_group(work_item_);
+    std::uint32_t arrived = 0;
+    if (is_first) {
+      const std::uint32_t share = group.get_group_linear_id() == 0 ? turning_bit - (groups - 1) : 1;
+      arrived =
+          sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(
+              share);
+    }
+    meanwhile();
+    if (is_first) {
+      while (((adaptive_cpp::load_acquire(*word_) ^ arrived) & turning_bit) == 0) {
+      }
+    }
+    sycl::group_barrier(group);
+  }
+
+ private:
+  static constexpr std::uint32_t turning_bit = 0x8000'0000u;
+
+  sycl::nd_item<1> work_item_;
+  std::uint32_t* word_;
+};
+
+/// All phases of a planned kernel, of which each group keeps its own plan.
+template <bool ends_at_empty, class Kernel>
+void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t most_phases,
+                std::uint32_t most_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
+  const GridBarrier barrier(work_item, barrier_word);
+  const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
+  const auto first = static_cast<std::uint32_t>(work_item.get_global_linear_id());
+  if constexpr (Kernel::plan_parts > 0) {
+    const auto size = static_cast<std::uint32_t>(work_item.get_local_range(0));
+    for (auto k = static_cast<std::uint32_t>(work_item.get_local_linear_id()); k < Kernel::plan_parts; k += size) {
+      kernel.plan_part(plan_of_group, k);
+    }
+    sycl::group_barrier(work_item.get_group());
+  }
+  const typename Kernel::Plan& plan = plan_of_group;
+  const std::uint32_t planned_phases = kernel.phases(plan);
+  const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
+  const auto items_of = [&](const typename Kernel::Place& place) {
+    const std::uint32_t items = kernel.items(plan, place);
+    return items < most_items ? items : most_items;
+  };
+  if (phases == 0) return;
+  auto place = kernel.place(plan, 0);
+  std::uint32_t n = items_of(place);
+  typename Kernel::Fetched fetched;
+  if (first < n) fetched = kernel.fetch(plan, place, first);
+  for (std::uint32_t phase = 0;; ++phase) {
+    if (ends_at_empty && n == 0) return;
+    if (first < n) kernel(plan, place, first, fetched);
+    for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
+    if (phase + 1 == phases) return;
+    barrier.wait_for_all([&] {
+      place = kernel.place(plan, phase + 1);
+      if constexpr (Kernel::plan_parts > 0) {
+        n = items_of(place);
+        if (first < n) fetched = kernel.fetch(plan, place, first);
+      }
+    });
+    // How many items a phase without a plan has may be what the phase before has counted.
+    if constexpr (Kernel::plan_parts == 0) n = items_of(place);
+  }
+}
+
+}  // namespace fathom::exec
