@@ -223,7 +223,9 @@ void run_world(const char* name, std::size_t count, const Options& options) {
     const Times times = measure(renderer, frame, target, options.frames, [&](int) {
       instance.prepare_step();
       world.step();
-      const auto on_device = way == Way::staged || way == Way::shared ? world.device_poses() : std::nullopt;
+      const bool asks = way == Way::staged || way == Way::shared;
+      const auto on_device = asks ? world.device_poses() : std::nullopt;
+      if (asks && !on_device) refuse("--device " + options.device + " has no poses to share; use cuda");
       if (way == Way::none)
         world.wait();
       else if (on_device)
