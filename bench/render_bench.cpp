@@ -2,7 +2,9 @@
 // device through the host, and within the GPU's memory.
 //
 //   render_bench [--bodies 10000,100000,1000000] [--frames 60] [--size 1280x720] [--samples 4] [--shadows 4096]
-//                [--gpu auto] [--pictures FOLDER]
+//                [--gpu auto] [--pictures FOLDER] [--device cuda]
+//
+// With --device it simulates on that device too: a frame is then a step of `spread` or `drift`, and its picture.
 #ifdef FATHOM_WITH_CUDA_POSES
 #include <cuda_runtime_api.h>
 #endif
@@ -21,6 +23,9 @@
 #include "render/gl_objects.hpp"
 #include "render/render_target.hpp"
 #include "render/renderer.hpp"
+#include "render/world_picture.hpp"
+#include "scene/environments.hpp"
+#include "scene/scene.hpp"
 
 namespace {
 
@@ -30,7 +35,7 @@ using namespace fathom::render;
 struct Options {
   std::vector<std::size_t> bodies{10'000, 100'000, 1'000'000};
   int frames = 60, width = 1280, height = 720, samples = 4, shadows = 4096;
-  std::string gpu = "auto", pictures;
+  std::string gpu = "auto", pictures, device;
 };
 
 [[noreturn]] void refuse(const std::string& text) { throw Error(ErrorCode::invalid_argument, text); }
@@ -56,6 +61,8 @@ Options parse(int argc, char** argv) {
       options.shadows = std::stoi(value);
     } else if (flag == "--gpu") {
       options.gpu = value;
+    } else if (flag == "--device") {
+      options.device = value;
     } else if (flag == "--pictures") {
       options.pictures = value;
     } else {
@@ -127,7 +134,7 @@ class OnDevice {
   ~OnDevice() { cudaFree(memory_); }
   OnDevice(const OnDevice&) = delete;
   OnDevice& operator=(const OnDevice&) = delete;
-  DevicePoses poses() const { return {memory_, count_, nullptr}; }
+  DevicePoses poses() const { return {memory_, count_}; }
 
  private:
   void* memory_ = nullptr;
@@ -191,6 +198,50 @@ void run(std::size_t count, const Options& options, int cuda_device) {
 #endif
 }
 
+/// Frames of a world that steps, by the way its poses take to the picture.
+void run_world(const char* name, std::size_t count, const Options& options) {
+  const OffscreenTarget target(options.width, options.height, options.samples);
+  const float aspect = static_cast<float>(options.width) / static_cast<float>(options.height);
+  enum class Way { none, host, staged, shared };
+  for (const Way way : {Way::none, Way::host, Way::staged, Way::shared}) {
+    Scene scene = find_environment(name)->make(static_cast<std::int64_t>(count));
+    scene.world.simulator = SimulatorKind::device;
+    scene.world.device = options.device;
+    World world(scene.world);
+    SceneInstance instance(scene, world);
+    RendererSettings settings;
+    settings.shadow_size = options.shadows;
+    settings.share_device_poses = way == Way::shared;
+    Renderer renderer(settings);
+    WorldPicture picture;
+    picture.update(world, renderer);
+    const Aabb bounds = picture.moving();
+    Frame frame;
+    frame.camera = camera_on(bounds, -0.96f, 0.42f, aspect);
+    frame.look = render::daylight(length(bounds.upper - bounds.lower));
+    frame.shadows = shadow_region(bounds, frame.camera);
+    const Times times = measure(renderer, frame, target, options.frames, [&](int) {
+      instance.prepare_step();
+      world.step();
+      const bool asks = way == Way::staged || way == Way::shared;
+      const auto on_device = asks ? world.device_poses() : std::nullopt;
+      if (asks && !on_device) refuse("--device " + options.device + " has no poses to share; use cuda");
+      if (way == Way::none)
+        world.wait();
+      else if (on_device)
+        renderer.poses().write(*on_device);
+      else
+        renderer.poses().write(world.poses());
+    });
+    std::string what = std::string(name) + ", ";
+    if (way == Way::none) what += "still picture";
+    if (way == Way::host) what += "World::poses";
+    if (way == Way::staged) what += "poses staged";
+    if (way == Way::shared) what += renderer.poses().shared() ? "shared buffer" : "NOT shared";
+    report(world.body_count(), what.c_str(), times);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -202,6 +253,10 @@ int main(int argc, char** argv) {
                 options.frames);
     std::printf("%9s  %-28s %9s %9s %9s %9s\n", "bodies", "poses", "median ms", "p99 ms", "submit ms", "frames/s");
     for (const std::size_t count : options.bodies) run(count, options, context->cuda_device());
+    if (!options.device.empty()) {
+      for (const char* name : {"spread", "drift"})
+        for (const std::size_t count : options.bodies) run_world(name, count, options);
+    }
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "render_bench: %s\n", error.what());

@@ -18,6 +18,19 @@ WorldDef on_device(WorldDef def) {
   return def;
 }
 
+TEST(DevicePoses, HostBackEndHasNone) {
+  WorldDef def;
+  def.simulator = SimulatorKind::device;
+  def.device = "host";
+  World world(def);
+  world.add({.shape = box({0.5f, 0.5f, 0.5f}), .mass = 1});
+  EXPECT_FALSE(world.device_poses());
+  world.step();
+  EXPECT_FALSE(world.device_poses());
+  EXPECT_LT(world.poses()[0].position.z, 0);
+  EXPECT_FALSE(World().device_poses());
+}
+
 /// State hash of a scene after so many steps, with settings that must not matter.
 std::uint64_t hash_after(Scene scene, int steps, const std::function<void(WorldDef&)>& set) {
   scene.world = on_device(scene.world);

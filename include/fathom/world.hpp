@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fathom/body.hpp>
+#include <fathom/device_poses.hpp>
 #include <fathom/error.hpp>
 #include <fathom/profile.hpp>
 #include <functional>
@@ -151,6 +152,10 @@ class World {
   /// bodies hold identity and zero. Valid until the next step or change of the world.
   std::span<const Pose> poses() const;
   std::span<const Velocity> velocities() const;
+  /// Poses of the last step, which this waits for, without a copy to the host. None where the simulator keeps them in
+  /// no memory that a drawing GPU reads (all but CUDA), before the first step, and while changes wait for the next
+  /// step: `poses()` then serves.
+  std::optional<DevicePoses> device_poses() const;
 
   // All of these throw `stale_id`; setters `invalid_argument` on non-finite values. Setters wake the body.
   const Pose& pose(BodyId id) const;

@@ -56,6 +56,7 @@ class DeviceSimulator final : public Simulator {
   std::span<const Pose> poses() const override;
   std::span<const Velocity> velocities() const override;
   Aabb bounds(std::uint32_t slot) const override { return fathom::bounds(bodies[slot].geometry, poses()[slot]); }
+  std::optional<DevicePoses> device_poses() const override { return self().publish_poses(); }
   const Profile& current_profile() const override;
 
   std::span<const ContactEvent> contacts_begun() const override;
@@ -138,6 +139,7 @@ class DeviceSimulator final : public Simulator {
   // The mirror.
   void fetch_bodies() const;
   void fetch_bodies_now();
+  std::optional<DevicePoses> publish_poses();
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void fetch_events() const;

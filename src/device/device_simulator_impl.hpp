@@ -512,6 +512,25 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   for (const Edit& e : edits_) mirror(e, data_);
 }
 
+template <exec::Device D>
+std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
+  if constexpr (requires { device_.stream(); }) {
+    if (!edits_.empty()) return {};
+    retire_all();
+    if (newest_.step == 0) return {};
+    make_room();
+    upload_slots();
+    BodyMemory& m = body_memory_;
+    device_.parallel_for(
+        static_cast<std::uint32_t>(slot_of_.size()),
+        PublishBodies{m.arrays(), m.slots.data(), m.slot_poses.data(), m.slot_velocities.data(), m.slot_flags.data()});
+    return DevicePoses{m.slot_poses.data(), bodies.slot_count(), device_.stream(),
+                       static_cast<int>(device_.info().index)};
+  } else {
+    return {};
+  }
+}
+
 /// What an edit does to poses and velocities that the application reads.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {

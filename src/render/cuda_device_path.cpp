@@ -42,6 +42,7 @@ class SharedPath final : public DevicePath {
   SharedPath& operator=(const SharedPath&) = delete;
 
   void copy(const DevicePoses& source) override {
+    check(cudaSetDevice(source.device), "the device cannot be used");
     auto* stream = static_cast<cudaStream_t>(source.stream);
     check(cudaGraphicsMapResources(1, &resource_, stream), "the buffer cannot be mapped");
     void* target = nullptr;
@@ -68,6 +69,7 @@ class HostPath final : public DevicePath {
   HostPath& operator=(const HostPath&) = delete;
 
   void copy(const DevicePoses& source) override {
+    check(cudaSetDevice(source.device), "the device cannot be used");
     auto* stream = static_cast<cudaStream_t>(source.stream);
     const std::size_t bytes = source.count * sizeof(Pose);
     check(cudaMemcpyAsync(staging_, source.poses, bytes, cudaMemcpyDeviceToHost, stream), "the poses cannot be read");
@@ -83,7 +85,8 @@ class HostPath final : public DevicePath {
 
 }  // namespace
 
-std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes, bool allow_sharing) {
+std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes, int device, bool allow_sharing) {
+  check(cudaSetDevice(device), "the device cannot be used");
   if (allow_sharing && same_device()) {
     try {
       return std::make_unique<SharedPath>(buffer);

@@ -3,6 +3,6 @@
 
 namespace fathom::render {
 
-std::unique_ptr<DevicePath> make_device_path(unsigned, std::size_t, bool) { return nullptr; }
+std::unique_ptr<DevicePath> make_device_path(unsigned, std::size_t, int, bool) { return nullptr; }
 
 }  // namespace fathom::render

@@ -46,12 +46,13 @@ void PoseBuffer::write(std::span<const Pose> poses) {
 
 void PoseBuffer::write(const DevicePoses& poses) {
   const std::size_t bytes = poses.count * sizeof(Pose);
-  if (!device_path_ || bytes > device_bytes_) {
+  if (!device_path_ || bytes > device_bytes_ || poses.device != device_) {
     device_path_.reset();
     device_bytes_ = with_room(bytes);
+    device_ = poses.device;
     device_buffer_ = make_buffer();
     glNamedBufferData(device_buffer_.get(), static_cast<GLsizeiptr>(device_bytes_), nullptr, GL_DYNAMIC_DRAW);
-    device_path_ = make_device_path(device_buffer_.get(), device_bytes_, allow_sharing_);
+    device_path_ = make_device_path(device_buffer_.get(), device_bytes_, device_, allow_sharing_);
     if (!device_path_) {
       throw Error(ErrorCode::unavailable,
                   "poses on a CUDA device need a build with CUDA; configure with -DFATHOM_CUDA=ON");

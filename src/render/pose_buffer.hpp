@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/device_poses.hpp>
 #include <fathom/math.hpp>
 #include <memory>
 #include <span>
@@ -13,13 +14,6 @@
 #include "render/gl_objects.hpp"
 
 namespace fathom::render {
-
-/// Poses in the memory of a CUDA device.
-struct DevicePoses {
-  const void* poses = nullptr;  ///< device pointer to `count` Poses
-  std::size_t count = 0;
-  void* stream = nullptr;  ///< cudaStream_t after whose work the poses are complete
-};
 
 /// How device poses reach a buffer of OpenGL.
 class DevicePath {
@@ -31,9 +25,9 @@ class DevicePath {
   virtual bool shared() const = 0;
 };
 
-/// For the OpenGL buffer `buffer` of `bytes` bytes. `allow_sharing` false always goes through the host. Null where this
-/// build has no CUDA.
-std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes, bool allow_sharing);
+/// For the OpenGL buffer `buffer` of `bytes` bytes and poses on CUDA device `device`. `allow_sharing` false always goes
+/// through the host. Null where this build has no CUDA.
+std::unique_ptr<DevicePath> make_device_path(unsigned buffer, std::size_t bytes, int device, bool allow_sharing);
 
 class PoseBuffer {
  public:
@@ -47,7 +41,7 @@ class PoseBuffer {
   /// To be called when the drawing that reads the poses has been submitted.
   void drawn();
   /// True where the poses that were written last did not pass through the host.
-  bool shared() const { return device_path_ && device_path_->shared(); }
+  bool shared() const { return from_device_ && device_path_->shared(); }
 
  private:
   static constexpr int parts = 3;
@@ -63,6 +57,7 @@ class PoseBuffer {
 
   GlBuffer device_buffer_;
   std::size_t device_bytes_ = 0;
+  int device_ = -1;
   std::unique_ptr<DevicePath> device_path_;
   bool from_device_ = false;
 };

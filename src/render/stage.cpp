@@ -19,7 +19,7 @@ Stage::Stage(const StageSettings& settings)
       target_(settings.width, settings.height, settings.samples, settings.enlargement) {}
 
 Aabb Stage::framed(const World& world, bool smooth) {
-  const Aabb now = moving_bounds(world);
+  const Aabb now = picture_.moving();
   if (!box_) return now;
   const Aabb wanted = merged(*box_, now);
   const auto dt = static_cast<float>(world.time() - last_time_);
@@ -27,7 +27,7 @@ Aabb Stage::framed(const World& world, bool smooth) {
 }
 
 const Image& Stage::draw(const World& world, bool smooth) {
-  picture_.update(world, renderer_, settings_.colouring);
+  picture_.update(world, renderer_, settings_.colouring, !smooth);
   box_ = framed(world, smooth);
   last_time_ = world.time();
   Aabb shown = *box_;
@@ -41,7 +41,7 @@ const Image& Stage::draw(const World& world, bool smooth) {
   frame.camera = camera_on(shown, settings_.azimuth + settings_.turn * time, settings_.elevation, aspect);
   frame.camera.eye = frame.camera.target + (1 / settings_.zoom) * (frame.camera.eye - frame.camera.target);
   frame.look = settings_.look == LookKind::water ? under_water(size, shown.upper.z + 0.5f * size) : daylight(size);
-  frame.shadows = shadow_region(grown(moving_bounds(world), 1.0f), frame.camera);
+  frame.shadows = shadow_region(grown(picture_.moving(), 1.0f), frame.camera);
   frame.time = time;
   marks_.clear();
   if (settings_.contacts) add_contact_marks(world, marks_);

@@ -22,20 +22,25 @@ Colour varied(Colour colour, std::uint32_t slot) {
   return {vary(colour.r), vary(colour.g), vary(colour.b)};
 }
 
+/// Slots up to the last body's, without reading poses.
+std::size_t slots_of(const World& world) { return world.bodies().empty() ? 0 : world.bodies().back().index + 1; }
+
 /// Height in centimetres.
 int height_step(float z) { return static_cast<int>(std::lround(100.0f * clamp(z, -1e6f, 1e6f))); }
 
 }  // namespace
 
 void WorldColours::colour_new_bodies(const World& world) {
-  const std::size_t slots = world.poses().size();
+  const std::size_t slots = slots_of(world);
   std::map<int, std::size_t> heights;
   if (known_.empty()) {
     for (const BodyId id : world.bodies())
       if (world.motion(id) == MotionType::dynamic) heights[height_step(world.poses()[id.index].position.z)] = 0;
   }
-  start_.resize(slots);
-  known_.resize(slots);
+  if (slots > known_.size()) {
+    start_.resize(slots);
+    known_.resize(slots);
+  }
   const bool in_layers =
       heights.size() > 1 && heights.size() <= most_layers && 4 * heights.size() <= world.bodies().size();
   std::size_t rank = 0;
@@ -57,7 +62,7 @@ void WorldColours::colour_new_bodies(const World& world) {
 
 // Bodies that touch, fixed ones apart: the lowest slot of each island, by union-find with path halving.
 void WorldColours::find_islands(const World& world) {
-  island_.resize(world.poses().size());
+  island_.resize(slots_of(world));
   for (std::uint32_t slot = 0; slot < island_.size(); ++slot) island_[slot] = slot;
   const auto root = [this](std::uint32_t slot) {
     while (island_[slot] != slot) slot = island_[slot] = island_[island_[slot]];
@@ -88,7 +93,7 @@ Colour WorldColours::colour_of(const World& world, BodyId id, Colouring colourin
 std::span<const Colour> WorldColours::update(const World& world, Colouring colouring) {
   colour_new_bodies(world);
   if (colouring == Colouring::island) find_islands(world);
-  colours_.resize(world.poses().size());
+  colours_.resize(slots_of(world));
   for (const BodyId id : world.bodies()) {
     Colour colour = colour_of(world, id, colouring);
     if (world.motion(id) == MotionType::dynamic && !world.is_awake(id)) colour.a = asleep;

@@ -6,6 +6,7 @@ namespace fathom::render {
 namespace {
 
 constexpr float floor_half_width = 5.0f;  // m
+constexpr int read_every = 30;            // updates with poses on the device
 
 }  // namespace
 
@@ -29,10 +30,23 @@ void WorldPicture::list_bodies(const World& world, Renderer& renderer) {
   renderer.set_bodies(drawn);
 }
 
-void WorldPicture::update(const World& world, Renderer& renderer, Colouring colouring) {
-  if (!std::ranges::equal(world.bodies(), bodies_)) list_bodies(world, renderer);
-  renderer.set_colours(colours_.update(world, colouring));
-  renderer.poses().write(world.poses());
+void WorldPicture::update(const World& world, Renderer& renderer, Colouring colouring, bool exact) {
+  const bool new_bodies = !std::ranges::equal(world.bodies(), bodies_);
+  if (new_bodies) list_bodies(world, renderer);
+  const auto on_device = world.device_poses();
+  ++since_read_;
+  const bool reads = exact || new_bodies || !on_device || since_read_ >= read_every || coloured_ != colouring ||
+                     colouring != Colouring::start;
+  if (reads) {
+    renderer.set_colours(colours_.update(world, colouring));
+    moving_ = moving_bounds(world);
+    coloured_ = colouring;
+    since_read_ = 0;
+  }
+  if (on_device)
+    renderer.poses().write(*on_device);
+  else
+    renderer.poses().write(world.poses());
 }
 
 Aabb moving_bounds(const World& world) {

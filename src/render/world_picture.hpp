@@ -13,7 +13,12 @@ namespace fathom::render {
 class WorldPicture {
  public:
   /// Gives the renderer the world's bodies where they have changed, their colours and their poses.
-  void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start);
+  /// Poses on the GPU that draws do not pass through the host. What the host would have to read poses for, the
+  /// bounds and which bodies sleep, is then brought up to date every 30th time, or where `exact` asks for it.
+  void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start, bool exact = false);
+
+  /// `moving_bounds` (m) as of the last update that read poses.
+  const Aabb& moving() const { return moving_; }
 
   /// Height (m) of the highest floor.
   std::optional<float> ground_height() const { return ground_height_; }
@@ -23,6 +28,9 @@ class WorldPicture {
 
   std::vector<BodyId> bodies_;
   WorldColours colours_;
+  std::optional<Colouring> coloured_;
+  Aabb moving_{};
+  int since_read_ = 0;  // updates
   std::optional<float> ground_height_;
 };
 

@@ -73,7 +73,7 @@ class Viewer {
   }
 
   Aabb seen_box() const {
-    Aabb box = moving_bounds(session_.world());
+    Aabb box = picture_.moving();
     if (const auto ground = picture_.ground_height(); ground && *ground < box.upper.z) box.lower.z = *ground;
     return box;
   }

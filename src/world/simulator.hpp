@@ -45,6 +45,8 @@ class Simulator {
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;
   virtual Aabb bounds(std::uint32_t slot) const = 0;
+  /// See World::device_poses.
+  virtual std::optional<DevicePoses> device_poses() const { return {}; }
 
   /// What the device simulator runs on; empty for the native one.
   virtual std::string hardware() const { return {}; }

@@ -81,6 +81,7 @@ bool World::contains(BodyId id) const { return simulator_->bodies.contains(id); 
 std::uint32_t World::body_count() const { return simulator_->bodies.count(); }
 std::span<const BodyId> World::bodies() const { return simulator_->bodies.living(); }
 std::span<const Pose> World::poses() const { return simulator_->poses(); }
+std::optional<DevicePoses> World::device_poses() const { return simulator_->device_poses(); }
 std::span<const Velocity> World::velocities() const { return simulator_->velocities(); }
 
 const Pose& World::pose(BodyId id) const { return simulator_->poses()[simulator_->bodies.slot(id, "read pose")]; }

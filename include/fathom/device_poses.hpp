@@ -1,0 +1,17 @@
+// Poses where a GPU's simulator keeps them, for those who draw or read on the same GPU.
+#pragma once
+
+#include <cstddef>
+
+namespace fathom {
+
+/// Poses in the memory of a device. Valid until the next step or change of the world.
+struct DevicePoses {
+  const void* poses = nullptr;  ///< device pointer to `count` Poses of 32 bytes, by `BodyId::index`
+  std::size_t count = 0;        ///< slots; those without a body hold anything
+  void* stream = nullptr;       ///< cudaStream_t after whose work the poses are complete
+  int device = 0;               ///< the back end's number of the device
+  const char* backend = "cuda";
+};
+
+}  // namespace fathom
