@@ -15,18 +15,14 @@
 #include <thread>
 #include <vector>
 
+#include "test_folder.hpp"
+
 namespace {
 
+using fathom::test::read_text;
 using nlohmann::json;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 struct Outcome {
   int exit_code = -1;
@@ -36,14 +32,7 @@ struct Outcome {
 
 class Program : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "/fathom-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   /// Starts the program with its output in files of the folder.
   pid_t start(const std::vector<std::string>& arguments) const {
@@ -84,7 +73,7 @@ class Program : public testing::Test {
     close(opened);
   }
 
-  fs::path folder_;
+  fathom::test::TestFolder folder_;
 };
 
 TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
@@ -344,6 +333,23 @@ TEST_F(Program, RecordsAndReplays) {
   const Outcome cut = fathom({"replay", path("cut.fathom")});
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err, HasSubstr("cut.fathom: it is truncated"));
+}
+
+// The engine's main loop around the same scene, in the modes whose ticks belong to steps; async where nothing ticks.
+TEST_F(Program, PlaysAScenesRunInTheEnginesLoop) {
+  for (const auto& [scene, modes] :
+       {std::pair{"layers", std::vector{"lockstep", "ahead", "async"}}, {"drift", std::vector{"lockstep", "ahead"}}}) {
+    const json run = result_of({scene, "--bodies", "60", "--steps", "40"});
+    for (const char* mode : modes) {
+      const Outcome played = fathom({"play", scene, "--bodies", "60", "--steps", "40", "--set",
+                                     std::string("simulator.mode=") + mode, "--set", "log.console=false"});
+      EXPECT_EQ(played.exit_code, 0) << played.err;
+      EXPECT_THAT(played.out, HasSubstr(run.at("state_hash").get<std::string>())) << scene << ", " << mode;
+    }
+  }
+  const Outcome wrong = fathom({"play", "layers", "--set", "simulator.mode=fast"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_EQ(std::count(wrong.err.begin(), wrong.err.end(), '\n'), 1) << wrong.err;
 }
 
 TEST_F(Program, ConfigTellsValuesAndOrigins) {

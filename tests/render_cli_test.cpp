@@ -11,20 +11,15 @@
 #include <string>
 
 #include "render/image.hpp"
+#include "test_folder.hpp"
 
 namespace {
 
 using fathom::render::Image;
 using fathom::render::read_png;
+using fathom::test::read_text;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 struct Outcome {
   int exit_code = -1;
@@ -37,24 +32,17 @@ bool has_program(const std::string& name) {
 
 class Pictures : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "/fathom-render-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   /// A command line for the shell, run in the test's folder; "fathom" there is the program.
   Outcome shell(const std::string& line) const {
-    const std::string command =
-        "cd '" + folder_.string() + "' && fathom() { '" FATHOM_PROGRAM "' \"$@\"; } && { " + line + "; } > out 2> err";
+    const std::string command = "cd '" + folder_.path().string() +
+                                "' && fathom() { '" FATHOM_PROGRAM "' \"$@\"; } && { " + line + "; } > out 2> err";
     const int status = std::system(command.c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
   }
 
-  fs::path folder_;
+  fathom::test::TestFolder folder_;
 };
 
 /// How much the pixels of a part of the picture (shares of its size) vary: near 0 for an empty one.

@@ -11,6 +11,7 @@ struct ViewOptions;
 int list();
 int devices();
 int run(const RunOptions& options);
+int play(const RunOptions& options);
 int render(const RenderOptions& options);
 int view(const ViewOptions& options);
 int table(const TableOptions& options);

@@ -74,6 +74,10 @@ int main(int argc, char** argv) {
   const CLI::App* devices_command =
       app.add_subcommand("devices", "List the processors and GPUs of this machine, and why one cannot be used");
   CLI::App* run_command = app.add_subcommand("run", "Simulate an environment or a scene file and print its figures");
+  RunOptions play_options;
+  CLI::App* play_command =
+      app.add_subcommand("play", "Run a scene inside the engine's main loop, headless or in a window");
+  declare_play(*play_command, play_options);
   CLI::App* table_command = app.add_subcommand("table", "Print results of 'run --json' side by side");
   ValidateOptions validate_options;
   CLI::App* validate_command =
@@ -111,6 +115,7 @@ int main(int argc, char** argv) {
 #endif
     if (config_command->parsed()) return config(config_options);
     if (replay_command->parsed()) return replay(replay_options);
+    if (play_command->parsed()) return play(play_options);
     if (validate_command->parsed()) return validate(validate_options);
     return run(run_options);
   } catch (const CLI::ParseError& error) {

@@ -17,7 +17,16 @@ void declare_size(CLI::App& command, RunOptions& options) {
       ->excludes(bodies);
 }
 
-void declare_time(CLI::App& command, RunOptions& options) {
+void declare_which_scene(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("scene", options.scene,
+                  "drift, layers, spread, pyramid ('fathom list' describes them), or a scene file (*.toml)")
+      ->required()
+      ->type_name("ENVIRONMENT|SCENE.toml");
+  declare_size(command, options);
+}
+
+void declare_duration(CLI::App& command, RunOptions& options) {
   const std::int64_t most_steps = 1'000'000'000;
   auto* steps = command.add_option("--steps", options.steps, "Steps to simulate (1800)")
                     ->type_name("N")
@@ -28,25 +37,34 @@ void declare_time(CLI::App& command, RunOptions& options) {
       ->check(positive_number())
       ->excludes(steps)
       ->group("Time");
+}
+
+void declare_time(CLI::App& command, RunOptions& options) {
+  declare_duration(command, options);
   command.add_option("--dt", options.dt, "Time step (s; 1/60 = 0.0166667)")
       ->type_name("S")
       ->check(positive_number())
       ->group("Time");
 }
 
-void declare_simulator(CLI::App& command, RunOptions& options) {
+/// Which simulator, on what: for any options with these three members.
+template <class Options>
+void declare_simulator_choice(CLI::App& command, Options& options, const std::string& help) {
   declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
-                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
-                                "Which simulator runs the scene (native)");
+                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}, help);
   command
       .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
       ->type_name("DEVICE");
-  command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
-      ->type_name("N")
-      ->check(whole_number(0, 16));
   command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
       ->type_name("N")
       ->check(whole_number(0, 1024));
+}
+
+void declare_simulator(CLI::App& command, RunOptions& options) {
+  declare_simulator_choice(command, options, "Which simulator runs the scene (native)");
+  command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
+      ->type_name("N")
+      ->check(whole_number(0, 16));
   declare_choice<BroadPhase>(command, "--broad-phase", options.broad_phase,
                              {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}, "How pairs are found (tree)");
   declare_choice<Solver>(command, "--solver", options.solver, {{"soft", Solver::soft}, {"impulse", Solver::impulse}},
@@ -77,12 +95,7 @@ void declare_output(CLI::App& command, RunOptions& options) {
 }  // namespace
 
 void declare_scene(CLI::App& command, RunOptions& options) {
-  command
-      .add_option("scene", options.scene,
-                  "drift, layers, spread, pyramid ('fathom list' describes them), or a scene file (*.toml)")
-      ->required()
-      ->type_name("ENVIRONMENT|SCENE.toml");
-  declare_size(command, options);
+  declare_which_scene(command, options);
   declare_simulator(command, options);
   declare_config_sources(command, options.config);
 }
@@ -101,6 +114,18 @@ void declare_run(CLI::App& command, RunOptions& options) {
       "2 the command line, a scene or a file is wrong; 130 Ctrl-C, what was measured is written.");
 }
 
+void declare_play(CLI::App& command, RunOptions& options) {
+  declare_which_scene(command, options);
+  declare_duration(command, options);
+  declare_config_sources(command, options.config);
+  command.add_flag("--quiet", options.quiet, "Say nothing where nothing is wrong");
+  command.footer(
+      "The configuration says the rest: simulator and mode, pacing, window, logging, recording ('fathom config').\n"
+      "In a window space pauses, a full stop makes one step, escape ends. Examples:\n"
+      "  fathom play layers --set simulator.mode=async --set loop.time=wall --set window.enabled=true\n"
+      "  fathom play pyramid --layers 15 --steps 600 --set simulator.mode=ahead --set trace.file=trace.json");
+}
+
 void declare_table(CLI::App& command, TableOptions& options) {
   command.add_option("files", options.files, "Results written by 'fathom run --json'")->required()->type_name("FILE");
 }
@@ -109,15 +134,7 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
   command.add_option("--only", options.only, "Cases or groups whose names hold this text")->type_name("TEXT");
   command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
   command.add_flag("--list", options.list, "Say which cases there are");
-  declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
-                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
-                                "Which simulator is validated (native)");
-  command
-      .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
-      ->type_name("DEVICE");
-  command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
-      ->type_name("N")
-      ->check(whole_number(0, 1024));
+  declare_simulator_choice(command, options, "Which simulator is validated (native)");
   command.add_option("--html", options.html, "Write the report with tables and plots")
       ->type_name("FILE")
       ->group("Output");

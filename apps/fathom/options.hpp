@@ -68,6 +68,8 @@ struct ValidateOptions {
 void declare_scene(CLI::App& command, RunOptions& options);
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
+/// Of these `fathom play` has the scene, its size and how long it runs; the configuration says the rest.
+void declare_play(CLI::App& command, RunOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);
 void declare_validate(CLI::App& command, ValidateOptions& options);
 

@@ -8,6 +8,7 @@
 
 #include "exec/cuda/cuda_group.cuh"
 #include "exec/kernel.hpp"
+#include "exec/phases.hpp"
 #include "exec/range.hpp"
 
 namespace fathom::exec::cuda {
@@ -68,35 +69,10 @@ __device__ void wait_for_all(const Meanwhile& meanwhile) {
 
 /// All phases, once the plan is made.
 template <Barrier barrier, bool ends_at_empty, class Kernel>
-__device__ void run_planned(std::uint32_t most_phases, std::uint32_t most_items, const Kernel& kernel,
-                            const typename Kernel::Plan& plan) {
-  const std::uint32_t stride = gridDim.x * blockDim.x, first = blockIdx.x * blockDim.x + threadIdx.x;
-  const std::uint32_t planned_phases = kernel.phases(plan);
-  const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
-  const auto items_of = [&](const typename Kernel::Place& place) {
-    const std::uint32_t items = kernel.items(plan, place);
-    return items < most_items ? items : most_items;
-  };
-  if (phases == 0) return;
-  auto place = kernel.place(plan, 0);
-  std::uint32_t n = items_of(place);
-  typename Kernel::Fetched fetched;
-  if (first < n) fetched = kernel.fetch(plan, place, first);
-  for (std::uint32_t phase = 0;; ++phase) {
-    if (ends_at_empty && n == 0) return;
-    if (first < n) kernel(plan, place, first, fetched);
-    for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
-    if (phase + 1 == phases) return;
-    wait_for_all<barrier>([&] {
-      place = kernel.place(plan, phase + 1);
-      if constexpr (Kernel::plan_parts > 0) {
-        n = items_of(place);
-        if (first < n) fetched = kernel.fetch(plan, place, first);
-      }
-    });
-    // How many items a phase without a plan has may be what the phase before has counted.
-    if constexpr (Kernel::plan_parts == 0) n = items_of(place);
-  }
+__device__ void run_with_barrier(std::uint32_t most_phases, std::uint32_t most_items, const Kernel& kernel,
+                                 const typename Kernel::Plan& plan) {
+  run_planned<ends_at_empty>(blockIdx.x * blockDim.x + threadIdx.x, gridDim.x * blockDim.x, most_phases, most_items,
+                             kernel, plan, [](const auto& meanwhile) { wait_for_all<barrier>(meanwhile); });
 }
 
 template <Barrier barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
@@ -114,11 +90,11 @@ __global__ __launch_bounds__(Size) void run_phases(std::uint32_t most_phases, st
     const std::uint32_t n = kernel.resident_items(plan);
     for (std::uint32_t i = threadIdx.x; i < n; i += blockDim.x) kernel.load_resident(local, i);
     __syncthreads();
-    run_planned<barrier, ends_at_empty>(most_phases, most_items, kernel.resident(local), plan);
+    run_with_barrier<barrier, ends_at_empty>(most_phases, most_items, kernel.resident(local), plan);
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < n; i += blockDim.x) kernel.store_resident(local, i);
   } else {
-    run_planned<barrier, ends_at_empty>(most_phases, most_items, kernel, plan);
+    run_with_barrier<barrier, ends_at_empty>(most_phases, most_items, kernel, plan);
   }
 }
 

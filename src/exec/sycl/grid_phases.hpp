@@ -8,6 +8,7 @@
 #include <sycl/sycl.hpp>
 
 #include "exec/kernel.hpp"
+#include "exec/phases.hpp"
 #include "exec/sycl/adaptive_cpp.hpp"
 
 namespace fathom::exec {
@@ -69,33 +70,8 @@ void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, 
     }
     sycl::group_barrier(work_item.get_group());
   }
-  const typename Kernel::Plan& plan = plan_of_group;
-  const std::uint32_t planned_phases = kernel.phases(plan);
-  const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
-  const auto items_of = [&](const typename Kernel::Place& place) {
-    const std::uint32_t items = kernel.items(plan, place);
-    return items < most_items ? items : most_items;
-  };
-  if (phases == 0) return;
-  auto place = kernel.place(plan, 0);
-  std::uint32_t n = items_of(place);
-  typename Kernel::Fetched fetched;
-  if (first < n) fetched = kernel.fetch(plan, place, first);
-  for (std::uint32_t phase = 0;; ++phase) {
-    if (ends_at_empty && n == 0) return;
-    if (first < n) kernel(plan, place, first, fetched);
-    for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
-    if (phase + 1 == phases) return;
-    barrier.wait_for_all([&] {
-      place = kernel.place(plan, phase + 1);
-      if constexpr (Kernel::plan_parts > 0) {
-        n = items_of(place);
-        if (first < n) fetched = kernel.fetch(plan, place, first);
-      }
-    });
-    // How many items a phase without a plan has may be what the phase before has counted.
-    if constexpr (Kernel::plan_parts == 0) n = items_of(place);
-  }
+  run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group,
+                             [&](const auto& meanwhile) { barrier.wait_for_all(meanwhile); });
 }
 
 }  // namespace fathom::exec

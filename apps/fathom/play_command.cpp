@@ -1,0 +1,95 @@
+// `fathom play`: a scene inside the engine's main loop, headless or in a window.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "commands.hpp"
+#include "engine/engine.hpp"
+#include "engine/scene_entities.hpp"
+#include "setup.hpp"
+#include "system.hpp"
+#ifdef FATHOM_HAS_VIEWER
+#include "viewer/engine_window.hpp"
+#endif
+
+namespace fathom::cli {
+namespace {
+
+std::unique_ptr<engine::FrontEnd> open_window(const engine::Config& config) {
+#ifdef FATHOM_HAS_VIEWER
+  const auto& window = config->window;
+  return std::make_unique<viewer::EngineWindow>(viewer::EngineWindowSettings{
+      window.title, window.width, window.height, config->loop.pacing == engine::Pacing::vsync});
+#else
+  (void)config;
+  throw Error(ErrorCode::unavailable,
+              "this build has no window; leave window.enabled out, or build where GLFW and OpenGL are installed");
+#endif
+}
+
+/// From a corner, far enough to see what can move.
+engine::Camera overview(const Scene& scene) {
+  Aabb all{};
+  bool any = false;
+  for (const BodyDef& body : scene.bodies) {
+    if (body.motion == MotionType::fixed) continue;
+    const Aabb here{body.pose.position, body.pose.position};
+    all = any ? merged(all, here) : here;
+    any = true;
+  }
+  const Vec3 middle = centre(all);
+  const float distance = 4 + 1.2f * length(all.upper - all.lower);
+  return {.eye = middle + distance * normalize(Vec3{1, -1, 0.6f}), .target = middle};
+}
+
+/// Space pauses, a full stop makes one step, escape ends; each unless the configuration binds the action otherwise.
+void bind_keys(engine::Config& config) {
+  for (const auto& [action, key] : {std::pair{"pause", "space"}, {"step", "period"}, {"quit", "escape"}})
+    if (!config->actions.contains(action)) config.set(fmt::format("input.actions.{}={}", action, key));
+}
+
+}  // namespace
+
+int play(const RunOptions& options) {
+  const Scene scene = make_scene(options);
+  engine::Config config = options.config.load();
+  engine::take_over_world(scene, config);
+  bind_keys(config);
+  // A scene begins with all its bodies, however many an application may add to it in a frame.
+  if (config.origin("world.spawns_per_frame") == "default")
+    config.edit().world.spawns_per_frame =
+        std::max(config->world.spawns_per_frame, static_cast<int>(scene.bodies.size()) + 1);
+  const bool windowed = config->window.enabled;
+  const std::unique_ptr<engine::FrontEnd> window = windowed ? open_window(config) : nullptr;
+
+  const InterruptGuard interrupt;
+  engine::Engine engine(config, window.get());
+  engine::spawn_scene(engine, scene);
+  engine.camera() = overview(scene);
+  engine.input().on_action("pause", [&](bool pressed) {
+    if (pressed) engine.set_paused(!engine.paused());
+  });
+  engine.input().on_action("step", [&](bool pressed) {
+    if (pressed) engine.single_step();
+  });
+  engine.input().on_action("quit", [&](bool pressed) {
+    if (pressed) engine.stop();
+  });
+  engine.on_frame([](engine::Engine& running) {
+    if (InterruptGuard::requested()) running.stop();
+  });
+  // A window stays open until it is closed.
+  const bool endless = windowed && !options.steps && !options.seconds;
+  engine.run(endless ? 0 : steps_to_run(options, scene.world));
+  engine.simulation().finish();
+  std::uint64_t hash = 0;
+  engine.simulation().inspect([&](const engine::CommandRunner& runner) { hash = runner.world().state_hash(); });
+  if (!options.quiet)
+    fmt::print("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
+               scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
+  engine.finish();
+  return InterruptGuard::requested() ? interrupted : finished;
+}
+
+}  // namespace fathom::cli

@@ -1,0 +1,130 @@
+// What the application changes between steps, kept by the device simulator until the next is submitted.
+#pragma once
+
+#include "device/device_simulator.hpp"
+
+namespace fathom::device {
+
+template <exec::Device D>
+void DeviceSimulator<D>::add_edit(Edit edit) {
+  if (last_edit_.size() < slot_of_.size()) last_edit_.resize(slot_of_.size() + slot_of_.size() / 2, none);
+  const auto place = static_cast<std::uint32_t>(edits_.size());
+  std::uint32_t& last = last_edit_[edit.index];
+  if (last != none) {
+    edits_[last].next = place;
+    edit.later = 1;
+  }
+  last = place;
+  edits_.push_back(edit);
+  if (bodies_are_current_) mirror(edit, data_);
+}
+
+template <exec::Device D>
+BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
+  const BodyInfo& info = bodies[slot];
+  BodyData d;
+  BodyConstants& c = d.constants;
+  c.bits = static_cast<std::uint32_t>(info.motion) | living_bit | (info.isotropic ? isotropic_bit : 0u) |
+           (info.can_sleep ? can_sleep_bit : 0u) | static_cast<std::uint32_t>(info.geometry.type) << shape_shift |
+           static_cast<std::uint32_t>(info.material.friction_rule) << friction_rule_shift |
+           static_cast<std::uint32_t>(info.material.restitution_rule) << restitution_rule_shift;
+  c.radius = info.radius;
+  c.inverse_mass = info.inverse_mass;
+  c.inverse_inertia = info.isotropic ? info.inverse_inertia.xx : 0;
+  c.half_extents = info.geometry.half_extents;
+  c.shape_radius = info.geometry.radius;
+  c.gravity_scale = info.gravity_scale;
+  c.linear_damping = info.linear_damping;
+  c.angular_damping = info.angular_damping;
+  if (info.shape.hull) c.hull = hull_memory_.index_of(info.shape.hull);
+  c.category = info.filter.category;
+  c.mask = info.filter.mask;
+  c.friction = info.material.friction;
+  may_bounce_ = may_bounce_ || info.material.restitution > 0;
+  c.restitution = info.material.restitution;
+  d.tensors = {info.inertia, info.inverse_inertia};
+  return d;
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
+  const BodyData body = body_data(slot);
+  movable_ += bodies[slot].motion != MotionType::fixed;
+  release_rested_indices();
+  if (index_of_.size() <= slot) index_of_.resize(slot + 1, none);
+  std::uint32_t index;
+  if (free_indices_.empty()) {
+    index = static_cast<std::uint32_t>(slot_of_.size());
+    slot_of_.push_back(slot);
+  } else {
+    index = free_indices_.back();
+    free_indices_.pop_back();
+    slot_of_[index] = slot;
+  }
+  former_ids_.erase(index);
+  index_of_[slot] = index;
+  slots_are_current_ = false;
+  BodyData& data = data_.emplace_back(body);
+  data.pose = pose;
+  data.velocity = velocity;
+  Edit edit = edit_of(EditKind::add, index, Velocity{});
+  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
+  add_edit(edit);
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
+  const std::uint32_t index = index_of_[slot];
+  movable_ -= bodies[slot].motion != MotionType::fixed;
+  add_edit(edit_of(EditKind::remove, index, Velocity{}));
+  former_ids_[index] = bodies.id(slot);
+  slot_of_[index] = none;
+  index_of_[slot] = none;
+  resting_indices_.emplace_back(index, submitted_ + 1);
+  slots_are_current_ = false;
+}
+
+/// Indices whose last owners' contacts a finished step has dropped.
+template <exec::Device D>
+void DeviceSimulator<D>::release_rested_indices() {
+  while (!resting_indices_.empty() && resting_indices_.front().second <= newest_.step) {
+    free_indices_.push_back(resting_indices_.front().first);
+    resting_indices_.pop_front();
+  }
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::set_pose(std::uint32_t slot, const Pose& pose) {
+  add_edit(edit_of(EditKind::set_pose, index_of_[slot], pose));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::set_velocity(std::uint32_t slot, const Velocity& velocity) {
+  add_edit(edit_of(EditKind::set_velocity, index_of_[slot], velocity));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change) {
+  add_edit(edit_of(EditKind::add_velocity, index_of_[slot], change));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::add_impulse(std::uint32_t slot, const Velocity& impulse) {
+  if (bodies[slot].motion == MotionType::dynamic) add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
+  if (bodies[slot].motion == MotionType::dynamic)
+    add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::wake(std::uint32_t slot) {
+  add_edit(edit_of(EditKind::wake, index_of_[slot], Velocity{}));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
+  data_.push_back(body_data(slot));
+  data_.back().changes = changes;
+  Edit edit = edit_of(EditKind::constants, index_of_[slot], Velocity{});
+  edit.data = static_cast<std::uint32_t>(data_.size() - 1);
+  add_edit(edit);
+}
+
+}  // namespace fathom::device

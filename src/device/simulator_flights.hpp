@@ -1,0 +1,106 @@
+// Steps in flight: how the device simulator hears of their ends, repairs what found no room, and tells of them.
+#pragma once
+
+#include <algorithm>
+
+#include "device/device_simulator.hpp"
+
+namespace fathom::device {
+
+template <exec::Device D>
+bool DeviceSimulator<D>::oldest_is_done() const {
+  return !flights_.empty() && end_of(flights_.front().number).is_done();
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::retire_oldest() {
+  const Event& end = end_of(flights_.front().number);
+  end.wait();
+  const Report report = reports_[flights_.front().number % lanes_count_];
+  if (report.stopped) return repair(report);
+  newest_ = report;
+  const Flight& flight = flights_.front();
+  newest_interval_ = flight.was_idle || report.step == 1 ? end.milliseconds_since(lane_of(flight.number).start)
+                                                         : end.milliseconds_since(end_of(report.step - 1));
+  newest_traffic_ = flight.traffic;
+  flights_.pop_front();
+  profile_is_current_ = false;
+  if (def.ahead > 0) {
+    bodies_are_current_ = events_are_current_ = false;
+  }
+  const std::size_t in_use = newest_.contacts - newest_.free_contacts;
+  if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::retire_all() const {
+  while (!flights_.empty()) self().retire_oldest();
+}
+
+/// Makes room for what a step found no room for, then submits it and all that came after it once more. The first one's
+/// edits have been applied already, those of the others have been passed over.
+template <exec::Device D>
+void DeviceSimulator<D>::repair(const Report& report) {
+  device_.wait();
+  const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
+  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
+  forget_graphs();
+  record();
+  device_.parallel_for(1, GoOn{counters_.data()});
+  bool first = true;
+  for (Flight& flight : flights_) {
+    submit(flight, !first);
+    first = false;
+  }
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::synchronise() const {
+  retire_all();
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::look() const {
+  if (def.ahead == 0)
+    retire_all();
+  else
+    while (oldest_is_done()) self().retire_oldest();
+}
+
+template <exec::Device D>
+const Profile& DeviceSimulator<D>::current_profile() const {
+  look();
+  if (!profile_is_current_) self().make_profile();
+  return profile;
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::make_profile() {
+  profile_is_current_ = true;
+  profile = {};
+  profile.step = newest_.step;
+  if (newest_.step == 0) return;
+  profile.interval = newest_interval_;
+  const Lane& lane = lane_of(newest_.step);
+  const StageMarks<D>& m = lane.marks;
+  profile.times = {m.pairs.milliseconds_since(m.begin), m.manifolds.milliseconds_since(m.pairs),
+                   m.built.milliseconds_since(m.manifolds), m.solved.milliseconds_since(m.built),
+                   m.end.milliseconds_since(m.solved)};
+  StepCounts& c = profile.counts;
+  c.bodies = bodies.count();
+  c.active = def.sleep.enabled ? newest_.active : movable_;
+  c.pairs = newest_.contacts - newest_.free_contacts;
+  c.manifolds = newest_.constraints;
+  c.points = newest_.points;
+  c.colours = newest_.colours;
+  c.overflow = newest_.overflow;
+  c.islands = newest_.islands;
+  c.recycled = newest_.recycled;
+  c.quarantined = newest_.quarantined;
+  c.launches = newest_traffic_.launches;
+  c.bytes_to_device = newest_traffic_.bytes_to_device;
+  c.bytes_to_host = newest_traffic_.bytes_to_host;
+  c.memory_bytes = device_.bytes_in_use();
+}
+
+}  // namespace fathom::device

@@ -1,0 +1,140 @@
+// The device simulator's mirror: poses and velocities on the host, fetched when somebody looks, edits on top.
+#pragma once
+
+#include <algorithm>
+
+#include "device/device_simulator.hpp"
+
+namespace fathom::device {
+
+template <exec::Device D>
+void DeviceSimulator<D>::fetch_bodies() const {
+  if (copies_results())
+    look();
+  else
+    retire_all();
+  if (!bodies_are_current_) self().fetch_bodies_now();
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::fetch_bodies_now() {
+  bodies_are_current_ = true;
+  const std::size_t n = bodies.slot_count();
+  poses_.assign(std::max(n, poses_.size()), Pose{});
+  velocities_.assign(poses_.size(), Velocity{});
+  flags_.assign(poses_.size(), 0);
+  if (newest_.step > 0) {
+    Lane& lane = lane_of(newest_.step);
+    if (!copies_results()) {
+      make_room();
+      upload_slots();
+      submit_results(lane);
+      device_.wait();
+    }
+    const std::size_t known = std::min(lane.slots, n);
+    std::copy_n(lane.poses.begin(), known, poses_.begin());
+    std::copy_n(lane.velocities.begin(), known, velocities_.begin());
+    std::copy_n(lane.flags.begin(), known, flags_.begin());
+    // What an earlier owner of a slot left there is nobody's.
+    for (std::uint32_t slot = 0; slot < n; ++slot)
+      if (!bodies.alive(slot)) poses_[slot] = {}, velocities_[slot] = {}, flags_[slot] = 0;
+  }
+  for (const Flight& flight : flights_)
+    for (const Edit& e : flight.edits)
+      if (e.kind == EditKind::add) mirror(e, flight.data);
+  for (const Edit& e : edits_) mirror(e, data_);
+}
+
+template <exec::Device D>
+std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
+  if constexpr (requires { device_.stream(); }) {
+    if (!edits_.empty()) return {};
+    retire_all();
+    if (newest_.step == 0) return {};
+    make_room();
+    upload_slots();
+    BodyMemory& m = body_memory_;
+    device_.parallel_for(
+        static_cast<std::uint32_t>(slot_of_.size()),
+        PublishBodies{m.arrays(), m.slots.data(), m.slot_poses.data(), m.slot_velocities.data(), m.slot_flags.data()});
+    return DevicePoses{m.slot_poses.data(), bodies.slot_count(), device_.stream(),
+                       static_cast<int>(device_.info().index)};
+  } else {
+    return {};
+  }
+}
+
+/// What an edit does to poses and velocities that the application reads.
+template <exec::Device D>
+void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {
+  const std::uint32_t slot = slot_of_[e.index];
+  if (slot == none) return;
+  if (poses_.size() <= slot) {
+    poses_.resize(slot + 1 + slot / 2);
+    velocities_.resize(poses_.size());
+    flags_.resize(poses_.size());
+  }
+  const BodyInfo& info = bodies[slot];
+  Velocity& v = velocities_[slot];
+  switch (e.kind) {
+    case EditKind::add:
+      poses_[slot] = data[e.data].pose;
+      v = data[e.data].velocity;
+      flags_[slot] = info.motion == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
+      return;
+    case EditKind::remove:
+      poses_[slot] = {};
+      v = {};
+      flags_[slot] = 0;
+      return;
+    case EditKind::set_pose:
+      poses_[slot] = e.pose();
+      break;
+    case EditKind::set_velocity:
+      v = e.velocity();
+      break;
+    case EditKind::add_velocity:
+      v.linear += e.linear;
+      v.angular += e.angular;
+      break;
+    case EditKind::impulse: {
+      const BodyData body = body_data(slot);
+      v = pushed(v, body.constants, body.tensors, poses_[slot].rotation, e.velocity());
+      break;
+    }
+    default:
+      break;
+  }
+  if (info.motion != MotionType::fixed) mirror_waking(slot);
+}
+
+/// A body that wakes takes along all that fell asleep with it.
+template <exec::Device D>
+void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
+  const std::uint32_t flags = flags_[slot];
+  flags_[slot] = (flags & ~isolated_flag) | awake_flag;
+  if (flags & (awake_flag | isolated_flag)) return;
+  for (const BodyId id : bodies.living()) {
+    std::uint32_t& other = flags_[id.index];
+    const bool asleep = bodies[id.index].motion == MotionType::dynamic && !(other & (awake_flag | isolated_flag));
+    if (asleep && other >> island_shift == flags >> island_shift) other |= awake_flag;
+  }
+}
+
+template <exec::Device D>
+std::span<const Pose> DeviceSimulator<D>::poses() const {
+  fetch_bodies();
+  return {poses_.data(), bodies.slot_count()};
+}
+template <exec::Device D>
+std::span<const Velocity> DeviceSimulator<D>::velocities() const {
+  fetch_bodies();
+  return {velocities_.data(), bodies.slot_count()};
+}
+template <exec::Device D>
+bool DeviceSimulator<D>::is_awake(std::uint32_t slot) const {
+  fetch_bodies();
+  return flags_[slot] & awake_flag;
+}
+
+}  // namespace fathom::device
