@@ -23,13 +23,11 @@ class GridBarrier {
  public:
   GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word) : work_item_(work_item), word_(word) {}
 
-  /// Runs `meanwhile` between arriving and leaving.
-  template <class Meanwhile>
-  void wait_for_all(const Meanwhile& meanwhile) const {
+  void wait_for_all() const {
     const auto group = work_item_.get_group();
     const auto groups = static_cast<std::uint32_t>(work_item_.get_group_range(0));
     sycl::group_barrier(group);
-    if (groups == 1) return meanwhile();
+    if (groups == 1) return;
     const bool is_first = work_item_.get_local_linear_id() == 0;
     // AdaptiveCpp's read-modify-writes order nothing whatever order they are told; this makes the group's writes
     // visible first.
@@ -41,7 +39,6 @@ class GridBarrier {
           sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(
               share);
     }
-    meanwhile();
     if (is_first) {
       while (((adaptive_cpp::load_acquire(*word_) ^ arrived) & turning_bit) == 0) {
       }
@@ -71,7 +68,7 @@ void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, 
     sycl::group_barrier(work_item.get_group());
   }
   run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group,
-                             [&](const auto& meanwhile) { barrier.wait_for_all(meanwhile); });
+                             [&] { barrier.wait_for_all(); });
 }
 
 }  // namespace fathom::exec

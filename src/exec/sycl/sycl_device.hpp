@@ -41,12 +41,9 @@ struct RunPhase {
     }
     if (phase >= kernel.phases(plan)) return;
     const auto place = kernel.place(plan, phase);
-    const std::uint32_t items = kernel.items(plan, place);
-    const std::uint32_t n = items < most_items ? items : most_items;
     group.for_each([&](std::uint32_t item) {
-      for (std::uint32_t i = group.index() * Size + item; i < n; i += groups * Size) {
-        kernel(plan, place, i, kernel.fetch(plan, place, i));
-      }
+      const std::uint32_t first = group.index() * Size + item;
+      run_share(kernel, plan, place, share_of(kernel, plan, place, first, groups * Size, most_items));
     });
   }
 };
