@@ -200,7 +200,7 @@ struct CollideShapes {
     if constexpr (only_boxes)
       return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
     else
-      return collide_shapes(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
+      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
   }
 };
 
