@@ -30,8 +30,10 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   if (first < n) fetched = kernel.fetch(plan, place, first);
   for (std::uint32_t phase = 0;; ++phase) {
     if (ends_at_empty && n == 0) return;
-    if (first < n) kernel(plan, place, first, fetched);
-    for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
+    for (std::uint32_t i = first; i < n; i += stride) {
+      if (i != first) fetched = kernel.fetch(plan, place, i);
+      kernel(plan, place, i, fetched);
+    }
     if (phase + 1 == phases) return;
     wait_for_all([&] {
       place = kernel.place(plan, phase + 1);
