@@ -62,12 +62,15 @@ void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, 
                 std::uint32_t most_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
   const GridBarrier barrier(work_item, barrier_word);
   const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
-  const auto first = static_cast<std::uint32_t>(work_item.get_global_linear_id());
+  // Warps take turns between the groups: a phase of few items then has as many compute units to itself as it has warps.
+  constexpr std::uint32_t warp_size = 32;
+  const auto local = static_cast<std::uint32_t>(work_item.get_local_linear_id());
+  const auto groups = static_cast<std::uint32_t>(work_item.get_group_range(0));
+  const auto group = static_cast<std::uint32_t>(work_item.get_group_linear_id());
+  const std::uint32_t first = (local / warp_size * groups + group) * warp_size + local % warp_size;
   if constexpr (Kernel::plan_parts > 0) {
     const auto size = static_cast<std::uint32_t>(work_item.get_local_range(0));
-    for (auto k = static_cast<std::uint32_t>(work_item.get_local_linear_id()); k < Kernel::plan_parts; k += size) {
-      kernel.plan_part(plan_of_group, k);
-    }
+    for (std::uint32_t k = local; k < Kernel::plan_parts; k += size) kernel.plan_part(plan_of_group, k);
     sycl::group_barrier(work_item.get_group());
   }
   run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group,
