@@ -16,6 +16,9 @@ namespace fathom::exec {
 /// Groups of a phase kernel that has few items: fewer pass the barrier sooner.
 inline constexpr std::uint32_t most_groups_with_few_items = 16;
 
+/// Items that a group of a phase kernel has at least where there are compute units enough: two warps.
+inline constexpr std::uint32_t items_of_resident_group = 64;
+
 /// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
 /// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, and
 /// the next launch may have another number of groups. The word starts as 0.
