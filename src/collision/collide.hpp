@@ -35,6 +35,8 @@ FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const
 /// every call.
 FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache) {
+  if (a.type == ShapeType::box && b.type == ShapeType::sphere)  // too cheap for what follows
+    return collide_box_sphere(a.half_extents, b_in_a.position, b.radius, margin);
   const bool is_round_a = is_round(a), is_round_b = is_round(b);
   if (is_round_a && is_round_b) return collide_round(round_shape(a), transform(b_in_a, round_shape(b)), margin);
   if (!is_round_a && !is_round_b) return collide_polyhedra(a, b, b_in_a, margin, cache);
