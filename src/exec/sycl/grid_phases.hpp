@@ -20,15 +20,16 @@ inline constexpr std::uint32_t most_groups_with_few_items = 16;
 inline constexpr std::uint32_t items_of_resident_group = 64;
 
 /// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
-/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, and
-/// the next launch may have another number of groups. The word starts as 0.
+/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, the
+/// next launch may have another number of groups, and nobody waits for the answer to an addition. The word starts as 0.
 class GridBarrier {
  public:
-  GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word) : work_item_(work_item), word_(word) {}
+  GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word)
+      : work_item_(work_item), word_(word), turned_(~adaptive_cpp::load_acquire(*word) & turning_bit) {}
 
   /// Runs `meanwhile` between arriving and leaving.
   template <class Meanwhile>
-  void wait_for_all(const Meanwhile& meanwhile) const {
+  void wait_for_all(const Meanwhile& meanwhile) {
     const auto group = work_item_.get_group();
     const auto groups = static_cast<std::uint32_t>(work_item_.get_group_range(0));
     sycl::group_barrier(group);
@@ -37,18 +38,16 @@ class GridBarrier {
     // AdaptiveCpp's read-modify-writes order nothing whatever order they are told; this makes the group's writes
     // visible first.
     adaptive_cpp::device_fence_of_first_sub_group(work_item_);
-    std::uint32_t arrived = 0;
     if (is_first) {
       const std::uint32_t share = group.get_group_linear_id() == 0 ? turning_bit - (groups - 1) : 1;
-      arrived =
-          sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(
-              share);
+      sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(share);
     }
     meanwhile();
     if (is_first) {
-      while (((adaptive_cpp::load_acquire(*word_) ^ arrived) & turning_bit) == 0) {
+      while ((adaptive_cpp::load_acquire(*word_) & turning_bit) != turned_) {
       }
     }
+    turned_ ^= turning_bit;
     sycl::group_barrier(group);
   }
 
@@ -57,13 +56,14 @@ class GridBarrier {
 
   sycl::nd_item<1> work_item_;
   std::uint32_t* word_;
+  std::uint32_t turned_;  ///< the highest bit when all have arrived
 };
 
 /// All phases of a planned kernel, of which each group keeps its own plan.
 template <bool ends_at_empty, class Kernel>
 void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t most_phases,
                 std::uint32_t most_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
-  const GridBarrier barrier(work_item, barrier_word);
+  GridBarrier barrier(work_item, barrier_word);
   const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
   // Warps take turns between the groups: a phase of few items then has as many compute units to itself as it has warps.
   constexpr std::uint32_t warp_size = 32;
