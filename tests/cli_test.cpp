@@ -235,7 +235,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--broad-phase", "grid"}, "must be sweep|tree, not grid"},
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
-      {{"run", "drift", "--simulator", "gpu"}, "must be device|native, not gpu"},
+      {{"run", "drift", "--simulator", "gpu"}, "must be device|hybrid|native, not gpu"},
       {{"run", "drift", "--json", "/nowhere/x.json"}, "/nowhere/x.json: cannot be written"},
       {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
       {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},
