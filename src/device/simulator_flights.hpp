@@ -47,8 +47,8 @@ template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  // Less would be more than 80 % full at once.
-  contact_memory_.reserve(needed + 3 * needed / 10, event_lists(), may_bounce_);
+  // A quarter more would be 80 % full at once.
+  contact_memory_.reserve(needed + 13 * needed / 50, event_lists(), may_bounce_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
