@@ -40,10 +40,9 @@ struct SolverSettings {
   int substeps = 4;     ///< ≥ 1
   int iterations = 10;  ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
   float contact_hertz =
-      30.0f;  ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
-  float contact_damping_ratio =
-      1.0f;                        ///< 1: a penetration decays without overshoot, as fast as it can (docs/solver.md)
-  float push_out_velocity = 3.0f;  ///< m/s at most to resolve a penetration
+      36.0f;  ///< stiffness of contacts, capped at 0.15 of the substep rate; twice that against static bodies
+  float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
+  float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces
   float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
 };

@@ -184,7 +184,7 @@ struct SolveParameters {
   std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
   std::uint32_t sweeps_after = 1;   ///< and after
   bool soft = true;
-  Softness dynamic, fixed;
+  ContactSoftness contacts;
   float push_out_velocity = 0, restitution_threshold = 0;
 };
 
@@ -199,13 +199,11 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.restitution_threshold = s.restitution_threshold;
   p.soft = s.method == Solver::soft;
   if (p.soft) {
-    const float hertz = min(s.contact_hertz, 0.125f / p.h);
-    p.dynamic = make_soft(hertz, s.contact_damping_ratio, p.h);
-    p.fixed = make_soft(2 * hertz, s.contact_damping_ratio, p.h);
+    p.contacts = contact_softness(s, p.h);
   } else {
     p.sweeps_before = static_cast<std::uint32_t>(s.iterations);
     p.sweeps_after = 0;
-    p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / p.h;
+    p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / p.h;
   }
   return p;
 }
@@ -381,7 +379,9 @@ struct SolveConstraints {
     } else {
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
-      const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity, (bits & bounces_bit) != 0};
+      ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
+                       (bits & bounces_bit) != 0};
+      if (is_uneven(solver_a.inverse_mass, solver_b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved, impulses, a, b);

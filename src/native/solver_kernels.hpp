@@ -12,8 +12,7 @@ namespace fathom::native {
 
 struct SweepParameters {
   float inverse_substep = 0;  ///< 1/s
-  Softness dynamic;           ///< between two bodies that can be pushed
-  Softness fixed;             ///< against one that cannot
+  ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
 };

@@ -25,7 +25,7 @@ Vec3d impulse_on(const World& world, BodyId id) {
 void stacked_balls(const Setup& setup, Record& record) {
   WorldDef def = world_def(setup);
   def.dt = 5e-3f;
-  def.solver.contact_hertz = 100;  // 1/8 of the substep rate, the stiffest that the time step allows
+  def.solver.contact_hertz = 100;  // nearly the stiffest that the time step allows
   World world(def);
   const BodyId ground = world.add(floor_slab());
   for (int i = 0; i < 8; ++i) world.add(body(sphere(0.1f), {0, 0, 0.1f + 0.2f * static_cast<float>(i)}));
