@@ -363,7 +363,7 @@ TEST(World, ContactsCanBeRead) {
       EXPECT_NEAR(c.points[p].position.z, 0.5f, 1e-3f);
       EXPECT_NEAR(std::abs(c.points[p].position.x), 0.5f, 1e-3f);
     }
-    EXPECT_NEAR(impulse * 240, 9.81f, 0.05f);
+    EXPECT_NEAR(impulse * 60, 9.81f, 0.05f);
   });
   EXPECT_EQ(contacts, 1);
 }

@@ -98,8 +98,9 @@ struct HitEvent {
 struct ContactPointInfo {
   Vec3 position;     ///< m, world
   float separation;  ///< m, negative where the bodies overlap
-  float impulse;     ///< N·s along the normal over the last substep; times substeps / dt gives the force
+  float impulse;     ///< N·s along the normal over the step; divided by dt the mean force (see ContactInfo)
 };
+/// The points' impulses sum to what the contact gave over the step; how they share it is that of the last substep.
 struct ContactInfo {
   BodyId a, b;
   Vec3 normal;  ///< unit, from a to b

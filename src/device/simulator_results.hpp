@@ -105,7 +105,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.impulses[p]};
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
     }
     infos.push_back(info);
   }

@@ -70,7 +70,7 @@ FATHOM_HD void store_normal_impulses(Quad* rows, const ContactImpulses& p) {
   rows[impulse_row * tile_width] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
 }
 FATHOM_HD void store_friction_impulses(Quad* rows, const ContactImpulses& p) {
-  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, 0};
+  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, p.step};
 }
 
 FATHOM_HD ContactImpulses load_impulses(const Quad* rows, bool with_friction) {
@@ -79,7 +79,7 @@ FATHOM_HD ContactImpulses load_impulses(const Quad* rows, bool with_friction) {
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
   if (with_friction) {
     const Quad f = rows[(impulse_row + 1) * tile_width];
-    p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
+    p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
   }
   return p;
 }
@@ -223,6 +223,7 @@ struct SolveConstraints {
   struct Place {
     What what;
     std::uint32_t colour;
+    bool ends_substep = false;  ///< the last sweep of a substep
   };
 
   struct Plan {
@@ -291,9 +292,10 @@ struct SolveConstraints {
     const std::uint32_t before = p.sweeps_before * n;
     if (phase == before) return {integrate_x, 0};
     const What what = phase < before ? push : relax;
+    const bool ends_substep = what == relax || (p.sweeps_after == 0 && phase >= before - n);
     if (phase > before) phase -= before + 1;
     while (phase >= n) phase -= n;
-    return {what, phase};
+    return {what, phase, ends_substep};
   }
 
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
@@ -312,11 +314,11 @@ struct SolveConstraints {
     if (place.what == integrate_v) return integrate_velocity(i, false);
     if (place.what == integrate_first_v) return integrate_velocity(i, true);
     if (place.what == integrate_x) return integrate_position(i);
-    if (!is_overflow(plan, place)) return sweep(place.what, plan.schedule[place.colour].first + i, fetched);
+    if (!is_overflow(plan, place)) return sweep(place, plan.schedule[place.colour].first + i, fetched);
     for (std::uint32_t k = 0; k < plan.overflow; ++k) {
       Fetched f;
       fetch_constraint(f, place.what, constraints.overflow_order[k]);
-      sweep(place.what, constraints.overflow_order[k], f);
+      sweep(place, constraints.overflow_order[k], f);
     }
   }
 
@@ -325,7 +327,8 @@ struct SolveConstraints {
   FATHOM_HD static bool is_overflow(const Plan& plan, Place place) { return plan.overflow && place.colour == 0; }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  FATHOM_HD bool with_friction(What what) const { return what == relax || what == warm || (what == push && !p.soft); }
+  /// Whether a sweep needs more than the points' rows and impulses: friction, or the sum over the step.
+  FATHOM_HD bool with_friction(What what) const { return what >= warm && !(what == push && p.soft); }
 
   // All loads are made at once, whether the contact has that many points or not: none waits for another.
   FATHOM_HD void fetch_constraint(Fetched& f, What what, std::uint32_t k) const {
@@ -337,27 +340,27 @@ struct SolveConstraints {
     f.axes = ContactAxes(f.frame);
   }
 
-  FATHOM_HD void sweep(What what, std::uint32_t k, const Fetched& f) const {
-    if (what == push)
-      sweep_as<push>(k, f);
-    else if (what == relax)
-      sweep_as<relax>(k, f);
-    else if (what == warm)
-      sweep_as<warm>(k, f);
+  FATHOM_HD void sweep(Place place, std::uint32_t k, const Fetched& f) const {
+    if (place.what == push)
+      sweep_as<push>(k, f, place.ends_substep);
+    else if (place.what == relax)
+      sweep_as<relax>(k, f, true);
+    else if (place.what == warm)
+      sweep_as<warm>(k, f, false);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(k, f);
+      sweep_as<bounce>(k, f, false);
   }
 
   template <What what>
-  FATHOM_HD void sweep_as(std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD void sweep_as(std::uint32_t k, const Fetched& f, bool ends_substep) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f);
+      sweep_with<what, SymMat3>(k, f, ends_substep);
     else
-      sweep_with<what, float>(k, f);
+      sweep_with<what, float>(k, f, ends_substep);
   }
 
   template <What what, class Inertia>
-  FATHOM_HD void sweep_with(std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD void sweep_with(std::uint32_t k, const Fetched& fetched, [[maybe_unused]] bool ends_substep) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -376,6 +379,7 @@ struct SolveConstraints {
       restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
       store_normal_impulses(rows, impulses);
+      store_friction_impulses(rows, impulses);
     } else {
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
@@ -393,6 +397,7 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
       }
       store_normal_impulses(rows, impulses);
+      if (ends_substep) impulses.step += impulses.sum();
       if (with_friction(what)) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
@@ -466,12 +471,13 @@ struct StoreImpulses {
     ContactManifold& m = contacts.manifolds[constraints.contact[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
-    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + f.z);
+    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
     const bool ok = is_finite(sum);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
     m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
+    m.step_impulse = ok ? f.w : 0;
   }
 };
 

@@ -163,7 +163,10 @@ void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, flo
       for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
         k.warm_start(blocks, begin, end, state_.solver_bodies());
       });
-    for (int i = 0; i < def_.solver.iterations; ++i) sweep(&SolverKernels::iterate, p);
+    for (int i = 1; i <= def_.solver.iterations; ++i) {
+      p.ends_substep = i == def_.solver.iterations;
+      sweep(&SolverKernels::iterate, p);
+    }
     integrate_positions(in_contact, h);
   }
   sweep(&SolverKernels::restitute, p);

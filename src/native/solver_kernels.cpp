@@ -282,6 +282,8 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   if constexpr (pass == Pass::iterate) solve_friction(block, frame, bodies);
   solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   if constexpr (pass == Pass::relax) solve_friction(block, frame, bodies);
+  if (pass == Pass::relax || p.ends_substep)
+    block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
   bodies.store(block.header().lanes);
 }
 
@@ -332,6 +334,7 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
     // What has bounced parts: there is nothing to start from in the next step.
     block.set(Block<D>::point(i, point_impulse), hn::IfThenZeroElse(acts, old));
   }
+  block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
   push_normal(bodies, f, rows.sum);
   bodies.store(block.header().lanes);
 }

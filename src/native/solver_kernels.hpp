@@ -15,6 +15,7 @@ struct SweepParameters {
   ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
+  bool ends_substep = false;  ///< of `iterate`: the last sweep of a substep
 };
 
 /// What `prepare` reads beside the contacts; all by slot.
