@@ -66,6 +66,7 @@ void DeviceSimulator<D>::step() {
     // Nothing of the step has run: it is as if it had not been asked for.
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
+    list_last_edits();
     flights_.pop_back();
     --submitted_;
     throw;
@@ -76,19 +77,21 @@ void DeviceSimulator<D>::step() {
   while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
 }
 
-/// Buffers for what was added since; growing waits for the steps in flight.
+/// Buffers for what was added since; growing waits for the steps in flight. Graphs hold addresses, so they go before a
+/// buffer is replaced: where memory runs out half way, the next call goes on from there.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
   const std::size_t bodies_needed =
       std::max({slot_of_.size(), static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
   const std::size_t contacts_needed = std::max({wanted_contacts_, bodies_needed + bodies_needed / 4, first_contacts});
-  if (bodies_needed > body_memory_.capacity()) {
+  if (bodies_needed > std::min(body_memory_.capacity(), grid_memory_.capacity())) {
     retire_all();
+    save_events();
+    forget_graphs();
     const std::size_t old = body_memory_.capacity();
     const std::size_t target = old == 0 ? bodies_needed : std::max(bodies_needed, old + old / 2);
     body_memory_.reserve(target);
     grid_memory_.reserve(target);
-    forget_graphs();
     slots_are_current_ = false;
     bodies_are_current_ = false;
     // All boxes enter the larger grid.
@@ -96,14 +99,15 @@ void DeviceSimulator<D>::make_room() {
   }
   if (contacts_needed > contact_memory_.capacity() || may_bounce_ != contact_memory_.may_bounce()) {
     retire_all();
-    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
+    save_events();
     forget_graphs();
+    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
   }
   if (!hull_memory_.is_current()) {
     retire_all();
+    forget_graphs();
     hull_memory_.upload(device_);
     body_memory_.hulls = hull_memory_.arrays();
-    forget_graphs();
   }
 }
 
@@ -166,6 +170,7 @@ void DeviceSimulator<D>::order_in_space() {
   for (std::uint32_t& index : free_indices_) index = new_of[index];
   for (auto& [index, step] : resting_indices_) index = new_of[index];
   for (Edit& e : edits_) e.index = new_of[e.index];
+  list_last_edits();
   slots_are_current_ = false;
 }
 
@@ -173,6 +178,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
+  if (copies_results()) reserve_results(lane);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) upload_edits(flight);
@@ -184,14 +190,17 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
 }
 
 template <exec::Device D>
+void DeviceSimulator<D>::reserve_results(Lane& lane) {
+  const std::size_t room = body_memory_.capacity();
+  const auto reserve = [&](auto& buffer) {
+    if (buffer.size() < bodies.slot_count()) buffer = std::decay_t<decltype(buffer)>(device_, room);
+  };
+  reserve(lane.poses), reserve(lane.velocities), reserve(lane.flags);
+}
+
+template <exec::Device D>
 void DeviceSimulator<D>::submit_results(Lane& lane) {
   const std::size_t n = bodies.slot_count();
-  if (lane.poses.size() < n) {
-    const std::size_t room = body_memory_.capacity();
-    lane.poses = exec::PinnedBuffer<Pose>(device_, room);
-    lane.velocities = exec::PinnedBuffer<Velocity>(device_, room);
-    lane.flags = exec::PinnedBuffer<std::uint32_t>(device_, room);
-  }
   lane.slots = n;
   BodyMemory& m = body_memory_;
   device_.parallel_for(

@@ -25,9 +25,8 @@ void DeviceSimulator<D>::retire_oldest() {
   newest_traffic_ = flight.traffic;
   flights_.pop_front();
   profile_is_current_ = false;
-  if (def.ahead > 0) {
-    bodies_are_current_ = events_are_current_ = false;
-  }
+  events_are_current_ = false;
+  if (def.ahead > 0) bodies_are_current_ = false;
   const std::size_t in_use = newest_.contacts - newest_.free_contacts;
   if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
 }
@@ -42,9 +41,10 @@ void DeviceSimulator<D>::retire_all() const {
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
+  save_events();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
   forget_graphs();
+  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
   record();
   device_.parallel_for(1, GoOn{counters_.data()});
   bool first = true;
