@@ -195,6 +195,10 @@ class World {
   std::uint64_t step_count() const;
   double time() const;  ///< s simulated
   void set_gravity(Vec3 gravity);
+  /// Moves the origin to `new_origin` (m): takes it from every body's position. What touches goes on touching; all
+  /// bodies wake. For worlds that leave the 10 km round their origin where single precision is good
+  /// (docs/validation.md). Throws `invalid_argument` on a value that is not finite or takes a body out of range.
+  void shift_origin(Vec3 new_origin);
   Vec3 gravity() const;
 
   // Results of the last step, valid until the next ----------------------------------------------------------
