@@ -201,8 +201,9 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
+  cudaStream_t ahead_ = nullptr;      ///< of copies that do not wait for kernels
   cudaStream_t aside_ = nullptr;      ///< of copies that kernels do not wait for
-  cudaEvent_t fork_ = nullptr;        ///< where such a copy leaves the stream
+  cudaEvent_t fork_ = nullptr;        ///< where a copy leaves or meets the stream
   std::uint32_t* barrier_ = nullptr;  ///< the word of GridBarrier: launches follow each other in one stream
   std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
 };
