@@ -47,8 +47,8 @@ class Blocks {
     at_start_ = scene_.state.solver;
     lay_out();
     soft_.inverse_substep = 1 / h;
-    soft_.dynamic = make_soft(30, 1, h);
-    soft_.fixed = make_soft(60, 1, h);
+    soft_.contacts.dynamic = make_soft(30, 1, h);
+    soft_.contacts.fixed = make_soft(60, 1, h);
     soft_.push_out_velocity = 3;
     soft_.restitution_threshold = 1;
     prepare();

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -38,6 +39,8 @@ class Program : public testing::Test {
   pid_t start(const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
+    const rlimit limit{largest_file_, largest_file_};
+    setrlimit(RLIMIT_FSIZE, &limit);
     redirect(STDOUT_FILENO, path("out"));
     redirect(STDERR_FILENO, path("err"));
     std::string program = FATHOM_PROGRAM;
@@ -74,6 +77,9 @@ class Program : public testing::Test {
   }
 
   fathom::test::TestFolder folder_;
+
+ protected:
+  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
 };
 
 TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
@@ -363,6 +369,49 @@ TEST_F(Program, RecordsAndReplays) {
   const Outcome cut = fathom({"replay", path("cut.fathom")});
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err, HasSubstr("cut.fathom: it is truncated"));
+}
+
+TEST_F(Program, AFullDiskIsOneErrorAndLeavesEarlierFiles) {
+  const std::vector<std::string> outputs[] = {{"--record", path("o")}, {"--csv", path("o")}, {"--trace", path("o")}};
+  for (const auto& output : outputs) {
+    std::vector<std::string> arguments{"run", "layers", "--bodies", "200", "--steps", "300", "--quiet"};
+    arguments.insert(arguments.end(), output.begin(), output.end());
+    std::ofstream(path("o")) << "an earlier run";
+    largest_file_ = 20000;
+    const Outcome outcome = fathom(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << output[0];
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(path("o") + ": could not be written to its end"));
+    EXPECT_EQ(read_text(path("o")), "an earlier run") << output[0];
+    const auto files = std::distance(fs::directory_iterator(path("")), fs::directory_iterator());
+    EXPECT_EQ(files, 3) << "no half file is left";
+  }
+  // The engine's loop records too.
+  const Outcome played = fathom({"play", "layers", "--bodies", "200", "--steps", "300", "--set",
+                                 "record.file=" + path("o"), "--set", "log.level=error"});
+  EXPECT_EQ(played.exit_code, 2);
+  EXPECT_EQ(std::count(played.err.begin(), played.err.end(), '\n'), 1) << played.err;
+  EXPECT_EQ(read_text(path("o")), "an earlier run");
+}
+
+TEST_F(Program, KilledWhileRecordingTheEarlierRecordingStays) {
+  const std::vector<std::string> short_run{"run", "layers",   "--bodies",         "60",     "--steps",
+                                           "20",  "--record", path("run.fathom"), "--quiet"};
+  ASSERT_EQ(fathom(short_run).exit_code, 0);
+  const std::string earlier = read_text(path("run.fathom"));
+  const pid_t child =
+      start({"run", "layers", "--bodies", "500", "--steps", "100000000", "--record", path("run.fathom"), "--quiet"});
+  const std::string partial = path("run.fathom.partial-" + std::to_string(child));
+  for (int i = 0; i < 1000 && (!fs::exists(partial) || fs::file_size(partial) < 100000); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  kill(child, SIGKILL);
+  EXPECT_EQ(finish(child).exit_code, -1);
+  EXPECT_TRUE(fs::exists(partial));
+  EXPECT_EQ(read_text(path("run.fathom")), earlier);
+  EXPECT_EQ(fathom({"replay", path("run.fathom"), "--quiet"}).exit_code, 0);
+  const Outcome half = fathom({"replay", partial});
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_EQ(std::count(half.err.begin(), half.err.end(), '\n'), 1) << half.err;
 }
 
 // The engine's main loop around the same scene, in the modes whose ticks belong to steps; async where nothing ticks.

@@ -241,7 +241,7 @@ TEST(Laws, StackAtRestStaysAndCarriesItsWeight) {
   float force = 0;
   world.for_each_contact([&](const ContactInfo& c) {
     if (world.motion(c.a) != MotionType::fixed) return;
-    for (int p = 0; p < c.point_count; ++p) force += c.points[p].impulse * 240;
+    for (int p = 0; p < c.point_count; ++p) force += c.points[p].impulse * 60;
   });
   EXPECT_NEAR(force, 5 * 9.81f, 1e-2f * 5 * 9.81f);
 }

@@ -113,7 +113,7 @@ struct Textbook {
     for (int i = 0; i < count; ++i) {
       const double bias = separation[i] > 0
                               ? separation[i] * static_cast<double>(parameters.inverse_substep)
-                              : std::max(separation[i] * static_cast<double>(parameters.dynamic.bias_rate),
+                              : std::max(separation[i] * static_cast<double>(parameters.contacts.dynamic.bias_rate),
                                          -static_cast<double>(parameters.push_out_velocity));
       const double wanted =
           impulse[i] - (dot(n, relative_velocity(arm_a[i], arm_b[i])) + bias) / effective_k(arm_a[i], arm_b[i], n, n);
@@ -188,7 +188,7 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
   const SolverKernels& kernels = single_kernels();
   SweepParameters parameters;
   parameters.inverse_substep = 240;
-  parameters.dynamic.bias_rate = parameters.fixed.bias_rate = 48;
+  parameters.contacts.dynamic.bias_rate = parameters.contacts.fixed.bias_rate = 48;
   parameters.push_out_velocity = 3;
   alignas(64) std::byte block[4096] = {};
   ASSERT_LE(kernels.block_bytes, sizeof block);

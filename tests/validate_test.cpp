@@ -43,11 +43,19 @@ TEST(Golden, VectorWidthDoesNotMatter) {
     if (!native::select_kernels(name)) continue;
     for (const Golden& golden : goldens()) {
       const Hashes found = run_golden(golden, {.threads = 1});
-      EXPECT_EQ(found.state, golden.state) << name << ", " << golden.environment;
-      EXPECT_EQ(found.events, golden.events) << name << ", " << golden.environment;
+      EXPECT_EQ(found.state, golden.native.state) << name << ", " << golden.environment;
+      EXPECT_EQ(found.events, golden.native.events) << name << ", " << golden.environment;
     }
   }
   native::select_kernels(nullptr);
+}
+
+TEST(Golden, DeviceSimulatorOnTheHost) {
+  for (const Golden& golden : goldens()) {
+    const Hashes found = run_golden(golden, {SimulatorKind::device, "host", 2});
+    EXPECT_EQ(found.state, golden.device.state) << golden.environment;
+    EXPECT_EQ(found.events, golden.device.events) << golden.environment;
+  }
 }
 
 const Case sample{"group", "sample", "A & B", [](const Setup&, Record& record) {

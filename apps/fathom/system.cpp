@@ -33,6 +33,8 @@ std::uint64_t peak_memory() {
 
 bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
+void survive_file_size_limit() { std::signal(SIGXFSZ, SIG_IGN); }
+
 InterruptGuard::InterruptGuard() {
   interrupt_requested = 0;
   struct sigaction action {};

@@ -11,6 +11,8 @@ std::string processor_name();
 /// The most memory this process has had (bytes).
 std::uint64_t peak_memory();
 bool stderr_is_terminal();
+/// A file that reaches the process's size limit is then an error like a full disk, not the program's end.
+void survive_file_size_limit();
 
 /// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one ends the program at once.
 class InterruptGuard {

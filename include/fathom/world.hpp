@@ -47,10 +47,9 @@ struct SolverSettings {
   int iterations = 10;      ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
   int marking_rounds = 32;  ///< 1 to 255, for `Partition::cells` on a device: as many batches a cell can have
   float contact_hertz =
-      30.0f;  ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
-  float contact_damping_ratio =
-      1.0f;                        ///< 1: a penetration decays without overshoot, as fast as it can (docs/solver.md)
-  float push_out_velocity = 3.0f;  ///< m/s at most to resolve a penetration
+      36.0f;  ///< stiffness of contacts, capped at 0.15 of the substep rate; twice that against static bodies
+  float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
+  float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces
   float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
 };
@@ -117,8 +116,9 @@ struct HitEvent {
 struct ContactPointInfo {
   Vec3 position;     ///< m, world
   float separation;  ///< m, negative where the bodies overlap
-  float impulse;     ///< N·s along the normal over the last substep; times substeps / dt gives the force
+  float impulse;     ///< N·s along the normal over the step; divided by dt the mean force (see ContactInfo)
 };
+/// The points' impulses sum to what the contact gave over the step; how they share it is that of the last substep.
 struct ContactInfo {
   BodyId a, b;
   Vec3 normal;  ///< unit, from a to b
@@ -213,6 +213,10 @@ class World {
   std::uint64_t step_count() const;
   double time() const;  ///< s simulated
   void set_gravity(Vec3 gravity);
+  /// Moves the origin to `new_origin` (m): takes it from every body's position. What touches goes on touching; all
+  /// bodies wake. For worlds that leave the 10 km round their origin where single precision is good
+  /// (docs/validation.md). Throws `invalid_argument` on a value that is not finite or takes a body out of range.
+  void shift_origin(Vec3 new_origin);
   Vec3 gravity() const;
 
   // Results of the last step, valid until the next ----------------------------------------------------------

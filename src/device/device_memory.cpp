@@ -39,6 +39,7 @@ void BodyMemory::for_each_passing(const Act& act) {
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
+  capacity_ = std::max(capacity_, bodies);
 }
 
 BodyArrays BodyMemory::arrays() {
@@ -87,7 +88,6 @@ ContactMemory::ContactMemory(exec::Memory& m)
 
 void ContactMemory::reserve(std::size_t contacts, std::size_t event_lists, bool bounces) {
   const std::size_t n = std::max(contacts, capacity());
-  may_bounce_ = bounces;
   contacts_.grow(n, exec::Contents::keep);
   manifolds_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -104,6 +104,8 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t event_lists, bool 
   rows_.grow((n + tile_width - 1) / tile_width * tile_width * row_count);
   if (bounces) bounces_.grow(n);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
+  may_bounce_ = bounces;
+  capacity_ = n;
 }
 
 ContactArrays ContactMemory::contacts() {
@@ -159,6 +161,7 @@ void GridMemory::reserve(std::size_t bodies) {
   heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));
   next_.grow(bodies);
   big_.grow(bodies);
+  capacity_ = std::max(capacity_, bodies);
 }
 
 Grid GridMemory::grid(float base) {

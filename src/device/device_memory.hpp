@@ -35,7 +35,8 @@ class BodyMemory {
   explicit BodyMemory(exec::Memory& memory);
 
   void reserve(std::size_t bodies);
-  std::size_t capacity() const { return poses_.size(); }
+  /// Bodies that all buffers hold: where `reserve` threw, as many as before it.
+  std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
 
   exec::Buffer<std::uint32_t> slots;  ///< World's slot of a device index, or `none`
@@ -69,6 +70,7 @@ class BodyMemory {
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
   exec::Buffer<WorldInertia> inertia_;
+  std::size_t capacity_ = 0;
 };
 
 /// Buffers of contacts and constraints.
@@ -79,7 +81,7 @@ class ContactMemory {
   /// `bounces`: whether rows for restitution are needed.
   void reserve(std::size_t contacts, std::size_t event_lists, bool bounces);
   bool may_bounce() const { return may_bounce_; }
-  std::size_t capacity() const { return contacts_.size(); }
+  std::size_t capacity() const { return capacity_; }
   ContactArrays contacts();
   ConstraintArrays constraints();
 
@@ -96,6 +98,7 @@ class ContactMemory {
   exec::Buffer<std::uint32_t> contact_, overflow_order_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
+  std::size_t capacity_ = 0;
   std::uint32_t event_lists_ = 1;
   bool may_bounce_ = false;
 };
@@ -150,11 +153,13 @@ class GridMemory {
   explicit GridMemory(exec::Memory& memory) : heads_(memory), next_(memory), big_(memory) {}
 
   void reserve(std::size_t bodies);
+  std::size_t capacity() const { return capacity_; }
   Grid grid(float base);
   std::uint32_t entries() const { return static_cast<std::uint32_t>(heads_.size()); }
 
  private:
   exec::Buffer<std::uint32_t> heads_, next_, big_;
+  std::size_t capacity_ = 0;
 };
 
 }  // namespace fathom::device

@@ -128,6 +128,7 @@ class DeviceSimulator final : public Simulator {
   void forget_graphs();
   void order_in_space();
   void submit(Flight& flight, bool with_edits);
+  void reserve_results(Lane& lane);
   void submit_results(Lane& lane);
   SlotResults& publish(SlotResults& results);
   void stage_edits(const Flight& flight);
@@ -135,6 +136,7 @@ class DeviceSimulator final : public Simulator {
   void upload_slots();
   void upload_gravity();
   void add_edit(Edit edit);
+  void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
   BodyData body_data(std::uint32_t slot);
   void release_rested_indices();
@@ -150,6 +152,10 @@ class DeviceSimulator final : public Simulator {
 
   // The mirror.
   void fetch_bodies() const;
+  /// Reads the newest finished step's events before their lists make room for larger ones.
+  void save_events() {
+    if (!events_are_current_) fetch_events_now();
+  }
   void fetch_bodies_now();
   std::optional<DevicePoses> publish_poses();
   void mirror(const Edit& edit, const std::vector<BodyData>& data);

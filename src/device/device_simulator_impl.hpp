@@ -68,6 +68,7 @@ void DeviceSimulator<D>::step() {
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
     set_changed_ = flight.set_changed;
+    list_last_edits();
     flights_.pop_back();
     --submitted_;
     throw;
@@ -78,19 +79,21 @@ void DeviceSimulator<D>::step() {
   while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
 }
 
-/// Buffers for what was added since; growing waits for the steps in flight.
+/// Buffers for what was added since; growing waits for the steps in flight. Graphs hold addresses, so they go before a
+/// buffer is replaced: where memory runs out half way, the next call goes on from there.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
   const std::size_t bodies_needed =
       std::max({slot_of_.size(), static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
   const std::size_t contacts_needed = std::max({wanted_contacts_, bodies_needed + bodies_needed / 4, first_contacts});
-  if (bodies_needed > body_memory_.capacity()) {
+  if (bodies_needed > std::min(body_memory_.capacity(), grid_memory_.capacity())) {
     retire_all();
+    save_events();
+    forget_graphs();
     const std::size_t old = body_memory_.capacity();
     const std::size_t target = old == 0 ? bodies_needed : std::max(bodies_needed, old + old / 2);
     body_memory_.reserve(target);
     grid_memory_.reserve(target);
-    forget_graphs();
     slots_are_current_ = false;
     bodies_are_current_ = false;
     // All boxes enter the larger grid.
@@ -98,8 +101,9 @@ void DeviceSimulator<D>::make_room() {
   }
   if (contacts_needed > contact_memory_.capacity() || may_bounce_ != contact_memory_.may_bounce()) {
     retire_all();
-    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
+    save_events();
     forget_graphs();
+    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
   }
   const std::size_t old_list = published_memory_.order.size();
   const PublishedSettings published = published_settings();
@@ -111,9 +115,9 @@ void DeviceSimulator<D>::make_room() {
   }
   if (!hull_memory_.is_current()) {
     retire_all();
+    forget_graphs();
     hull_memory_.upload(device_);
     body_memory_.hulls = hull_memory_.arrays();
-    forget_graphs();
   }
 }
 
@@ -188,6 +192,7 @@ void DeviceSimulator<D>::order_in_space() {
   for (std::uint32_t& index : free_indices_) index = new_of[index];
   for (auto& [index, step] : resting_indices_) index = new_of[index];
   for (Edit& e : edits_) e.index = new_of[e.index];
+  list_last_edits();
   slots_are_current_ = false;
 }
 
@@ -195,6 +200,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
+  if (copies_results()) reserve_results(lane);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) upload_edits(flight);
@@ -205,16 +211,21 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   counted_ = device_.traffic();
 }
 
+/// Memory for results, asked for while nothing of the step has been submitted.
+template <exec::Device D>
+void DeviceSimulator<D>::reserve_results(Lane& lane) {
+  const std::size_t room = body_memory_.capacity();
+  (copies_results() ? lane.results : results_).reserve(room);
+  const auto reserve = [&](auto& buffer) {
+    if (buffer.size() < bodies.slot_count()) buffer = std::decay_t<decltype(buffer)>(device_, room);
+  };
+  reserve(lane.poses), reserve(lane.velocities), reserve(lane.flags);
+}
+
 /// Copies of one step's results run beside the kernels of the next, from memory that only they read until then.
 template <exec::Device D>
 void DeviceSimulator<D>::submit_results(Lane& lane) {
   const std::size_t n = bodies.slot_count();
-  if (lane.poses.size() < n) {
-    const std::size_t room = body_memory_.capacity();
-    lane.poses = exec::PinnedBuffer<Pose>(device_, room);
-    lane.velocities = exec::PinnedBuffer<Velocity>(device_, room);
-    lane.flags = exec::PinnedBuffer<std::uint32_t>(device_, room);
-  }
   lane.slots = n;
   SlotResults& results = publish(copies_results() ? lane.results : results_);
   device_.copy_to_host_aside(lane.poses.data(), results.poses.data(), n);

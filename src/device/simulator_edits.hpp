@@ -19,6 +19,13 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   if (bodies_are_current_) mirror(edit, data_);
 }
 
+/// The last edit of each body among those that wait.
+template <exec::Device D>
+void DeviceSimulator<D>::list_last_edits() {
+  last_edit_.assign(slot_of_.size(), none);
+  for (std::uint32_t place = 0; place < edits_.size(); ++place) last_edit_[edits_[place].index] = place;
+}
+
 template <exec::Device D>
 BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];

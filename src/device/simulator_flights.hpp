@@ -29,9 +29,8 @@ void DeviceSimulator<D>::retire_oldest() {
   newest_traffic_ = flight.traffic;
   flights_.pop_front();
   profile_is_current_ = false;
-  if (def.ahead > 0) {
-    bodies_are_current_ = events_are_current_ = false;
-  }
+  events_are_current_ = false;
+  if (def.ahead > 0) bodies_are_current_ = false;
   const std::size_t in_use = newest_.contacts - newest_.free_contacts;
   if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
 }
@@ -46,14 +45,15 @@ void DeviceSimulator<D>::retire_all() const {
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
+  save_events();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
+  forget_graphs();
   // A quarter more would be 80 % full at once.
   contact_memory_.reserve(needed + 13 * needed / 50, event_lists(), may_bounce_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
-  forget_graphs();
   record();
   device_.parallel_for(1, GoOn{counters_.data()});
   bool first = true;

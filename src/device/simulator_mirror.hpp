@@ -18,7 +18,6 @@ void DeviceSimulator<D>::fetch_bodies() const {
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_bodies_now() {
-  bodies_are_current_ = true;
   const std::size_t n = bodies.slot_count();
   poses_.assign(std::max(n, poses_.size()), Pose{});
   velocities_.assign(poses_.size(), Velocity{});
@@ -28,6 +27,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
     if (!copies_results()) {
       make_room();
       upload_slots();
+      reserve_results(lane);
       submit_results(lane);
       device_.wait();
     }
@@ -43,6 +43,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
     for (const Edit& e : flight.edits)
       if (e.kind == EditKind::add) mirror(e, flight.data);
   for (const Edit& e : edits_) mirror(e, data_);
+  bodies_are_current_ = true;
 }
 
 template <exec::Device D>

@@ -39,12 +39,14 @@ void DeviceSimulator<D>::fetch_events() const {
 // Lists come in any order; the application gets them by index.
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_events_now() {
-  events_are_current_ = true;
   begun_.clear();
   ended_.clear();
   hits_.clear();
   quarantined_.clear();
-  if (newest_.step == 0) return;
+  if (newest_.step == 0) {
+    events_are_current_ = true;
+    return;
+  }
   const ContactArrays arrays = contact_memory_.contacts();
   const std::size_t first = arrays.events_of(newest_.step);
   const auto before = [](const auto& x, const auto& y) {
@@ -64,6 +66,7 @@ void DeviceSimulator<D>::fetch_events_now() {
     quarantined_.push_back({id_of(index), newest_.step});
   std::sort(quarantined_.begin(), quarantined_.end(),
             [](const Quarantine& x, const Quarantine& y) { return x.body.index < y.body.index; });
+  events_are_current_ = true;
 }
 
 template <exec::Device D>
@@ -105,7 +108,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.impulses[p]};
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
     }
     infos.push_back(info);
   }

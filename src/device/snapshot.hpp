@@ -67,6 +67,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   std::vector<FormerId> former;
   in(submitted_, newest_, movable_, may_bounce_, grid_base_, index_of_, slot_of_, free_indices_, edits_, data_);
   in(resting, former, begun_, ended_, hits_, quarantined_);
+  events_are_current_ = true;
   Counters counters;
   in(counters);
   for (const RestingIndex& r : resting) resting_indices_.emplace_back(r.index, r.step);
@@ -76,8 +77,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   // Hulls by the order of slots; constants name them.
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) give_hull(data_[e.data].constants, e.index);
-  last_edit_.assign(slot_of_.size(), none);
-  for (std::uint32_t place = 0; place < edits_.size(); ++place) last_edit_[edits_[place].index] = place;
+  list_last_edits();
 
   const bool on_device = submitted_ > 0;
   const auto read_into = [&]<class T>(T* to, std::size_t room, std::size_t count, const auto& adjust) {
@@ -129,12 +129,14 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
                         : list.empty());
     upload(published_memory_.order.data(), list);
   }
-  events_are_current_ = true;
   profile_is_current_ = true;
   if (!on_device) return;
   upload_slots();
   device_.mark(end_of(submitted_));  // the next step is timed from here
-  if (copies_results()) submit_results(lane_of(newest_.step));
+  if (copies_results()) {
+    reserve_results(lane_of(newest_.step));
+    submit_results(lane_of(newest_.step));
+  }
   device_.wait();
 }
 

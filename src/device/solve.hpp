@@ -58,14 +58,14 @@ FATHOM_HD void store_normal_impulses(Quad* rows, const ContactImpulses& p) {
   rows[impulse_row * tile_width] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
 }
 FATHOM_HD void store_friction_impulses(Quad* rows, const ContactImpulses& p) {
-  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, 0};
+  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, p.step};
 }
 
 FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
   const Quad n = rows[impulse_row], f = rows[impulse_row + 1];
   ContactImpulses p;
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
-  p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
+  p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
   return p;
 }
 
@@ -170,7 +170,7 @@ struct SolveParameters {
   std::uint32_t sweeps_after = 1;   ///< and after
   bool soft = true;
   bool warm_start = true;  ///< else every substep begins without impulses
-  Softness dynamic, fixed;
+  ContactSoftness contacts;
   float push_out_velocity = 0, restitution_threshold = 0;
 };
 
@@ -186,13 +186,11 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;
   if (p.soft) {
-    const float hertz = min(s.contact_hertz, 0.125f / p.h);
-    p.dynamic = make_soft(hertz, s.contact_damping_ratio, p.h);
-    p.fixed = make_soft(2 * hertz, s.contact_damping_ratio, p.h);
+    p.contacts = contact_softness(s, p.h);
   } else {
     p.sweeps_before = static_cast<std::uint32_t>(s.iterations);
     p.sweeps_after = 0;
-    p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / p.h;
+    p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / p.h;
   }
   return p;
 }
@@ -309,7 +307,7 @@ struct SolveConstraints {
     else if (place.what == integrate_x)
       integrate_position(i);
     else
-      sweep(place.what, constraint(plan, place, i), fetched);
+      sweep(place, constraint(plan, place, i), fetched);
   }
 
  private:
@@ -320,31 +318,37 @@ struct SolveConstraints {
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  FATHOM_HD bool with_friction(What what) const {
-    return what == relax || what == warm || what == push_first || (what == push && !p.soft);
+  /// Whether a sweep needs more than the points' rows and impulses: friction, or the sum over the step.
+  FATHOM_HD bool with_friction(What what) const { return what >= warm && !(what == push && p.soft); }
+
+  /// Whether the sweep is its substep's last.
+  FATHOM_HD bool ends_substep(Place place) const {
+    return place.round == p.sweeps_before + (p.sweeps_after ? 1 + p.sweeps_after : 0);
   }
 
-  FATHOM_HD_INLINED void sweep(What what, std::uint32_t k, const Fetched& f) const {
-    if (what == push || what == push_first)
-      sweep_as<push>(k, f, what == push_first);
-    else if (what == relax)
-      sweep_as<relax>(k, f);
-    else if (what == warm)
-      sweep_as<warm>(k, f);
+  FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
+    const bool last = ends_substep(place);
+    if (place.what == push || place.what == push_first)
+      sweep_as<push>(k, f, last, place.what == push_first);
+    else if (place.what == relax)
+      sweep_as<relax>(k, f, last);
+    else if (place.what == warm)
+      sweep_as<warm>(k, f, last);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(k, f);
+      sweep_as<bounce>(k, f, last);
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool from_zero = false) const {
+  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool last, bool from_zero = false) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f, from_zero);
+      sweep_with<what, SymMat3>(k, f, last, from_zero);
     else
-      sweep_with<what, float>(k, f, from_zero);
+      sweep_with<what, float>(k, f, last, from_zero);
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, bool from_zero) const {
+  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, [[maybe_unused]] bool last,
+                                    bool from_zero) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -357,7 +361,10 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
-    if (from_zero) impulses = ContactImpulses{};
+    if (from_zero) {
+      const ContactImpulses nothing{.step = impulses.step};
+      impulses = nothing;
+    }
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
@@ -368,10 +375,13 @@ struct SolveConstraints {
       restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
       store_normal_impulses(rows, impulses);
+      store_friction_impulses(rows, impulses);
     } else {
       const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
       const bool fixed = bits & pushes_fixed_bit;
-      const ContactStep step{1 / p.h, fixed ? p.fixed : p.dynamic, p.push_out_velocity, (bits & bounces_bit) != 0};
+      ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
+                       (bits & bounces_bit) != 0};
+      if (is_uneven(solver_a.inverse_mass, solver_b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved, impulses, a, b);
@@ -383,6 +393,7 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
       }
       store_normal_impulses(rows, impulses);
+      if (last) impulses.step += impulses.sum();
       if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
@@ -456,12 +467,13 @@ struct StoreImpulses {
     ContactManifold& m = contacts.manifolds[constraints.contact[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
-    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + f.z);
+    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
     const bool ok = is_finite(sum);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
     m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
+    m.step_impulse = ok ? f.w : 0;
   }
 };
 

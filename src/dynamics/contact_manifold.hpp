@@ -27,9 +27,16 @@ struct alignas(16) ContactManifold {
   float impulses[max_manifold_points] = {};  ///< along the normal, over the last substep (N·s)
   float friction_impulse[2] = {0, 0};        ///< along tangent and normal × tangent (N·s)
   float twist_impulse = 0;                   ///< about the normal (N·m·s)
-  float unused = 0;
+  float step_impulse = 0;                    ///< of all points along the normal, over the step (N·s)
   ContactPointState points[max_manifold_points];
   Quat rotation_at_build;  ///< B in A's frame when the points were made
+
+  /// Of point i, over the step (N·s). Points share the sum as they do in the last substep, or evenly where none of them
+  /// touches then.
+  FATHOM_HD float step_impulse_of(int i) const {
+    const float sum = ((impulses[0] + impulses[1]) + impulses[2]) + impulses[3];
+    return sum > 0 ? step_impulse * (impulses[i] / sum) : step_impulse / static_cast<float>(point_count());
+  }
 
   // B's position in A's frame when the points were made, and the number of points.
   FATHOM_HD Vec3 position_at_build() const { return {points[0].other, points[1].other, points[2].other}; }

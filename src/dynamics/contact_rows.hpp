@@ -51,7 +51,9 @@ struct alignas(16) ContactImpulses {
   float normal[max_manifold_points] = {};  ///< N·s, one a point
   float slide_1 = 0, slide_2 = 0;          ///< N·s along t1 and t2 = n × t1
   float twist = 0;                         ///< N·m·s about the normal
-  float unused = 0;
+  float step = 0;                          ///< N·s along the normal, of all points over the step
+
+  FATHOM_HD float sum() const { return ((normal[0] + normal[1]) + normal[2]) + normal[3]; }
 };
 
 /// What bouncing needs beside: the bodies' relative acceleration along the normal, and per point the normal velocity
@@ -239,8 +241,7 @@ struct NormalRows {
 template <class Inertia>
 FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, ContactImpulses& impulses,
                               ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
-  const float limit =
-      frame.friction * (((impulses.normal[0] + impulses.normal[1]) + impulses.normal[2]) + impulses.normal[3]);
+  const float limit = frame.friction * impulses.sum();
   const float twist_limit = limit * frame.patch_radius;
   const float wanted_twist = fma(-frame.twist_mass, dot(f.n, b.angular - a.angular), impulses.twist);
   const float new_twist = max(-twist_limit, min(wanted_twist, twist_limit));
@@ -320,6 +321,7 @@ FATHOM_HD void restitute_contact(const ContactFrame& frame, const ContactAxes& f
     // What has bounced parts: there is nothing to start from in the next step.
     impulses.normal[i] = 0;
   }
+  impulses.step += rows.sum.n;
   push_normal(a, b, f, rows.sum);
 }
 

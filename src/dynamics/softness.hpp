@@ -3,8 +3,12 @@
 
 #include <fathom/body.hpp>
 #include <fathom/math.hpp>
+#include <fathom/world.hpp>
 
 namespace fathom {
+
+/// See `is_uneven`.
+inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
 
 struct Softness {
   float bias_rate = 0;      ///< 1/s of the separation that becomes velocity
@@ -20,6 +24,26 @@ FATHOM_HD Softness make_soft(float hertz, float damping_ratio, float h) {
   const float a2 = h * omega * a1;
   const float a3 = 1 / (1 + a2);
   return {omega / a1, a2 * a3, a3};
+}
+
+/// Of contacts of one step.
+struct ContactSoftness {
+  Softness dynamic;  ///< between two bodies that can be pushed
+  Softness fixed;    ///< against one that cannot
+};
+
+/// Springs of at most 0.15 of the substep rate, twice as stiff against bodies that cannot be pushed. Stiffer ones shake
+/// pyramids apart, softer ones let columns buckle (docs/solver.md).
+inline ContactSoftness contact_softness(const SolverSettings& settings, float h) {
+  const float hertz = min(settings.contact_hertz, 0.15f / h), ratio = settings.contact_damping_ratio;
+  return {make_soft(hertz, ratio, h), make_soft(2 * hertz, ratio, h)};
+}
+
+/// True for two bodies that can be pushed, one more than eight times as heavy as the other. Such a contact gives back
+/// half as much of its impulse: the light body's spring carries the heavy one's weight and would give way too far.
+FATHOM_HD bool is_uneven(float inverse_mass_a, float inverse_mass_b) {
+  const float least = min(inverse_mass_a, inverse_mass_b);
+  return least > 0 && max(inverse_mass_a, inverse_mass_b) > uneven_ratio * least;
 }
 
 /// The contact's coefficient from its two materials'; of two different rules the later one in CombineRule wins.

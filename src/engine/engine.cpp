@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <thread>
 
@@ -69,7 +70,8 @@ Engine::~Engine() {
   try {
     finish();
   } catch (const std::exception& error) {
-    log_.error("{}", error.what());
+    // Where the run already ends with an error, that one says it.
+    if (std::uncaught_exceptions() == 0) log_.error("{}", error.what());
   }
 }
 

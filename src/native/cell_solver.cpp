@@ -138,21 +138,23 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
   const SolverSettings& s = def_.solver;
   const float h = def_.dt / static_cast<float>(s.substeps);
   const bool soft = s.method == Solver::soft;
-  if (soft) {
-    const float hertz = min(s.contact_hertz, 0.125f / h);
-    dynamic_ = make_soft(hertz, s.contact_damping_ratio, h);
-    fixed_ = make_soft(2 * hertz, s.contact_damping_ratio, h);
-  } else {
-    dynamic_ = fixed_ = {baumgarte / h};
-  }
+  if (soft)
+    softness_ = contact_softness(s, h);
+  else
+    softness_.dynamic = softness_.fixed = {baumgarte / h};
+  const int iterations = soft ? 1 : s.iterations;
   for (int substep = 0; substep < s.substeps; ++substep) {
     body_solver_.integrate_velocities(in_contact, h, substep == 0 || !s.warm_start);
     if (!s.warm_start)
       sweep<Pass::clear>();
     else if (substep == 0)
       sweep<Pass::warm_start>();
-    for (int i = 0; i < (soft ? 1 : s.iterations); ++i) sweep<Pass::push>();
+    for (int i = 1; i <= iterations; ++i) {
+      ends_substep_ = !soft && i == iterations;
+      sweep<Pass::push>();
+    }
     body_solver_.integrate_positions(in_contact, h);
+    ends_substep_ = true;
     if (soft) sweep<Pass::relax>();
   }
   if (graph_.may_bounce()) sweep<Pass::bounce>();
@@ -174,7 +176,7 @@ void CellSolver::sweep() {
 template <CellSolver::Pass pass, class Inertia>
 void CellSolver::sweep_row(Row& row) {
   if constexpr (pass == Pass::clear) {
-    row.impulses = {};
+    row.impulses = {.step = row.impulses.step};
     return;
   }
   if (pass == Pass::bounce && row.restitution == 0) return;
@@ -189,8 +191,9 @@ void CellSolver::sweep_row(Row& row) {
     const SolverBody &solver_a = state_.solver[row.a + 1], &solver_b = state_.solver[row.b + 1];
     const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
     const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
-    const ContactStep step{inverse_substep, row.pushes_fixed ? fixed_ : dynamic_, def_.solver.push_out_velocity,
-                           row.restitution > 0};
+    ContactStep step{inverse_substep, row.pushes_fixed ? softness_.fixed : softness_.dynamic,
+                     def_.solver.push_out_velocity, row.restitution > 0};
+    if (is_uneven(solver_a.inverse_mass, solver_b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);
@@ -200,6 +203,7 @@ void CellSolver::sweep_row(Row& row) {
       solve_friction(row.frame, axes, row.impulses, a, b);
       solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     }
+    if (ends_substep_) row.impulses.step += row.impulses.sum();
     if (row.restitution > 0)
       for (int i = 0; i < row.count; ++i) row.bounce.peak[i] = max(row.bounce.peak[i], row.impulses.normal[i]);
   }
@@ -221,6 +225,7 @@ void CellSolver::store() {
       m.friction_impulse[0] = row.impulses.slide_1;
       m.friction_impulse[1] = row.impulses.slide_2;
       m.twist_impulse = row.impulses.twist;
+      m.step_impulse = row.impulses.step;
     }
   });
 }

@@ -45,7 +45,8 @@ enum Field : int {
   slide_22,  // inverse of the tangential 2×2 matrix
   twist_mass,
   patch_radius,
-  inertia_a,  // six each: xx yy zz xy xz yz
+  step_impulse,  // along the normal, of all points over the step
+  inertia_a,     // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
   field_count = inertia_b + 6
 };

@@ -444,7 +444,7 @@ void NativeSimulator::for_each_contact(const std::function<void(const ContactInf
     if (c.colour < colour_count) info.colour = c.colour;
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.impulses[p]};
+      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
     }
     visit(info);
   }

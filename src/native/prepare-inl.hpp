@@ -215,6 +215,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(friction_impulse_1, frictions.x);
   block.set(friction_impulse_2, frictions.y);
   block.set(twist_impulse, frictions.z);
+  block.set(step_impulse, zero);
   block.set(slide_11, hn::Mul(s22, inverse_det));
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
@@ -270,7 +271,8 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
     if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
     store_quads(D(), q, impulses, used);
     store_quads(D(),
-                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), hn::Zero(D())},
+                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
+                 block.get(step_impulse)},
                 friction_impulses, used);
   }
 }

@@ -24,6 +24,7 @@ void ContactGraph::restore(ByteReader& in) {
   for (const std::uint32_t head : state_.first_contact) in.require(is_link(head));
   std::size_t in_use = 0, coloured = 0;
   for (const Contact& c : contacts_) {
+    in.require(is_sound(c.in_use) && is_sound(c.fixed_a));
     if (!c.in_use) continue;
     ++in_use;
     in.require(c.a < slots && c.b < slots && c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));

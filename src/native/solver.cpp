@@ -134,11 +134,9 @@ void ContactSolver::solve(std::span<const std::uint32_t> in_contact) {
 
 void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float h) {
   const SolverSettings& settings = def_.solver;
-  const float hertz = min(settings.contact_hertz, 0.125f / h);
   SweepParameters soft;
   soft.inverse_substep = 1 / h;
-  soft.dynamic = make_soft(hertz, settings.contact_damping_ratio, h);
-  soft.fixed = make_soft(2 * hertz, settings.contact_damping_ratio, h);
+  soft.contacts = contact_softness(settings, h);
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = settings.restitution_threshold;
   for (int substep = 0; substep < settings.substeps; ++substep) {
@@ -156,13 +154,16 @@ void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float 
 void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, float h) {
   SweepParameters p;
   p.inverse_substep = 1 / h;
-  p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / h;
+  p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = def_.solver.restitution_threshold;
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     integrate_velocities(in_contact, h, substep == 0 || !def_.solver.warm_start);
     begin_impulses(substep == 0);
-    for (int i = 0; i < def_.solver.iterations; ++i) sweep(&SolverKernels::iterate, p);
+    for (int i = 1; i <= def_.solver.iterations; ++i) {
+      p.ends_substep = i == def_.solver.iterations;
+      sweep(&SolverKernels::iterate, p);
+    }
     integrate_positions(in_contact, h);
   }
   sweep(&SolverKernels::restitute, p);

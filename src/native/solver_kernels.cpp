@@ -211,6 +211,14 @@ HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f
 
 enum class Pass { soft, relax, iterate };
 
+/// `fathom::is_uneven` in lanes.
+template <class V>
+HWY_INLINE auto is_uneven(V inverse_mass_a, V inverse_mass_b) {
+  const hn::DFromV<V> d;
+  const V least = hn::Min(inverse_mass_a, inverse_mass_b), most = hn::Max(inverse_mass_a, inverse_mass_b);
+  return hn::And(hn::Gt(least, hn::Zero(d)), hn::Gt(most, hn::Mul(hn::Set(d, uneven_ratio), least)));
+}
+
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
 template <Pass pass, class D, class B>
 HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies, const SweepParameters& p,
@@ -220,7 +228,12 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   const V inverse_substep = hn::Set(d, p.inverse_substep);
   const V bias_rate = hn::Set(d, softness.bias_rate), push_out = hn::Set(d, -p.push_out_velocity);
-  const V mass_scale = hn::Set(d, softness.mass_scale), impulse_scale = hn::Set(d, softness.impulse_scale);
+  const V mass_scale = hn::Set(d, softness.mass_scale);
+  V impulse_scale = hn::Set(d, softness.impulse_scale);
+  if constexpr (pass == Pass::soft) {
+    const auto uneven = is_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass);
+    impulse_scale = hn::IfThenElse(uneven, hn::Mul(hn::Set(d, uneven_share), impulse_scale), impulse_scale);
+  }
 
   NormalRows<D> rows(block, normal_motion(f, bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular));
   const Twist3<V> moved = normal_motion(f, bodies.a.moved, bodies.a.turned, bodies.b.moved, bodies.b.turned);
@@ -267,8 +280,10 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   bodies.load(block, all);
   frame.load(block);
   if constexpr (pass == Pass::iterate) solve_friction(block, frame, bodies);
-  solve_points<pass>(block, frame, bodies, p, fixed_a ? p.fixed : p.dynamic);
+  solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   if constexpr (pass == Pass::relax) solve_friction(block, frame, bodies);
+  if (pass == Pass::relax || p.ends_substep)
+    block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
   bodies.store(block.header().lanes);
 }
 
@@ -319,6 +334,7 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
     // What has bounced parts: there is nothing to start from in the next step.
     block.set(Block<D>::point(i, point_impulse), hn::IfThenZeroElse(acts, old));
   }
+  block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
   push_normal(bodies, f, rows.sum);
   bodies.store(block.header().lanes);
 }

@@ -12,10 +12,10 @@ namespace fathom::native {
 
 struct SweepParameters {
   float inverse_substep = 0;  ///< 1/s
-  Softness dynamic;           ///< between two bodies that can be pushed
-  Softness fixed;             ///< against one that cannot
+  ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
+  bool ends_substep = false;  ///< of `iterate`: the last sweep of a substep
 };
 
 /// What `prepare` reads beside the contacts; all by slot.

@@ -26,7 +26,7 @@ WorldDef benchmark_def(const Setup& setup, float dt) {
   WorldDef def = world_def(setup);
   def.dt = dt;
   def.solver.restitution_threshold = 0;
-  def.solver.contact_hertz = 1000;  // limited to 1/8 of the substep rate
+  def.solver.contact_hertz = 1000;  // limited by the substep rate
   return def;
 }
 

@@ -36,8 +36,7 @@ void add_box(const Aabb& box, std::vector<Mark>& marks) {
 float impulse_scale(const World& world, const ContactInfo& contact) {
   const float mass = max(world.mass(contact.a), world.mass(contact.b));
   const float weight = max(length(world.gravity()), 1.0f) * max(mass, 1e-6f);
-  const float substep = world.definition().dt / static_cast<float>(world.definition().solver.substeps);
-  return 0.5f / (weight * substep);
+  return 0.5f / (weight * world.definition().dt);
 }
 
 Vec3 drawn_position(const World& world, BodyId id, const ContactInfo& contact) {

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <fathom/error.hpp>
 #include <span>
@@ -15,6 +16,13 @@
 namespace fathom {
 
 static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
+
+/// Whether a bool that lies among bytes copied from elsewhere holds one.
+inline bool is_sound(const bool& value) {
+  unsigned char byte;
+  std::memcpy(&byte, &value, 1);
+  return byte <= 1;
+}
 
 template <class T>
 concept Plain = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>;
@@ -84,6 +92,11 @@ class ByteReader {
   }
 
  private:
+  void get(bool& value) {
+    const auto byte = read<std::uint8_t>();
+    require(byte <= 1);
+    value = byte == 1;
+  }
   template <Plain T>
   void get(T& value) {
     std::memcpy(&value, bytes(sizeof value).data(), sizeof value);

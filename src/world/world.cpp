@@ -241,6 +241,16 @@ void World::wait() const { simulator_->synchronise(); }
 std::uint64_t World::step_count() const { return simulator_->steps; }
 double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
 
+void World::shift_origin(Vec3 new_origin) {
+  check_finite(new_origin, "shift the origin", "the new origin");
+  std::vector<Pose> poses(simulator_->poses().begin(), simulator_->poses().end());
+  for (const BodyId id : bodies()) {
+    poses[id.index].position = poses[id.index].position - new_origin;
+    check_pose(poses[id.index], "shift the origin");
+  }
+  for (const BodyId id : bodies()) simulator_->set_pose(id.index, poses[id.index]);
+}
+
 void World::set_gravity(Vec3 gravity) {
   check_finite(gravity, "set gravity", "the gravity");
   simulator_->def.gravity = gravity;

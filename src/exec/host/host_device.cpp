@@ -70,9 +70,11 @@ void HostDevice::mark(Event& event, Where) {
 
 void* HostDevice::do_allocate(std::size_t bytes, const Where& where) {
   // An operating system that overcommits would grant this now and end the process when the memory is touched.
+  check_alive(where);
   const std::size_t free_bytes = info_.memory > bytes_in_use() ? info_.memory - bytes_in_use() : 0;
-  void* const memory =
-      info_.memory != 0 && bytes > free_bytes ? nullptr : ::operator new(bytes, alignment, std::nothrow);
+  void* const memory = allocation_fails() || (info_.memory != 0 && bytes > free_bytes)
+                           ? nullptr
+                           : ::operator new(bytes, alignment, std::nothrow);
   if (!memory) {
     throw DeviceError(
         ErrorCode::capacity,

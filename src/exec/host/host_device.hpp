@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "exec/closure_queue.hpp"
+#include "exec/host/faults.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/phases.hpp"
 #include "threads/thread_pool.hpp"
@@ -82,12 +83,14 @@ class HostDevice : public ClosureQueue {
   }
 
   template <class T>
-  void copy_to_device(T* to, const T* from, std::size_t size, Where = Where::current()) {
+  void copy_to_device(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    check_alive(where);
     traffic_.bytes_to_device += size * sizeof(T);
     submit_copy(to, from, size * sizeof(T));
   }
   template <class T>
-  void copy_to_host(T* to, const T* from, std::size_t size, Where = Where::current()) {
+  void copy_to_host(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    check_alive(where);
     traffic_.bytes_to_host += size * sizeof(T);
     submit_copy(to, from, size * sizeof(T));
   }
@@ -129,9 +132,13 @@ class HostDevice : public ClosureQueue {
   std::size_t scan_scratch_bytes(std::uint32_t capacity) const;
   std::size_t select_scratch_bytes(std::uint32_t capacity) const { return scan_scratch_bytes(capacity); }
 
+  void launch(Graph& graph, Where where = Where::current()) {
+    check_alive(where);
+    ClosureQueue::launch(graph, where);
+  }
   void mark(Event& event, Where = Where::current());
   void mark_aside(Event& event, Where = Where::current()) { mark(event); }
-  void wait(Where = Where::current()) {}
+  void wait(Where where = Where::current()) { check_alive(where); }
 
   void copy_bytes(void* to, const void* from, std::size_t bytes, const Where&) override {
     submit_copy(to, from, bytes);
@@ -142,6 +149,18 @@ class HostDevice : public ClosureQueue {
   void* do_allocate(std::size_t bytes, const Where& where) override;
   void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
   void do_release(void* memory) noexcept override;
+
+  /// See HostFaults.
+  static void check_alive(const Where& where) {
+    std::atomic<std::int64_t>& calls = host_faults.calls;
+    if (calls < 0) return;
+    if (calls == 0) throw DeviceError(ErrorCode::unavailable, "the device is lost", 0, where);
+    --calls;
+  }
+  static bool allocation_fails() {
+    std::atomic<std::int64_t>& left = host_faults.allocations;
+    return left >= 0 && left-- == 0;
+  }
 
   void submit_copy(void* to, const void* from, std::size_t bytes);
   void submit_zero(void* to, std::size_t bytes);
