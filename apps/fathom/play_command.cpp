@@ -8,7 +8,7 @@
 #include "engine/engine.hpp"
 #include "engine/scene_entities.hpp"
 #include "setup.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 #ifdef FATHOM_HAS_VIEWER
 #include "viewer/engine_window.hpp"
 #endif

@@ -8,7 +8,7 @@
 #include "progress.hpp"
 #include "render_outputs.hpp"
 #include "setup.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::cli {
 namespace {

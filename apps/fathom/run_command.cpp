@@ -10,7 +10,7 @@
 #include "report.hpp"
 #include "run.hpp"
 #include "setup.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::cli {
 namespace {

@@ -10,7 +10,7 @@
 #include "build_info.hpp"
 #include "commands.hpp"
 #include "output.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 #include "validate/report.hpp"
 
 namespace fathom::cli {

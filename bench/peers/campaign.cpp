@@ -30,10 +30,10 @@ const Environment& environment_of(const std::string& text, std::string_view name
   refuse(text, "unknown environment" + suggestion(name, known));
 }
 
-double median_over_rounds(const std::vector<Measurement>& rounds, double cli::Statistics::*figure) {
+double median_over_rounds(const std::vector<Measurement>& rounds, double Statistics::*figure) {
   std::vector<double> values;
   for (const Measurement& round : rounds) values.push_back(round.step_ms.*figure);
-  return cli::statistics(values).median;
+  return statistics(values).median;
 }
 
 std::vector<Result> results_to_come(const std::vector<SceneEntry>& scenes,
@@ -70,10 +70,10 @@ SceneEntry parse_scene_entry(const std::string& text, int default_steps) {
   return entry;
 }
 
-double Result::mean_ms() const { return median_over_rounds(rounds, &cli::Statistics::mean); }
-double Result::median_ms() const { return median_over_rounds(rounds, &cli::Statistics::median); }
-double Result::p99_ms() const { return median_over_rounds(rounds, &cli::Statistics::p99); }
-double Result::max_ms() const { return median_over_rounds(rounds, &cli::Statistics::max); }
+double Result::mean_ms() const { return median_over_rounds(rounds, &Statistics::mean); }
+double Result::median_ms() const { return median_over_rounds(rounds, &Statistics::median); }
+double Result::p99_ms() const { return median_over_rounds(rounds, &Statistics::p99); }
+double Result::max_ms() const { return median_over_rounds(rounds, &Statistics::max); }
 
 std::string Result::trouble() const {
   const auto failed =

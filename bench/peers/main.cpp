@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "report.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace {
 
@@ -82,7 +82,7 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
 /// A line that is written over on a terminal; elsewhere only a word a round.
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
-  if (cli::stderr_is_terminal())
+  if (stderr_is_terminal())
     fmt::print(stderr, "\r\x1b[Kround {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
                next.threads);
   else if (round != last_round)
@@ -100,7 +100,7 @@ int run(const Options& options) {
   const std::vector<Result> results =
       run_campaign(scenes, chosen_engines(options), options.threads, options.rounds,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
-  if (cli::stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
+  if (stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
   print_table(results);
   if (file.is_open()) file << to_json(results).dump(2) << '\n';
   const bool trouble =

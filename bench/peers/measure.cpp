@@ -59,7 +59,7 @@ Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int
   }
   const States end(*engine, scene);
   Measurement result;
-  result.step_ms = cli::statistics(step_ms);
+  result.step_ms = statistics(step_ms);
   result.quality = measure_quality(scene, end.poses, end.velocities);
   result.trouble = what_went_wrong(*engine, result.quality);
   return result;

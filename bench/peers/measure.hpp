@@ -3,12 +3,12 @@
 
 #include "engine.hpp"
 #include "scene/quality.hpp"
-#include "statistics.hpp"
+#include "measure/statistics.hpp"
 
 namespace fathom::peers {
 
 struct Measurement {
-  cli::Statistics step_ms;
+  Statistics step_ms;
   Quality quality;
   std::string trouble;  ///< why the run does not count; empty where it does
 };

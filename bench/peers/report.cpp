@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "build_info.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::peers {
 namespace {
@@ -72,7 +72,7 @@ double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
 }
 
 void print_table(const std::vector<Result>& results) {
-  fmt::print("{}; {} build, {}\n", cli::processor_name(), build_info::build_type, build_info::compiler);
+  fmt::print("{}; {} build, {}\n", processor_name(), build_info::build_type, build_info::compiler);
   fmt::print(
       "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
       "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
@@ -88,7 +88,7 @@ void print_table(const std::vector<Result>& results) {
 }
 
 Json to_json(const std::vector<Result>& results) {
-  Json json = {{"device", cli::processor_name()},
+  Json json = {{"device", processor_name()},
                {"build",
                 {{"version", build_info::version},
                  {"commit", build_info::commit},

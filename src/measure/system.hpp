@@ -4,10 +4,14 @@
 #include <cstdint>
 #include <string>
 
-namespace fathom::cli {
+namespace fathom {
 
 /// The processor's model name.
 std::string processor_name();
+/// The machine's memory (bytes).
+std::uint64_t machine_memory();
+/// The operating system's name and version.
+std::string system_name();
 /// The most memory this process has had (bytes).
 std::uint64_t peak_memory();
 bool stderr_is_terminal();
@@ -23,4 +27,4 @@ class InterruptGuard {
   static bool requested();
 };
 
-}  // namespace fathom::cli
+}  // namespace fathom

@@ -1,0 +1,31 @@
+// What `fathom bench` is asked for.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "campaign/campaign.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace fathom::cli {
+
+struct CampaignOptions {
+  campaign::Settings settings;
+  std::string out = "fathom-campaign";
+  bool quiet = false;
+};
+
+struct BenchOptions {
+  CampaignOptions campaign;
+  std::string report_folder;
+  const CLI::App* campaign_command = nullptr;
+  const CLI::App* report_command = nullptr;
+};
+
+/// Declares `bench` with its own subcommands.
+void declare_bench(CLI::App& command, BenchOptions& options);
+
+}  // namespace fathom::cli
