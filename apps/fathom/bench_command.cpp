@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench/campaign/pictures.hpp"
+#include "bench/campaign/report.hpp"
 #include "bench_options.hpp"
-#include "campaign/pictures.hpp"
-#include "campaign/report.hpp"
 #include "commands.hpp"
 #include "measure/system.hpp"
 
@@ -87,10 +87,17 @@ int report_command(const std::string& folder) {
   return finished;
 }
 
+int compare_command(const CompareOptions& options) {
+  const Comparison comparison = compare(options.before, options.after, options.settings);
+  fmt::print("{}", comparison.text());
+  return comparison.worse() ? failed : finished;
+}
+
 }  // namespace
 
 int bench(const BenchOptions& options) {
   if (options.report_command->parsed()) return report_command(options.report_folder);
+  if (options.compare_command->parsed()) return compare_command(options.compare);
   return campaign_command(options.campaign);
 }
 

@@ -44,6 +44,25 @@ void declare_campaign(CLI::App& command, CampaignOptions& options) {
       "130 interrupted.");
 }
 
+void declare_compare(CLI::App& command, CompareOptions& options) {
+  command.add_option("before", options.before, "campaign.json, peers.json or what bench/instructions wrote")
+      ->required()
+      ->type_name("A.json");
+  command.add_option("after", options.after, "The same, made later")->required()->type_name("B.json");
+  command
+      .add_option("--noise", options.settings.noise,
+                  "How far runs of one program differ (share; 0.05), where files of one round cannot tell")
+      ->type_name("SHARE")
+      ->check(positive_number());
+  command.footer(
+      "A ratio is slower or faster where its 95 % confidence interval leaves out 1. The interval comes from the steps "
+      "of\n"
+      "a run, second by second, and from how rounds differ (--rounds of campaign and peers). Instruction counts are "
+      "held\n"
+      "against the tolerance in A.json. Exit code: 0 nothing got worse; 1 something got slower or less stable; 2 the\n"
+      "request is wrong.");
+}
+
 }  // namespace
 
 void declare_bench(CLI::App& command, BenchOptions& options) {
@@ -52,6 +71,9 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
   CLI::App* campaign = command.add_subcommand("campaign", "Repeat the published experiment and write its report");
   declare_campaign(*campaign, options.campaign);
   options.campaign_command = campaign;
+  CLI::App* compare = command.add_subcommand("compare", "Say what got slower or less stable between two results");
+  declare_compare(*compare, options.compare);
+  options.compare_command = compare;
   CLI::App* report = command.add_subcommand("report", "Write the report of a campaign's folder anew");
   report->add_option("folder", options.report_folder, "What 'fathom bench campaign' wrote")
       ->required()

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "campaign/campaign.hpp"
+#include "bench/campaign/campaign.hpp"
+#include "bench/campaign/compare.hpp"
 
 namespace CLI {
 class App;
@@ -18,10 +19,17 @@ struct CampaignOptions {
   bool quiet = false;
 };
 
+struct CompareOptions {
+  std::string before, after;
+  campaign::CompareSettings settings;
+};
+
 struct BenchOptions {
   CampaignOptions campaign;
+  CompareOptions compare;
   std::string report_folder;
   const CLI::App* campaign_command = nullptr;
+  const CLI::App* compare_command = nullptr;
   const CLI::App* report_command = nullptr;
 };
 

@@ -34,7 +34,7 @@ Plot panel(std::string title) {
   Plot plot;
   plot.title = std::move(title), plot.x_label = "s", plot.y_label = "ms";
   plot.log_y = true, plot.legend = false;
-  plot.width = 420, plot.height = 250;
+  plot.width = 340, plot.height = 220;
   return plot;
 }
 
@@ -48,6 +48,8 @@ std::string panels(const std::string& title, const std::vector<const Measurement
                    const std::function<Curve(const Measurement&)>& curve_of, Plot& legend,
                    const PublishedRow* processor) {
   std::string html;
+  double end = 1;
+  for (const Measurement* run : runs) end = std::max(end, static_cast<double>(run->steps) / 60);
   for (std::size_t k = 0; k < published_stages; ++k) {
     Plot plot = panel(fmt::format("{}: {}", title, stages()[k].name));
     for (const Measurement* run : runs) {
@@ -62,7 +64,7 @@ std::string panels(const std::string& title, const std::vector<const Measurement
       if (std::ranges::none_of(legend.curves, [&](const Curve& c) { return c.name == line.name; }))
         legend.curves.push_back(line);
       line.add(0, stages()[k].published(*processor));
-      line.add(30, stages()[k].published(*processor));
+      line.add(end, stages()[k].published(*processor));
       plot.curves.push_back(std::move(line));
     }
     html += panel_html(plot);
@@ -79,7 +81,8 @@ std::string against_bodies(const View& view, const std::string& environment) {
   Plot plot;
   plot.title = environment + ": average step against the number of bodies";
   plot.x_label = "bodies", plot.y_label = "ms";
-  plot.log_x = plot.log_y = true, plot.markers = true;
+  plot.log_x = plot.log_y = plot.markers = true;
+  plot.legend = false;
   const auto curve = [&](const std::string& name, int colour, bool reference) -> Curve& {
     for (Curve& existing : plot.curves)
       if (existing.name == name) return existing;
@@ -94,8 +97,8 @@ std::string against_bodies(const View& view, const std::string& environment) {
         curve("published: " + row->hardware, row->simulator == "native" ? 6 : 7, true)
             .add(static_cast<double>(bodies), row->total());
   }
-  return fmt::format("<figure><figcaption class='faint'>{}</figcaption>{}</figure>\n", page::escaped(plot.title),
-                     page::to_svg(plot));
+  return fmt::format("<figure><figcaption class='faint'>{}</figcaption>{}</figure>\n{}", page::escaped(plot.title),
+                     page::to_svg(plot), page::legend_of(plot));
 }
 
 const PublishedRow* published_processor(const std::string& environment, std::int64_t bodies) {

@@ -116,19 +116,23 @@ std::string crossovers(const View& view) {
 }
 
 std::string spikes_text(const View& view) {
-  Range p99, max;
+  std::vector<double> p99, max;
   std::string worst;
   for (const Measurement* run : view.runs()) {
     if (!run->reported() || run->what.set != "fathom") continue;
-    if (run->summary.spikes.max > max.most)
+    if (max.empty() || run->summary.spikes.max > *std::ranges::max_element(max))
       worst = fmt::format("{} {}, {}", run->what.environment, grouped(run->what.bodies), escaped(label_of(run->what)));
-    p99.add(run->summary.spikes.p99), max.add(run->summary.spikes.max);
+    p99.push_back(run->summary.spikes.p99), max.push_back(run->summary.spikes.max);
   }
   if (p99.empty()) return {};
+  const Statistics usual = statistics(p99), longest = statistics(max);
   return fmt::format(
-      "Spikes with Fathom's algorithms: 99 of 100 steps take at most {} times the median of the steps around them, "
-      "the longest {} times ({}). The dissertation's device steps had spikes of 150 to 300 ms.",
-      p99.text(), max.text(), worst);
+      "Spikes with Fathom's algorithms: in the middle one of the runs, 1 step of 100 takes more than {} times the "
+      "median of "
+      "the steps around it, and the longest takes {} times; the longest of all {} times ({}). Where other programs "
+      "share the "
+      "processor, these are theirs too. The dissertation's device steps had spikes of 150 to 300 ms.",
+      figure(usual.median), figure(longest.median), figure(longest.max), worst);
 }
 
 std::string threads_text(const View& view) {

@@ -10,7 +10,7 @@
 namespace fathom::page {
 namespace {
 
-constexpr double left = 62, right = 14, top = 14, bottom = 44;
+constexpr double left = 56, right = 14, top = 14, bottom = 44;
 
 /// One axis: which values it spans, and where they lie.
 struct Axis {
