@@ -65,12 +65,18 @@ Scene make_scene(const RunOptions& options) {
   options.config.load().override_world(scene.world);
   override_with(scene.world.simulator, options.simulator);
   override_with(scene.world.device, options.device);
-  override_with(scene.world.ahead, options.ahead);
   // Who names a device wants it used.
   if (options.device && !options.simulator) scene.world.simulator = SimulatorKind::device;
+  if (options.preset) apply(*options.preset, scene.world);
+  override_with(scene.world.ahead, options.ahead);
   override_with(scene.world.threads, options.threads);
   override_with(scene.world.dt, options.dt);
   override_with(scene.world.broad_phase, options.broad_phase);
+  override_with(scene.world.sweep_axis, options.sweep_axis);
+  override_with(scene.world.partition, options.partition);
+  override_with(scene.world.solver.marking_rounds, options.marking_rounds);
+  override_with(scene.world.solver.warm_start, options.warm_start);
+  override_with(scene.world.solver.iterations, options.iterations);
   override_with(scene.world.solver.substeps, options.substeps);
   override_with(scene.world.solver.method, options.solver);
   override_with(scene.world.sleep.enabled, options.sleep);

@@ -184,6 +184,7 @@ struct SolveParameters {
   std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
   std::uint32_t sweeps_after = 1;   ///< and after
   bool soft = true;
+  bool warm_start = true;  ///< else every substep begins without impulses
   Softness dynamic, fixed;
   float push_out_velocity = 0, restitution_threshold = 0;
 };
@@ -198,6 +199,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.push_out_velocity = s.push_out_velocity;
   p.restitution_threshold = s.restitution_threshold;
   p.soft = s.method == Solver::soft;
+  p.warm_start = s.warm_start;
   if (p.soft) {
     const float hertz = min(s.contact_hertz, 0.125f / p.h);
     p.dynamic = make_soft(hertz, s.contact_damping_ratio, p.h);
@@ -221,7 +223,8 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
-  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push, relax, bounce };
+  /// `push_first` is a push that begins without impulses.
+  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push_first, push, relax, bounce };
   struct Place {
     What what;
     std::uint32_t colour;
@@ -275,7 +278,7 @@ struct SolveConstraints {
 
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
-    return n == 0 ? 0 : n + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
+    return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
 
   /// What a phase does. A substep is told from its integration of velocities on; the first one's is followed by warm
@@ -283,16 +286,18 @@ struct SolveConstraints {
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
     const std::uint32_t n = plan.sweeps;
     if (phase == 0) return {integrate_first_v, 0};
-    if (phase <= n) return {warm, phase - 1};
-    phase -= n;
+    if (p.warm_start) {
+      if (phase <= n) return {warm, phase - 1};
+      phase -= n;
+    }
     const std::uint32_t length = of_substep(n);
     if (phase >= p.substeps * length) return {bounce, phase - p.substeps * length};
     while (phase >= length) phase -= length;
-    if (phase == 0) return {integrate_v, 0};
+    if (phase == 0) return {p.warm_start ? integrate_v : integrate_first_v, 0};
     phase -= 1;
     const std::uint32_t before = p.sweeps_before * n;
     if (phase == before) return {integrate_x, 0};
-    const What what = phase < before ? push : relax;
+    const What what = phase >= before ? relax : phase >= n || p.warm_start ? push : push_first;
     if (phase > before) phase -= before + 1;
     while (phase >= n) phase -= n;
     return {what, phase};
@@ -327,7 +332,9 @@ struct SolveConstraints {
   FATHOM_HD static bool is_overflow(const Plan& plan, Place place) { return plan.overflow && place.colour == 0; }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  FATHOM_HD bool with_friction(What what) const { return what == relax || what == warm || (what == push && !p.soft); }
+  FATHOM_HD bool with_friction(What what) const {
+    return what == relax || what == warm || what == push_first || (what == push && !p.soft);
+  }
 
   // All loads are made at once, whether the contact has that many points or not: none waits for another.
   FATHOM_HD void fetch_constraint(Fetched& f, What what, std::uint32_t k) const {
@@ -342,6 +349,8 @@ struct SolveConstraints {
   FATHOM_HD void sweep(What what, std::uint32_t k, const Fetched& f) const {
     if (what == push)
       sweep_as<push>(k, f);
+    else if (what == push_first)
+      sweep_as<push_first>(k, f);
     else if (what == relax)
       sweep_as<relax>(k, f);
     else if (what == warm)
@@ -367,7 +376,7 @@ struct SolveConstraints {
     const ContactFrame& frame = fetched.frame;
     const ContactAxes& axes = fetched.axes;
     const PointRow* const points = fetched.points;
-    ContactImpulses impulses = fetched.impulses;
+    ContactImpulses impulses = what == push_first ? ContactImpulses{} : fetched.impulses;
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
