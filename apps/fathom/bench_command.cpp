@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "bench/campaign/pictures.hpp"
 #include "bench/campaign/report.hpp"
 #include "bench_options.hpp"
 #include "commands.hpp"
@@ -64,11 +63,7 @@ int campaign_command(CampaignOptions options) {
       return !InterruptGuard::requested();
     });
   }
-  Campaign made = store.load();
-  if (complete) {
-    if (!options.quiet) fmt::print(stderr, "pictures\n");
-    draw_pictures(store, made, [] { return !InterruptGuard::requested(); });
-  }
+  const Campaign made = store.load();
   fmt::print("{}\n", write_report(store));
   if (!complete) {
     fmt::print(stderr, "fathom: {} of {} runs are made; continue with --resume\n", made.runs.size(), made.planned);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "pictures.hpp"
+
 namespace fathom::campaign {
 namespace {
 
@@ -91,11 +93,15 @@ bool run_campaign(const Store& store, const Settings& settings, const Observer& 
   }
   campaign.planned = campaign.runs.size() + open.size();
   store.save(campaign);
+  const std::vector<std::string> devices = offer_of_this_machine().devices;
+  const std::string shown = devices.size() > 1 ? devices[1] : devices.front();  // a GPU rather than the host
+  Painter painter(store, shown, settings.limits.steps);
   Clockwork clock(expected_total);
   for (const Case* c : open) {
     const Clock::time_point start = Clock::now();
     Progress progress{campaign.runs.size() + 1, campaign.planned, c, 0, settings.limits.steps, 0};
-    std::optional<Measurement> run = run_case(*c, settings.limits, [&](std::uint64_t step) {
+    std::optional<Measurement> run = run_case(*c, settings.limits, [&](std::uint64_t step, const World& world) {
+      painter.visit(*c, step, world);
       progress.step = step;
       progress.seconds_left =
           clock.seconds_left(expected(*c), static_cast<double>(step) / static_cast<double>(settings.limits.steps));
@@ -104,6 +110,7 @@ bool run_campaign(const Store& store, const Settings& settings, const Observer& 
     if (!run) return false;
     clock.done(expected(*c), std::chrono::duration<double>(Clock::now() - start).count());
     store.save_steps(*run);
+    for (Picture& picture : painter.take()) campaign.pictures.push_back(std::move(picture));
     campaign.runs.push_back(std::move(*run));
     store.save(campaign);
   }

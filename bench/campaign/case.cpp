@@ -16,14 +16,9 @@ constexpr std::array<SimulatorName, 2> simulator_table{{
     {"device", SimulatorKind::device, true},
 }};
 
-void apply_published(WorldDef& world) {
-  world.broad_phase = BroadPhase::sweep;
-  world.solver.method = Solver::impulse;
-}
-
 constexpr std::array<AlgorithmSet, 2> set_table{{
-    {"fathom", "this engine's defaults", [](WorldDef&) {}},
-    {"published", "the dissertation's algorithms", apply_published},
+    {"fathom", "this engine's defaults", Preset::fathom},
+    {"published", "the dissertation's algorithms", Preset::published},
 }};
 
 template <class Table>
@@ -60,12 +55,12 @@ Scene make_scene(const Case& c) {
   Scene scene = environment->make(c.bodies);
   WorldDef& world = scene.world;
   world.simulator = find(simulators(), c.simulator, "simulator").kind;
+  apply(find(algorithm_sets(), c.set, "set of algorithms").preset, world);
+  world.threads = c.threads;
   if (!c.device.empty()) {
     world.device = c.device;
     world.ahead = published_ahead;
   }
-  world.threads = c.threads;
-  find(algorithm_sets(), c.set, "set of algorithms").apply(world);
   return scene;
 }
 

@@ -42,7 +42,7 @@ std::span<const SimulatorName> simulators();
 struct AlgorithmSet {
   std::string_view name;
   std::string_view about;
-  void (*apply)(WorldDef& world);
+  Preset preset;
 };
 std::span<const AlgorithmSet> algorithm_sets();
 

@@ -1,7 +1,10 @@
 #include "pictures.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
+
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "plan.hpp"
 #ifdef FATHOM_HAS_RENDER
@@ -12,81 +15,62 @@
 namespace fathom::campaign {
 
 #ifdef FATHOM_HAS_RENDER
-namespace {
 
-constexpr int width = 480, height = 270;
+struct Painter::Drawing {
+  std::unique_ptr<render::OffscreenContext> context;  // null where there is no OpenGL
+  std::optional<render::Stage> stage;                 // of the run at work
 
-struct Subject {
-  Case what;
-  std::string label;
+  Drawing() {
+    try {
+      context = render::make_offscreen_context();
+    } catch (const Error&) {
+      // The report says that there are no pictures.
+    }
+  }
+
+  void begin(const World& world) {
+    render::StageSettings settings;
+    settings.width = 480, settings.height = 270, settings.enlargement = 2;
+    // What drifts without gravity drifts in water.
+    const bool water = length_squared(world.gravity()) == 0;
+    settings.look = water ? render::LookKind::water : render::LookKind::daylight;
+    stage.emplace(settings);
+  }
 };
 
-/// The size in the middle of the published ones: large enough to pile up, small enough to see.
-std::vector<Subject> subjects(const Campaign& campaign) {
-  std::vector<Subject> all;
-  for (const Measurement& run : campaign.runs) {
-    const std::string& environment = run.what.environment;
-    const bool seen = std::ranges::any_of(all, [&](const Subject& s) { return s.what.environment == environment; });
-    if (seen) continue;
-    const int threads = table_threads(campaign.where.threads);
-    const std::int64_t bodies = environment == "pyramid" ? 385 : 1'000;
-    all.push_back({{environment, bodies, "native", "", threads, "fathom"}, "Fathom, native"});
-    all.push_back({{environment, bodies, "device", "auto", threads, "published"}, "published algorithms, device"});
-  }
-  return all;
+void Painter::visit(const Case& what, std::uint64_t step, const World& world) {
+  const bool due = step == 0 || step == steps_ / 2 || step == steps_;
+  if (!due || !wanted(what)) return;
+  if (!drawing_) drawing_ = std::make_unique<Drawing>();
+  if (!drawing_->context) return;
+  if (step == 0) drawing_->begin(world);
+  world.wait();
+  const std::string moment = fmt::format("{:.3g} s", static_cast<double>(step) / 60);
+  const std::string file = fmt::format("pictures/{}-{}.png", key_of(what), step);
+  std::filesystem::create_directories(store_.path("pictures"));
+  render::write_png(drawing_->stage->draw(world), store_.path(file));
+  pictures_.push_back({what.environment, label_of(what), moment, file});
+  if (step == steps_) drawing_->stage.reset();
 }
 
-bool draw(const Store& store, Campaign& campaign, const Subject& subject, const std::function<bool()>& go_on) {
-  Scene scene = make_scene(subject.what);
-  World world(scene.world);
-  SceneInstance instance(scene, world);
-  render::StageSettings settings;
-  settings.width = width, settings.height = height, settings.enlargement = 2;
-  // What drifts without gravity drifts in water.
-  settings.look = scene.ground_height ? render::LookKind::daylight : render::LookKind::water;
-  render::Stage stage(settings);
-  for (std::uint64_t step = 0;; ++step) {
-    if (step % (published_steps / 2) == 0) {
-      world.wait();
-      const std::string moment = std::to_string(step / 60) + " s";
-      const std::string file = "pictures/" + key_of(subject.what) + "-" + std::to_string(step / 60) + "s.png";
-      render::write_png(stage.draw(world), store.path(file));
-      campaign.pictures.push_back({subject.what.environment, subject.label, moment, file});
-    }
-    if (step == published_steps) return true;
-    if (!go_on()) return false;
-    instance.prepare_step();
-    world.step();
-  }
-}
-
-}  // namespace
-
-void draw_pictures(const Store& store, Campaign& campaign, const std::function<bool()>& go_on) {
-  std::unique_ptr<render::OffscreenContext> context;
-  try {
-    context = render::make_offscreen_context();
-  } catch (const Error&) {
-    return;  // a machine without OpenGL: the report then says that there are no pictures
-  }
-  std::filesystem::create_directories(store.path("pictures"));
-  for (const Subject& subject : subjects(campaign)) {
-    const auto drawn = std::ranges::count_if(campaign.pictures, [&](const Picture& p) {
-      return p.environment == subject.what.environment && p.label == subject.label;
-    });
-    if (drawn > 0) continue;
-    const std::size_t before = campaign.pictures.size();
-    try {
-      if (!draw(store, campaign, subject, go_on)) campaign.pictures.resize(before);
-    } catch (const Error&) {
-      campaign.pictures.resize(before);  // what cannot be run is said beside the figures
-    }
-    if (!go_on()) return;
-    store.save(campaign);
-  }
-}
 #else
-void draw_pictures(const Store&, Campaign&, const std::function<bool()>&) {}
+
+struct Painter::Drawing {};
+void Painter::visit(const Case&, std::uint64_t, const World&) {}
+
 #endif
+
+Painter::Painter(const Store& store, std::string device, std::uint64_t steps)
+    : store_(store), device_(std::move(device)), steps_(steps) {}
+
+Painter::~Painter() = default;
+
+bool Painter::wanted(const Case& c) const {
+  // Of the published sizes the one in the middle: large enough to pile up, small enough to see.
+  if (c.round != 1 || c.bodies != (c.environment == "pyramid" ? 385 : 1'000)) return false;
+  return c.set == "fathom" ? c.simulator == "native" && c.threads == 1 : c.simulator == "device" && c.device == device_;
+}
+
+std::vector<Picture> Painter::take() { return std::exchange(pictures_, {}); }
 
 }  // namespace fathom::campaign

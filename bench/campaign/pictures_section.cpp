@@ -27,8 +27,9 @@ std::string base64(const std::string& bytes) {
 std::string pictures_section(const View& view, const Store& store) {
   const std::vector<Picture>& pictures = view.campaign().pictures;
   std::string html = "<h2 id='pictures'>Pictures</h2>\n";
-  if (pictures.empty()) return html + "<p>None: this build or machine cannot draw.</p>\n";
-  html += "<p>About 1,000 bodies (the pyramid: 385) at the start, in the middle and at the end.</p>\n";
+  if (pictures.empty())
+    return html + "<p>None: this build or machine cannot draw, or the runs that are drawn were left out.</p>\n";
+  html += "<p>About 1,000 bodies (the pyramid: 385) at the start, in the middle and at the end of measured runs.</p>\n";
   std::string group;
   for (const Picture& p : pictures) {
     const std::string title = p.environment + ": " + p.label;

@@ -41,6 +41,7 @@ class Runner {
   }
 
   bool exploded() const { return !result_.refused.empty(); }
+  const World& world() const { return world_; }
   double seconds() const { return result_.wall_seconds; }
 
   Measurement finish(bool cut_short) {
@@ -109,10 +110,11 @@ std::optional<Measurement> run_case(const Case& what, const RunLimits& limits, c
   const Scene scene = make_scene(what);
   try {
     Runner runner(what, scene);
+    if (!observe(0, runner.world())) return std::nullopt;
     bool cut_short = false;
     for (std::uint64_t step = 1; step <= limits.steps && !runner.exploded() && !cut_short; ++step) {
       runner.step();
-      if (!observe(step)) return std::nullopt;
+      if (!observe(step, runner.world())) return std::nullopt;
       cut_short = step < limits.steps && runner.seconds() > limits.seconds;
     }
     return runner.finish(cut_short);

@@ -13,8 +13,8 @@ struct RunLimits {
   double seconds = 1e9;  ///< of wall time, after which a run is cut short
 };
 
-/// Called after every step; false ends the run.
-using StepObserver = std::function<bool(std::uint64_t step)>;
+/// Called before the first step, with 0, and after every one; false ends the run.
+using StepObserver = std::function<bool(std::uint64_t step, const World& world)>;
 
 /// The finished run, or none where the observer ended it. What the simulator cannot do comes back as `skipped`.
 std::optional<Measurement> run_case(const Case& what, const RunLimits& limits, const StepObserver& observe);
