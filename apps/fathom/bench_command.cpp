@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench/campaign/peers_section.hpp"
 #include "bench/campaign/report.hpp"
 #include "bench_options.hpp"
 #include "commands.hpp"
@@ -82,6 +83,15 @@ int report_command(const std::string& folder) {
   return finished;
 }
 
+int peers_command(PeersOptions options) {
+  const Store store(options.out);
+  store.create();
+  if (options.peers.json.empty()) options.peers.json = store.path(peers_file);
+  const bool good = peers::run(options.peers);
+  fmt::print("{}\n", write_report(store));
+  return good ? finished : failed;
+}
+
 int compare_command(const CompareOptions& options) {
   const Comparison comparison = compare(options.before, options.after, options.settings);
   fmt::print("{}", comparison.text());
@@ -92,6 +102,7 @@ int compare_command(const CompareOptions& options) {
 
 int bench(const BenchOptions& options) {
   if (options.report_command->parsed()) return report_command(options.report_folder);
+  if (options.peers_command->parsed()) return peers_command(options.peers);
   if (options.compare_command->parsed()) return compare_command(options.compare);
   return campaign_command(options.campaign);
 }

@@ -71,6 +71,11 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
   CLI::App* campaign = command.add_subcommand("campaign", "Repeat the published experiment and write its report");
   declare_campaign(*campaign, options.campaign);
   options.campaign_command = campaign;
+  CLI::App* peers = command.add_subcommand("peers", "Set Fathom beside other engines on the same scenes");
+  peers->add_option("--out", options.peers.out, "Folder for peers.json and the report (fathom-campaign)")
+      ->type_name("DIR");
+  peers::declare(*peers, options.peers.peers);
+  options.peers_command = peers;
   CLI::App* compare = command.add_subcommand("compare", "Say what got slower or less stable between two results");
   declare_compare(*compare, options.compare);
   options.compare_command = compare;

@@ -6,6 +6,7 @@
 
 #include "bench/campaign/campaign.hpp"
 #include "bench/campaign/compare.hpp"
+#include "bench/peers/peers_command.hpp"
 
 namespace CLI {
 class App;
@@ -24,11 +25,18 @@ struct CompareOptions {
   campaign::CompareSettings settings;
 };
 
+struct PeersOptions {
+  peers::Options peers;
+  std::string out = "fathom-campaign";
+};
+
 struct BenchOptions {
   CampaignOptions campaign;
+  PeersOptions peers;
   CompareOptions compare;
   std::string report_folder;
   const CLI::App* campaign_command = nullptr;
+  const CLI::App* peers_command = nullptr;
   const CLI::App* compare_command = nullptr;
   const CLI::App* report_command = nullptr;
 };

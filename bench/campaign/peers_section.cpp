@@ -46,7 +46,7 @@ std::string html_of(const Json& peers) {
       if (!scene.empty()) html += "</table></div>\n";
       scene = r.at("scene").get<std::string>();
       html += fmt::format(
-          "<h3>{}, {} bodies, {} steps</h3>\n<div class='wide'><table><tr><th></th><th class='n'>Threads</th><th "
+          "<h3>{}, {} bodies</h3>\n<div class='wide'><table><tr><th></th><th class='n'>Threads</th><th "
           "class='n'>Step (ms)</th><th class='n'>p99</th><th class='n'>max</th><th class='n'>Ratio</th><th "
           "class='n'>Moved (mm)</th><th class='n'>In the ground (mm)</th><th class='n'>Energy (J a body)</th>"
           "<th></th></tr>\n",

@@ -82,12 +82,13 @@ std::string Result::trouble() const {
 }
 
 std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const std::vector<const EngineKind*>& engines,
-                                 const std::vector<int>& threads, int rounds, const Progress& progress) {
+                                 const std::vector<int>& threads, int rounds, double limit, const Progress& progress) {
   std::vector<Result> results = results_to_come(scenes, engines, threads);
   for (int round = 1; round <= rounds; ++round) {
     for (Result& result : results) {
+      if (!result.rounds.empty() && result.rounds.front().steps == 0) continue;
       progress(round, result);
-      result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps));
+      result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps, limit));
     }
   }
   return results;
