@@ -50,8 +50,9 @@ void declare_time(CLI::App& command, RunOptions& options) {
 /// Which simulator, on what: for any options with these three members.
 template <class Options>
 void declare_simulator_choice(CLI::App& command, Options& options, const std::string& help) {
-  declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
-                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}, help);
+  declare_choice<SimulatorKind>(
+      command, "--simulator", options.simulator,
+      {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}, help);
   command
       .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
       ->type_name("DEVICE");

@@ -103,7 +103,8 @@ Json to_json(const Scene& scene, const RunResult& result) {
   Json report;
   report["environment"] = scene.name;
   report["bodies"] = dynamic_body_count(scene);
-  report["simulator"] = world.simulator == SimulatorKind::native ? "native" : "device";
+  constexpr const char* simulators[] = {"native", "device", "hybrid"};
+  report["simulator"] = simulators[static_cast<int>(world.simulator)];
   report["device"] = result.hardware.empty() ? processor_name() : result.hardware;
   report["threads"] = world.threads;
   report["dt"] = world.dt;

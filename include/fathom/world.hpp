@@ -64,6 +64,7 @@ struct SleepSettings {
 enum class SimulatorKind : std::uint8_t {
   native,  ///< the CPU's cores and vector lanes (default)
   device,  ///< a GPU, or the host running the same kernels; `WorldDef::device` says which
+  hybrid,  ///< detection on that device, resolution on the CPU
 };
 
 /// What a world is created from.

@@ -175,8 +175,8 @@ class DeviceSimulator final : public Simulator {
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
-  std::uint32_t wanted_slots_ = 8;  ///< overlaps of a body that the sweep has room for
-  bool set_changed_ = true;         ///< bodies were added or removed since the last submission
+  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps of a body that the sweep has room for
+  bool set_changed_ = true;                   ///< bodies were added or removed since the last submission
 
   std::size_t wanted_bodies_ = 0;
   std::size_t wanted_contacts_ = 0;

@@ -131,7 +131,7 @@ void DeviceSimulator<D>::choose_grid() {
     std::nth_element(radii.begin(), middle, radii.end());
     typical = *middle;
   }
-  grid_base_ = 2.3f * typical + min(0.1f, typical);
+  grid_base_ = grid_base(typical);
 }
 
 template <exec::Device D>
@@ -162,12 +162,10 @@ void DeviceSimulator<D>::forget_graphs() {
 
 template <exec::Device D>
 PublishedSettings DeviceSimulator<D>::published_settings() const {
-  // A body eight times as long as the typical one overlaps too many others to find them itself.
-  constexpr float wide = 8;
   return {.sweep = def.broad_phase == fathom::BroadPhase::sweep,
           .cells = def.partition == Partition::cells,
           .axis = def.sweep_axis,
-          .wide_length = wide * grid_base_,
+          .wide_length = wide_bodies * grid_base_,
           .rounds = static_cast<std::uint32_t>(def.solver.marking_rounds)};
 }
 

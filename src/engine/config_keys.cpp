@@ -107,7 +107,8 @@ ConfigKey gravity() {
 std::vector<ConfigKey> simulator_keys() {
   return {
       choice<SimulatorKind>(
-          "simulator.kind", "native or device", {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
+          "simulator.kind", "native, device or hybrid",
+          {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}},
           [](auto& s) -> auto& { return s.simulator.kind; }),
       text(
           "simulator.device",

@@ -21,8 +21,6 @@ namespace native {
 
 namespace {
 
-constexpr std::size_t contact_grain = 128;
-
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
@@ -43,10 +41,13 @@ double timed(const Verb& verb) {
 }  // namespace
 
 NativeSimulator::NativeSimulator(const WorldDef& definition)
+    : NativeSimulator(definition, make_broad_phase(definition)) {}
+
+NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase)
     : Simulator(definition),
       graph_(bodies, state_),
       pool_(thread_count(def)),
-      broad_phase_(make_broad_phase(def)),
+      broad_phase_(std::move(broad_phase)),
       solver_(def, bodies, state_, graph_, pool_),
       islands_(def, bodies, state_, graph_) {
   state_.resize(0);
@@ -77,30 +78,32 @@ void NativeSimulator::find_pairs() {
   broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   edited_.clear();
   set_changed_ = false;
+  added_.clear();
   for (const std::vector<Pair>& list : new_pairs_)
     for (const Pair pair : list)
-      if (!graph_.pairs().contains(pair.a, pair.b)) graph_.add(pair);
+      if (!graph_.pairs().contains(pair.a, pair.b)) added_.push_back(graph_.add(pair));
+}
+
+void NativeSimulator::make_room_for_changes() {
+  grow_to(changes_, graph_.size());
+  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
 }
 
 void NativeSimulator::update_manifolds() {
-  grow_to(changes_, graph_.size());
-  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
+  make_room_for_changes();
   pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
     chunk.begun.clear();
-    std::uint32_t recycled = 0;
-    bool any_ended = false;
+    chunk.recycled = 0;
+    chunk.any_ended = false;
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       Contact& c = graph_[i];
       changes_[i] = Change::nothing;
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      const Change change = changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
-      recycled += change == Change::recycled;
-      any_ended |= change == Change::ended || change == Change::gone;
+      changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
+      chunk.note(changes_[i]);
     }
-    chunk.recycled = recycled;
-    chunk.any_ended = any_ended;
   });
 }
 

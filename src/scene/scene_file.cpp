@@ -20,8 +20,8 @@ constexpr std::array<std::pair<std::string_view, Partition>, 2> partitions{
     {{"colours", Partition::colours}, {"cells", Partition::cells}}};
 constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
     {{"fathom", Preset::fathom}, {"published", Preset::published}}};
-constexpr std::array<std::pair<std::string_view, SimulatorKind>, 2> simulators{
-    {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}};
+constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
+    {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 
 /// Calls `read` with a section of the file where it is there.
 template <class Read>

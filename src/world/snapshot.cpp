@@ -67,7 +67,7 @@ void World::restore(std::span<const std::byte> bytes) {
   ByteReader in = checked(bytes);
   WorldDef def = simulator_->def;
   archive_definition(in, def);
-  in.require(def.simulator <= SimulatorKind::device);
+  in.require(def.simulator <= SimulatorKind::hybrid);
   try {
     check_world(def);
   } catch (const Error& error) {

@@ -53,6 +53,13 @@ FATHOM_HD std::uint64_t sortable(float x) {
   return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
+/// Elements of the list for so many indices of bodies.
+FATHOM_HD std::uint32_t list_size(std::uint32_t bodies) {
+  std::uint32_t n = sort_block;
+  while (n < bodies) n *= 2;
+  return n;
+}
+
 struct BeginSweep {
   const Counters* counters;
   SweepArrays sweep;
@@ -60,9 +67,7 @@ struct BeginSweep {
   FATHOM_HD void operator()(std::uint32_t) const {
     SweepCounters& s = *sweep.counters;
     const bool run = counters->live_bodies > 0;
-    std::uint32_t n = sort_block;
-    while (n < counters->live_bodies) n *= 2;
-    s.elements = run ? n : 0;
+    s.elements = run ? list_size(counters->live_bodies) : 0;
     s.pairs = s.elements / 2;
     s.blocks = s.elements / sort_block;
     s.shifted_blocks = s.blocks > 0 ? s.blocks - 1 : 0;

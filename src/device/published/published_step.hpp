@@ -33,6 +33,11 @@ struct WritePublishedReport {
   }
 };
 
+/// c to begin with.
+inline constexpr std::uint32_t first_slots = 8;
+/// A body so many cells long (of the finest grid) overlaps too many others to find them itself.
+inline constexpr float wide_bodies = 8;
+
 /// Which strategies a step follows, and their parameters.
 struct PublishedSettings {
   bool sweep = false;

@@ -80,7 +80,7 @@ class CudaDevice final : public Memory {
     using Planned = decltype(with_plan);
     start_launch();
     void* arguments[] = {&most_phases, &most_items, &with_plan};
-    const std::uint32_t wanted = (most_items + size - 1) / size;
+    const std::uint32_t wanted = (most_items + size - 1) / size, warps = (most_items + 31) / 32;
     if constexpr (ResidentPhaseKernel<Kernel>) {
       if (most_items <= 2 * cuda::resident_block_size &&
           kernel.resident_bytes() + sizeof(typename Kernel::Plan) + 1024 <= most_local_bytes_) {
@@ -93,10 +93,10 @@ class CudaDevice final : public Memory {
     }
     if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || wanted <= 4 * cluster_blocks_)) {
       const auto kernel_function = cuda::run_phases<cuda::Barrier::cluster, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cluster(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+      launch_cluster(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
     } else {
       const auto kernel_function = cuda::run_phases<cuda::Barrier::grid, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
     }
   }
 

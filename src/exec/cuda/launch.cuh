@@ -71,8 +71,12 @@ __device__ void wait_for_all(const Meanwhile& meanwhile) {
 template <Barrier barrier, bool ends_at_empty, class Kernel>
 __device__ void run_with_barrier(std::uint32_t most_phases, std::uint32_t most_items, const Kernel& kernel,
                                  const typename Kernel::Plan& plan) {
-  run_planned<ends_at_empty>(blockIdx.x * blockDim.x + threadIdx.x, gridDim.x * blockDim.x, most_phases, most_items,
-                             kernel, plan, [](const auto& meanwhile) { wait_for_all<barrier>(meanwhile); });
+  // Warps take turns between the blocks: a phase of few items then has as many multiprocessors to itself as it has warps.
+  constexpr std::uint32_t warp_size = 32;
+  const std::uint32_t first =
+      (threadIdx.x / warp_size * gridDim.x + blockIdx.x) * warp_size + threadIdx.x % warp_size;
+  run_planned<ends_at_empty>(first, gridDim.x * blockDim.x, most_phases, most_items, kernel, plan,
+                             [](const auto& meanwhile) { wait_for_all<barrier>(meanwhile); });
 }
 
 template <Barrier barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
