@@ -11,9 +11,10 @@
 namespace fathom::campaign {
 namespace {
 
-constexpr std::array<SimulatorName, 2> simulator_table{{
+constexpr std::array<SimulatorName, 3> simulator_table{{
     {"native", SimulatorKind::native, false},
     {"device", SimulatorKind::device, true},
+    {"hybrid", SimulatorKind::hybrid, true},
 }};
 
 constexpr std::array<AlgorithmSet, 2> set_table{{
@@ -41,7 +42,7 @@ std::string key_of(const Case& c) {
 std::string label_of(const Case& c) {
   std::string label = c.simulator;
   if (!c.device.empty()) label += " on " + c.device;
-  if (c.device.empty() || c.device == "host")
+  if (c.simulator != "device" || c.device == "host")
     label += fmt::format(", {} thread{}", c.threads, c.threads == 1 ? "" : "s");
   return c.set == "fathom" ? label : label + ", " + c.set;
 }

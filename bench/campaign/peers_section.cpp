@@ -17,9 +17,14 @@ std::string row_of(const Json& r, bool ground) {
   const auto number = [](const Json& value, double factor = 1) {
     return value.is_number() ? figure(factor * value.get<double>()) : std::string("–");
   };
-  std::string html = fmt::format("<tr><td>{} <span class='faint'>{}</span></td><td class='n'>{}</td>",
-                                 escaped(r.at("engine").get<std::string>()),
-                                 escaped(r.at("version").get<std::string>()), r.at("threads").get<int>());
+  const int steps = r.at("steps");
+  std::string html =
+      fmt::format("<tr><td>{} <span class='faint'>{}</span></td><td class='n'>{}</td><td class='n'>{}</td>",
+                  escaped(r.at("engine").get<std::string>()), escaped(r.at("version").get<std::string>()),
+                  r.at("threads").get<int>(), steps);
+  if (steps == 0)
+    return html +
+           fmt::format("<td colspan='8' class='fail'>{}</td></tr>\n", escaped(r.at("trouble").get<std::string>()));
   for (const char* name : {"mean", "p99", "max"}) html += fmt::format("<td class='n'>{}</td>", number(time.at(name)));
   html += fmt::format("<td class='n'>{}</td>", number(r.at("ratio_to_fathom")));
   html += fmt::format("<td class='n'>{}</td><td class='n'>{}</td><td class='n'>{}</td>",
@@ -36,7 +41,8 @@ std::string html_of(const Json& peers) {
       "defaults; "
       "engines take turns on a scene, round by round ({} rounds, medians), so that a noisy machine is fair. Ratio: "
       "over "
-      "Fathom's mean with as many threads; above 1 is slower. Quality is measured alike, after the last step.</p>\n"
+      "Fathom's mean with as many threads; above 1 is slower. Fewer steps: the limit on a run's time. Quality is "
+      "measured alike, after the last step.</p>\n"
       "<p class='faint'>{} · {}</p>\n",
       peers.at("rounds").get<int>(), escaped(peers.at("device").get<std::string>()),
       escaped(peers.at("build").at("commit").get<std::string>()));
@@ -47,10 +53,11 @@ std::string html_of(const Json& peers) {
       scene = r.at("scene").get<std::string>();
       html += fmt::format(
           "<h3>{}, {} bodies</h3>\n<div class='wide'><table><tr><th></th><th class='n'>Threads</th><th "
-          "class='n'>Step (ms)</th><th class='n'>p99</th><th class='n'>max</th><th class='n'>Ratio</th><th "
+          "class='n'>Steps</th><th class='n'>Step (ms)</th><th class='n'>p99</th><th class='n'>max</th><th "
+          "class='n'>Ratio</th><th "
           "class='n'>Moved (mm)</th><th class='n'>In the ground (mm)</th><th class='n'>Energy (J a body)</th>"
           "<th></th></tr>\n",
-          escaped(r.at("environment").get<std::string>()), grouped(r.at("bodies")), r.at("steps").get<int>());
+          escaped(r.at("environment").get<std::string>()), grouped(r.at("bodies")));
     }
     html += row_of(r, r.at("environment") != "drift");
   }

@@ -55,7 +55,7 @@ std::vector<Case> cases_of_scene(const Case& scene, Form form, const Offer& offe
       const bool slow = device == "host" || device.starts_with("sycl");
       if (slow && (huge || (quick && large))) continue;
       for (const AlgorithmSet& set : algorithm_sets())
-        if (set.name == "fathom" || !huge) add(simulator.name, device, std::min(most_threads, offer.threads), set.name);
+        if (set.name == "fathom" || !huge) add(simulator.name, device, all, set.name);
     }
   }
   return cases;
@@ -114,9 +114,14 @@ double expected_seconds(const Case& c) {
                                        {"pyramid", 0.7, 4.0, 5.0, 30.0}}};
   const Cost& cost = *std::ranges::find_if(costs, [&](const Cost& one) { return c.environment == one.environment; });
   const bool published = c.set == "published", host = c.device == "host" || c.device.starts_with("sycl");
-  double body = host ? published ? cost.host_published : cost.host : published ? cost.native_published : cost.native;
+  // The hybrid simulator resolves as the native one does.
+  const bool detects_only = c.simulator == "hybrid";
+  double body = host && !detects_only ? published ? cost.host_published : cost.host
+                : published           ? cost.native_published
+                                      : cost.native;
   double floor = 0;
-  if (!c.device.empty() && !host) body *= 0.05, floor = 300;
+  if (!c.device.empty() && !host) body *= detects_only ? 1 : 0.05, floor = 300;
+  if (host && detects_only) body *= 2;
   body /= std::sqrt(static_cast<double>(c.threads));
   return 1e-6 * static_cast<double>(published_steps) * (floor + body * static_cast<double>(c.bodies)) + 0.02;
 }
