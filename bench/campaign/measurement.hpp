@@ -51,6 +51,7 @@ struct Measurement {
   Summary summary;
   std::vector<QualitySample> quality;  ///< every few seconds, the last at the end
   double wall_seconds = 0;             ///< for all steps
+  std::uint64_t interruptions = 0;     ///< by other programs that wanted the processor
   std::uint64_t memory_bytes = 0;      ///< held by the simulator
   std::string hash;                    ///< of the last state
   std::string skipped;                 ///< why there was no run, or it has no figures

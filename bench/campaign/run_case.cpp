@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 
+#include "measure/system.hpp"
+
 namespace fathom::campaign {
 namespace {
 
@@ -53,6 +55,7 @@ class Runner {
       result_.failing = fmt::format("{} bodies below the ground", end.bodies_below_ground);
     result_.hash = fmt::format("{:016x}", world_.state_hash());
     result_.memory_bytes = world_.profile().counts.memory_bytes;
+    result_.interruptions = interruptions() - interruptions_before_;
     result_.cut_short = cut_short;
     result_.summary = summarise(result_.samples);
     return std::move(result_);
@@ -77,6 +80,7 @@ class Runner {
   World world_;
   SceneInstance instance_;
   Measurement result_;
+  std::uint64_t interruptions_before_ = interruptions();
   // A body in quarantine has a finite pose again, but its state was not finite.
   std::set<std::uint32_t> quarantined_;
 };

@@ -82,6 +82,7 @@ Measurement measurement_of(const Json& json) {
   c.device = json.at("device"), c.threads = json.at("threads"), c.set = json.at("set"), c.round = json.at("round");
   run.hardware = json.at("hardware"), run.bodies = json.at("bodies"), run.steps = json.at("steps");
   run.wall_seconds = json.at("wall_seconds"), run.memory_bytes = json.at("memory_bytes");
+  run.interruptions = json.at("interruptions");
   run.hash = json.at("state_hash"), run.skipped = json.at("skipped"), run.refused = json.at("refused");
   run.failing = json.at("failing"), run.cut_short = json.at("cut_short");
   if (run.reported()) run.summary = summary_of(json);
@@ -126,6 +127,7 @@ Json to_json(const Measurement& run) {
                {"steps", run.steps},
                {"wall_seconds", run.wall_seconds},
                {"memory_bytes", run.memory_bytes},
+               {"interruptions", run.interruptions},
                {"state_hash", run.hash},
                {"skipped", run.skipped},
                {"refused", run.refused},

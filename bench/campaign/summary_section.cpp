@@ -130,9 +130,23 @@ std::string spikes_text(const View& view) {
       "Spikes with Fathom's algorithms: in the middle one of the runs, 1 step of 100 takes more than {} times the "
       "median of "
       "the steps around it, and the longest takes {} times; the longest of all {} times ({}). Where other programs "
-      "share the "
-      "processor, these are theirs too. The dissertation's device steps had spikes of 150 to 300 ms.",
+      "share the processor these are theirs too. The dissertation's device steps had spikes of 150 to 300 ms.",
       figure(usual.median), figure(longest.median), figure(longest.max), worst);
+}
+
+/// Whether the machine had other work, which the figures then show.
+std::string company(const View& view) {
+  std::vector<double> per_hundred;
+  for (const Measurement* run : view.runs())
+    if (run->reported() && run->steps > 0)
+      per_hundred.push_back(100 * static_cast<double>(run->interruptions) / static_cast<double>(run->steps));
+  if (per_hundred.empty()) return {};
+  const Statistics s = statistics(per_hundred);
+  return fmt::format(
+      "Other programs took the processor away {} times in 100 steps in the middle one of the runs, {} times in "
+      "the worst{}.",
+      figure(s.median), figure(s.max),
+      s.median > 1 ? ": <b>the machine was not quiet</b>, and times are longer than they need be" : "");
 }
 
 std::string threads_text(const View& view) {
@@ -189,6 +203,7 @@ std::string summary_section(const View& view) {
   items += crossovers(view);
   item(stacks(view));
   item(spikes_text(view));
+  item(company(view));
   item(threads_text(view));
   item(determinism(view));
   return "<h2 id='summary'>In short</h2>\n<ul>\n" + items + "</ul>\n";

@@ -14,6 +14,8 @@ std::uint64_t machine_memory();
 std::string system_name();
 /// The most memory this process has had (bytes).
 std::uint64_t peak_memory();
+/// How often the system took the processor away from this process's threads for others.
+std::uint64_t interruptions();
 bool stderr_is_terminal();
 
 /// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one ends the program at once.

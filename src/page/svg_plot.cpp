@@ -10,7 +10,7 @@
 namespace fathom::page {
 namespace {
 
-constexpr double left = 56, right = 14, top = 14, bottom = 44;
+constexpr double left = 56, right = 22, top = 14, bottom = 44;
 
 /// One axis: which values it spans, and where they lie.
 struct Axis {
@@ -61,6 +61,11 @@ std::vector<double> ticks(const Axis& axis) {
   return all;
 }
 
+/// Four digits at most; whole numbers up to a million written out.
+std::string label_of(double v) {
+  return v >= 1e4 && v <= 1e6 && v == std::round(v) ? fmt::format("{:.0f}", v) : fmt::format("{:.4g}", v);
+}
+
 std::string path_of(const Curve& curve, const Axis& x, const Axis& y) {
   std::string path;
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
@@ -103,13 +108,13 @@ std::string axes_of(const Plot& plot, const Axis& x, const Axis& y) {
   for (const double v : ticks(x))
     svg += fmt::format(
         "<line class='grid' x1='{0:.1f}' x2='{0:.1f}' y1='{1}' y2='{2}'/><text x='{0:.1f}' y='{3}' "
-        "text-anchor='middle'>{4:.4g}</text>",
-        x.place(v), top, floor, floor + 16, v);
+        "text-anchor='middle'>{4}</text>",
+        x.place(v), top, floor, floor + 16, label_of(v));
   for (const double v : ticks(y))
     svg += fmt::format(
         "<line class='grid' x1='{1}' x2='{2}' y1='{0:.1f}' y2='{0:.1f}'/><text x='{3}' y='{4:.1f}' "
-        "text-anchor='end'>{5:.4g}</text>",
-        y.place(v), left, plot.width - right, left - 6, y.place(v) + 4, v);
+        "text-anchor='end'>{5}</text>",
+        y.place(v), left, plot.width - right, left - 6, y.place(v) + 4, label_of(v));
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>", (left + plot.width - right) / 2, floor + 34,
                      escaped(plot.x_label));
   svg += fmt::format("<text transform='translate(12 {}) rotate(-90)' text-anchor='middle'>{}</text>", (top + floor) / 2,
