@@ -51,6 +51,7 @@ NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<Bro
       solver_(def, bodies, state_, graph_, pool_),
       islands_(def, bodies, state_, graph_) {
   state_.resize(0);
+  if (def.partition == Partition::cells) cell_solver_.emplace(def, bodies, state_, graph_, pool_, solver_);
 }
 
 // --- the step ------------------------------------------------------------------------------------------------
@@ -121,12 +122,20 @@ void NativeSimulator::build_constraints() {
     }
     in_contact_is_current_ = true;
   }
-  solver_.build(in_contact_);
+  if (cell_solver_)
+    cell_solver_->build(in_contact_);
+  else
+    solver_.build(in_contact_);
 }
 
 void NativeSimulator::solve() {
-  solver_.solve(in_contact_);
-  solver_.store();
+  if (cell_solver_) {
+    cell_solver_->solve(in_contact_);
+    cell_solver_->store();
+  } else {
+    solver_.solve(in_contact_);
+    solver_.store();
+  }
 }
 
 void NativeSimulator::finish() {
@@ -315,13 +324,19 @@ void NativeSimulator::count() {
   counts.manifolds = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour)
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-  counts.points = static_cast<std::uint32_t>(solver_.point_count());
-  counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
-  counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  if (cell_solver_) {
+    counts.points = static_cast<std::uint32_t>(cell_solver_->point_count());
+    counts.work_groups = static_cast<std::uint32_t>(cell_solver_->cell_count());
+  } else {
+    counts.points = static_cast<std::uint32_t>(solver_.point_count());
+    counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
+    counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  }
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + solver_.memory_bytes() + list_bytes();
+                        broad_phase_->memory_bytes() + solver_.memory_bytes() +
+                        (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------

@@ -1,10 +1,12 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
+#include "native/cell_solver.hpp"
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
@@ -106,6 +108,7 @@ class NativeSimulator : public Simulator {
 
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactSolver solver_;
+  std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
