@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
+
 #include "page/html.hpp"
 #include "peers_section.hpp"
 #include "sections.hpp"
@@ -40,9 +42,11 @@ std::string campaign_html(const Store& store) {
 }  // namespace
 
 std::string write_report(const Store& store) {
-  store.write("report.html", page::document(store.exists() ? "Fathom: the published experiment, repeated"
-                                                           : "Fathom beside other engines",
-                                            store.exists() ? campaign_html(store) : peers_section(store)));
+  const bool peers_alone = !store.exists() && std::filesystem::exists(store.path(peers_file));
+  const std::string body = peers_alone ? peers_section(store) : campaign_html(store);
+  store.write(
+      "report.html",
+      page::document(peers_alone ? "Fathom beside other engines" : "Fathom: the published experiment, repeated", body));
   return store.path("report.html");
 }
 
