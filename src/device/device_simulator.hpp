@@ -152,6 +152,10 @@ class DeviceSimulator final : public Simulator {
   // Snapshots.
   template <class T>
   void upload(T* to, const std::vector<T>& from);
+  /// Constraints that are solved one by one; those of cells have no colours either.
+  std::uint32_t ordered_overflow(const Counters& counters) const {
+    return def.partition == Partition::cells ? 0 : counters.overflow;
+  }
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
   ContactEvent event(PairRecord pair) const;

@@ -54,7 +54,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   // The layout of constraints, which stays while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
-        s.download(layout.overflow_order, counters.overflow));
+        s.download(layout.overflow_order, ordered_overflow(counters)));
   // The sweep's list, which need not be sorted where bodies move fast.
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
   write(set_changed_, wanted_slots_,
@@ -118,7 +118,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
   read_into(layout.contact, room, counters.constraints, are_below(counters.contacts));
-  read_into(layout.overflow_order, room, counters.overflow, are_below(counters.constraints));
+  read_into(layout.overflow_order, room, ordered_overflow(counters), are_below(counters.constraints));
   std::vector<std::uint64_t> list;
   in(set_changed_, wanted_slots_, list);
   for (const std::uint64_t element : list) in.require(static_cast<std::uint32_t>(element) < list.size());

@@ -98,15 +98,14 @@ struct CellArrays {
 struct PlanCells {
   const Counters* counters;
   CellArrays cells;
-  std::uint32_t slots;  ///< c: n_overlap = n × c; 0: as many as there are contacts
+  std::uint32_t slots;  ///< c: n_overlap = n × c
 
   FATHOM_HD void operator()(std::uint32_t) const {
     CellCounters& c = *cells.counters;
     c.unbatched = c.batches = 0;
     c.lists = c.work_groups = 0;
     if (counters->live_bodies == 0) return;
-    const CellPlan plan =
-        plan_cells(slots ? std::uint64_t{counters->live_bodies} * slots : std::uint64_t{counters->live_contacts});
+    const CellPlan plan = plan_cells(std::uint64_t{counters->live_bodies} * slots);
     c.side = plan.side;
     c.work_groups = plan.work_groups;
     c.work_items = plan.work_items;

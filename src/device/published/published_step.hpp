@@ -93,8 +93,7 @@ class PublishedMemory {
       pairs_.grow(std::bit_ceil(2 * contacts));
     }
     if (settings.cells) {
-      most_work_groups_ =
-          plan_cells(settings.sweep ? std::uint64_t{bodies} * slots : std::uint64_t{contacts}).work_groups;
+      most_work_groups_ = plan_cells(std::uint64_t{bodies} * slots).work_groups;
       list_of_.grow(contacts);
       members_.grow(contacts);
       slots_.grow(contacts);
@@ -204,7 +203,7 @@ class PublishedStep {
   void partition(exec::Range constraints) {
     const CellArrays cells = memory_.cells(settings_);
     const exec::Range lists{&cells.counters->lists, memory_.most_lists()};
-    device_.parallel_for(1, PlanCells{counters_, cells, settings_.sweep ? memory_.slots_per_body() : 0});
+    device_.parallel_for(1, PlanCells{counters_, cells, memory_.slots_per_body()});
     device_.parallel_for(lists, ClearLists{cells});
     device_.zero(cells.marks, std::size_t{cell_groups} * body_capacity_);
     device_.parallel_for(constraints, CountCells{bodies_, contacts_, constraints_, cells});
