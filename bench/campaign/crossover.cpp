@@ -64,8 +64,8 @@ std::vector<Duel> duels(const View& view, const std::string& environment, const 
       if (run->what.device.empty() || label_of(run->what) != device_label || !run->reported()) continue;
       const Measurement* native = view.fastest_native(environment, bodies, run->what.set);
       if (!native) continue;
-      all.push_back({static_cast<double>(run->bodies), (native->summary.stages.*stage.statistics).mean,
-                     (run->summary.stages.*stage.statistics).mean});
+      const auto [native_ms, device_ms] = means_of_common_steps(*native, *run, stage);
+      all.push_back({static_cast<double>(run->bodies), native_ms, device_ms});
     }
   return all;
 }

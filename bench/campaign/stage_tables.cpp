@@ -33,7 +33,7 @@ std::string cell(double value, bool best) {
 }
 
 std::string row_of(const Measurement& run, const Best& best) {
-  std::string html = fmt::format("<tr><td>{}</td>", escaped(label_of(run.what)));
+  std::string html = fmt::format("<tr><td>{}{}</td>", escaped(label_of(run.what)), run.cut_short ? " †" : "");
   if (!run.reported())
     return html + fmt::format("<td colspan='4' class='{}'>{}</td></tr>\n", run.skipped.empty() ? "fail" : "faint",
                               escaped(run.skipped.empty() ? "refused: " + run.refused : "not run: " + run.skipped));
@@ -79,7 +79,8 @@ std::string stage_tables_section(const View& view) {
       "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Bold: the best of each stage on this machine, "
       "and the best published. The native simulator is shown with {} thread{}{}. The dissertation's environments of "
       "1,000 "
-      "spread bodies and ours of 961 (a square) stand side by side.</p>\n",
+      "spread bodies and ours of 961 (a square) stand side by side. † cut short by the limit on a run's time: the "
+      "average is that of the steps made.</p>\n",
       view.table_threads(), view.table_threads() == 1 ? "" : "s",
       view.table_threads() == 8 ? ", as published" : ", all that this machine has");
   for (const std::string& environment : view.environments()) html += table_of(view, environment);

@@ -49,7 +49,7 @@ std::string against_the_processor(const View& view) {
     for (const std::int64_t bodies : view.sizes(environment))
       for (const Measurement* run : view.native_runs(environment, bodies, "fathom"))
         for (const PublishedRow* row : published_of(environment, bodies))
-          if (run->what.threads == view.table_threads() && row->simulator == "native") {
+          if (run->what.threads == view.table_threads() && row->simulator == "native" && !run->cut_short) {
             const double factor = row->total() / mean(*run);
             if (factor < faster.least) slowest = fmt::format("{} {}", environment, grouped(bodies));
             faster.add(factor);
@@ -70,8 +70,10 @@ std::string against_the_algorithms(const View& view) {
     for (const Measurement* other : view.runs()) {
       Case same = other->what;
       same.set = "fathom", same.round = run->what.round;
-      if (other->what.set == "published" && other->reported() && same == run->what)
-        by_hardware[label_of(run->what)].add(mean(*other) / mean(*run));
+      if (other->what.set == "published" && other->reported() && same == run->what) {
+        const auto [published, ours] = means_of_common_steps(*other, *run, stages().back());
+        by_hardware[label_of(run->what)].add(published / ours);
+      }
     }
   }
   for (const auto& [label, range] : by_hardware)
@@ -91,7 +93,7 @@ std::string stacks(const View& view) {
       const double moved = run->end().displacement_max;
       text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", escaped(label_of(run->what)),
                           moved < 0.25 ? fmt::format("stands, moved {} mm", figure(1e3 * moved))
-                                       : fmt::format("<b>fell</b>, moved {} m", figure(moved)));
+                                       : fmt::format("<b>gave way</b>, moved {} m", figure(moved)));
     }
     if (!text.empty())
       return fmt::format("After {:.3g} s the pyramid of {} bodies on {}.",

@@ -107,6 +107,17 @@ int View::colour(const std::string& label) const {
   return static_cast<int>((std::ranges::find(labels_, label) - labels_.begin()) % 8);
 }
 
+std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage) {
+  const std::uint64_t last = std::min(a.steps, b.steps);
+  const auto mean = [&](const Measurement& run) {
+    double sum = 0, count = 0;
+    for (const Sample& sample : run.samples)
+      if (sample.step <= last) sum += sample.*stage.sample, ++count;
+    return count > 0 ? sum / count : 0.0;
+  };
+  return {mean(a), mean(b)};
+}
+
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies) {
   std::vector<const PublishedRow*> found;
   for (const PublishedRow& row : published_rows())

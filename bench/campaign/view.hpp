@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "published.hpp"
@@ -47,6 +48,9 @@ class View {
   std::vector<std::string> labels_;
   int table_threads_ = 1;
 };
+
+/// Mean (ms) of a stage over the steps that both runs made, of each: one of them may have been cut short.
+std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage);
 
 /// Published rows of that scene.
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "measure/system.hpp"
 #include "scene/environments.hpp"
 #include "scene/suggest.hpp"
 
@@ -86,11 +87,13 @@ std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const st
   std::vector<Result> results = results_to_come(scenes, engines, threads);
   for (int round = 1; round <= rounds; ++round) {
     for (Result& result : results) {
+      if (InterruptGuard::requested()) break;
       if (!result.rounds.empty() && result.rounds.front().steps == 0) continue;
       progress(round, result);
       result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps, limit));
     }
   }
+  std::erase_if(results, [](const Result& result) { return result.rounds.empty(); });
   return results;
 }
 

@@ -88,6 +88,7 @@ bool run(const Options& options) {
     file.open(options.json);  // before the work, not after it
     if (!file) throw Error(ErrorCode::file, options.json + ": cannot be written; give a file in a folder that exists");
   }
+  const InterruptGuard interrupt;
   const std::vector<Result> results =
       run_campaign(scenes, chosen_engines(options), options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
