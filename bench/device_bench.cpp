@@ -7,6 +7,7 @@
 //     --warm-start on|off  --rounds N  --push-out M/S
 //
 // Options hold for the scenes behind them; a preset decides all algorithms, the options behind it change some.
+// `unbatched` is the mean of all steps, `overlaps` the most that one body had.
 // A step's duration is `Profile::interval`. Results are
 // left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
 // except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
@@ -75,7 +76,7 @@ void print_head() {
   std::printf(
       "algorithms         scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  "
       "build   solve finish "
-      "| kernels MiB | manifolds   points colours unbatched | penetr.mm displ.m below bad | hash\n");
+      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm displ.m energy.J below bad | hash\n");
 }
 
 void take_algorithms(const WorldDef& from, WorldDef& to) {
@@ -100,6 +101,7 @@ void measure(const Run& run) {
   SceneInstance instance(scene, world);
   std::vector<double> series, stages[5];
   std::uint64_t seen = 0;
+  double unbatched = 0, overlaps = 0;
   Profile last;
   for (std::uint64_t step = 0; step < run.steps; ++step) {
     instance.prepare_step();
@@ -109,6 +111,8 @@ void measure(const Run& run) {
     const double wall = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (p.step == seen) continue;
     seen = p.step;
+    unbatched += p.counts.unbatched;
+    overlaps = std::max<double>(overlaps, p.counts.overlaps);
     if (run.steps < 120 || p.step > 60) {
       series.push_back(p.interval > 0 ? p.interval : wall);
       const StageTimes& t = p.times;
@@ -125,12 +129,12 @@ void measure(const Run& run) {
               dynamic_body_count(scene), quantile(series, 0.5), quantile(series, 0.99), quantile(series, 1.0),
               quantile(ratio, 0.99), quantile(ratio, 1.0));
   for (const auto& stage : stages) std::printf(" %7.4f", quantile(stage, 0.5));
-  std::printf(" | %4llu %7.1f | %8u %8u %3u %8u | %7.3f %8.5f %llu %llu | %016llx\n",
+  std::printf(" | %4llu %7.1f | %8u %8u %3u %8.1f %3.0f | %7.3f %8.5f %8.2g %llu %llu | %016llx\n",
               static_cast<unsigned long long>(last.counts.launches),
               static_cast<double>(last.counts.memory_bytes) / (1 << 20), last.counts.manifolds, last.counts.points,
-              last.counts.colours, last.counts.unbatched, 1e3 * q.ground_penetration_max, q.displacement_max,
-              static_cast<unsigned long long>(q.bodies_below_ground), static_cast<unsigned long long>(q.non_finite),
-              static_cast<unsigned long long>(world.state_hash()));
+              last.counts.colours, unbatched / static_cast<double>(run.steps), overlaps, 1e3 * q.ground_penetration_max,
+              q.displacement_max, q.kinetic_energy_per_body, static_cast<unsigned long long>(q.bodies_below_ground),
+              static_cast<unsigned long long>(q.non_finite), static_cast<unsigned long long>(world.state_hash()));
   std::fflush(stdout);
 }
 
