@@ -92,8 +92,9 @@ std::string stacks(const View& view) {
       if (!run->reported() || run->steps < view.campaign().where.steps) continue;
       const double moved = run->end().displacement_max;
       text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", escaped(label_of(run->what)),
-                          moved < 0.25 ? fmt::format("stands, moved {} mm", figure(1e3 * moved))
-                                       : fmt::format("<b>gave way</b>, moved {} m", figure(moved)));
+                          trouble_of(*run).empty()
+                              ? fmt::format("stands, moved {} mm", figure(1e3 * moved))
+                              : fmt::format("<b>{}</b>, moved {} m", escaped(trouble_of(*run)), figure(moved)));
     }
     if (!text.empty())
       return fmt::format("After {:.3g} s the pyramid of {} bodies on {}.",

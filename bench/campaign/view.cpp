@@ -118,6 +118,15 @@ std::pair<double, double> means_of_common_steps(const Measurement& a, const Meas
   return {mean(a), mean(b)};
 }
 
+std::string trouble_of(const Measurement& run) {
+  // A tenth of a body's size is where a stack visibly gives way, a hundredth where a body visibly sinks in.
+  constexpr double gives_way = 0.1, sinks = 0.01;
+  if (!run.failing.empty()) return run.failing;
+  const bool rests = run.what.environment == "spread" || run.what.environment == "pyramid";
+  if (rests && run.end().displacement_max > gives_way) return "gave way";
+  return run.end().ground_penetration_max > sinks ? "sank in" : "";
+}
+
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies) {
   std::vector<const PublishedRow*> found;
   for (const PublishedRow& row : published_rows())

@@ -52,6 +52,9 @@ class View {
 /// Mean (ms) of a stage over the steps that both runs made, of each: one of them may have been cut short.
 std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage);
 
+/// What is wrong with where a reported run left its bodies, in a few words; empty where nothing is.
+std::string trouble_of(const Measurement& run);
+
 /// Published rows of that scene.
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies);
 
