@@ -7,10 +7,10 @@
 #include <ostream>
 
 #include "native/solver_kernels.hpp"
+#include "page/svg_plot.hpp"
 #include "validate/golden.hpp"
 #include "validate/report.hpp"
 #include "validate/suite.hpp"
-#include "page/svg_plot.hpp"
 
 namespace fathom::validate {
 
