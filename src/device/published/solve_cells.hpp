@@ -14,7 +14,9 @@ template <SolveConstraints::What what>
 struct IntegrateBodies {
   SolveConstraints solver;
 
-  FATHOM_HD void operator()(std::uint32_t i) const { solver(SolveConstraints::Plan{}, {what, 0}, i, {}); }
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    solver(SolveConstraints::Plan{}, {what, 0, 0, 0}, i, SolveConstraints::Fetched{});
+  }
 };
 
 /// Without warm starting every substep begins without impulses.
@@ -54,8 +56,10 @@ struct SolveCells {
     SolveConstraints::Plan plan;
     plan.overflow = 0;
     plan.schedule[0] = {0, 0};
-    const SolveConstraints::Place place{what, 0};
-    solver(plan, place, constraint, solver.fetch(plan, place, constraint));
+    const SolveConstraints::Place place{what, 0, 0, 0};
+    SolveConstraints::Fetched fetched;
+    solver.fetch(plan, place, constraint, fetched);
+    solver(plan, place, constraint, fetched);
   }
 };
 
