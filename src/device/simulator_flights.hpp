@@ -9,13 +9,16 @@ namespace fathom::device {
 
 template <exec::Device D>
 bool DeviceSimulator<D>::oldest_is_done() const {
-  return !flights_.empty() && end_of(flights_.front().number).is_done();
+  if (flights_.empty()) return false;
+  const std::uint64_t number = flights_.front().number;
+  return end_of(number).is_done() && lane_of(number).copied.is_done();
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::retire_oldest() {
   const Event& end = end_of(flights_.front().number);
   end.wait();
+  lane_of(flights_.front().number).copied.wait();
   const Report report = reports_[flights_.front().number % lanes_count_];
   if (report.stopped) return repair(report);
   newest_ = report;
@@ -44,7 +47,8 @@ template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
+  // A quarter more would be 80 % full at once.
+  contact_memory_.reserve(needed + 13 * needed / 50, event_lists(), may_bounce_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);

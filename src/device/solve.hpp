@@ -272,8 +272,14 @@ struct SolveConstraints {
       place.round = 0;
       ++place.substep;
     }
+<<<<<<< HEAD
+    place.what = place.round < moving ? push : relax;
+    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+    if (place.round == 1 && !p.warm_start) place.what = push_first;
+=======
     place.what = place.round >= moving ? relax : place.round > 1 || p.warm_start ? push : push_first;
     if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+>>>>>>> published
     if (place.round == moving) place.what = integrate_x;
     if (place.substep == p.substeps) place.what = bounce;
     return place;
@@ -324,10 +330,8 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void sweep(What what, std::uint32_t k, const Fetched& f) const {
-    if (what == push)
-      sweep_as<push>(k, f);
-    else if (what == push_first)
-      sweep_as<push_first>(k, f);
+    if (what == push || what == push_first)
+      sweep_as<push>(k, f, what == push_first);
     else if (what == relax)
       sweep_as<relax>(k, f);
     else if (what == warm)
@@ -337,15 +341,15 @@ struct SolveConstraints {
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool from_zero = false) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f);
+      sweep_with<what, SymMat3>(k, f, from_zero);
     else
-      sweep_with<what, float>(k, f);
+      sweep_with<what, float>(k, f, from_zero);
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, bool from_zero) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -357,8 +361,13 @@ struct SolveConstraints {
       const Quad q = fetched.rows[first_point_row + static_cast<std::uint32_t>(i)];
       points[i] = {q.x, q.y, q.z, q.w};
     }
+<<<<<<< HEAD
+    ContactImpulses impulses = impulses_of(fetched.rows);
+    if (from_zero) impulses = ContactImpulses{};
+=======
     ContactImpulses impulses;
     if constexpr (what != push_first) impulses = impulses_of(fetched.rows);
+>>>>>>> published
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
@@ -384,7 +393,7 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
       }
       store_normal_impulses(rows, impulses);
-      if (with_friction(what)) store_friction_impulses(rows, impulses);
+      if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);
