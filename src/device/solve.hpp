@@ -272,14 +272,9 @@ struct SolveConstraints {
       place.round = 0;
       ++place.substep;
     }
-<<<<<<< HEAD
     place.what = place.round < moving ? push : relax;
     if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
     if (place.round == 1 && !p.warm_start) place.what = push_first;
-=======
-    place.what = place.round >= moving ? relax : place.round > 1 || p.warm_start ? push : push_first;
-    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
->>>>>>> published
     if (place.round == moving) place.what = integrate_x;
     if (place.substep == p.substeps) place.what = bounce;
     return place;
@@ -361,13 +356,8 @@ struct SolveConstraints {
       const Quad q = fetched.rows[first_point_row + static_cast<std::uint32_t>(i)];
       points[i] = {q.x, q.y, q.z, q.w};
     }
-<<<<<<< HEAD
     ContactImpulses impulses = impulses_of(fetched.rows);
     if (from_zero) impulses = ContactImpulses{};
-=======
-    ContactImpulses impulses;
-    if constexpr (what != push_first) impulses = impulses_of(fetched.rows);
->>>>>>> published
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);

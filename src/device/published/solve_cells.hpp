@@ -14,13 +14,9 @@ template <SolveConstraints::What what>
 struct IntegrateBodies {
   SolveConstraints solver;
 
-<<<<<<< HEAD
-  FATHOM_HD void operator()(std::uint32_t i) const { solver(SolveConstraints::Plan{}, {what, 0, 0, 0}, i, {}); }
-=======
   FATHOM_HD void operator()(std::uint32_t i) const {
     solver(SolveConstraints::Plan{}, {what, 0, 0, 0}, i, SolveConstraints::Fetched{});
   }
->>>>>>> published
 };
 
 /// Without warm starting every substep begins without impulses.
