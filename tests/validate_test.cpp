@@ -7,10 +7,10 @@
 #include <ostream>
 
 #include "native/solver_kernels.hpp"
+#include "page/svg_plot.hpp"
 #include "validate/golden.hpp"
 #include "validate/report.hpp"
 #include "validate/suite.hpp"
-#include "validate/svg_plot.hpp"
 
 namespace fathom::validate {
 
@@ -91,9 +91,9 @@ TEST(Report, TellsWhatPassedAndWhatFailed) {
 TEST(Report, PlotsLeaveOutWhatTheirAxesCannotShow) {
   Plot plot{"p", "x", "y", false, true, {}};
   plot.curves.push_back({"c", {0, 1, 2}, {0, 10, 100}});  // zero has no logarithm
-  EXPECT_THAT(to_svg(plot), testing::HasSubstr("M351.0"));
+  EXPECT_THAT(page::to_svg(plot), testing::HasSubstr("M337.0"));
   plot.curves.clear();
-  EXPECT_THAT(to_svg(plot), testing::HasSubstr("</svg>"));
+  EXPECT_THAT(page::to_svg(plot), testing::HasSubstr("</svg>"));
 }
 
 TEST(Report, ErrorOfTheEngineIsAFailedCheck) {

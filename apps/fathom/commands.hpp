@@ -5,6 +5,7 @@
 
 namespace fathom::cli {
 
+struct BenchOptions;
 struct RenderOptions;
 struct ViewOptions;
 
@@ -15,6 +16,7 @@ int play(const RunOptions& options);
 int render(const RenderOptions& options);
 int view(const ViewOptions& options);
 int table(const TableOptions& options);
+int bench(const BenchOptions& options);
 int validate(const ValidateOptions& options);
 
 }  // namespace fathom::cli

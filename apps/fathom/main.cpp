@@ -8,6 +8,9 @@
 #include <string_view>
 #include <vector>
 
+#ifdef FATHOM_HAS_BENCH
+#include "bench_options.hpp"
+#endif
 #include "build_info.hpp"
 #include "commands.hpp"
 #include "options.hpp"
@@ -34,6 +37,7 @@ std::vector<std::string> known_words(const CLI::App& app) {
   std::vector<std::string> words;
   for (const CLI::App* command : app.get_subcommands({})) {
     if (!command->parsed()) continue;
+    if (!command->get_subcommands({}).empty()) return known_words(*command);
     for (const CLI::Option* option : command->get_options()) words.push_back(option->get_name(false, false));
     return words;
   }
@@ -97,6 +101,12 @@ int main(int argc, char** argv) {
   CLI::App* view_command = app.add_subcommand("view", "Show a run in a window");
   declare_view(*view_command, view_options);
 #endif
+#ifdef FATHOM_HAS_BENCH
+  BenchOptions bench_options;
+  CLI::App* bench_command =
+      app.add_subcommand("bench", "Repeat the published experiment, set other engines beside it, compare results");
+  declare_bench(*bench_command, bench_options);
+#endif
   ConfigOptions config_options;
   ReplayOptions replay_options;
   CLI::App* config_command = app.add_subcommand("config", "Print the engine's configuration and where it comes from");
@@ -114,6 +124,9 @@ int main(int argc, char** argv) {
 #endif
 #ifdef FATHOM_HAS_VIEWER
     if (view_command->parsed()) return view(view_options);
+#endif
+#ifdef FATHOM_HAS_BENCH
+    if (bench_command->parsed()) return bench(bench_options);
 #endif
     if (config_command->parsed()) return config(config_options);
     if (replay_command->parsed()) return replay(replay_options);

@@ -7,8 +7,8 @@
 #include "commands.hpp"
 #include "engine/engine.hpp"
 #include "engine/scene_entities.hpp"
+#include "measure/system.hpp"
 #include "setup.hpp"
-#include "system.hpp"
 #ifdef FATHOM_HAS_VIEWER
 #include "viewer/engine_window.hpp"
 #endif

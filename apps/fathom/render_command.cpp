@@ -5,10 +5,10 @@
 
 #include "commands.hpp"
 #include "engine/recording.hpp"
+#include "measure/system.hpp"
 #include "progress.hpp"
 #include "render_outputs.hpp"
 #include "setup.hpp"
-#include "system.hpp"
 
 namespace fathom::cli {
 namespace {

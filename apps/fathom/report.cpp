@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "build_info.hpp"
-#include "statistics.hpp"
-#include "system.hpp"
+#include "measure/statistics.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::cli {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::cli {
 namespace {

@@ -5,12 +5,12 @@
 #include "commands.hpp"
 #include "csv.hpp"
 #include "engine/config.hpp"
+#include "measure/system.hpp"
 #include "output.hpp"
 #include "progress.hpp"
 #include "report.hpp"
 #include "run.hpp"
 #include "setup.hpp"
-#include "system.hpp"
 
 namespace fathom::cli {
 namespace {

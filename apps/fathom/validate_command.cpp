@@ -9,8 +9,8 @@
 
 #include "build_info.hpp"
 #include "commands.hpp"
+#include "measure/system.hpp"
 #include "output.hpp"
-#include "system.hpp"
 #include "validate/report.hpp"
 
 namespace fathom::cli {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "measure/system.hpp"
 #include "scene/environments.hpp"
 #include "scene/suggest.hpp"
 
@@ -30,10 +31,10 @@ const Environment& environment_of(const std::string& text, std::string_view name
   refuse(text, "unknown environment" + suggestion(name, known));
 }
 
-double median_over_rounds(const std::vector<Measurement>& rounds, double cli::Statistics::*figure) {
+double median_over_rounds(const std::vector<Measurement>& rounds, double Statistics::*figure) {
   std::vector<double> values;
   for (const Measurement& round : rounds) values.push_back(round.step_ms.*figure);
-  return cli::statistics(values).median;
+  return statistics(values).median;
 }
 
 std::vector<Result> results_to_come(const std::vector<SceneEntry>& scenes,
@@ -70,10 +71,10 @@ SceneEntry parse_scene_entry(const std::string& text, int default_steps) {
   return entry;
 }
 
-double Result::mean_ms() const { return median_over_rounds(rounds, &cli::Statistics::mean); }
-double Result::median_ms() const { return median_over_rounds(rounds, &cli::Statistics::median); }
-double Result::p99_ms() const { return median_over_rounds(rounds, &cli::Statistics::p99); }
-double Result::max_ms() const { return median_over_rounds(rounds, &cli::Statistics::max); }
+double Result::mean_ms() const { return median_over_rounds(rounds, &Statistics::mean); }
+double Result::median_ms() const { return median_over_rounds(rounds, &Statistics::median); }
+double Result::p99_ms() const { return median_over_rounds(rounds, &Statistics::p99); }
+double Result::max_ms() const { return median_over_rounds(rounds, &Statistics::max); }
 
 std::string Result::trouble() const {
   const auto failed =
@@ -82,14 +83,17 @@ std::string Result::trouble() const {
 }
 
 std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const std::vector<const EngineKind*>& engines,
-                                 const std::vector<int>& threads, int rounds, const Progress& progress) {
+                                 const std::vector<int>& threads, int rounds, double limit, const Progress& progress) {
   std::vector<Result> results = results_to_come(scenes, engines, threads);
   for (int round = 1; round <= rounds; ++round) {
     for (Result& result : results) {
+      if (InterruptGuard::requested()) break;
+      if (!result.rounds.empty() && result.rounds.front().steps == 0) continue;
       progress(round, result);
-      result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps));
+      result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps, limit));
     }
   }
+  std::erase_if(results, [](const Result& result) { return result.rounds.empty(); });
   return results;
 }
 

@@ -37,8 +37,9 @@ using Progress = std::function<void(int round, const Result& next)>;
 
 /// Results scene by scene, within a scene by number of threads, engines in the given order. In a round the
 /// engines take turns on a scene, so that a slow minute of the machine meets them all. Engines without threads
-/// run once a round, on one thread.
+/// run once a round, on one thread. `limit` (s) is that of `measure`; what took no figures once is not tried again. An
+/// `InterruptGuard` ends it early, with what was measured.
 std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const std::vector<const EngineKind*>& engines,
-                                 const std::vector<int>& threads, int rounds, const Progress& progress);
+                                 const std::vector<int>& threads, int rounds, double limit, const Progress& progress);
 
 }  // namespace fathom::peers

@@ -51,6 +51,8 @@ float mass_of(const BodyDef& body);
 // Each defined by its adapter; only those that CMake found are built.
 EngineKind fathom_engine();
 EngineKind bullet_engine();
+EngineKind ode_engine();
+EngineKind mujoco_engine();
 EngineKind box3d_engine();
 EngineKind jolt_engine();
 

@@ -8,6 +8,12 @@ const std::vector<EngineKind>& engines() {
 #ifdef FATHOM_HAS_BULLET
       bullet_engine(),
 #endif
+#ifdef FATHOM_HAS_ODE
+      ode_engine(),
+#endif
+#ifdef FATHOM_HAS_MUJOCO
+      mujoco_engine(),
+#endif
 #ifdef FATHOM_HAS_BOX3D
       box3d_engine(),
 #endif
@@ -24,8 +30,9 @@ const EngineKind& find_engine(std::string_view name) {
     if (engine.name == name) return engine;
     built += (built.empty() ? "" : ", ") + std::string(engine.name);
   }
-  throw Error(ErrorCode::unavailable, "engine '" + std::string(name) + "' is not in this build, which has " + built +
-                                          "; fathom, bullet, box3d and jolt are built where CMake finds them");
+  throw Error(ErrorCode::unavailable,
+              "engine '" + std::string(name) + "' is not in this build, which has " + built +
+                  "; others are built in where CMake finds them (bullet, ode, mujoco, box3d, jolt)");
 }
 
 Vec3 box_half_extents(const BodyDef& body) {

@@ -48,18 +48,28 @@ std::string what_went_wrong(const Engine& engine, const Quality& quality) {
 
 }  // namespace
 
-Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps) {
-  const std::unique_ptr<Engine> engine = kind.create(scene, threads);
-  Random random(scene.kicks ? scene.kicks->seed : 0);
+Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit) {
+  Measurement result;
+  std::unique_ptr<Engine> engine;
   std::vector<double> step_ms;
   step_ms.reserve(static_cast<std::size_t>(steps));
-  for (int step = 0; step < steps; ++step) {
-    if (scene.kicks && step % scene.kicks->interval == 0) kick(*engine, scene, random);
-    step_ms.push_back(timed_step(*engine));
+  double total_ms = 0;
+  try {
+    engine = kind.create(scene, threads);
+    Random random(scene.kicks ? scene.kicks->seed : 0);
+    for (int step = 0; step < steps && !result.cut_short; ++step) {
+      if (scene.kicks && step % scene.kicks->interval == 0) kick(*engine, scene, random);
+      step_ms.push_back(timed_step(*engine));
+      total_ms += step_ms.back();
+      result.cut_short = step + 1 < steps && total_ms > 1e3 * limit;
+    }
+  } catch (const Error& error) {
+    result.trouble = error.what();
+    return result;
   }
   const States end(*engine, scene);
-  Measurement result;
-  result.step_ms = cli::statistics(step_ms);
+  result.steps = static_cast<int>(step_ms.size());
+  result.step_ms = statistics(step_ms);
   result.quality = measure_quality(scene, end.poses, end.velocities);
   result.trouble = what_went_wrong(*engine, result.quality);
   return result;

@@ -2,18 +2,21 @@
 #pragma once
 
 #include "engine.hpp"
+#include "measure/statistics.hpp"
 #include "scene/quality.hpp"
-#include "statistics.hpp"
 
 namespace fathom::peers {
 
 struct Measurement {
-  cli::Statistics step_ms;
+  Statistics step_ms;
   Quality quality;
-  std::string trouble;  ///< why the run does not count; empty where it does
+  int steps = 0;           ///< made
+  bool cut_short = false;  ///< by the limit on a run's time
+  std::string trouble;     ///< why the run does not count; empty where it does
 };
 
-/// Only the steps are timed, the first one too; not the scene's kicks.
-Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps);
+/// Only the steps are timed, the first one too; not the scene's kicks. A run whose steps have taken more than `limit`
+/// seconds ends there. What an engine cannot do comes back as `trouble`.
+Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit);
 
 }  // namespace fathom::peers

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "build_info.hpp"
-#include "system.hpp"
+#include "measure/system.hpp"
 
 namespace fathom::peers {
 namespace {
@@ -17,19 +17,19 @@ double noise(const Result& r) {
   const auto [fastest, slowest] =
       std::minmax_element(r.rounds.begin(), r.rounds.end(),
                           [](const Measurement& a, const Measurement& b) { return a.step_ms.mean < b.step_ms.mean; });
-  return slowest->step_ms.mean / fastest->step_ms.mean;
+  return fastest->step_ms.mean > 0 ? slowest->step_ms.mean / fastest->step_ms.mean : 1;
 }
 
 void print_row(const Result& r, double ratio) {
   const Quality& q = r.quality();
   fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>7.2f}{:>9}{:>10.4f}", r.scene->name,
-             dynamic_body_count(r.scene->scene), r.scene->steps, r.engine->name, r.threads, r.mean_ms(), noise(r),
-             ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
+             dynamic_body_count(r.scene->scene), r.rounds.back().steps, r.engine->name, r.threads, r.mean_ms(),
+             noise(r), ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
   const bool ground = r.scene->scene.ground_height.has_value();
   fmt::print("{:>10}{:>11.5f}{:>10.2g}{:>7}", ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-",
              q.displacement_max, q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-");
   const std::string trouble = r.trouble();
-  fmt::print("{}\n", trouble.empty() ? "" : "  FAILED: " + trouble);
+  fmt::print("{}\n", !trouble.empty() ? "  FAILED: " + trouble : r.rounds.back().cut_short ? "  cut short" : "");
 }
 
 Json json_of(const Result& r, double ratio) {
@@ -39,7 +39,8 @@ Json json_of(const Result& r, double ratio) {
   Json json = {{"scene", r.scene->name},
                {"environment", r.scene->scene.name},
                {"bodies", dynamic_body_count(r.scene->scene)},
-               {"steps", r.scene->steps},
+               {"steps", r.rounds.back().steps},
+               {"cut_short", r.rounds.back().cut_short},
                {"engine", r.engine->name},
                {"version", r.engine->version},
                {"threads", r.threads},
@@ -72,7 +73,7 @@ double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
 }
 
 void print_table(const std::vector<Result>& results) {
-  fmt::print("{}; {} build, {}\n", cli::processor_name(), build_info::build_type, build_info::compiler);
+  fmt::print("{}; {} build, {}\n", processor_name(), build_info::build_type, build_info::compiler);
   fmt::print(
       "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
       "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
@@ -88,7 +89,9 @@ void print_table(const std::vector<Result>& results) {
 }
 
 Json to_json(const std::vector<Result>& results) {
-  Json json = {{"device", cli::processor_name()},
+  Json json = {{"kind", "peers"},
+               {"device", processor_name()},
+               {"rounds", results.empty() ? 0 : results.front().rounds.size()},
                {"build",
                 {{"version", build_info::version},
                  {"commit", build_info::commit},

@@ -1,10 +1,11 @@
 // What a case of the suite finds: checks against figures, and the curves and tables that explain them.
 #pragma once
 
-#include <deque>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "page/plot.hpp"
 
 namespace fathom::validate {
 
@@ -21,24 +22,9 @@ struct Check {
   bool passed() const { return at_most ? value <= limit : value >= limit; }
 };
 
-struct Curve {
-  std::string name;
-  std::vector<double> x, y;
-
-  void add(double px, double py) { x.push_back(px), y.push_back(py); }
-};
-
-struct Plot {
-  std::string title, x_label, y_label;
-  bool log_x = false, log_y = false;
-  std::deque<Curve> curves;  // references to its elements last
-};
-
-struct Table {
-  std::string title;
-  std::vector<std::string> head;
-  std::vector<std::vector<std::string>> rows;
-};
+using page::Curve;
+using page::Plot;
+using page::Table;
 
 struct Record {
   std::vector<Check> checks;

@@ -4,10 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "validate/svg_plot.hpp"
+#include "page/html.hpp"
+#include "page/svg_plot.hpp"
 
 namespace fathom::validate {
 namespace {
+
+using page::escaped;
 
 struct Tally {
   std::size_t checks = 0, passed = 0, known = 0;
@@ -39,34 +42,6 @@ std::string figure(double value, const std::string& unit) {
   return fmt::format("{:.4g}{}{}", value, unit.empty() ? "" : " ", unit);
 }
 
-constexpr const char* style = R"(
-:root{--text:#1d2127;--faint:#626b78;--line:#d9dee5;--page:#fff;--card:#f6f8fa;--pass:#1a7f37;--fail:#c62828;--known:#9a6700;
---c0:#0b6bcb;--c1:#d9480f;--c2:#2b8a3e;--c3:#862e9c;--c4:#c2255c;--c5:#0c8599;--c6:#5f6b00;--c7:#555}
-@media(prefers-color-scheme:dark){:root{--text:#e6e9ee;--faint:#9aa4b2;--line:#323a45;--page:#14181d;--card:#1b2027;
---pass:#57c274;--fail:#ff7b72;--known:#e0b04a;--c0:#6cb2ff;--c1:#ff9b6b;--c2:#69d084;--c3:#d08ce6;--c4:#f783ac;--c5:#4fd1dd;--c6:#cbd36b;--c7:#aaa}}
-body{font:15px/1.5 system-ui,sans-serif;color:var(--text);background:var(--page);margin:2rem auto;max-width:62rem;padding:0 1rem}
-h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem;border-bottom:1px solid var(--line)}h3{font-size:1rem;margin:1.6rem 0 .2rem}
-p{margin:.3rem 0}.faint{color:var(--faint)}table{border-collapse:collapse;margin:.6rem 0;width:100%}
-th,td{text-align:left;padding:.2rem .6rem;border-bottom:1px solid var(--line);font-variant-numeric:tabular-nums}
-th{font-weight:600;color:var(--faint)}caption{text-align:left;color:var(--faint);padding:.2rem 0}
-.pass{color:var(--pass)}.fail{color:var(--fail);font-weight:600}.known{color:var(--known)}
-svg{width:100%;max-width:42rem;background:var(--card);border-radius:6px;margin:.4rem 0}
-svg text{font:11px system-ui,sans-serif;fill:var(--faint)}.grid{stroke:var(--line)}.curve{fill:none;stroke-width:1.8}
-.c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}.c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}
-)";
-
-std::string html_table(const Table& table) {
-  std::string html = fmt::format("<table><caption>{}</caption><tr>", escaped(table.title));
-  for (const std::string& cell : table.head) html += "<th>" + escaped(cell) + "</th>";
-  html += "</tr>";
-  for (const auto& row : table.rows) {
-    html += "<tr>";
-    for (const std::string& cell : row) html += "<td>" + escaped(cell) + "</td>";
-    html += "</tr>\n";
-  }
-  return html + "</table>\n";
-}
-
 std::string html_case(const Result& result) {
   std::string html =
       fmt::format("<h3 id='{0}'>{0} <span class='faint'>{1:.1f} s</span></h3>\n<p class='faint'>{2}</p>\n",
@@ -82,10 +57,10 @@ std::string html_case(const Result& result) {
   }
   html += "</table>\n";
   for (const std::string& note : result.record.notes) html += "<p>" + escaped(note) + "</p>\n";
-  for (const Table& table : result.record.tables) html += html_table(table);
+  for (const Table& table : result.record.tables) html += page::to_html(table);
   for (const Plot& plot : result.record.plots)
     html += fmt::format("<figure><figcaption class='faint'>{}</figcaption>{}</figure>\n", escaped(plot.title),
-                        to_svg(plot));
+                        page::to_svg(plot));
   return html;
 }
 
@@ -94,19 +69,17 @@ std::string html_case(const Result& result) {
 std::string to_html(std::span<const Result> results, const Setup& setup, const Circumstances& c) {
   const Tally sum = tally(results);
   std::string html = fmt::format(
-      "<!doctype html><html lang='en'><head><meta charset='utf-8'><meta name='viewport' content='width=device-width'>"
-      "<title>Fathom validation</title><style>{}</style></head><body>\n<h1>Fathom validation</h1>\n"
       "<p>{} of {} checks pass; {} fail as known, {} fail.</p>\n"
       "<p class='faint'>Simulator {}, {} threads, {} suite · fathom {} ({}), {} build, {} · {} · {}</p>\n",
-      style, sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(name_of(setup)),
-      setup.threads, setup.full ? "full" : "short", escaped(c.version), escaped(c.commit), escaped(c.build_type),
-      escaped(c.compiler), escaped(c.machine), escaped(c.date));
+      sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(name_of(setup)), setup.threads,
+      setup.full ? "full" : "short", escaped(c.version), escaped(c.commit), escaped(c.build_type), escaped(c.compiler),
+      escaped(c.machine), escaped(c.date));
   std::string group;
   for (const Result& result : results) {
     if (group != result.test->group) html += fmt::format("<h2>{}</h2>\n", escaped(group = result.test->group));
     html += html_case(result);
   }
-  return html + "</body></html>\n";
+  return page::document("Fathom validation", html);
 }
 
 std::string to_json(std::span<const Result> results, const Setup& setup, const Circumstances& c) {

@@ -1,12 +1,13 @@
-#include "system.hpp"
+#include "measure/system.hpp"
 
 #include <sys/resource.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <fstream>
 
-namespace fathom::cli {
+namespace fathom {
 namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
@@ -25,10 +26,30 @@ std::string processor_name() {
   return "unknown processor";
 }
 
+std::uint64_t machine_memory() {
+  return static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+}
+
+std::string system_name() {
+  std::string name;
+  std::ifstream release("/etc/os-release");
+  for (std::string line; std::getline(release, line);)
+    if (line.starts_with("PRETTY_NAME=\"")) name = line.substr(13, line.size() - 14) + ", ";
+  utsname kernel{};
+  uname(&kernel);
+  return name + kernel.sysname + " " + kernel.release;
+}
+
 std::uint64_t peak_memory() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts it in KiB
+}
+
+std::uint64_t interruptions() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_nivcsw);
 }
 
 bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
@@ -51,4 +72,4 @@ InterruptGuard::~InterruptGuard() {
 
 bool InterruptGuard::requested() { return interrupt_requested != 0; }
 
-}  // namespace fathom::cli
+}  // namespace fathom

@@ -4,12 +4,18 @@
 #include <cstdint>
 #include <string>
 
-namespace fathom::cli {
+namespace fathom {
 
 /// The processor's model name.
 std::string processor_name();
+/// The machine's memory (bytes).
+std::uint64_t machine_memory();
+/// The operating system's name and version.
+std::string system_name();
 /// The most memory this process has had (bytes).
 std::uint64_t peak_memory();
+/// How often the system took the processor away from this process's threads for others.
+std::uint64_t interruptions();
 bool stderr_is_terminal();
 /// A file that reaches the process's size limit is then an error like a full disk, not the program's end.
 void survive_file_size_limit();
@@ -25,4 +31,4 @@ class InterruptGuard {
   static bool requested();
 };
 
-}  // namespace fathom::cli
+}  // namespace fathom

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace fathom::cli {
+namespace fathom {
 
 struct Statistics {
   double mean = 0;
@@ -15,4 +15,4 @@ struct Statistics {
 /// All zero for an empty series.
 Statistics statistics(std::vector<double> values);
 
-}  // namespace fathom::cli
+}  // namespace fathom

@@ -1,10 +1,10 @@
-#include "statistics.hpp"
+#include "measure/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-namespace fathom::cli {
+namespace fathom {
 namespace {
 
 /// Nearest rank: the smallest of the sorted values that at least `share` of them do not exceed.
@@ -22,4 +22,4 @@ Statistics statistics(std::vector<double> values) {
   return {sum / static_cast<double>(values.size()), quantile(values, 0.5), quantile(values, 0.99), values.back()};
 }
 
-}  // namespace fathom::cli
+}  // namespace fathom

@@ -1,0 +1,25 @@
+// Makes one run of the campaign.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "measurement.hpp"
+
+namespace fathom::campaign {
+
+struct RunLimits {
+  std::uint64_t steps = published_steps;
+  double seconds = 1e9;  ///< of wall time, after which a run is cut short
+};
+
+/// Called before the first step, with 0, and after every one; false ends the run.
+using StepObserver = std::function<bool(std::uint64_t step, const World& world)>;
+
+/// The finished run, or none where the observer ended it. What the simulator cannot do comes back as `skipped`.
+std::optional<Measurement> run_case(const Case& what, const RunLimits& limits, const StepObserver& observe);
+
+/// Why states like these are not to be reported (not finite, more energy than there was to begin with), or nothing.
+std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t steps);
+
+}  // namespace fathom::campaign

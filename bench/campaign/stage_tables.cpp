@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "page/html.hpp"
+#include "sections.hpp"
+
+namespace fathom::campaign {
+namespace {
+
+using page::escaped;
+
+/// The least of each stage among this machine's runs and among the published ones.
+struct Best {
+  double ours[published_stages], published[published_stages];
+};
+
+Best best_of(const std::vector<const Measurement*>& runs, const std::vector<const PublishedRow*>& published) {
+  Best best;
+  for (std::size_t k = 0; k < published_stages; ++k) {
+    best.ours[k] = best.published[k] = std::numeric_limits<double>::infinity();
+    for (const Measurement* run : runs)
+      if (run->reported()) best.ours[k] = std::min(best.ours[k], (run->summary.stages.*stages()[k].statistics).mean);
+    for (const PublishedRow* row : published)
+      best.published[k] = std::min(best.published[k], stages()[k].published(*row));
+  }
+  return best;
+}
+
+std::string cell(double value, bool best) {
+  return fmt::format("<td class='n'>{}{}{}</td>", best ? "<b>" : "", figure(value), best ? "</b>" : "");
+}
+
+std::string row_of(const Measurement& run, const Best& best) {
+  std::string html = fmt::format("<tr><td>{}{}</td>", escaped(label_of(run.what)), run.cut_short ? " †" : "");
+  if (!run.reported())
+    return html + fmt::format("<td colspan='4' class='{}'>{}</td></tr>\n", run.skipped.empty() ? "fail" : "faint",
+                              escaped(run.skipped.empty() ? "refused: " + run.refused : "not run: " + run.skipped));
+  for (std::size_t k = 0; k < stages().size(); ++k) {
+    const double mean = (run.summary.stages.*stages()[k].statistics).mean;
+    html += cell(mean, k < published_stages && mean == best.ours[k]);
+  }
+  if (!run.failing.empty()) html += fmt::format("<td class='fail'>{}</td>", escaped(run.failing));
+  return html + "</tr>\n";
+}
+
+std::string row_of(const PublishedRow& row, const Best& best) {
+  std::string html = fmt::format("<tr class='published'><td>published: {}</td>", escaped(row.hardware));
+  for (std::size_t k = 0; k < stages().size(); ++k) {
+    const double mean = stages()[k].published(row);
+    html += cell(mean, k < published_stages && mean == best.published[k]);
+  }
+  return html + "</tr>\n";
+}
+
+std::string table_of(const View& view, const std::string& environment) {
+  std::string html = fmt::format("<h3>{}</h3>\n<table><tr><th></th>", environment);
+  for (const Stage& stage : stages()) html += fmt::format("<th class='n'>{}</th>", stage.name);
+  html += "</tr>\n";
+  for (const std::int64_t bodies : view.sizes(environment)) {
+    const std::vector<const Measurement*> runs = view.table_runs(environment, bodies);
+    const std::vector<const PublishedRow*> published = published_of(environment, bodies);
+    if (runs.empty()) continue;
+    html += fmt::format("<tr class='group'><td colspan='5'>{} bodies</td></tr>\n",
+                        grouped(static_cast<std::int64_t>(runs.front()->bodies)));
+    const Best best = best_of(runs, published);
+    for (const Measurement* run : runs) html += row_of(*run, best);
+    for (const PublishedRow* row : published) html += row_of(*row, best);
+  }
+  return html + "</table>\n";
+}
+
+}  // namespace
+
+std::string stage_tables_section(const View& view) {
+  std::string html = fmt::format(
+      "<h2 id='tables'>Average step durations</h2>\n<p>Milliseconds, averages over all steps, in the form of the "
+      "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Bold: the best of each stage on this machine, "
+      "and the best published. The native simulator is shown with {} thread{}{}. The dissertation's environments of "
+      "1,000 "
+      "spread bodies and ours of 961 (a square) stand side by side. † cut short by the limit on a run's time: the "
+      "average is that of the steps made.</p>\n",
+      view.table_threads(), view.table_threads() == 1 ? "" : "s",
+      view.table_threads() == 8 ? ", as published" : ", all that this machine has");
+  for (const std::string& environment : view.environments()) html += table_of(view, environment);
+  return html;
+}
+
+}  // namespace fathom::campaign

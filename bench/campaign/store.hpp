@@ -1,0 +1,67 @@
+// A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row a step, pictures.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "measurement.hpp"
+
+namespace fathom::campaign {
+
+using Json = nlohmann::ordered_json;
+
+/// Where and how a campaign was made.
+struct Circumstances {
+  std::string form;  ///< quick, full, huge
+  std::string date;
+  std::string processor;
+  int threads = 1;  ///< hardware threads
+  std::string memory, system;
+  std::vector<std::string> devices;  ///< their names
+  std::string version, commit, compiler, build_type;
+  std::string options;  ///< what was asked for beyond the form
+  std::uint64_t steps = 0;
+};
+Circumstances circumstances_here();
+
+struct Picture {
+  std::string environment, label, moment, file;  ///< file: relative to the folder
+};
+
+struct Campaign {
+  Circumstances where;
+  std::size_t planned = 0;  ///< runs
+  std::vector<Measurement> runs;
+  std::vector<Picture> pictures;
+};
+
+class Store {
+ public:
+  explicit Store(std::string folder);
+
+  const std::string& folder() const { return folder_; }
+  std::string path(const std::string& file) const;
+  bool exists() const;
+  /// Makes the folder. Throws `Error{file}`.
+  void create() const;
+  /// Throws `Error{file}` where there is no campaign or what is there is none.
+  Campaign load() const;
+  /// Writes campaign.json and campaign.csv, a row a run. A reader never sees half of them.
+  void save(const Campaign& campaign) const;
+  /// Writes a run's steps.
+  void save_steps(const Measurement& run) const;
+  void write(const std::string& file, const std::string& content) const;
+  /// Throws `Error{file}`.
+  std::string read(const std::string& file) const;
+
+ private:
+  void load_steps(Measurement& run) const;
+
+  std::string folder_;
+};
+
+/// Everything of a run but its steps.
+Json to_json(const Measurement& run);
+
+}  // namespace fathom::campaign

@@ -1,0 +1,66 @@
+// A campaign as the report looks at it: one run a case, found by scene and simulator.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "published.hpp"
+#include "store.hpp"
+
+namespace fathom::campaign {
+
+/// A published stage, or the whole step.
+struct Stage {
+  const char* name;
+  double Sample::*sample;
+  Statistics StageStatistics::*statistics;
+  double (*published)(const PublishedRow& row);
+};
+/// Broad phase, narrow phase, collision resolution; then the whole step.
+const std::vector<Stage>& stages();
+inline constexpr std::size_t published_stages = 3;
+
+class View {
+ public:
+  explicit View(const Campaign& campaign);
+
+  const Campaign& campaign() const { return campaign_; }
+  /// Of each case the round with the median of the mean steps. In the plan's order.
+  const std::vector<const Measurement*>& runs() const { return runs_; }
+  std::vector<std::string> environments() const;
+  std::vector<std::int64_t> sizes(const std::string& environment) const;
+  std::vector<const Measurement*> of(const std::string& environment, std::int64_t bodies) const;
+  /// What stands in tables and plots: devices, and the native simulator with `table_threads` threads.
+  std::vector<const Measurement*> table_runs(const std::string& environment, std::int64_t bodies) const;
+  /// Reported runs of the native simulator, whatever the number of threads.
+  std::vector<const Measurement*> native_runs(const std::string& environment, std::int64_t bodies,
+                                              const std::string& set) const;
+  /// The fastest of them on the whole step, or null.
+  const Measurement* fastest_native(const std::string& environment, std::int64_t bodies, const std::string& set) const;
+  int table_threads() const { return table_threads_; }
+  /// The same for a simulator all over the report.
+  int colour(const std::string& label) const;
+
+ private:
+  const Campaign& campaign_;
+  std::vector<const Measurement*> runs_;
+  std::vector<std::string> labels_;
+  int table_threads_ = 1;
+};
+
+/// Mean (ms) of a stage over the steps that both runs made, of each: one of them may have been cut short.
+std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage);
+
+/// What is wrong with where a reported run left its bodies, in a few words; empty where nothing is.
+std::string trouble_of(const Measurement& run);
+
+/// Published rows of that scene.
+std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies);
+
+/// "1,240"
+std::string grouped(std::int64_t number);
+/// Milliseconds or other figures with three significant digits, never in powers of ten between 0.0001 and 100,000.
+std::string figure(double value);
+
+}  // namespace fathom::campaign

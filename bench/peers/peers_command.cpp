@@ -1,0 +1,103 @@
+#include "peers_command.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+
+#include "measure/system.hpp"
+#include "report.hpp"
+
+namespace fathom::peers {
+namespace {
+
+const std::vector<std::string> published_scenes = {
+    "drift:100",   "drift:1000",   "drift:10000", "layers:100", "layers:1000", "layers:10000",  "spread:100",
+    "spread:1000", "spread:10000", "pyramid:5",   "pyramid:10", "pyramid:15",  "pyramid:30@200"};
+const std::vector<std::string> quick_scenes = {"drift:1000", "layers:1000", "spread:1000", "pyramid:15"};
+constexpr int published_steps = 600, quick_steps = 200;
+
+std::vector<SceneEntry> chosen_scenes(const Options& options) {
+  const int steps = options.steps > 0 ? options.steps : options.quick ? quick_steps : published_steps;
+  const std::vector<std::string>& names = !options.scenes.empty() ? options.scenes
+                                          : options.quick         ? quick_scenes
+                                                                  : published_scenes;
+  std::vector<SceneEntry> scenes;
+  for (const std::string& name : names) scenes.push_back(parse_scene_entry(name, steps));
+  return scenes;
+}
+
+std::vector<const EngineKind*> chosen_engines(const Options& options) {
+  std::vector<const EngineKind*> chosen;
+  for (const std::string& name : options.engines) chosen.push_back(&find_engine(name));
+  if (chosen.empty())
+    for (const EngineKind& engine : engines()) chosen.push_back(&engine);
+  return chosen;
+}
+
+/// A line that is written over on a terminal; elsewhere only a word a round.
+void show_progress(int round, int rounds, const Result& next) {
+  static int last_round = 0;
+  if (stderr_is_terminal())
+    fmt::print(stderr, "\r\x1b[Kround {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
+               next.threads);
+  else if (round != last_round)
+    fmt::print(stderr, "round {}/{}\n", round, rounds);
+  last_round = round;
+}
+
+}  // namespace
+
+void declare(CLI::App& app, Options& options) {
+  app.add_option("--scenes", options.scenes,
+                 "Environments and sizes, pyramid in layers, the others in bodies; @ and a number in place of --steps "
+                 "(all four at 100, 1,000 and 10,000 bodies)")
+      ->delimiter(',')
+      ->type_name("NAME:SIZE[@STEPS],…");
+  app.add_option("--engines", options.engines, "Which engines (all of this build)")
+      ->delimiter(',')
+      ->type_name("NAME,…");
+  app.add_option("--threads", options.threads, "Numbers of threads to run with (1,2)")
+      ->delimiter(',')
+      ->type_name("N,…")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--steps", options.steps, "Steps a run (600; quick: 200)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option("--rounds", options.rounds, "Times that everything runs (3)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");
+  app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--json", options.json, "Write the figures as JSON")->type_name("FILE");
+  std::string built;
+  for (const EngineKind& engine : engines()) built += fmt::format(" {} ({})", engine.name, engine.version);
+  app.footer("Engines of this build:" + built +
+             "\nOthers are built in where CMake finds them. Each runs with its own defaults, sleeping "
+             "and damping off.\nExit code: 0 all is well; 1 an engine lost a body or a state was not finite; 2 the "
+             "request is wrong.");
+}
+
+bool run(const Options& options) {
+  const std::vector<SceneEntry> scenes = chosen_scenes(options);
+  std::ofstream file;
+  if (!options.json.empty()) {
+    file.open(options.json);  // before the work, not after it
+    if (!file) throw Error(ErrorCode::file, options.json + ": cannot be written; give a file in a folder that exists");
+  }
+  const InterruptGuard interrupt;
+  const std::vector<Result> results =
+      run_campaign(scenes, chosen_engines(options), options.threads, options.rounds, options.limit,
+                   [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
+  if (stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
+  print_table(results);
+  if (file.is_open()) file << to_json(results).dump(2) << '\n';
+  const bool trouble =
+      std::any_of(results.begin(), results.end(), [](const Result& r) { return !r.trouble().empty(); });
+  return !trouble;
+}
+
+}  // namespace fathom::peers

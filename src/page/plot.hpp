@@ -1,0 +1,34 @@
+// Curves and tables as data, for pages and for programs.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <vector>
+
+namespace fathom::page {
+
+struct Curve {
+  std::string name;
+  std::vector<double> x, y;
+  int colour = -1;         ///< of the page's palette of eight, where curves of several plots belong together
+  bool reference = false;  ///< a line to compare with, drawn thin and dashed
+
+  void add(double px, double py) { x.push_back(px), y.push_back(py); }
+};
+
+struct Plot {
+  std::string title, x_label, y_label;
+  bool log_x = false, log_y = false;
+  std::deque<Curve> curves;  // references to its elements last
+  double width = 640, height = 300;
+  bool legend = true;
+  bool markers = false;  ///< a mark at every point, for curves of few points
+};
+
+struct Table {
+  std::string title;
+  std::vector<std::string> head;
+  std::vector<std::vector<std::string>> rows;
+};
+
+}  // namespace fathom::page

@@ -1,0 +1,213 @@
+// The campaign's parts: what it plans, refuses, keeps, reports and compares.
+#include "bench/campaign/campaign.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "bench/campaign/compare.hpp"
+#include "bench/campaign/crossover.hpp"
+#include "bench/campaign/published.hpp"
+#include "bench/campaign/report.hpp"
+#include "scene/environments.hpp"
+#include "test_folder.hpp"
+
+namespace fathom::campaign {
+namespace {
+
+using testing::DoubleNear;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+const Offer sixteen_and_gpu{16, {"host", "cuda:0"}};
+
+TEST(CampaignPlan, ThreadsGoUpToWhatTheMachineHas) {
+  EXPECT_THAT(thread_counts(1), ElementsAre(1));
+  EXPECT_THAT(thread_counts(6), ElementsAre(1, 2, 4, 6));
+  EXPECT_THAT(thread_counts(64), ElementsAre(1, 2, 4, 8, 16, 32));
+  EXPECT_EQ(table_threads(16), 8);
+  EXPECT_EQ(table_threads(2), 2);
+}
+
+TEST(CampaignPlan, EveryFormHasEveryEnvironmentAndNoCaseTwice) {
+  for (const Form form : {Form::quick, Form::full, Form::huge}) {
+    const std::vector<Case> cases = plan(form, sixteen_and_gpu, 1);
+    std::vector<std::string> keys;
+    for (const Case& c : cases) keys.push_back(key_of(c));
+    std::ranges::sort(keys);
+    EXPECT_EQ(std::ranges::adjacent_find(keys), keys.end());
+    for (const char* key : {"drift-1000-native-8t-fathom", "layers-1000-device-cuda0-8t-published",
+                            "spread-1000-hybrid-cuda0-8t-fathom", "pyramid-1240-native-8t-published"})
+      EXPECT_TRUE(std::ranges::binary_search(keys, key)) << key << " in " << name_of(form);
+  }
+}
+
+TEST(CampaignPlan, RoundsTakeTurns) {
+  const std::vector<Case> cases = plan(Form::quick, {1, {"host"}}, 2);
+  const auto second = std::ranges::find(cases, 2, &Case::round);
+  ASSERT_NE(second, cases.end());
+  EXPECT_EQ(second->environment, cases.front().environment);
+  EXPECT_EQ(second->bodies, cases.front().bodies);
+}
+
+TEST(CampaignRun, EnergyFromNowhereIsRefused) {
+  const Scene stack = pyramid(5), adrift = drift(100);
+  Quality quality;
+  quality.kinetic_energy_per_body = 13;  // their centres are 1.4 m high in the mean: 13.8 J
+  EXPECT_EQ(refusal(stack, quality, 100), "");
+  quality.kinetic_energy_per_body = 500;
+  EXPECT_THAT(refusal(stack, quality, 100), HasSubstr("exploded"));
+  EXPECT_EQ(refusal(adrift, quality, 1800), "");  // 60 kicks may have given as much
+  EXPECT_THAT(refusal(adrift, quality, 1), HasSubstr("exploded"));
+  quality = {};
+  quality.non_finite = 1;
+  EXPECT_THAT(refusal(stack, quality, 100), HasSubstr("not finite"));
+}
+
+TEST(CampaignCrossover, LiesWhereTheTimesAreEqual) {
+  const auto found = crossover({{100, 1, 10}, {10000, 10, 1}});
+  ASSERT_TRUE(found);
+  EXPECT_THAT(found->bodies, DoubleNear(1000, 1e-6));
+  EXPECT_EQ(found->text(), "≈ 1,000");
+  EXPECT_EQ(crossover({{100, 2, 1}, {1000, 2, 1}})->text(), "100 and fewer");
+  EXPECT_EQ(crossover({{100, 1, 2}, {1000, 1, 2}})->text(), "not up to 1,000");
+  EXPECT_FALSE(crossover({}));
+}
+
+TEST(CampaignPublished, FiguresAreThoseOfTheTables) {
+  EXPECT_EQ(published_rows().size(), 45u);
+  const auto rows = published_of("pyramid", 1240);
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_DOUBLE_EQ(rows[0]->collision_resolution, 10.591);
+  EXPECT_EQ(rows[3]->hardware, "NVIDIA RTX 2070 SUPER");
+}
+
+class CampaignFolder : public testing::Test {
+ protected:
+  Settings small() const {
+    Settings settings;
+    settings.only = {"pyramid-55-native-1t-fathom", "drift-100-native-1t-fathom"};
+    settings.limits.steps = 30;
+    return settings;
+  }
+  static bool go_on(const Progress&) { return true; }
+
+  test::TestFolder folder_;
+  Store store_{folder_ / "campaign"};
+};
+
+TEST_F(CampaignFolder, GoesOnWhereItWasInterrupted) {
+  EXPECT_FALSE(run_campaign(store_, small(), [](const Progress& p) { return p.run < 2 || p.step < 10; }));
+  ASSERT_EQ(store_.load().runs.size(), 1u);
+  EXPECT_EQ(store_.load().planned, 2u);
+  Settings again = small();
+  EXPECT_THROW(run_campaign(store_, again, go_on), Error);
+  again.resume = true;
+  std::size_t started = 0;
+  EXPECT_TRUE(run_campaign(store_, again, [&](const Progress& p) {
+    started += p.step == 0;
+    return true;
+  }));
+  EXPECT_EQ(started, 1u);  // the run that was made is not made again
+  const Campaign campaign = store_.load();
+  ASSERT_EQ(campaign.runs.size(), 2u);
+  for (const Measurement& run : campaign.runs) {
+    EXPECT_EQ(run.samples.size(), 30u);
+    EXPECT_EQ(run.hash.size(), 16u);
+    EXPECT_GT(run.summary.stages.total.mean, 0);
+  }
+}
+
+TEST_F(CampaignFolder, RefusesToMixRunsOfOtherLengths) {
+  ASSERT_TRUE(run_campaign(store_, small(), go_on));
+  Settings longer = small();
+  longer.resume = true;
+  longer.limits.steps = 31;
+  EXPECT_THROW(run_campaign(store_, longer, go_on), Error);
+}
+
+TEST_F(CampaignFolder, ReportNeedsNothingFromOutside) {
+  ASSERT_TRUE(run_campaign(store_, small(), go_on));
+  const std::string html = test::read_text(write_report(store_));
+  EXPECT_THAT(html, HasSubstr("</html>"));
+  EXPECT_THAT(html, HasSubstr("RTX 2070 SUPER"));
+  EXPECT_THAT(html, Not(HasSubstr("http")));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+}
+
+TEST_F(CampaignFolder, DamagedFoldersAreNamed) {
+  store_.create();
+  store_.write("campaign.json", "{\"kind\": \"something\"}");
+  EXPECT_THROW(store_.load(), Error);
+  store_.write("campaign.json", "nonsense");
+  EXPECT_THROW(store_.load(), Error);
+}
+
+/// A campaign.json with one run of so many rounds, whose steps take these times.
+std::string write_campaign(const test::TestFolder& folder, const std::string& name,
+                           const std::vector<std::vector<double>>& rounds, double moved, const std::string& hash) {
+  Json json = {{"kind", "campaign"}, {"circumstances", {{"processor", "p"}, {"threads", 2}}}};
+  int round = 0;
+  for (const std::vector<double>& blocks : rounds)
+    json["runs"].push_back({{"environment", "pyramid"},
+                            {"bodies_asked", 55},
+                            {"simulator", "native"},
+                            {"device", ""},
+                            {"threads", 2},
+                            {"set", "fathom"},
+                            {"round", ++round},
+                            {"skipped", ""},
+                            {"refused", ""},
+                            {"failing", ""},
+                            {"state_hash", hash},
+                            {"blocks_ms", blocks},
+                            {"quality", {{{"displacement_max", moved}}}}});
+  std::ofstream(folder / name) << json;
+  return folder / name;
+}
+
+TEST(CampaignCompare, SaysWhatIsBeyondNoise) {
+  const test::TestFolder folder;
+  const std::vector<double> once(30, 1.0), little(30, 1.03), twice(30, 2.0);
+  const std::string a = write_campaign(folder, "a", {once}, 0.005, "1");
+  EXPECT_FALSE(compare(a, a, {}).worse());
+  EXPECT_FALSE(compare(a, write_campaign(folder, "b", {little}, 0.005, "1"), {}).worse());  // within 5 %
+  const Comparison slower = compare(a, write_campaign(folder, "c", {twice}, 0.005, "1"), {});
+  EXPECT_TRUE(slower.differences.at(0).slower);
+  EXPECT_THAT(slower.differences.at(0).ratio, DoubleNear(2, 1e-9));
+  EXPECT_TRUE(compare(write_campaign(folder, "c", {twice}, 0.005, "1"), a, {}).differences.at(0).faster);
+  // Rounds that differ as much as the two files leave it open.
+  const std::string noisy = write_campaign(folder, "d", {once, twice}, 0.005, "1");
+  EXPECT_FALSE(compare(noisy, write_campaign(folder, "e", {twice, twice}, 0.005, "1"), {}).worse());
+}
+
+TEST(CampaignCompare, SaysWhatIsLessStable) {
+  const test::TestFolder folder;
+  const std::vector<double> once(30, 1.0);
+  const std::string a = write_campaign(folder, "a", {once}, 0.005, "1");
+  EXPECT_FALSE(compare(a, write_campaign(folder, "b", {once}, 0.0055, "2"), {}).worse());
+  const Comparison fell = compare(a, write_campaign(folder, "c", {once}, 3, "2"), {});
+  EXPECT_TRUE(fell.worse());
+  EXPECT_THAT(fell.text(), HasSubstr("LESS STABLE: moved"));
+}
+
+TEST(CampaignCompare, HoldsCountsAgainstTheirTolerance) {
+  const test::TestFolder folder;
+  const auto counts = [&](const std::string& name, int count) {
+    std::ofstream(folder / name) << Json{
+        {"kind", "instructions"}, {"compiler", "c"}, {"tolerance", 0.02}, {"instructions", {{"layers", count}}}};
+    return folder / name;
+  };
+  const std::string a = counts("a", 1000);
+  EXPECT_FALSE(compare(a, counts("b", 1019), {}).worse());
+  EXPECT_TRUE(compare(a, counts("c", 1021), {}).worse());
+  EXPECT_THROW(compare(a, folder / "none", {}), Error);
+  EXPECT_THROW(compare(a, write_campaign(folder, "d", {{1.0}}, 0, ""), {}), Error);
+}
+
+}  // namespace
+}  // namespace fathom::campaign
