@@ -169,6 +169,7 @@ struct SolveParameters {
   std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
   std::uint32_t sweeps_after = 1;   ///< and after
   bool soft = true;
+  bool warm_start = true;  ///< else every substep begins without impulses
   ContactSoftness contacts;
   float push_out_velocity = 0, restitution_threshold = 0;
 };
@@ -183,6 +184,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.push_out_velocity = s.push_out_velocity;
   p.restitution_threshold = s.restitution_threshold;
   p.soft = s.method == Solver::soft;
+  p.warm_start = s.warm_start;
   if (p.soft) {
     p.contacts = contact_softness(s, p.h);
   } else {
@@ -204,7 +206,8 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
-  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push, relax, bounce };
+  /// `push_first` is a push that begins without impulses.
+  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push_first, push, relax, bounce };
   struct Place {
     What what;
     std::uint32_t colour;
@@ -242,7 +245,7 @@ struct SolveConstraints {
 
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
-    return n == 0 ? 0 : n + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
+    return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
@@ -257,7 +260,7 @@ struct SolveConstraints {
       return place;
     }
     place.colour = 0;
-    if (place.what == integrate_first_v) {
+    if (place.what == integrate_first_v && p.warm_start) {
       place.what = warm;
       return place;
     }
@@ -268,7 +271,8 @@ struct SolveConstraints {
       ++place.substep;
     }
     place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = integrate_v;
+    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+    if (place.round == 1 && !p.warm_start) place.what = push_first;
     if (place.round == moving) place.what = integrate_x;
     if (place.substep == p.substeps) place.what = bounce;
     return place;
@@ -324,8 +328,8 @@ struct SolveConstraints {
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
     const bool last = ends_substep(place);
-    if (place.what == push)
-      sweep_as<push>(k, f, last);
+    if (place.what == push || place.what == push_first)
+      sweep_as<push>(k, f, last, place.what == push_first);
     else if (place.what == relax)
       sweep_as<relax>(k, f, last);
     else if (place.what == warm)
@@ -335,15 +339,16 @@ struct SolveConstraints {
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool last) const {
+  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool last, bool from_zero = false) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f, last);
+      sweep_with<what, SymMat3>(k, f, last, from_zero);
     else
-      sweep_with<what, float>(k, f, last);
+      sweep_with<what, float>(k, f, last, from_zero);
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, [[maybe_unused]] bool last) const {
+  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, [[maybe_unused]] bool last,
+                                    bool from_zero) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -356,6 +361,7 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
+    if (from_zero) impulses = impulses.cleared();
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
@@ -385,7 +391,7 @@ struct SolveConstraints {
       }
       store_normal_impulses(rows, impulses);
       if (last) impulses.step += impulses.sum();
-      if (with_friction(what)) store_friction_impulses(rows, impulses);
+      if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);

@@ -21,8 +21,6 @@ namespace native {
 
 namespace {
 
-constexpr std::size_t contact_grain = 128;
-
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
@@ -43,13 +41,17 @@ double timed(const Verb& verb) {
 }  // namespace
 
 NativeSimulator::NativeSimulator(const WorldDef& definition)
+    : NativeSimulator(definition, make_broad_phase(definition)) {}
+
+NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase)
     : Simulator(definition),
       graph_(bodies, state_),
       pool_(thread_count(def)),
-      broad_phase_(make_broad_phase(def)),
+      broad_phase_(std::move(broad_phase)),
       solver_(def, bodies, state_, graph_, pool_),
       islands_(def, bodies, state_, graph_) {
   state_.resize(0);
+  if (def.partition == Partition::cells) cell_solver_.emplace(def, bodies, state_, graph_, pool_, solver_);
 }
 
 // --- the step ------------------------------------------------------------------------------------------------
@@ -77,30 +79,32 @@ void NativeSimulator::find_pairs() {
   broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   edited_.clear();
   set_changed_ = false;
+  added_.clear();
   for (const std::vector<Pair>& list : new_pairs_)
     for (const Pair pair : list)
-      if (!graph_.pairs().contains(pair.a, pair.b)) graph_.add(pair);
+      if (!graph_.pairs().contains(pair.a, pair.b)) added_.push_back(graph_.add(pair));
+}
+
+void NativeSimulator::make_room_for_changes() {
+  grow_to(changes_, graph_.size());
+  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
 }
 
 void NativeSimulator::update_manifolds() {
-  grow_to(changes_, graph_.size());
-  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
+  make_room_for_changes();
   pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
     chunk.begun.clear();
-    std::uint32_t recycled = 0;
-    bool any_ended = false;
+    chunk.recycled = 0;
+    chunk.any_ended = false;
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       Contact& c = graph_[i];
       changes_[i] = Change::nothing;
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      const Change change = changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
-      recycled += change == Change::recycled;
-      any_ended |= change == Change::ended || change == Change::gone;
+      changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
+      chunk.note(changes_[i]);
     }
-    chunk.recycled = recycled;
-    chunk.any_ended = any_ended;
   });
 }
 
@@ -118,12 +122,20 @@ void NativeSimulator::build_constraints() {
     }
     in_contact_is_current_ = true;
   }
-  solver_.build(in_contact_);
+  if (cell_solver_)
+    cell_solver_->build(in_contact_);
+  else
+    solver_.build(in_contact_);
 }
 
 void NativeSimulator::solve() {
-  solver_.solve(in_contact_);
-  solver_.store();
+  if (cell_solver_) {
+    cell_solver_->solve(in_contact_);
+    cell_solver_->store();
+  } else {
+    solver_.solve(in_contact_);
+    solver_.store();
+  }
 }
 
 void NativeSimulator::finish() {
@@ -312,13 +324,19 @@ void NativeSimulator::count() {
   counts.manifolds = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour)
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-  counts.points = static_cast<std::uint32_t>(solver_.point_count());
-  counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
-  counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  if (cell_solver_) {
+    counts.points = static_cast<std::uint32_t>(cell_solver_->point_count());
+    counts.work_groups = static_cast<std::uint32_t>(cell_solver_->cell_count());
+  } else {
+    counts.points = static_cast<std::uint32_t>(solver_.point_count());
+    counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
+    counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  }
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + solver_.memory_bytes() + list_bytes();
+                        broad_phase_->memory_bytes() + solver_.memory_bytes() +
+                        (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------

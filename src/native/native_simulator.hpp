@@ -1,10 +1,12 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
+#include "native/cell_solver.hpp"
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
@@ -14,7 +16,7 @@
 
 namespace fathom::native {
 
-class NativeSimulator final : public Simulator {
+class NativeSimulator : public Simulator {
  public:
   explicit NativeSimulator(const WorldDef& definition);
 
@@ -47,17 +49,47 @@ class NativeSimulator final : public Simulator {
   std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
   void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
 
- private:
-  static constexpr std::size_t body_grain = 128;
+ protected:
+  /// One without a broad phase must be given it by `set_broad_phase` before anything else.
+  NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase);
+  void set_broad_phase(std::unique_ptr<BroadPhase> broad_phase) { broad_phase_ = std::move(broad_phase); }
+
+  static constexpr std::size_t contact_grain = 128;
 
   // The verbs of a step.
   void find_pairs();
-  void update_manifolds();
+  virtual void update_manifolds();
+  /// Room for what the narrow phase finds of every contact.
+  void make_room_for_changes();
+
+  /// What one chunk of contacts met in the narrow phase.
+  struct ChunkOfChanges {
+    std::uint32_t recycled = 0;
+    bool any_ended = false;  // or gone
+    std::vector<NewManifold> begun;
+
+    void note(Change change) {
+      recycled += change == Change::recycled;
+      any_ended |= change == Change::ended || change == Change::gone;
+    }
+  };
+
+  bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
+
+  BodyState state_;
+  ContactGraph graph_;
+  ThreadPool pool_;
+  std::vector<std::uint32_t> added_;  // contacts that this step's search found
+  std::vector<Change> changes_;       // per contact, of this step
+  std::vector<ChunkOfChanges> chunks_of_changes_;
+
+ private:
+  static constexpr std::size_t body_grain = 128;
+
   void build_constraints();
   void solve();
   void finish();
 
-  bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
   BroadPhaseInput broad_phase_input() const;
   void collect_changed();
   void list_active();
@@ -74,18 +106,9 @@ class NativeSimulator final : public Simulator {
   void count();
   std::size_t list_bytes() const;
 
-  /// What one chunk of contacts met in the narrow phase.
-  struct ChunkOfChanges {
-    std::uint32_t recycled = 0;
-    bool any_ended = false;  // or gone
-    std::vector<NewManifold> begun;
-  };
-
-  BodyState state_;
-  ContactGraph graph_;
-  ThreadPool pool_;
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactSolver solver_;
+  std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
@@ -100,8 +123,6 @@ class NativeSimulator final : public Simulator {
   std::vector<std::uint32_t> edited_;         // bodies whose fat boxes the application changed
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;
-  std::vector<Change> changes_;  // per contact, of this step
-  std::vector<ChunkOfChanges> chunks_of_changes_;
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

@@ -34,10 +34,14 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
+void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
   pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
+}
+
+void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
+  load_bodies(in_contact);
   lay_out_blocks();
   point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
@@ -136,11 +140,8 @@ void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float 
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = settings.restitution_threshold;
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    integrate_velocities(in_contact, h, substep == 0);
-    if (substep == 0)
-      for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
-        k.warm_start(blocks, begin, end, state_.solver_bodies());
-      });
+    integrate_velocities(in_contact, h, substep == 0 || !settings.warm_start);
+    begin_impulses(substep == 0);
     sweep(&SolverKernels::solve, soft);
     integrate_positions(in_contact, h);
     sweep(&SolverKernels::relax, soft);
@@ -151,18 +152,14 @@ void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
 // 3.20–3.23; Catto 2005 for the factor 0.2 of Baumgarte's b = β/Δt·C). Restitution follows as in the soft step.
 void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, float h) {
-  constexpr float baumgarte = 0.2f;
   SweepParameters p;
   p.inverse_substep = 1 / h;
   p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = def_.solver.restitution_threshold;
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
-    integrate_velocities(in_contact, h, substep == 0);
-    if (substep == 0)
-      for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
-        k.warm_start(blocks, begin, end, state_.solver_bodies());
-      });
+    integrate_velocities(in_contact, h, substep == 0 || !def_.solver.warm_start);
+    begin_impulses(substep == 0);
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
       sweep(&SolverKernels::iterate, p);
@@ -170,6 +167,16 @@ void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, flo
     integrate_positions(in_contact, h);
   }
   sweep(&SolverKernels::restitute, p);
+}
+
+void ContactSolver::begin_impulses(bool first_substep) {
+  if (def_.solver.warm_start && !first_substep) return;
+  for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
+    if (def_.solver.warm_start)
+      k.warm_start(blocks, begin, end, state_.solver_bodies());
+    else
+      k.clear(blocks, begin, end);
+  });
 }
 
 // Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.

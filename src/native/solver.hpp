@@ -22,9 +22,17 @@
 
 namespace fathom::native {
 
+/// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
+inline constexpr float baumgarte = 0.2f;
+
 class ContactSolver {
  public:
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
+
+  // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
+  void load_bodies(std::span<const std::uint32_t> in_contact);
+  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
+  void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
   /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour.
   void build(std::span<const std::uint32_t> in_contact);
@@ -49,8 +57,8 @@ class ContactSolver {
   void load_body(std::uint32_t slot);
   void solve_soft(std::span<const std::uint32_t> in_contact, float h);
   void solve_impulse(std::span<const std::uint32_t> in_contact, float h);
-  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
-  void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
+  /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
+  void begin_impulses(bool first_substep);
   /// Calls kernel(kernels, blocks, begin, end) over the overflow, then colour by colour.
   template <class Kernel>
   void for_each_colour(const Kernel& kernel);
