@@ -67,8 +67,8 @@ void DeviceSimulator<D>::step() {
     // Nothing of the step has run: it is as if it had not been asked for.
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
-    set_changed_ = flight.set_changed;
     list_last_edits();
+    set_changed_ = flight.set_changed;
     flights_.pop_back();
     --submitted_;
     throw;
@@ -109,8 +109,8 @@ void DeviceSimulator<D>::make_room() {
   const PublishedSettings published = published_settings();
   if (published_memory_.needs(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_)) {
     retire_all();
-    published_memory_.reserve(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
     forget_graphs();
+    published_memory_.reserve(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
     set_changed_ = set_changed_ || published_memory_.order.size() != old_list;
   }
   if (!hull_memory_.is_current()) {

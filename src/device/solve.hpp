@@ -361,10 +361,7 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
-    if (from_zero) {
-      const ContactImpulses nothing{.step = impulses.step};
-      impulses = nothing;
-    }
+    if (from_zero) impulses = impulses.cleared();
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);

@@ -53,6 +53,12 @@ struct alignas(16) ContactImpulses {
   float twist = 0;                         ///< N·m·s about the normal
   float step = 0;                          ///< N·s along the normal, of all points over the step
 
+  /// None but the step's sum so far.
+  FATHOM_HD ContactImpulses cleared() const {
+    ContactImpulses none;
+    none.step = step;
+    return none;
+  }
   FATHOM_HD float sum() const { return ((normal[0] + normal[1]) + normal[2]) + normal[3]; }
 };
 
@@ -204,6 +210,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
   impulses.slide_1 = m.friction_impulse[0];
   impulses.slide_2 = m.friction_impulse[1];
   impulses.twist = m.twist_impulse;
+  impulses.step = 0;
 }
 
 /// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).

@@ -138,19 +138,20 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
   const SolverSettings& s = def_.solver;
   const float h = def_.dt / static_cast<float>(s.substeps);
   const bool soft = s.method == Solver::soft;
-  if (soft)
-    softness_ = contact_softness(s, h);
-  else
-    softness_.dynamic = softness_.fixed = {baumgarte / h};
-  const int iterations = soft ? 1 : s.iterations;
+  if (soft) {
+    contacts_ = contact_softness(s, h);
+  } else {
+    contacts_.dynamic = contacts_.fixed = {baumgarte / h};
+  }
   for (int substep = 0; substep < s.substeps; ++substep) {
     body_solver_.integrate_velocities(in_contact, h, substep == 0 || !s.warm_start);
     if (!s.warm_start)
       sweep<Pass::clear>();
     else if (substep == 0)
       sweep<Pass::warm_start>();
-    for (int i = 1; i <= iterations; ++i) {
-      ends_substep_ = !soft && i == iterations;
+    ends_substep_ = false;
+    for (int i = soft ? 1 : s.iterations; i > 0; --i) {
+      ends_substep_ = !soft && i == 1;
       sweep<Pass::push>();
     }
     body_solver_.integrate_positions(in_contact, h);
@@ -176,7 +177,7 @@ void CellSolver::sweep() {
 template <CellSolver::Pass pass, class Inertia>
 void CellSolver::sweep_row(Row& row) {
   if constexpr (pass == Pass::clear) {
-    row.impulses = {.step = row.impulses.step};
+    row.impulses = row.impulses.cleared();
     return;
   }
   if (pass == Pass::bounce && row.restitution == 0) return;
@@ -191,9 +192,9 @@ void CellSolver::sweep_row(Row& row) {
     const SolverBody &solver_a = state_.solver[row.a + 1], &solver_b = state_.solver[row.b + 1];
     const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
     const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
-    ContactStep step{inverse_substep, row.pushes_fixed ? softness_.fixed : softness_.dynamic,
+    ContactStep step{inverse_substep, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic,
                      def_.solver.push_out_velocity, row.restitution > 0};
-    if (is_uneven(solver_a.inverse_mass, solver_b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
+    if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);

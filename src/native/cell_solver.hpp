@@ -71,8 +71,8 @@ class CellSolver {
   std::vector<std::size_t> cells_;  // where each one's rows begin, and their end
   std::size_t first_cell_[groups + 1] = {};
   std::atomic<std::size_t> point_count_ = 0;
-  ContactSoftness softness_;
-  bool ends_substep_ = false;  ///< the sweep under way is its substep's last
+  ContactSoftness contacts_;
+  bool ends_substep_ = false;  // the sweep under way is its substep's last
 };
 
 }  // namespace fathom::native
