@@ -152,20 +152,5 @@ TEST(PairSet, HoldsWhatASetWouldHold) {
   }
 }
 
-TEST(ThreadPool, RunsEveryItemOnceWithAnyNumberOfThreads) {
-  for (const int threads : {1, 2, 3, 8}) {
-    ThreadPool pool(threads);
-    for (int round = 0; round < 500; ++round) {
-      std::vector<int> seen(static_cast<std::size_t>(round), 0);
-      pool.for_each_chunk(seen.size(), 7, [&](std::size_t begin, std::size_t end) {
-        EXPECT_EQ(begin % 7, 0u);
-        for (std::size_t i = begin; i < end; ++i) ++seen[i];
-      });
-      ASSERT_TRUE(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }))
-          << threads << " threads, round " << round;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace fathom::native

@@ -14,8 +14,9 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t block_grain = 8;   // blocks a chunk of a sweep
-constexpr std::size_t body_grain = 256;  // bodies a chunk of an integration
+// The least work worth another thread, about half a microsecond.
+constexpr std::size_t least_lanes = 32;
+constexpr std::size_t least_bodies = 64;
 constexpr std::size_t alignment = 64;
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
@@ -32,17 +33,21 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
       wide_(wide_kernels()),
       single_(single_kernels()) {}
 
+std::size_t ContactSolver::least_blocks() const {
+  return std::max<std::size_t>(1, least_lanes / static_cast<std::size_t>(wide_.width));
+}
+
 // --- build ---------------------------------------------------------------------------------------------------
 
 void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
   lay_out_blocks();
   point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
   const Constrained constrained = graph_.constrained();
-  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(wide_count_, least_blocks(), [&](std::size_t begin, std::size_t end) {
     point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
   });
   point_count_ +=
@@ -197,7 +202,7 @@ HWY_INLINE void integrate_velocity(Vec3& v, const Vec3& acceleration, float damp
 }  // namespace
 
 void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = in_contact[i];
       SolverBody& body = state_.solver_bodies()[slot];
@@ -228,7 +233,7 @@ HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, 
 
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
   const QuadTag d;
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = in_contact[i];
       SolverBody& body = state_.solver_bodies()[slot];
@@ -254,7 +259,7 @@ template <class Kernel>
 void ContactSolver::for_each_colour(const Kernel& kernel) {
   if (single_count_ > 0) kernel(single_, single_blocks_, 0, single_count_);
   for (const Stretch& stretch : stretches_)
-    pool_.for_each_chunk(stretch.end - stretch.first, block_grain, [&](std::size_t begin, std::size_t end) {
+    pool_.for_each_part(stretch.end - stretch.first, least_blocks(), [&](std::size_t begin, std::size_t end) {
       kernel(wide_, wide_blocks_, stretch.first + begin, stretch.first + end);
     });
 }
@@ -266,7 +271,7 @@ void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& par
 }
 
 void ContactSolver::store() {
-  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(wide_count_, least_blocks(), [&](std::size_t begin, std::size_t end) {
     wide_.store(wide_blocks_, begin, end, graph_.constrained());
   });
   single_.store(single_blocks_, 0, single_count_, graph_.constrained());

@@ -45,6 +45,7 @@ class ContactSolver {
   };
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
 
+  std::size_t least_blocks() const;
   void lay_out_blocks();
   void load_body(std::uint32_t slot);
   void solve_soft(std::span<const std::uint32_t> in_contact, float h);
