@@ -62,7 +62,7 @@ struct Boxes {
 Found search(BroadPhase& broad_phase, const BroadPhaseInput& input, int threads) {
   ThreadPool pool(threads);
   std::vector<std::vector<Pair>> lists;
-  broad_phase.find(input, pool, lists);
+  lists.resize(broad_phase.find(input, pool, lists));
   Found found;
   for (const auto& list : lists)
     for (const Pair p : list) {

@@ -23,6 +23,12 @@ struct NewManifold {
   Manifold manifold;
 };
 
+/// A contact that `ended`, or is `gone`.
+struct PartedContact {
+  std::uint32_t contact;
+  bool gone;
+};
+
 /// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
 /// with contact index `index`. Writes nothing else.
 Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold, const BodyTable& bodies,

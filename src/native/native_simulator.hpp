@@ -1,6 +1,7 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "native/body_state.hpp"
@@ -8,6 +9,7 @@
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
+#include "native/neighbourhood.hpp"
 #include "native/solver.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
@@ -48,8 +50,6 @@ class NativeSimulator final : public Simulator {
   void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
 
  private:
-  static constexpr std::size_t body_grain = 128;
-
   // The verbs of a step.
   void find_pairs();
   void update_manifolds();
@@ -59,16 +59,19 @@ class NativeSimulator final : public Simulator {
 
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
   BroadPhaseInput broad_phase_input() const;
+  void prefetch_bodies(const Contact& c) const;
   void collect_changed();
   void list_active();
   void refresh_for_queries();
+  void sort_active();
   void take_over_changes();
+  void end_contacts();
+  void begin_contacts();
   void begin_touching(const NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
-  void report_hit(const Contact& c);
-  void mark_changed(std::span<const std::uint32_t> slots);
+  HitEvent hit(const Contact& c) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void quarantine_failed();
   void count();
@@ -77,8 +80,8 @@ class NativeSimulator final : public Simulator {
   /// What one chunk of contacts met in the narrow phase.
   struct ChunkOfChanges {
     std::uint32_t recycled = 0;
-    bool any_ended = false;  // or gone
     std::vector<NewManifold> begun;
+    std::vector<PartedContact> parted;
   };
 
   BodyState state_;
@@ -91,17 +94,20 @@ class NativeSimulator final : public Simulator {
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
   std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
   std::vector<std::uint32_t> free_;        // and the others
+  Neighbourhood neighbourhood_;
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
   bool set_changed_ = false;                  // bodies added or removed since the broad phase last ran
   std::vector<std::uint32_t> changed_;        // bodies with new fat boxes
-  std::vector<std::uint8_t> changed_chunks_;  // per chunk of slots: does it hold any of them?
-  std::vector<std::uint32_t> edited_;         // bodies whose fat boxes the application changed
   std::vector<std::uint32_t> forced_;         // bodies with a force
-  std::vector<std::vector<Pair>> new_pairs_;
-  std::vector<Change> changes_;  // per contact, of this step
+  std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
+  std::vector<Pair> pairs_to_add_;
   std::vector<ChunkOfChanges> chunks_of_changes_;
+  std::vector<PartedContact> parted_;           // of all chunks
+  std::vector<const NewManifold*> begun_here_;  // of all chunks
+  std::vector<float> meeting_speeds_;           // of those (m/s)
+  std::vector<std::array<std::uint32_t, 2>> counts_of_chunks_;
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

@@ -17,6 +17,7 @@ namespace {
 // The least work worth another thread, about half a microsecond.
 constexpr std::size_t least_lanes = 32;
 constexpr std::size_t least_bodies = 64;
+constexpr std::size_t least_to_sort = 1024;
 constexpr std::size_t alignment = 64;
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
@@ -39,15 +40,15 @@ std::size_t ContactSolver::least_blocks() const {
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
+void ContactSolver::build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
   pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
-  lay_out_blocks();
+  lay_out_blocks(neighbourhood);
   point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
   const Constrained constrained = graph_.constrained();
-  pool_.for_each_part(wide_count_, least_blocks(), [&](std::size_t begin, std::size_t end) {
+  for_each_share([&](std::size_t begin, std::size_t end) {
     point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
   });
   point_count_ +=
@@ -78,7 +79,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   }
 }
 
-void ContactSolver::lay_out_blocks() {
+void ContactSolver::lay_out_blocks(const Neighbourhood& neighbourhood) {
   const bool isotropic = !bodies_.any_anisotropic();
   const std::size_t wide_bytes = isotropic ? wide_.isotropic_block_bytes : wide_.block_bytes;
   const std::size_t single_bytes = isotropic ? single_.isotropic_block_bytes : single_.block_bytes;
@@ -89,18 +90,14 @@ void ContactSolver::lay_out_blocks() {
   single_blocks_.stride = single_bytes;
   const auto width = static_cast<std::size_t>(wide_.width);
   stretches_.clear();
-  lanes_.clear();
   wide_count_ = 0;
   for (int colour = 0; colour < colour_count; ++colour) {
-    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour);
-    if (contacts.empty()) continue;
-    const std::size_t padded = (contacts.size() + width - 1) / width * width;
-    make_room(lanes_, lanes_.size() + padded);
-    lanes_.insert(lanes_.end(), contacts.begin(), contacts.end());
-    lanes_.resize(wide_count_ * width + padded, none);
-    stretches_.push_back({wide_count_, lanes_.size() / width});
-    wide_count_ = lanes_.size() / width;
+    const std::size_t contacts = graph_.of_colour(colour).size();
+    if (contacts == 0) continue;
+    stretches_.push_back({wide_count_, wide_count_ + (contacts + width - 1) / width, colour});
+    wide_count_ = stretches_.back().end;
   }
+  fill_lanes(neighbourhood);
   colours_in_use_ = static_cast<int>(stretches_.size());
   single_count_ = graph_.of_colour(overflow_colour).size();
   const std::size_t bytes = wide_count_ * wide_bytes + single_count_ * single_bytes + alignment;
@@ -121,6 +118,38 @@ void ContactSolver::lay_out_blocks() {
   const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
   wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
   single_blocks_.bounces = wide_blocks_.bounces + wide_count_ * wide_.bounce_floats;
+}
+
+void ContactSolver::fill_lanes(const Neighbourhood& neighbourhood) {
+  const auto width = static_cast<std::size_t>(wide_.width);
+  grow_to(lanes_, wide_count_ * width);
+  const auto fill = [&](const Stretch& stretch) {
+    const std::vector<std::uint32_t>& contacts = graph_.of_colour(stretch.colour);
+    const std::span<std::uint32_t> lanes{lanes_.data() + stretch.first * width, lanes_.data() + stretch.end * width};
+    if (pool_.thread_count() > 1)
+      neighbourhood.sort(
+          contacts, [&](std::uint32_t contact) { return graph_[contact].b; }, lanes);
+    else
+      std::copy(contacts.begin(), contacts.end(), lanes.begin());
+    std::fill(lanes.begin() + static_cast<std::ptrdiff_t>(contacts.size()), lanes.end(), none);
+  };
+  pool_.for_each_part(stretches_.size(), wide_count_ * width < least_to_sort ? stretches_.size() : 1,
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i) fill(stretches_[i]);
+                      });
+}
+
+template <class Act>
+void ContactSolver::for_each_share(const Act& act) {
+  // As many cuts as the sweeps make, and the same in every colour.
+  const std::size_t shares =
+      std::min(wide_count_ / least_blocks() + 1, 4 * static_cast<std::size_t>(pool_.thread_count()));
+  pool_.for_each_part(shares, 1, [&](std::size_t begin, std::size_t end) {
+    for (const Stretch& stretch : stretches_) {
+      const std::size_t count = stretch.end - stretch.first;
+      act(stretch.first + begin * count / shares, stretch.first + end * count / shares);
+    }
+  });
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
@@ -271,9 +300,8 @@ void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& par
 }
 
 void ContactSolver::store() {
-  pool_.for_each_part(wide_count_, least_blocks(), [&](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, graph_.constrained());
-  });
+  for_each_share(
+      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, graph_.constrained()); });
   single_.store(single_blocks_, 0, single_count_, graph_.constrained());
 }
 

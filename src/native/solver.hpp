@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "native/contact_graph.hpp"
+#include "native/neighbourhood.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
 
@@ -26,8 +27,8 @@ class ContactSolver {
  public:
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
 
-  /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour.
-  void build(std::span<const std::uint32_t> in_contact);
+  /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
+  void build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
   /// All substeps. Afterwards `BodyState::solver` holds velocities and movement of the step.
   void solve(std::span<const std::uint32_t> in_contact);
   /// Hands the impulses back to the contacts.
@@ -42,11 +43,16 @@ class ContactSolver {
  private:
   struct Stretch {  // blocks of one colour
     std::size_t first, end;
+    int colour;
   };
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
 
   std::size_t least_blocks() const;
-  void lay_out_blocks();
+  void lay_out_blocks(const Neighbourhood& neighbourhood);
+  void fill_lanes(const Neighbourhood& neighbourhood);
+  /// Calls act(begin, end) for stretches of blocks, by the threads that will sweep them.
+  template <class Act>
+  void for_each_share(const Act& act);
   void load_body(std::uint32_t slot);
   void solve_soft(std::span<const std::uint32_t> in_contact, float h);
   void solve_impulse(std::span<const std::uint32_t> in_contact, float h);
