@@ -1,5 +1,7 @@
 // What the narrow phase found is taken over here, in the order of contacts: ends and beginnings of touch, with the
 // events and colours they bring. Whatever depends on that order is done by one thread.
+#include <algorithm>
+
 #include "dynamics/manifold_update.hpp"
 #include "native/native_simulator.hpp"
 #include "world/growth.hpp"
@@ -16,11 +18,10 @@ constexpr std::size_t least_manifolds = 8;        // worth another thread
 void NativeSimulator::take_over_changes() {
   profile.counts.recycled = 0;
   parted_.clear();
-  begun_here_.clear();
   for (const ChunkOfChanges& chunk : chunks_of_changes_) {
     profile.counts.recycled += chunk.recycled;
+    make_room(parted_, parted_.size() + chunk.parted.size());
     parted_.insert(parted_.end(), chunk.parted.begin(), chunk.parted.end());
-    for (const NewManifold& fresh : chunk.begun) begun_here_.push_back(&fresh);
   }
   end_contacts();
   begin_contacts();
@@ -38,25 +39,21 @@ void NativeSimulator::end_contacts() {
 }
 
 void NativeSimulator::begin_contacts() {
-  const std::size_t count = begun_here_.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i + far_ahead < count) graph_.prefetch(begun_here_[i + far_ahead]->contact);
-    begin_touching(*begun_here_[i]);
+  std::size_t count = 0;
+  for (const ChunkOfChanges& chunk : chunks_of_changes_) {
+    count += chunk.begun.size();
+    for (const NewManifold& fresh : chunk.begun) begin_touching(fresh);
   }
-  grow_to(meeting_speeds_, count);
-  pool_.for_each_part(count, least_manifolds, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const NewManifold& fresh = *begun_here_[i];
-      const Contact& c = graph_[fresh.contact];
-      ContactManifold& manifold = graph_.manifold(c);
-      manifold = {};
-      graph_.mix_materials(c);
-      set_manifold(manifold, fresh.manifold, fresh.b_in_a);
-      meeting_speeds_[i] = hit(c).approach_speed;
-    }
-  });
-  for (std::size_t i = 0; i < count; ++i)
-    if (meeting_speeds_[i] > def.solver.restitution_threshold) hits_.push_back(hit(graph_[begun_here_[i]->contact]));
+  if (count == 0) return;
+  const std::size_t chunks = chunks_of_changes_.size();
+  pool_.for_each_part(chunks, std::max<std::size_t>(1, chunks * least_manifolds / count),
+                      [&](std::size_t begin, std::size_t end) {
+                        for (std::size_t i = begin; i < end; ++i)
+                          for (NewManifold& fresh : chunks_of_changes_[i].begun) first_manifold(fresh);
+                      });
+  for (const ChunkOfChanges& chunk : chunks_of_changes_)
+    for (const NewManifold& fresh : chunk.begun)
+      if (fresh.meeting_speed > def.solver.restitution_threshold) hits_.push_back(hit(graph_[fresh.contact]));
 }
 
 void NativeSimulator::begin_touching(const NewManifold& fresh) {
@@ -71,6 +68,15 @@ void NativeSimulator::begin_touching(const NewManifold& fresh) {
   if (c.colour == no_colour) graph_.colour(index);
   in_contact_is_current_ = false;
   begun_.push_back(event(c));
+}
+
+void NativeSimulator::first_manifold(NewManifold& fresh) {
+  const Contact& c = graph_[fresh.contact];
+  ContactManifold& manifold = graph_.manifold(c);
+  manifold = {};
+  graph_.mix_materials(c);
+  set_manifold(manifold, fresh.manifold, fresh.b_in_a);
+  fresh.meeting_speed = hit(c).approach_speed;
 }
 
 void NativeSimulator::end_touching(std::uint32_t index) {

@@ -20,7 +20,7 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
   const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, c.axis);
   if (fresh.count == 0) return parted;
   if (!manifold) {
-    begun.push_back({index, b_in_a, fresh});
+    begun.push_back({index, b_in_a, fresh, 0});
     return Change::began;
   }
   set_manifold(*manifold, fresh, b_in_a);

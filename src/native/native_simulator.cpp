@@ -81,6 +81,9 @@ void NativeSimulator::find_pairs() {
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
   pairs_to_add_.clear();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < lists; ++i) count += new_pairs_[i].size();
+  make_room(pairs_to_add_, count);
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
   graph_.add(pairs_to_add_);
@@ -258,8 +261,7 @@ void NativeSimulator::quarantine_failed() {
 
 std::size_t NativeSimulator::list_bytes() const {
   std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
-                      parted_.capacity() * sizeof(PartedContact) + begun_here_.capacity() * sizeof(NewManifold*) +
-                      meeting_speeds_.capacity() * sizeof(float) + neighbourhood_.memory_bytes();
+                      parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
   for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;

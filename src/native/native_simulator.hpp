@@ -68,6 +68,7 @@ class NativeSimulator final : public Simulator {
   void end_contacts();
   void begin_contacts();
   void begin_touching(const NewManifold& fresh);
+  void first_manifold(NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
@@ -104,9 +105,7 @@ class NativeSimulator final : public Simulator {
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;
   std::vector<ChunkOfChanges> chunks_of_changes_;
-  std::vector<PartedContact> parted_;           // of all chunks
-  std::vector<const NewManifold*> begun_here_;  // of all chunks
-  std::vector<float> meeting_speeds_;           // of those (m/s)
+  std::vector<PartedContact> parted_;  // of all chunks
   std::vector<std::array<std::uint32_t, 2>> counts_of_chunks_;
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;

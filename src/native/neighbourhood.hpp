@@ -3,6 +3,7 @@
 // depends on it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -30,21 +31,30 @@ class Neighbourhood {
   /// All bodies that can move, neighbours near each other.
   std::span<const std::uint32_t> slots() const { return slots_; }
 
+  /// Bodies are at places 0 … place_count − 1, as many at one as at another.
+  static constexpr std::size_t place_count = 256;
+  std::size_t place(std::uint32_t slot) const { return places_[slot]; }
+
+  /// Where in a sorted list the items of each place begin; the last entry is the list's size.
+  using Offsets = std::array<std::uint32_t, place_count + 1>;
+
   /// Writes `items` to `sorted`, by the place of slot_of(item).
   template <class SlotOf>
-  void sort(std::span<const std::uint32_t> items, const SlotOf& slot_of, std::span<std::uint32_t> sorted) const {
-    std::array<std::uint32_t, place_count> next{};
-    for (const std::uint32_t item : items) ++next[places_[slot_of(item)]];
+  Offsets sort(std::span<const std::uint32_t> items, const SlotOf& slot_of, std::span<std::uint32_t> sorted) const {
+    Offsets ends{};
+    for (const std::uint32_t item : items) ++ends[place(slot_of(item))];
     std::uint32_t sum = 0;
-    for (std::uint32_t& n : next) sum += std::exchange(n, sum);
-    for (const std::uint32_t item : items) sorted[next[places_[slot_of(item)]]++] = item;
+    for (std::uint32_t& n : ends) sum += std::exchange(n, sum);
+    // Each beginning moves on to the place's end, which is the next one's beginning.
+    for (const std::uint32_t item : items) sorted[ends[place(slot_of(item))]++] = item;
+    Offsets offsets{};
+    std::copy(ends.begin(), ends.end() - 1, offsets.begin() + 1);
+    return offsets;
   }
 
   std::size_t memory_bytes() const { return slots_.capacity() * sizeof(std::uint32_t) + places_.capacity(); }
 
  private:
-  static constexpr std::size_t place_count = 256;
-
   std::uint64_t order_ = 0;
   std::vector<std::uint32_t> slots_;
   std::vector<std::uint8_t> places_;  // by slot

@@ -41,10 +41,9 @@ std::size_t ContactSolver::least_blocks() const {
 // --- build ---------------------------------------------------------------------------------------------------
 
 void ContactSolver::build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
-  });
   lay_out_blocks(neighbourhood);
+  share_out_bodies(in_contact, neighbourhood);
+  for_each_body(in_contact, [&](std::uint32_t slot) { load_body(slot); });
   point_count_ = 0;
   const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
   const Constrained constrained = graph_.constrained();
@@ -123,33 +122,102 @@ void ContactSolver::lay_out_blocks(const Neighbourhood& neighbourhood) {
 void ContactSolver::fill_lanes(const Neighbourhood& neighbourhood) {
   const auto width = static_cast<std::size_t>(wide_.width);
   grow_to(lanes_, wide_count_ * width);
-  const auto fill = [&](const Stretch& stretch) {
+  offsets_.resize(pool_.thread_count() > 1 ? stretches_.size() : 0);
+  const auto fill = [&](std::size_t i) {
+    const Stretch& stretch = stretches_[i];
     const std::vector<std::uint32_t>& contacts = graph_.of_colour(stretch.colour);
     const std::span<std::uint32_t> lanes{lanes_.data() + stretch.first * width, lanes_.data() + stretch.end * width};
     if (pool_.thread_count() > 1)
-      neighbourhood.sort(
+      offsets_[i] = neighbourhood.sort(
           contacts, [&](std::uint32_t contact) { return graph_[contact].b; }, lanes);
     else
       std::copy(contacts.begin(), contacts.end(), lanes.begin());
     std::fill(lanes.begin() + static_cast<std::ptrdiff_t>(contacts.size()), lanes.end(), none);
   };
-  pool_.for_each_part(stretches_.size(), wide_count_ * width < least_to_sort ? stretches_.size() : 1,
-                      [&](std::size_t begin, std::size_t end) {
-                        for (std::size_t i = begin; i < end; ++i) fill(stretches_[i]);
-                      });
+  const bool alone = wide_count_ * width < least_to_sort;
+  pool_.for_each_part(stretches_.size(), alone ? stretches_.size() : 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) fill(i);
+  });
+  share_out();
+}
+
+namespace {
+
+/// The even cut, or the wanted one as far as shares stay nearly even: all threads wait for the largest.
+std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
+  const std::size_t slack = share / 8;
+  return std::clamp(wanted, even - std::min(even, slack), even + slack);
+}
+
+}  // namespace
+
+// A thread's share is at the same places in every colour, as nearly as that leaves all with equal shares.
+void ContactSolver::share_out() {
+  const auto width = static_cast<std::size_t>(wide_.width), threads = static_cast<std::size_t>(pool_.thread_count());
+  std::size_t total = 0;
+  for (const Neighbourhood::Offsets& offsets : offsets_) total += offsets.back();
+  place_cuts_.assign(threads + 1, Neighbourhood::place_count);
+  for (std::size_t place = 0, t = 0; threads > 1 && place < Neighbourhood::place_count; ++place) {
+    std::size_t before = 0;
+    for (const Neighbourhood::Offsets& offsets : offsets_) before += offsets[place];
+    while (t <= threads && before * threads >= t * total) place_cuts_[t++] = place;
+  }
+  cuts_.resize(stretches_.size() * (threads + 1));
+  for (std::size_t s = 0; s < stretches_.size(); ++s) {
+    Stretch& stretch = stretches_[s];
+    const std::size_t blocks = stretch.end - stretch.first;
+    stretch.shares = std::clamp<std::size_t>(blocks / least_blocks(), 1, threads);
+    for (std::size_t t = 0; t <= threads; ++t) {
+      const std::size_t even = std::min(t, stretch.shares) * blocks / stretch.shares;
+      const bool inner = stretch.shares == threads && t > 0 && t < threads;
+      const std::size_t cut =
+          inner ? near_even(even, (offsets_[s][place_cuts_[t]] + width / 2) / width, blocks / threads) : even;
+      cuts(s)[t] = stretch.first + cut;
+    }
+  }
+}
+
+void ContactSolver::share_out_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
+  const auto threads = static_cast<std::size_t>(pool_.thread_count());
+  const std::size_t shares = std::clamp<std::size_t>(in_contact.size() / least_bodies, 1, threads);
+  body_cuts_.resize(shares + 1);
+  for (std::size_t t = 0; t <= shares; ++t) {
+    body_cuts_[t] = t * in_contact.size() / shares;
+    if (shares < threads || threads == 1 || t == 0 || t == threads) continue;
+    const auto wanted = std::partition_point(in_contact.begin(), in_contact.end(), [&](std::uint32_t slot) {
+      return neighbourhood.place(slot) < place_cuts_[t];
+    });
+    body_cuts_[t] =
+        near_even(body_cuts_[t], static_cast<std::size_t>(wanted - in_contact.begin()), in_contact.size() / threads);
+  }
 }
 
 template <class Act>
 void ContactSolver::for_each_share(const Act& act) {
-  // As many cuts as the sweeps make, and the same in every colour.
-  const std::size_t shares =
-      std::min(wide_count_ / least_blocks() + 1, 4 * static_cast<std::size_t>(pool_.thread_count()));
+  constexpr std::size_t parts = ThreadPool::parts_a_thread;
+  const auto threads = static_cast<std::size_t>(pool_.thread_count());
+  const std::size_t shares = std::clamp<std::size_t>(wide_count_ / least_blocks(), 1, parts * threads);
+  // Too few for all: whole shares for some.
+  if (shares < parts * threads) {
+    pool_.for_each_part(wide_count_, least_blocks(), act);
+    return;
+  }
   pool_.for_each_part(shares, 1, [&](std::size_t begin, std::size_t end) {
-    for (const Stretch& stretch : stretches_) {
-      const std::size_t count = stretch.end - stretch.first;
-      act(stretch.first + begin * count / shares, stretch.first + end * count / shares);
-    }
+    for (std::size_t s = 0; s < stretches_.size(); ++s)
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t first = cuts(s)[i / parts], size = cuts(s)[i / parts + 1] - first;
+        act(first + i % parts * size / parts, first + (i % parts + 1) * size / parts);
+      }
   });
+}
+
+template <class Act>
+void ContactSolver::for_each_body(std::span<const std::uint32_t> in_contact, const Act& act) {
+  pool_.for_each_share(
+      body_cuts_.size() - 1, [&](std::size_t t) { return body_cuts_[t]; },
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) act(in_contact[i]);
+      });
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
@@ -181,7 +249,7 @@ void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float 
     integrate_positions(in_contact, h);
     sweep(&SolverKernels::relax, soft);
   }
-  sweep(&SolverKernels::restitute, soft);
+  if (graph_.may_bounce()) sweep(&SolverKernels::restitute, soft);
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
@@ -202,7 +270,7 @@ void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, flo
     for (int i = 0; i < def_.solver.iterations; ++i) sweep(&SolverKernels::iterate, p);
     integrate_positions(in_contact, h);
   }
-  sweep(&SolverKernels::restitute, p);
+  if (graph_.may_bounce()) sweep(&SolverKernels::restitute, p);
 }
 
 // Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
@@ -231,19 +299,16 @@ HWY_INLINE void integrate_velocity(Vec3& v, const Vec3& acceleration, float damp
 }  // namespace
 
 void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t slot = in_contact[i];
-      SolverBody& body = state_.solver_bodies()[slot];
-      if (body.inverse_mass == 0) continue;
-      const BodyMotion& motion = state_.motion[slot];
-      WarmStart& warm = state_.warm[slot];
-      // The reference leaves the warm start out in the first substep, where a sweep applies it.
-      integrate_velocity(body.linear, motion.acceleration, motion.linear_damping, h, warm.linear, warm.linear_reference,
-                         first);
-      integrate_velocity(body.angular, motion.angular_acceleration, motion.angular_damping, h, warm.angular,
-                         warm.angular_reference, first);
-    }
+  for_each_body(in_contact, [&](std::uint32_t slot) {
+    SolverBody& body = state_.solver_bodies()[slot];
+    if (body.inverse_mass == 0) return;
+    const BodyMotion& motion = state_.motion[slot];
+    WarmStart& warm = state_.warm[slot];
+    // The reference leaves the warm start out in the first substep, where a sweep applies it.
+    integrate_velocity(body.linear, motion.acceleration, motion.linear_damping, h, warm.linear, warm.linear_reference,
+                       first);
+    integrate_velocity(body.angular, motion.angular_acceleration, motion.angular_damping, h, warm.angular,
+                       warm.angular_reference, first);
   });
 }
 
@@ -262,24 +327,21 @@ HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, 
 
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
   const QuadTag d;
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t slot = in_contact[i];
-      SolverBody& body = state_.solver_bodies()[slot];
-      put(body.moved,
-          hn::MulAdd(hn::Set(d, h), mean_velocity(body, state_.motion[slot], state_.warm[slot], h), load(body.moved)));
-      if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
-        // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
-        const BodyInfo& info = bodies_[slot];
-        const Vec3 before = body.angular;
-        Quat q = state_.poses[slot].rotation;
-        body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
-        // A body that fails keeps an orientation; its angular velocity tells that it failed.
-        if (is_finite(q)) state_.poses[slot].rotation = q;
-        state_.warm[slot].angular_reference += body.angular - before;
-      } else {
-        put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
-      }
+  for_each_body(in_contact, [&](std::uint32_t slot) {
+    SolverBody& body = state_.solver_bodies()[slot];
+    put(body.moved,
+        hn::MulAdd(hn::Set(d, h), mean_velocity(body, state_.motion[slot], state_.warm[slot], h), load(body.moved)));
+    if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+      // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
+      const BodyInfo& info = bodies_[slot];
+      const Vec3 before = body.angular;
+      Quat q = state_.poses[slot].rotation;
+      body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
+      // A body that fails keeps an orientation; its angular velocity tells that it failed.
+      if (is_finite(q)) state_.poses[slot].rotation = q;
+      state_.warm[slot].angular_reference += body.angular - before;
+    } else {
+      put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
     }
   });
 }
@@ -287,10 +349,10 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 template <class Kernel>
 void ContactSolver::for_each_colour(const Kernel& kernel) {
   if (single_count_ > 0) kernel(single_, single_blocks_, 0, single_count_);
-  for (const Stretch& stretch : stretches_)
-    pool_.for_each_part(stretch.end - stretch.first, least_blocks(), [&](std::size_t begin, std::size_t end) {
-      kernel(wide_, wide_blocks_, stretch.first + begin, stretch.first + end);
-    });
+  for (std::size_t s = 0; s < stretches_.size(); ++s)
+    pool_.for_each_share(
+        stretches_[s].shares, [&](std::size_t t) { return cuts(s)[t]; },
+        [&](std::size_t begin, std::size_t end) { kernel(wide_, wide_blocks_, begin, end); });
 }
 
 void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters) {

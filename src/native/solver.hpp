@@ -37,22 +37,32 @@ class ContactSolver {
   int colours_in_use() const { return colours_in_use_; }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t);
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t) +
+           offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t);
   }
 
  private:
   struct Stretch {  // blocks of one colour
     std::size_t first, end;
     int colour;
+    std::size_t shares = 1;  // threads it is shared out to
   };
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
 
   std::size_t least_blocks() const;
   void lay_out_blocks(const Neighbourhood& neighbourhood);
   void fill_lanes(const Neighbourhood& neighbourhood);
-  /// Calls act(begin, end) for stretches of blocks, by the threads that will sweep them.
+  void share_out_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
+  void share_out();
+  std::size_t* cuts(std::size_t stretch) {
+    return cuts_.data() + stretch * (static_cast<std::size_t>(pool_.thread_count()) + 1);
+  }
+  /// Calls act(begin, end) for blocks of all colours, by the threads that will sweep them.
   template <class Act>
   void for_each_share(const Act& act);
+  /// Calls act(slot) for bodies, by the threads that have most of their contacts.
+  template <class Act>
+  void for_each_body(std::span<const std::uint32_t> in_contact, const Act& act);
   void load_body(std::uint32_t slot);
   void solve_soft(std::span<const std::uint32_t> in_contact, float h);
   void solve_impulse(std::span<const std::uint32_t> in_contact, float h);
@@ -77,6 +87,10 @@ class ContactSolver {
   std::size_t wide_count_ = 0, single_count_ = 0;
   std::vector<std::uint32_t> lanes_;
   std::vector<Stretch> stretches_;
+  std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
+  // Who does what, for cache's sake: by stretch the blocks, by thread the bodies, where each thread's begin.
+  std::vector<std::size_t> cuts_, body_cuts_;
+  std::vector<std::size_t> place_cuts_;
   int colours_in_use_ = 0;
   std::uint64_t laid_out_ = 0;  // the colouring that the blocks follow
   std::atomic<std::size_t> point_count_ = 0;

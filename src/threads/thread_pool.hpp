@@ -64,8 +64,24 @@ class ThreadPool {
     run(part, parts);
   }
 
- private:
+  /// Cuts of a share, so that others can help with it.
   static constexpr std::size_t parts_a_thread = 4;
+
+  /// Calls body(begin, end) for parts of `shares` shares: those of [cut(i), cut(i + 1)) thread i takes, if it is not
+  /// late. Not more shares than threads.
+  template <class Cut, class Body>
+  void for_each_share(std::size_t shares, const Cut& cut, Body&& body) {
+    if (workers_.empty() || shares < 2) return body(cut(0), cut(shares));
+    const std::size_t parts = shares <= workers_.size() ? 1 : parts_a_thread;
+    const auto part = [&](std::size_t k) {
+      const std::size_t first = cut(k / parts), size = cut(k / parts + 1) - first;
+      const std::size_t begin = first + k % parts * size / parts, end = first + (k % parts + 1) * size / parts;
+      if (begin != end) body(begin, end);
+    };
+    run(part, shares * parts);
+  }
+
+ private:
   static constexpr std::size_t line = 128;  // two cache lines, because they are fetched in pairs
 
   struct Loop {
