@@ -32,8 +32,7 @@ class TreeBroadPhase : public BroadPhase {
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const Aabb* boxes = input.state.fat_boxes.data();
     bool moving_changed = false, fixed_changed = false;
-    for (const std::uint32_t slot : input.changed)
-      (input.bodies[slot].motion == MotionType::fixed ? fixed_changed : moving_changed) = true;
+    for (const std::uint32_t slot : input.changed) (is_fixed(input, slot) ? fixed_changed : moving_changed) = true;
     if (input.set_changed) {
       sort_bodies_out(input);
       moving_.build(moving_slots_, boxes, pool);
@@ -86,6 +85,11 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
+  static bool is_fixed(const BroadPhaseInput& input, std::uint32_t slot) {
+    // Flags are near; what is awake is not fixed.
+    return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
+  }
+
   void sort_bodies_out(const BroadPhaseInput& input) {
     moving_slots_.clear();
     fixed_slots_.clear();

@@ -124,8 +124,13 @@ void NativeSimulator::solve() {
 }
 
 void NativeSimulator::finish() {
-  const MoveParameters parameters{
-      def.gravity, def.dt, def.solver.substeps, def.solver.max_linear_speed, def.sleep.enabled, def.sleep.linear_speed};
+  MoveParameters parameters{.gravity = def.gravity,
+                            .dt = def.dt,
+                            .substeps = def.solver.substeps,
+                            .max_linear_speed = def.solver.max_linear_speed,
+                            .sleeping = def.sleep.enabled,
+                            .slow_below = def.sleep.linear_speed,
+                            .scattered = pool_.thread_count() > 1};
   std::atomic<std::size_t> failed = 0;
   const auto move = [&](std::span<const std::uint32_t> slots, auto move_part) {
     pool_.for_each_part(slots.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
@@ -134,6 +139,7 @@ void NativeSimulator::finish() {
     });
   };
   move(in_contact_, move_bodies<true>);
+  parameters.scattered = false;
   move(free_, move_bodies<false>);
   if (failed > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
@@ -168,38 +174,52 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
   return {bodies, state_, graph_.pairs(), changed_, set_changed_};
 }
 
-// Bodies in contact and bodies without. Their order is for the caches alone: one thread goes by slot; of several each
-// takes bodies that lie together, which are those of its contacts.
-void NativeSimulator::sort_active() {
-  if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
-  const std::span<const std::uint32_t> from = pool_.thread_count() > 1 ? neighbourhood_.slots() : active_;
-  enum Kind : std::uint8_t { solved, free, neither };
-  const auto kind = [&](std::uint32_t slot) {
-    const std::uint8_t flags = state_.flags[slot];
-    if (!(flags & awake)) return neither;
-    // Kinematic bodies go with the solver, which must see them move.
-    return graph_.in_contact(slot) || flags & kinematic ? solved : free;
-  };
-  const std::size_t chunks = (from.size() + body_grain - 1) / body_grain;
-  grow_to(counts_of_chunks_, chunks);
-  const auto& counts = counts_of_chunks_.data();
+// Writes those of `from` that are wanted to `to`, in their order.
+template <class Wanted>
+void NativeSimulator::collect(std::span<const std::uint32_t> from, const Wanted& wanted,
+                              std::vector<std::uint32_t>& to) {
+  grow_to(counts_of_chunks_, (from.size() + body_grain - 1) / body_grain);
   pool_.for_each_chunk(from.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t count[3] = {};
-    for (std::size_t i = begin; i < end; ++i) ++count[kind(from[i])];
-    counts[begin / body_grain][solved] = count[solved];
-    counts[begin / body_grain][free] = count[free];
+    std::uint32_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += wanted(from[i]);
+    counts_of_chunks_[begin / body_grain] = count;
   });
-  std::uint32_t sums[2] = {};
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-    for (const Kind k : {solved, free}) sums[k] += std::exchange(counts[chunk][k], sums[k]);
-  grow_to(in_contact_, sums[solved]);
-  grow_to(free_, sums[free]);
+  std::uint32_t sum = 0;
+  for (std::uint32_t& count : counts_of_chunks_) sum += std::exchange(count, sum);
+  grow_to(to, sum);
   pool_.for_each_chunk(from.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* next[2] = {in_contact_.data() + counts[begin / body_grain][solved],
-                              free_.data() + counts[begin / body_grain][free]};
+    std::uint32_t* next = to.data() + counts_of_chunks_[begin / body_grain];
     for (std::size_t i = begin; i < end; ++i)
-      if (const Kind k = kind(from[i]); k != neither) *next[k]++ = from[i];
+      if (wanted(from[i])) *next++ = from[i];
   });
+}
+
+// Bodies in contact and bodies without. Their order is for the caches alone: where several threads go over the
+// contacts, each takes bodies that lie together, which are those of its contacts; otherwise slots ascend, as memory
+// does.
+void NativeSimulator::sort_active() {
+  const auto is_solved = [&](std::uint32_t slot) {
+    // Kinematic bodies go with the solver, which must see them move.
+    return graph_.in_contact(slot) || state_.flags[slot] & kinematic;
+  };
+  if (pool_.thread_count() == 1) {
+    grow_to(in_contact_, active_.size());
+    grow_to(free_, active_.size());
+    std::size_t solved = 0, free = 0;
+    for (const std::uint32_t slot : active_) {
+      in_contact_[solved] = free_[free] = slot;
+      ++(is_solved(slot) ? solved : free);
+    }
+    in_contact_.resize(solved);
+    free_.resize(free);
+  } else {
+    neighbourhood_.update(*broad_phase_, state_.size());
+    collect(
+        neighbourhood_.slots(), [&](std::uint32_t slot) { return state_.flags[slot] & awake && is_solved(slot); },
+        in_contact_);
+    collect(
+        active_, [&](std::uint32_t slot) { return !is_solved(slot); }, free_);
+  }
   in_contact_is_current_ = true;
 }
 
@@ -262,7 +282,7 @@ void NativeSimulator::quarantine_failed() {
 std::size_t NativeSimulator::list_bytes() const {
   std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
                       parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
-  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_})
+  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &counts_of_chunks_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }

@@ -1,7 +1,6 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "native/body_state.hpp"
@@ -63,6 +62,8 @@ class NativeSimulator final : public Simulator {
   void collect_changed();
   void list_active();
   void refresh_for_queries();
+  template <class Wanted>
+  void collect(std::span<const std::uint32_t> from, const Wanted& wanted, std::vector<std::uint32_t>& to);
   void sort_active();
   void take_over_changes();
   void end_contacts();
@@ -106,7 +107,7 @@ class NativeSimulator final : public Simulator {
   std::vector<Pair> pairs_to_add_;
   std::vector<ChunkOfChanges> chunks_of_changes_;
   std::vector<PartedContact> parted_;  // of all chunks
-  std::vector<std::array<std::uint32_t, 2>> counts_of_chunks_;
+  std::vector<std::uint32_t> counts_of_chunks_;
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

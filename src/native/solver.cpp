@@ -8,6 +8,7 @@
 
 #include "dynamics/rotation.hpp"
 #include "dynamics/softness.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -213,10 +214,20 @@ void ContactSolver::for_each_share(const Act& act) {
 
 template <class Act>
 void ContactSolver::for_each_body(std::span<const std::uint32_t> in_contact, const Act& act) {
+  constexpr std::size_t ahead = 4;
+  const bool scattered = pool_.thread_count() > 1;  // otherwise they are in the order of memory
+  const auto prefetch = [&](std::uint32_t slot) {
+    prefetch_to_write(&state_.solver_bodies()[slot]);
+    prefetch_to_write(&state_.warm[slot]);
+    prefetch_to_read(&state_.motion[slot]);
+  };
   pool_.for_each_share(
       body_cuts_.size() - 1, [&](std::size_t t) { return body_cuts_[t]; },
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) act(in_contact[i]);
+        for (std::size_t i = begin; i < end; ++i) {
+          if (scattered && i + ahead < end) prefetch(in_contact[i + ahead]);
+          act(in_contact[i]);
+        }
       });
 }
 
