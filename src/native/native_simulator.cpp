@@ -119,7 +119,7 @@ void NativeSimulator::build_constraints() {
 }
 
 void NativeSimulator::solve() {
-  solver_.solve(in_contact_);
+  solver_.solve();
   solver_.store();
 }
 

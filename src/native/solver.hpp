@@ -16,8 +16,7 @@
 #include <fathom/world.hpp>
 #include <vector>
 
-#include "native/contact_graph.hpp"
-#include "native/neighbourhood.hpp"
+#include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
 
@@ -28,50 +27,46 @@ class ContactSolver {
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
 
   /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
+  /// `in_contact` must stay until the step is solved.
   void build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
   /// All substeps. Afterwards `BodyState::solver` holds velocities and movement of the step.
-  void solve(std::span<const std::uint32_t> in_contact);
+  void solve();
   /// Hands the impulses back to the contacts.
   void store();
 
-  int colours_in_use() const { return colours_in_use_; }
+  int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t) +
-           offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t);
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes();
   }
 
  private:
-  struct Stretch {  // blocks of one colour
-    std::size_t first, end;
-    int colour;
-    std::size_t shares = 1;  // threads it is shared out to
-  };
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
+  using Group = ConstraintLayout::Group;
 
-  std::size_t least_blocks() const;
-  void lay_out_blocks(const Neighbourhood& neighbourhood);
-  void fill_lanes(const Neighbourhood& neighbourhood);
-  void share_out_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
-  void share_out();
-  std::size_t* cuts(std::size_t stretch) {
-    return cuts_.data() + stretch * (static_cast<std::size_t>(pool_.thread_count()) + 1);
-  }
-  /// Calls act(begin, end) for blocks of all colours, by the threads that will sweep them.
+  /// What a solver goes over in every substep: all bodies and colours, by all threads, or those of a group.
+  class Everything;
+  class OneGroup;
+
   template <class Act>
-  void for_each_share(const Act& act);
-  /// Calls act(slot) for bodies, by the threads that have most of their contacts.
-  template <class Act>
-  void for_each_body(std::span<const std::uint32_t> in_contact, const Act& act);
+  void for_each_group(const Act& act);
+  std::size_t block_bytes(const SolverKernels& kernels) const;
+  void make_room_for_blocks();
+  BodiesView view();
   void load_body(std::uint32_t slot);
-  void solve_soft(std::span<const std::uint32_t> in_contact, float h);
-  void solve_impulse(std::span<const std::uint32_t> in_contact, float h);
-  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
-  void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
-  /// Calls kernel(kernels, blocks, begin, end) over the overflow, then colour by colour.
-  template <class Kernel>
-  void for_each_colour(const Kernel& kernel);
-  void sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  void prepare(std::size_t begin, std::size_t end);
+  template <class Work>
+  void solve(const Work& work);
+  template <class Work>
+  void solve_soft(const Work& work, float h);
+  template <class Work>
+  void solve_impulse(const Work& work, float h);
+  template <class Work>
+  void warm_start(const Work& work);
+  template <class Work>
+  void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  void integrate_velocity(std::uint32_t slot, float h, bool first);
+  void integrate_position(std::uint32_t slot, float h);
 
   const WorldDef& def_;
   const BodyTable& bodies_;
@@ -84,15 +79,9 @@ class ContactSolver {
   std::vector<std::byte> blocks_;
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
-  std::size_t wide_count_ = 0, single_count_ = 0;
-  std::vector<std::uint32_t> lanes_;
-  std::vector<Stretch> stretches_;
-  std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
-  // Who does what, for cache's sake: by stretch the blocks, by thread the bodies, where each thread's begin.
-  std::vector<std::size_t> cuts_, body_cuts_;
-  std::vector<std::size_t> place_cuts_;
-  int colours_in_use_ = 0;
-  std::uint64_t laid_out_ = 0;  // the colouring that the blocks follow
+  std::size_t single_count_ = 0;
+  ConstraintLayout layout_;
+  std::span<const std::uint32_t> in_contact_;  // of this step
   std::atomic<std::size_t> point_count_ = 0;
 };
 
