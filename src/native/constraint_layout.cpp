@@ -25,24 +25,28 @@ std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
 
 }  // namespace
 
-bool ConstraintLayout::update(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
-  const bool current = colouring_ == graph_.colouring() && (groups_.empty() || bodies_.size() == in_contact.size());
-  if (!current) {
-    colouring_ = graph_.colouring();
-    colours_ = 0;
-    for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
-    groups_.clear();
-    stretches_.clear();
-    blocks_ = 0;
-    if (may_group(in_contact) && form_groups(in_contact)) {
-      place_bodies(in_contact);
-      fill_by_group();
-    } else {
-      fill_by_colour(neighbourhood);
-    }
+bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+  const bool same_bodies = version_ == in_contact.version, same_colours = colouring_ == graph_.colouring();
+  if (same_colours && (same_bodies || groups_.empty())) {
+    if (!same_bodies) order_bodies(in_contact.slots, neighbourhood);
+    version_ = in_contact.version;
+    return false;
   }
-  if (groups_.empty()) share_out_bodies(in_contact, neighbourhood);
-  return !current;
+  version_ = in_contact.version;
+  colouring_ = graph_.colouring();
+  colours_ = 0;
+  for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
+  groups_.clear();
+  stretches_.clear();
+  blocks_ = 0;
+  if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
+    place_bodies(in_contact.slots);
+    fill_by_group();
+  } else {
+    fill_by_colour(neighbourhood);
+    order_bodies(in_contact.slots, neighbourhood);
+  }
+  return true;
 }
 
 // --- shared by all threads -----------------------------------------------------------------------------------
@@ -100,17 +104,26 @@ void ConstraintLayout::share_out() {
   }
 }
 
-void ConstraintLayout::share_out_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
-  const std::size_t shares = std::clamp<std::size_t>(in_contact.size() / least_bodies, 1, threads());
+void ConstraintLayout::order_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
+  grow_to(bodies_, in_contact.size());
+  if (threads() > 1)
+    neighbourhood.sort(
+        in_contact, [](std::uint32_t slot) { return slot; }, bodies_);
+  else
+    std::copy(in_contact.begin(), in_contact.end(), bodies_.begin());
+  share_out_bodies(neighbourhood);
+}
+
+void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
+  const std::size_t shares = std::clamp<std::size_t>(bodies_.size() / least_bodies, 1, threads());
   body_cuts_.resize(shares + 1);
   for (std::size_t t = 0; t <= shares; ++t) {
-    body_cuts_[t] = t * in_contact.size() / shares;
+    body_cuts_[t] = t * bodies_.size() / shares;
     if (shares < threads() || threads() == 1 || t == 0 || t == threads()) continue;
-    const auto wanted = std::partition_point(in_contact.begin(), in_contact.end(), [&](std::uint32_t slot) {
-      return neighbourhood.place(slot) < place_cuts_[t];
-    });
+    const auto wanted = std::partition_point(
+        bodies_.begin(), bodies_.end(), [&](std::uint32_t slot) { return neighbourhood.place(slot) < place_cuts_[t]; });
     body_cuts_[t] =
-        near_even(body_cuts_[t], static_cast<std::size_t>(wanted - in_contact.begin()), in_contact.size() / threads());
+        near_even(body_cuts_[t], static_cast<std::size_t>(wanted - bodies_.begin()), bodies_.size() / threads());
   }
 }
 

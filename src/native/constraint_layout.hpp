@@ -18,6 +18,12 @@
 
 namespace fathom::native {
 
+/// Ascending slots, and a number that changes when they do.
+struct BodiesInContact {
+  std::span<const std::uint32_t> slots;
+  std::uint64_t version;
+};
+
 class ConstraintLayout {
  public:
   /// Blocks of one colour.
@@ -36,8 +42,11 @@ class ConstraintLayout {
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
-  /// Follows the graph's colours and the bodies `in_contact`. Returns true where blocks have moved.
-  bool update(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
+  /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
+  bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
+
+  /// Bodies in contact, in an order that suits their contacts' blocks.
+  std::span<const std::uint32_t> bodies() const { return bodies_; }
 
   /// Contact of each lane, or `none`.
   const std::uint32_t* lanes() const { return lanes_.data(); }
@@ -79,8 +88,9 @@ class ConstraintLayout {
   std::size_t* cuts(std::size_t stretch) { return cuts_.data() + stretch * (threads() + 1); }
 
   void fill_by_colour(const Neighbourhood& neighbourhood);
+  void order_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
   void share_out();
-  void share_out_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
+  void share_out_bodies(const Neighbourhood& neighbourhood);
 
   bool may_group(std::span<const std::uint32_t> in_contact) const;
   void join_islands();
@@ -97,7 +107,8 @@ class ConstraintLayout {
   ThreadPool& pool_;
   const std::size_t width_;
 
-  std::uint64_t colouring_ = 0;  // that the blocks follow
+  std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
+  std::vector<std::uint32_t> bodies_;
   std::vector<std::uint32_t> lanes_;
   std::size_t blocks_ = 0;
   int colours_ = 0;
@@ -116,7 +127,6 @@ class ConstraintLayout {
     std::uint32_t contact, colour, b, root;
   };
   std::vector<Group> groups_;
-  std::vector<std::uint32_t> bodies_;
   std::vector<Island> island_;                // by slot
   std::vector<std::uint32_t> group_of_body_;  // by place in `in_contact`
   std::vector<Link> links_;

@@ -115,7 +115,8 @@ void NativeSimulator::build_constraints() {
   for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) sort_active();
-  solver_.build(in_contact_, neighbourhood_);
+  if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
+  solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
 void NativeSimulator::solve() {
@@ -138,7 +139,7 @@ void NativeSimulator::finish() {
         failed += count;
     });
   };
-  move(in_contact_, move_bodies<true>);
+  move(solver_.bodies(), move_bodies<true>);
   parameters.scattered = false;
   move(free_, move_bodies<false>);
   if (failed > 0) quarantine_failed();
@@ -174,53 +175,36 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
   return {bodies, state_, graph_.pairs(), changed_, set_changed_};
 }
 
-// Writes those of `from` that are wanted to `to`, in their order.
-template <class Wanted>
-void NativeSimulator::collect(std::span<const std::uint32_t> from, const Wanted& wanted,
-                              std::vector<std::uint32_t>& to) {
-  grow_to(counts_of_chunks_, (from.size() + body_grain - 1) / body_grain);
-  pool_.for_each_chunk(from.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += wanted(from[i]);
-    counts_of_chunks_[begin / body_grain] = count;
-  });
-  std::uint32_t sum = 0;
-  for (std::uint32_t& count : counts_of_chunks_) sum += std::exchange(count, sum);
-  grow_to(to, sum);
-  pool_.for_each_chunk(from.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* next = to.data() + counts_of_chunks_[begin / body_grain];
-    for (std::size_t i = begin; i < end; ++i)
-      if (wanted(from[i])) *next++ = from[i];
-  });
-}
-
-// Bodies in contact and bodies without. Their order is for the caches alone: where several threads go over the
-// contacts, each takes bodies that lie together, which are those of its contacts; otherwise slots ascend, as memory
-// does.
+// Bodies in contact and bodies without, each ascending.
 void NativeSimulator::sort_active() {
   const auto is_solved = [&](std::uint32_t slot) {
     // Kinematic bodies go with the solver, which must see them move.
     return graph_.in_contact(slot) || state_.flags[slot] & kinematic;
   };
-  if (pool_.thread_count() == 1) {
-    grow_to(in_contact_, active_.size());
-    grow_to(free_, active_.size());
-    std::size_t solved = 0, free = 0;
-    for (const std::uint32_t slot : active_) {
-      in_contact_[solved] = free_[free] = slot;
-      ++(is_solved(slot) ? solved : free);
-    }
-    in_contact_.resize(solved);
-    free_.resize(free);
-  } else {
-    neighbourhood_.update(*broad_phase_, state_.size());
-    collect(
-        neighbourhood_.slots(), [&](std::uint32_t slot) { return state_.flags[slot] & awake && is_solved(slot); },
-        in_contact_);
-    collect(
-        active_, [&](std::uint32_t slot) { return !is_solved(slot); }, free_);
-  }
+  ++contact_sorting_;
   in_contact_is_current_ = true;
+  if (pool_.thread_count() == 1) {
+    in_contact_.clear();
+    free_.clear();
+    for (const std::uint32_t slot : active_) (is_solved(slot) ? in_contact_ : free_).push_back(slot);
+    return;
+  }
+  // Two passes, so that several threads know where to write.
+  grow_to(solved_before_chunk_, (active_.size() + body_grain - 1) / body_grain);
+  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += is_solved(active_[i]);
+    solved_before_chunk_[begin / body_grain] = count;
+  });
+  std::uint32_t solved = 0;
+  for (std::uint32_t& count : solved_before_chunk_) solved += std::exchange(count, solved);
+  grow_to(in_contact_, solved);
+  grow_to(free_, active_.size() - solved);
+  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::size_t in_contact = solved_before_chunk_[begin / body_grain], free = begin - in_contact;
+    for (std::size_t i = begin; i < end; ++i)
+      (is_solved(active_[i]) ? in_contact_[in_contact++] : free_[free++]) = active_[i];
+  });
 }
 
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
@@ -282,7 +266,7 @@ void NativeSimulator::quarantine_failed() {
 std::size_t NativeSimulator::list_bytes() const {
   std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
                       parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
-  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &counts_of_chunks_})
+  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &solved_before_chunk_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }

@@ -62,8 +62,6 @@ class NativeSimulator final : public Simulator {
   void collect_changed();
   void list_active();
   void refresh_for_queries();
-  template <class Wanted>
-  void collect(std::span<const std::uint32_t> from, const Wanted& wanted, std::vector<std::uint32_t>& to);
   void sort_active();
   void take_over_changes();
   void end_contacts();
@@ -107,7 +105,8 @@ class NativeSimulator final : public Simulator {
   std::vector<Pair> pairs_to_add_;
   std::vector<ChunkOfChanges> chunks_of_changes_;
   std::vector<PartedContact> parted_;  // of all chunks
-  std::vector<std::uint32_t> counts_of_chunks_;
+  std::vector<std::uint32_t> solved_before_chunk_;
+  std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

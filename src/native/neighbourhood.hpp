@@ -28,9 +28,6 @@ class Neighbourhood {
       places_[slots_[i]] = static_cast<std::uint8_t>(i * place_count / slots_.size());
   }
 
-  /// All bodies that can move, neighbours near each other.
-  std::span<const std::uint32_t> slots() const { return slots_; }
-
   /// Bodies are at places 0 … place_count − 1, as many at one as at another.
   static constexpr std::size_t place_count = 256;
   std::size_t place(std::uint32_t slot) const { return places_[slot]; }
@@ -56,7 +53,7 @@ class Neighbourhood {
 
  private:
   std::uint64_t order_ = 0;
-  std::vector<std::uint32_t> slots_;
+  std::vector<std::uint32_t> slots_;  // neighbours near each other
   std::vector<std::uint8_t> places_;  // by slot
 };
 

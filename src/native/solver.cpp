@@ -42,10 +42,11 @@ class ContactSolver::Everything {
   void bodies(const Act& act) const {
     constexpr std::size_t ahead = 4;
     const bool scattered = s_.pool_.thread_count() > 1;  // otherwise they are in the order of memory
+    const std::span<const std::uint32_t> slots = s_.layout_.bodies();
     s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (scattered && i + ahead < end) prefetch(s_.in_contact_[i + ahead]);
-        act(s_.in_contact_[i]);
+        if (scattered && i + ahead < end) prefetch(slots[i + ahead]);
+        act(slots[i]);
       }
     });
   }
@@ -98,8 +99,7 @@ void ContactSolver::for_each_group(const Act& act) {
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
-  in_contact_ = in_contact;
+void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();

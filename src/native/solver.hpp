@@ -27,13 +27,14 @@ class ContactSolver {
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
 
   /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
-  /// `in_contact` must stay until the step is solved.
-  void build(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
+  void build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
   /// All substeps. Afterwards `BodyState::solver` holds velocities and movement of the step.
   void solve();
   /// Hands the impulses back to the contacts.
   void store();
 
+  /// Bodies in contact, in the order in which threads take them.
+  std::span<const std::uint32_t> bodies() const { return layout_.bodies(); }
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
@@ -81,7 +82,6 @@ class ContactSolver {
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
   ConstraintLayout layout_;
-  std::span<const std::uint32_t> in_contact_;  // of this step
   std::atomic<std::size_t> point_count_ = 0;
 };
 
