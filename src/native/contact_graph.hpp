@@ -59,9 +59,7 @@ class ContactGraph {
   const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
-  bool in_contact(std::uint32_t slot) const {
-    return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0;
-  }
+  bool in_contact(std::uint32_t slot) const { return (state_.colour_mask[slot] | state_.overflow_count[slot]) != 0; }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>

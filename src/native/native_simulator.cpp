@@ -179,7 +179,7 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
 void NativeSimulator::sort_active() {
   const auto is_solved = [&](std::uint32_t slot) {
     // Kinematic bodies go with the solver, which must see them move.
-    return graph_.in_contact(slot) || state_.flags[slot] & kinematic;
+    return graph_.in_contact(slot) | ((state_.flags[slot] & kinematic) != 0);
   };
   ++contact_sorting_;
   in_contact_is_current_ = true;
@@ -201,21 +201,25 @@ void NativeSimulator::sort_active() {
   grow_to(in_contact_, solved);
   grow_to(free_, active_.size() - solved);
   pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::size_t in_contact = solved_before_chunk_[begin / body_grain], free = begin - in_contact;
-    for (std::size_t i = begin; i < end; ++i)
-      (is_solved(active_[i]) ? in_contact_[in_contact++] : free_[free++]) = active_[i];
+    const std::size_t in_contact = solved_before_chunk_[begin / body_grain];
+    std::uint32_t* next[2] = {free_.data() + begin - in_contact, in_contact_.data() + in_contact};
+    for (std::size_t i = begin; i < end; ++i) *next[is_solved(active_[i])]++ = active_[i];
   });
 }
 
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
 void NativeSimulator::collect_changed() {
-  changed_.clear();
   const std::vector<std::uint8_t>& flags = state_.flags;
+  std::size_t count = 0;
+  // Without branches, which nobody could predict.
   const auto look_at = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t slot = begin; slot < end; ++slot)
-      if (flags[slot] & box_changed) changed_.push_back(static_cast<std::uint32_t>(slot));
+    if (count + end - begin > changed_.size()) grow_to(changed_, count + end - begin);
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      changed_[count] = static_cast<std::uint32_t>(slot);
+      count += (flags[slot] & box_changed) != 0;
+    }
   };
-  // Eight at a time, because most have not.
+  // Eight at a time, because mostly none of them has.
   constexpr std::uint64_t any_changed = box_changed * 0x0101010101010101u;
   std::size_t slot = 0;
   for (; slot + 8 <= flags.size(); slot += 8) {
@@ -224,6 +228,7 @@ void NativeSimulator::collect_changed() {
     if (eight & any_changed) look_at(slot, slot + 8);
   }
   look_at(slot, flags.size());
+  changed_.resize(count);
 }
 
 // Between steps the tree may not know of boxes that the last step or the application changed.

@@ -89,7 +89,7 @@ void ThreadPool::wait_for(std::size_t stretch, const Loop& loop) {
   const std::atomic<std::uint64_t>& completed = stretches_[stretch].completed;
   for (int spins = 1; completed.load(std::memory_order_acquire) != due; ++spins) {
     relax_cpu();
-    if (spins % spins_before_help == 0) take_chunks(stretch, number, loop);
+    if (spins == spins_before_help) take_chunks(stretch, number, loop);
     if (spins > spins_before_sleep) std::this_thread::yield();
   }
 }
@@ -136,7 +136,8 @@ bool ThreadPool::spin_until_new(std::size_t thread, std::uint64_t heard, const L
   for (int spins = 1; spins < spins_before_sleep; ++spins) {
     if (announced_.number.load(std::memory_order_relaxed) != heard) return true;
     relax_cpu();
-    if (spins % spins_before_help == 0 && thread < loop.stretches) help(thread, heard, loop);
+    // Once is enough: after that all chunks have been claimed.
+    if (spins == spins_before_help && thread < loop.stretches) help(thread, heard, loop);
   }
   return false;
 }
