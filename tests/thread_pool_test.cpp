@@ -61,6 +61,34 @@ TEST(ThreadPool, ThreadsHelpWithAStretchThatIsSlow) {
   EXPECT_EQ(done, 16);
 }
 
+TEST(ThreadPool, UsesAsManyThreadsAsItIsTold) {
+  ThreadPool pool(4);
+  for (const int threads : {4, 1, 3, 0, 9, 2, 4}) {
+    pool.use(threads);
+    EXPECT_EQ(pool.thread_count(), std::clamp(threads, 1, 4));
+    if (threads == 3) std::this_thread::sleep_for(std::chrono::milliseconds(5));  // the fourth falls asleep
+    std::vector<int> seen(100, 0);
+    pool.for_each_chunk(seen.size(), 1, [&](std::size_t begin, std::size_t) { ++seen[begin]; });
+    ASSERT_TRUE(all_once(seen)) << threads;
+  }
+}
+
+TEST(ThreadPool, SharesCoverTheRange) {
+  for (const int threads : {1, 2, 4}) {
+    ThreadPool pool(threads);
+    const std::size_t cuts[] = {3, 3, 20, 21, 90};
+    for (std::size_t shares = 1; shares <= static_cast<std::size_t>(threads); ++shares) {
+      std::vector<int> seen(90, 0);
+      pool.for_each_share(
+          shares, [&](std::size_t i) { return cuts[i]; },
+          [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) ++seen[i];
+          });
+      for (std::size_t i = 0; i < seen.size(); ++i) ASSERT_EQ(seen[i], i >= 3 && i < cuts[shares] ? 1 : 0);
+    }
+  }
+}
+
 TEST(ThreadPool, SleepingWorkersWakeUp) {
   ThreadPool pool(3);
   for (int round = 0; round < 20; ++round) {

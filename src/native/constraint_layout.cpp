@@ -26,7 +26,8 @@ std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
 }  // namespace
 
 bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
-  const bool same_bodies = version_ == in_contact.version, same_colours = colouring_ == graph_.colouring();
+  const bool same_bodies = version_ == in_contact.version;
+  const bool same_colours = colouring_ == graph_.colouring() && threads_ == threads();
   if (same_colours && (same_bodies || groups_.empty())) {
     if (!same_bodies) order_bodies(in_contact.slots, neighbourhood);
     version_ = in_contact.version;
@@ -34,6 +35,7 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   }
   version_ = in_contact.version;
   colouring_ = graph_.colouring();
+  threads_ = threads();
   colours_ = 0;
   for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
   groups_.clear();

@@ -108,6 +108,7 @@ class ConstraintLayout {
   const std::size_t width_;
 
   std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
+  std::size_t threads_ = 0;                    // that they are cut for
   std::vector<std::uint32_t> bodies_;
   std::vector<std::uint32_t> lanes_;
   std::size_t blocks_ = 0;

@@ -59,6 +59,7 @@ NativeSimulator::NativeSimulator(const WorldDef& definition)
 // --- the step ------------------------------------------------------------------------------------------------
 
 void NativeSimulator::step() {
+  pool_.use(threads_worth_while());
   StageTimes& times = profile.times;
   times.find_pairs = timed([&] { find_pairs(); });
   times.update_manifolds = timed([&] { update_manifolds(); });
@@ -68,6 +69,14 @@ void NativeSimulator::step() {
   queries_are_current_ = false;
   profile.step = ++steps;
   count();
+}
+
+// Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch.
+int NativeSimulator::threads_worth_while() const {
+  const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
+  const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about, judging by the last step
+  constexpr double least = 80e-6, least_a_thread = 20e-6;
+  return work < least ? 1 : static_cast<int>(std::min(1024.0, work / least_a_thread));
 }
 
 void NativeSimulator::find_pairs() {

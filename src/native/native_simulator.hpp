@@ -56,6 +56,7 @@ class NativeSimulator final : public Simulator {
   void solve();
   void finish();
 
+  int threads_worth_while() const;
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
   BroadPhaseInput broad_phase_input() const;
   void prefetch_bodies(const Contact& c) const;

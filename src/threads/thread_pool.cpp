@@ -44,21 +44,21 @@ bool claim(std::atomic<std::uint64_t>& claims, std::uint64_t number, std::size_t
 }  // namespace
 
 ThreadPool::ThreadPool(int threads)
-    : stretches_(static_cast<std::size_t>(threads)), completed_(static_cast<std::size_t>(threads), 0) {
+    : used_(static_cast<std::size_t>(threads)), stretches_(used()), completed_(used(), 0) {
   for (std::size_t i = 1; i < stretches_.size(); ++i) workers_.emplace_back([this, i] { work(i); });
 }
 
 ThreadPool::~ThreadPool() {
   stop_ = true;
   announce({});
+  wake_all();
   for (std::thread& worker : workers_) worker.join();
 }
 
 // --- the caller ----------------------------------------------------------------------------------------------
 
 void ThreadPool::run(Loop loop) {
-  const std::size_t threads = stretches_.size();
-  loop.stretches = static_cast<std::uint32_t>(loop.chunks < threads ? loop.chunks : threads);
+  loop.stretches = static_cast<std::uint32_t>(loop.chunks < used() ? loop.chunks : used());
   if (loop.chunks / loop.stretches >= claim_mask) {  // billions of items in tiny chunks
     for (std::size_t k = 0; k < loop.chunks; ++k) loop.call(loop.context, k);
     return;
@@ -76,9 +76,18 @@ void ThreadPool::announce(const Loop& loop) {
   slot.chunks.store(loop.chunks, std::memory_order_release);
   slot.stretches.store(loop.stretches, std::memory_order_release);
   announced_.number.store(number);
-  if (sleepers_.load() == 0) return;
+  if (sleepers_.load() != 0) wake_all();
+}
+
+void ThreadPool::wake_all() {
   alarm_.fetch_add(1);
   alarm_.notify_all();
+}
+
+void ThreadPool::use(int threads) {
+  const std::size_t wanted = threads < 1 ? 1 : static_cast<std::size_t>(threads);
+  const std::size_t before = used_.exchange(wanted < stretches_.size() ? wanted : stretches_.size());
+  if (used() > before) wake_all();
 }
 
 void ThreadPool::wait_for(std::size_t stretch, const Loop& loop) {
@@ -124,7 +133,7 @@ void ThreadPool::work(std::size_t thread) {
   std::uint64_t heard = 0;
   Loop loop;
   while (!stop_.load(std::memory_order_relaxed)) {
-    if (!spin_until_new(thread, heard, loop)) sleep_until_new(heard);
+    if (!spin_until_new(thread, heard, loop)) sleep_until_new(thread, heard);
     const std::uint64_t number = announced_.number.load(std::memory_order_acquire);
     if (!hear(number, loop)) continue;
     heard = number;
@@ -142,11 +151,13 @@ bool ThreadPool::spin_until_new(std::size_t thread, std::uint64_t heard, const L
   return false;
 }
 
-void ThreadPool::sleep_until_new(std::uint64_t heard) {
-  sleepers_.fetch_add(1);
+// Whoever is not in use is not woken for every loop. The alarm is read first, so that one in use from now on is.
+void ThreadPool::sleep_until_new(std::size_t thread, std::uint64_t heard) {
   const std::uint32_t alarm = alarm_.load();
+  const bool in_use = thread < used_.load();
+  if (in_use) sleepers_.fetch_add(1);
   if (announced_.number.load() == heard) alarm_.wait(alarm);
-  sleepers_.fetch_sub(1);
+  if (in_use) sleepers_.fetch_sub(1);
 }
 
 }  // namespace fathom

@@ -29,7 +29,10 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  int thread_count() const { return static_cast<int>(workers_.size()) + 1; }
+  /// Threads that loops use.
+  int thread_count() const { return static_cast<int>(used()); }
+  /// Loops use `threads` threads from now on, or all there are.
+  void use(int threads);
 
   /// Calls body(begin, end) for consecutive chunks of `grain` items of [0, count), on all threads. The chunks are a
   /// function of the range alone, never of the number of threads: what a loop writes per chunk can be read back in
@@ -37,7 +40,7 @@ class ThreadPool {
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
     // Two chunks are done before another thread has heard of them.
-    if (workers_.empty() || count <= 2 * grain) {
+    if (used() == 1 || count <= 2 * grain) {
       for (std::size_t begin = 0; begin < count; begin += grain)
         body(begin, begin + grain < count ? begin + grain : count);
       return;
@@ -54,8 +57,8 @@ class ThreadPool {
   template <class Body>
   void for_each_part(std::size_t count, std::size_t least, Body&& body) {
     if (count == 0) return;
-    const std::size_t threads = workers_.size() + 1, most = count / least;
-    if (workers_.empty() || most < 2) return body(0, count);
+    const std::size_t threads = used(), most = count / least;
+    if (threads == 1 || most < 2) return body(0, count);
     // A few parts a thread, so that others can help; the same number for each.
     const std::size_t parts = most < 2 * threads                                    ? (most < threads ? most : threads)
                               : most / threads * threads < parts_a_thread * threads ? most / threads * threads
@@ -71,8 +74,8 @@ class ThreadPool {
   /// late. Not more shares than threads.
   template <class Cut, class Body>
   void for_each_share(std::size_t shares, const Cut& cut, Body&& body) {
-    if (workers_.empty() || shares < 2) return body(cut(0), cut(shares));
-    const std::size_t parts = shares <= workers_.size() ? 1 : parts_a_thread;
+    if (used() == 1 || shares < 2) return body(cut(0), cut(shares));
+    const std::size_t parts = shares < used() ? 1 : parts_a_thread;
     const auto part = [&](std::size_t k) {
       const std::size_t first = cut(k / parts), size = cut(k / parts + 1) - first;
       const std::size_t begin = first + k % parts * size / parts, end = first + (k % parts + 1) * size / parts;
@@ -115,6 +118,7 @@ class ThreadPool {
     run({[](const void* context, std::size_t k) { (*static_cast<const Chunk*>(context))(k); }, &chunk,
          static_cast<std::uint32_t>(chunks), 0});
   }
+  std::size_t used() const { return used_.load(std::memory_order_relaxed); }
   void run(Loop loop);
   void announce(const Loop& loop);
   void wait_for(std::size_t stretch, const Loop& loop);
@@ -123,13 +127,15 @@ class ThreadPool {
   void help(std::size_t thread, std::uint64_t number, const Loop& loop);
   void work(std::size_t thread);
   bool spin_until_new(std::size_t thread, std::uint64_t heard, const Loop& loop);
-  void sleep_until_new(std::uint64_t heard);
+  void sleep_until_new(std::size_t thread, std::uint64_t heard);
+  void wake_all();
 
+  std::atomic<std::size_t> used_;
   Announcement announced_;
-  std::vector<Stretch> stretches_;        // one a thread
-  std::vector<std::uint64_t> completed_;  // what the stretches' counters reach when the loop is done
-  alignas(line) std::atomic<std::uint32_t> sleepers_{0};
-  std::atomic<std::uint32_t> alarm_{0};  // what sleepers wait on
+  std::vector<Stretch> stretches_;                        // one a thread
+  std::vector<std::uint64_t> completed_;                  // what the stretches' counters reach when the loop is done
+  alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of those in use
+  std::atomic<std::uint32_t> alarm_{0};                   // what sleepers wait on
   std::atomic<bool> stop_{false};
   std::vector<std::thread> workers_;
 };
