@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
-#define HWY_DISABLE_PCLMUL_AES
-#include <hwy/highway.h>
-
-#include "dynamics/rotation.hpp"
 #include "dynamics/softness.hpp"
+#include "native/integrate_bodies.hpp"
 #include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
@@ -44,9 +41,10 @@ class ContactSolver::Everything {
     const bool scattered = s_.pool_.thread_count() > 1;  // otherwise they are in the order of memory
     const std::span<const std::uint32_t> slots = s_.layout_.bodies();
     s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
+      const Act mine = act;  // where no other thread can see it, and the compiler knows
       for (std::size_t i = begin; i < end; ++i) {
         if (scattered && i + ahead < end) prefetch(slots[i + ahead]);
-        act(slots[i]);
+        mine(slots[i]);
       }
     });
   }
@@ -76,7 +74,8 @@ class ContactSolver::OneGroup {
 
   template <class Act>
   void bodies(const Act& act) const {
-    for (const std::uint32_t slot : s_.layout_.bodies(group_)) act(slot);
+    const Act mine = act;
+    for (const std::uint32_t slot : s_.layout_.bodies(group_)) mine(slot);
   }
   template <class Kernel>
   void colours(const Kernel& kernel) const {
@@ -103,6 +102,7 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
+  wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
   point_count_ = 0;
   if (layout_.groups().empty()) {
     Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
@@ -178,77 +178,11 @@ void ContactSolver::make_room_for_blocks() {
   single_blocks_.bounces = wide_blocks_.bounces + wide_count * wide_.bounce_floats;
 }
 
-// --- bodies --------------------------------------------------------------------------------------------------
-
-// Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
-namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using QuadTag = hn::CappedTag<float, 4>;
-using Quad = hn::Vec<QuadTag>;
-
-HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
-HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
-
-/// v ← damping · v + h · acceleration + W, with W brought up to date first (see the head of solver.hpp).
-HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm, Vec3& reference,
-                          bool first) {
-  const QuadTag d;
-  const Quad now = load(v);
-  const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
-  const Quad w = first ? hn::Zero(d) : hn::Add(load(warm), hn::Sub(now, load(reference)));
-  const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
-  put(warm, w);
-  put(v, next);
-  put(reference, next);
-}
-
-}  // namespace
-
-void ContactSolver::integrate_velocity(std::uint32_t slot, float h, bool first) {
-  SolverBody& body = state_.solver_bodies()[slot];
-  if (body.inverse_mass == 0) return;
-  const BodyMotion& motion = state_.motion[slot];
-  WarmStart& warm = state_.warm[slot];
-  // The reference leaves the warm start out in the first substep, where a sweep applies it.
-  integrate(body.linear, motion.acceleration, motion.linear_damping, h, warm.linear, warm.linear_reference, first);
-  integrate(body.angular, motion.angular_acceleration, motion.angular_damping, h, warm.angular, warm.angular_reference,
-            first);
-}
-
-namespace {
-
-/// `fathom::mean_velocity` of a body in contact.
-HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
-  const QuadTag d;
-  const Quad v = load(body.linear);
-  const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
-  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d)))) return v;
-  return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
-}
-
-}  // namespace
-
-void ContactSolver::integrate_position(std::uint32_t slot, float h) {
-  const QuadTag d;
-  SolverBody& body = state_.solver_bodies()[slot];
-  put(body.moved,
-      hn::MulAdd(hn::Set(d, h), mean_velocity(body, state_.motion[slot], state_.warm[slot], h), load(body.moved)));
-  if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
-    // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
-    const BodyInfo& info = bodies_[slot];
-    const Vec3 before = body.angular;
-    Quat q = state_.poses[slot].rotation;
-    body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
-    // A body that fails keeps an orientation; its angular velocity tells that it failed.
-    if (is_finite(q)) state_.poses[slot].rotation = q;
-    state_.warm[slot].angular_reference += body.angular - before;
-  } else {
-    put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
-  }
-}
-
 // --- solve ---------------------------------------------------------------------------------------------------
+
+BodyIntegration ContactSolver::integration(float h) {
+  return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
+}
 
 void ContactSolver::solve() {
   if (layout_.groups().empty())
@@ -276,11 +210,12 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.fixed = make_soft(2 * hertz, settings.contact_damping_ratio, h);
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = settings.restitution_threshold;
+  const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    work.bodies([&](std::uint32_t slot) { integrate_velocity(slot, h, substep == 0); });
+    work.bodies([integrate, first = substep == 0](std::uint32_t slot) { integrate.velocity(slot, first); });
     if (substep == 0) warm_start(work);
     sweep(work, &SolverKernels::solve, soft);
-    work.bodies([&](std::uint32_t slot) { integrate_position(slot, h); });
+    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     sweep(work, &SolverKernels::relax, soft);
   }
   if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, soft);
@@ -296,11 +231,12 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = def_.solver.restitution_threshold;
+  const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
-    work.bodies([&](std::uint32_t slot) { integrate_velocity(slot, h, substep == 0); });
+    work.bodies([integrate, first = substep == 0](std::uint32_t slot) { integrate.velocity(slot, first); });
     if (substep == 0) warm_start(work);
     for (int i = 0; i < def_.solver.iterations; ++i) sweep(work, &SolverKernels::iterate, p);
-    work.bodies([&](std::uint32_t slot) { integrate_position(slot, h); });
+    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
   }
   if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, p);
 }

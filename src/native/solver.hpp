@@ -22,6 +22,8 @@
 
 namespace fathom::native {
 
+struct BodyIntegration;
+
 class ContactSolver {
  public:
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
@@ -66,8 +68,7 @@ class ContactSolver {
   void warm_start(const Work& work);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
-  void integrate_velocity(std::uint32_t slot, float h, bool first);
-  void integrate_position(std::uint32_t slot, float h);
+  BodyIntegration integration(float h);
 
   const WorldDef& def_;
   const BodyTable& bodies_;

@@ -355,7 +355,7 @@ template <class D, class Act>
 HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const SolverBody* bodies,
                            const Act& act) {
   for (std::size_t i = begin; i < end; ++i) {
-    if (i + 1 < end) prefetch_bodies(block_at<D>(blocks, i + 1), bodies);
+    if (blocks.shared && i + 1 < end) prefetch_bodies(block_at<D>(blocks, i + 1), bodies);
     act(block_at<D>(blocks, i));
   }
 }
