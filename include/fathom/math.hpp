@@ -9,8 +9,11 @@
 
 #if defined(__CUDACC__)
 #define FATHOM_HD __host__ __device__ inline
+/// For long functions whose arguments must stay in registers.
+#define FATHOM_HD_INLINED __host__ __device__ __forceinline__
 #else
 #define FATHOM_HD inline
+#define FATHOM_HD_INLINED inline
 #endif
 
 namespace fathom {

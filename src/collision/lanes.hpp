@@ -1,14 +1,17 @@
 // Three numbers side by side in a register of four: the axes of a box.
 //
-// GCC and Clang map the vector type to SIMD instructions; for CUDA it is a plain array with the same roundings.
+// GCC and Clang map the vector type to SIMD instructions; for GPUs it is a plain array with the same roundings.
 // There is no fused operation, so that both give the same bits. The fourth lane is zero on entry and never read.
+//
+// SYCL needs the array, too: LLVM 19 reads a lane with a variable index from a vector on the stack of an NVIDIA GPU by
+// a generic load with a local address (its NVPTX back end takes the address space from a pointer that such loads lack).
 #pragma once
 
 #include <fathom/math.hpp>
 
 namespace fathom {
 
-#if defined(__CUDACC__)
+#if defined(__CUDACC__) || defined(FATHOM_SYCL_SOURCE)
 
 struct alignas(16) Lanes {
   float v[4];

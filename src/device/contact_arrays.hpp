@@ -148,7 +148,7 @@ struct alignas(16) Quad {
 };
 
 /// Rows of a constraint: its frame, its points, its impulses.
-inline constexpr std::uint32_t first_point_row = 6, impulse_row = 10, row_count = 12;
+inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_row = 10, row_count = 12;
 /// Constraints whose rows lie together: as many as work-items load at once, so that each row of a tile is one stretch
 /// of memory, and all rows of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;

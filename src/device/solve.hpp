@@ -39,33 +39,21 @@ FATHOM_HD void store_frame(Quad* rows, const ContactFrame& f) {
   rows[5 * tile_width] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
 }
 
-FATHOM_HD ContactFrame load_frame(const Quad* rows, bool with_friction) {
-  const auto quad = [&](std::uint32_t i) { return exec::load_unchanging(rows[i * tile_width]); };
-  const Quad q0 = quad(0), q1 = quad(1), q2 = quad(2), q3 = quad(3), q4 = quad(4);
+FATHOM_HD ContactFrame frame_of(const Quad* q) {
   ContactFrame f;
-  f.normal = {q0.x, q0.y, q0.z};
-  f.tangent = {q0.w, q1.x, q1.y};
-  f.arm_a = {q1.z, q1.w, q2.x};
-  f.arm_b = {q2.y, q2.z, q2.w};
-  f.nn = q3.x, f.n1 = q3.y, f.n2 = q3.z, f.k11 = q3.w;
-  f.k12 = q4.x, f.k22 = q4.y, f.friction = q4.z, f.patch_radius = q4.w;
-  if (with_friction) {
-    const Quad q5 = quad(5);
-    f.slide_11 = q5.x, f.slide_12 = q5.y, f.slide_22 = q5.z, f.twist_mass = q5.w;
-  }
+  f.normal = {q[0].x, q[0].y, q[0].z};
+  f.tangent = {q[0].w, q[1].x, q[1].y};
+  f.arm_a = {q[1].z, q[1].w, q[2].x};
+  f.arm_b = {q[2].y, q[2].z, q[2].w};
+  f.nn = q[3].x, f.n1 = q[3].y, f.n2 = q[3].z, f.k11 = q[3].w;
+  f.k12 = q[4].x, f.k22 = q[4].y, f.friction = q[4].z, f.patch_radius = q[4].w;
+  f.slide_11 = q[5].x, f.slide_12 = q[5].y, f.slide_22 = q[5].z, f.twist_mass = q[5].w;
   return f;
 }
 
 FATHOM_HD void store_point(Quad* rows, int i, const PointRow& p) {
   rows[(first_point_row + static_cast<std::uint32_t>(i)) * tile_width] = {p.x, p.y, p.separation, p.mass};
 }
-FATHOM_HD void load_points(const Quad* rows, PointRow* points) {
-  for (std::uint32_t i = 0; i < max_manifold_points; ++i) {
-    const Quad q = exec::load_unchanging(rows[(first_point_row + i) * tile_width]);
-    points[i] = {q.x, q.y, q.z, q.w};
-  }
-}
-
 FATHOM_HD void store_normal_impulses(Quad* rows, const ContactImpulses& p) {
   rows[impulse_row * tile_width] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
 }
@@ -73,14 +61,11 @@ FATHOM_HD void store_friction_impulses(Quad* rows, const ContactImpulses& p) {
   rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, 0};
 }
 
-FATHOM_HD ContactImpulses load_impulses(const Quad* rows, bool with_friction) {
+FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
+  const Quad n = rows[impulse_row], f = rows[impulse_row + 1];
   ContactImpulses p;
-  const Quad n = rows[impulse_row * tile_width];
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
-  if (with_friction) {
-    const Quad f = rows[(impulse_row + 1) * tile_width];
-    p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
-  }
+  p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z;
   return p;
 }
 
@@ -225,6 +210,8 @@ struct SolveConstraints {
   struct Place {
     What what;
     std::uint32_t colour;
+    std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
+    std::uint32_t substep;
   };
 
   struct Plan {
@@ -233,13 +220,10 @@ struct SolveConstraints {
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
-  /// A constraint's rows.
+  /// A constraint's rows. Nothing has a default value here, which would be set before each load.
   struct Fetched {
     ConstraintHead head;
-    ContactFrame frame;
-    ContactAxes axes;
-    PointRow points[max_manifold_points];
-    ContactImpulses impulses;
+    Quad rows[row_count];
   };
 
   BodyArrays bodies;
@@ -248,21 +232,6 @@ struct SolveConstraints {
   const Counters* counters;
   std::uint32_t body_capacity;
   SolveParameters p;
-
-  // Constraints meet in bodies alone, so a small scene's bodies may lie in one group's local memory.
-  std::size_t resident_bytes() const { return body_capacity * sizeof(SolverBody); }
-  FATHOM_HD std::uint32_t resident_items(const Plan& plan) const { return plan.bodies; }
-  FATHOM_HD void load_resident(std::byte* local, std::uint32_t i) const {
-    reinterpret_cast<SolverBody*>(local)[i] = bodies.solver[i];
-  }
-  FATHOM_HD void store_resident(std::byte* local, std::uint32_t i) const {
-    bodies.solver[i] = reinterpret_cast<SolverBody*>(local)[i];
-  }
-  FATHOM_HD SolveConstraints resident(std::byte* local) const {
-    SolveConstraints copy = *this;
-    copy.bodies.solver = reinterpret_cast<SolverBody*>(local);
-    return copy;
-  }
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
@@ -278,68 +247,78 @@ struct SolveConstraints {
     return n == 0 ? 0 : n + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
 
-  /// What a phase does. A substep is told from its integration of velocities on; the first one's is followed by warm
-  /// starting.
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    const std::uint32_t n = plan.sweeps;
-    if (phase == 0) return {integrate_first_v, 0};
-    if (phase <= n) return {warm, phase - 1};
-    phase -= n;
-    const std::uint32_t length = of_substep(n);
-    if (phase >= p.substeps * length) return {bounce, phase - p.substeps * length};
-    while (phase >= length) phase -= length;
-    if (phase == 0) return {integrate_v, 0};
-    phase -= 1;
-    const std::uint32_t before = p.sweeps_before * n;
-    if (phase == before) return {integrate_x, 0};
-    const What what = phase < before ? push : relax;
-    if (phase > before) phase -= before + 1;
-    while (phase >= n) phase -= n;
-    return {what, phase};
+    Place place{integrate_first_v, 0, 0, 0};
+    for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
+    return place;
+  }
+
+  FATHOM_HD Place next(const Plan& plan, Place place) const {
+    if (is_sweep(place) && place.colour + 1 < plan.sweeps) {
+      ++place.colour;
+      return place;
+    }
+    place.colour = 0;
+    if (place.what == integrate_first_v) {
+      place.what = warm;
+      return place;
+    }
+    ++place.round;
+    const std::uint32_t moving = 1 + p.sweeps_before, rounds = moving + 1 + p.sweeps_after;
+    if (place.round == rounds) {
+      place.round = 0;
+      ++place.substep;
+    }
+    place.what = place.round < moving ? push : relax;
+    if (place.round == 0) place.what = integrate_v;
+    if (place.round == moving) place.what = integrate_x;
+    if (place.substep == p.substeps) place.what = bounce;
+    return place;
   }
 
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    return is_sweep(place) ? plan.schedule[place.colour].count : plan.bodies;
+    if (!is_sweep(place)) return plan.bodies;
+    return is_serial(plan, place) ? plan.overflow : plan.schedule[place.colour].count;
+  }
+  /// The overflow.
+  FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
+    return is_sweep(place) && plan.overflow && place.colour == 0;
   }
 
-  FATHOM_HD Fetched fetch(const Plan& plan, Place place, std::uint32_t i) const {
-    Fetched f;
-    f.head.bits = 0;
-    if (is_sweep(place) && !is_overflow(plan, place))
-      fetch_constraint(f, place.what, plan.schedule[place.colour].first + i);
-    return f;
+  // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
+  // does without is loaded from another row, which costs less than a branch.
+  FATHOM_HD_INLINED void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
+    if (!is_sweep(place)) return;
+    const std::uint32_t k = constraint(plan, place, i);
+    const Quad* const rows = rows_of(constraints, k);
+    const bool friction = with_friction(place.what);
+    f.head = exec::load_unchanging(constraints.heads[k]);
+    for (std::uint32_t r = 0; r < impulse_row; ++r)
+      f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
+    f.rows[impulse_row] = rows[impulse_row * tile_width];
+    f.rows[impulse_row + 1] = rows[(friction ? impulse_row + 1 : impulse_row) * tile_width];
   }
 
-  FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (place.what == integrate_v) return integrate_velocity(i, false);
-    if (place.what == integrate_first_v) return integrate_velocity(i, true);
-    if (place.what == integrate_x) return integrate_position(i);
-    if (!is_overflow(plan, place)) return sweep(place.what, plan.schedule[place.colour].first + i, fetched);
-    for (std::uint32_t k = 0; k < plan.overflow; ++k) {
-      Fetched f;
-      fetch_constraint(f, place.what, constraints.overflow_order[k]);
-      sweep(place.what, constraints.overflow_order[k], f);
-    }
+  FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
+    if (place.what == integrate_v || place.what == integrate_first_v)
+      integrate_velocity(i, place.what == integrate_first_v);
+    else if (place.what == integrate_x)
+      integrate_position(i);
+    else
+      sweep(place.what, constraint(plan, place, i), fetched);
   }
 
  private:
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
-  FATHOM_HD static bool is_overflow(const Plan& plan, Place place) { return plan.overflow && place.colour == 0; }
+  FATHOM_HD std::uint32_t constraint(const Plan& plan, Place place, std::uint32_t i) const {
+    if (is_serial(plan, place)) return constraints.overflow_order[i];
+    return plan.schedule[place.colour].first + i;
+  }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
   FATHOM_HD bool with_friction(What what) const { return what == relax || what == warm || (what == push && !p.soft); }
 
-  // All loads are made at once, whether the contact has that many points or not: none waits for another.
-  FATHOM_HD void fetch_constraint(Fetched& f, What what, std::uint32_t k) const {
-    f.head = exec::load_unchanging(constraints.heads[k]);
-    const Quad* const rows = rows_of(constraints, k);
-    f.frame = load_frame(rows, with_friction(what));
-    load_points(rows, f.points);
-    f.impulses = load_impulses(rows, with_friction(what));
-    f.axes = ContactAxes(f.frame);
-  }
-
-  FATHOM_HD void sweep(What what, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep(What what, std::uint32_t k, const Fetched& f) const {
     if (what == push)
       sweep_as<push>(k, f);
     else if (what == relax)
@@ -351,7 +330,7 @@ struct SolveConstraints {
   }
 
   template <What what>
-  FATHOM_HD void sweep_as(std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f) const {
     if (f.head.bits & anisotropic_bit)
       sweep_with<what, SymMat3>(k, f);
     else
@@ -359,15 +338,19 @@ struct SolveConstraints {
   }
 
   template <What what, class Inertia>
-  FATHOM_HD void sweep_with(std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
     const SolverBody solver_a = bodies.solver[pair.a], solver_b = bodies.solver[pair.b];
-    const ContactFrame& frame = fetched.frame;
-    const ContactAxes& axes = fetched.axes;
-    const PointRow* const points = fetched.points;
-    ContactImpulses impulses = fetched.impulses;
+    const ContactFrame frame = frame_of(fetched.rows);
+    const ContactAxes axes(frame);
+    PointRow points[max_manifold_points];
+    for (int i = 0; i < max_manifold_points; ++i) {
+      const Quad q = fetched.rows[first_point_row + static_cast<std::uint32_t>(i)];
+      points[i] = {q.x, q.y, q.z, q.w};
+    }
+    ContactImpulses impulses = impulses_of(fetched.rows);
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
@@ -414,7 +397,7 @@ struct SolveConstraints {
     reference = v;
   }
 
-  FATHOM_HD void integrate_velocity(std::uint32_t i, bool first) const {
+  FATHOM_HD_INLINED void integrate_velocity(std::uint32_t i, bool first) const {
     if (bodies.touching[i] == 0) return;
     SolverBody body = bodies.solver[i];
     if (body.inverse_mass == 0) return;
@@ -429,7 +412,7 @@ struct SolveConstraints {
     bodies.solver[i].angular = body.angular;
   }
 
-  FATHOM_HD void integrate_position(std::uint32_t i) const {
+  FATHOM_HD_INLINED void integrate_position(std::uint32_t i) const {
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
     SolverBody body = bodies.solver[i];
     bool touched = true;

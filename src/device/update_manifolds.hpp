@@ -178,11 +178,7 @@ struct CollideShapes {
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    Manifold fresh;
-    if constexpr (only_boxes)
-      fresh = collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
-    else
-      fresh = collide_shapes(bodies.geometry(c.a), bodies.geometry(c.b), b_in_a, margin, c.axis);
+    const Manifold fresh = collide(c, a, b, b_in_a, margin);
     if (fresh.count == 0) {
       if (c.touching()) changes.end(c);
     } else {
@@ -196,6 +192,15 @@ struct CollideShapes {
       if (begins) changes.begin(index, c, m);
     }
     contacts.contacts[index] = c;
+  }
+
+ private:
+  FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
+                             float margin) const {
+    if constexpr (only_boxes)
+      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
+    else
+      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
   }
 };
 

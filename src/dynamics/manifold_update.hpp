@@ -47,8 +47,13 @@ FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pos
   std::uint32_t old_features[max_manifold_points];
   float old_impulses[max_manifold_points];
   const int old_count = to.point_count();
-  for (int i = 0; i < old_count; ++i) old_features[i] = to.points[i].feature, old_impulses[i] = to.impulses[i];
-  for (int i = 0; i < from.count; ++i) {
+  // Loops of constant length, so that GPUs keep these arrays in registers.
+  for (int i = 0; i < max_manifold_points; ++i) {
+    old_features[i] = i < old_count ? to.points[i].feature : 0;
+    old_impulses[i] = i < old_count ? to.impulses[i] : 0;
+  }
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= from.count) continue;
     const ManifoldPoint& source = from.points[i];
     ContactPointState& point = to.points[i];
     const Vec3 half_gap = (0.5f * source.separation) * from.normal;
@@ -56,8 +61,8 @@ FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pos
     point.anchor_b = inverse_transform(b_in_a, source.position + half_gap);
     point.feature = source.feature;
     to.impulses[i] = 0;
-    for (int k = 0; k < old_count; ++k)
-      if (old_features[k] == source.feature) to.impulses[i] = old_impulses[k];
+    for (int k = 0; k < max_manifold_points; ++k)
+      if (k < old_count && old_features[k] == source.feature) to.impulses[i] = old_impulses[k];
   }
   to.set_build(b_in_a, from.count);
 }

@@ -114,13 +114,12 @@ FATHOM_HD T atomic_cas(T& x, T expected, T desired) {
 #endif
 }
 
-/// Reads a word that other work-items change at the same time.
+/// Reads a word that other work-items change at the same time. On GPUs a volatile access is a relaxed one;
+/// AdaptiveCpp's relaxed loads are plain ones, which loops may hoist.
 template <class T>
 FATHOM_HD T atomic_load(const T& x) {
-#if defined(__CUDA_ARCH__)
+#if defined(__CUDA_ARCH__) || defined(FATHOM_SYCL_SOURCE)
   return *static_cast<const volatile T*>(&x);
-#elif defined(FATHOM_SYCL_SOURCE)
-  return detail::atomic_ref(const_cast<T&>(x)).load();
 #else
   return std::atomic_ref<T>(const_cast<T&>(x)).load(std::memory_order_relaxed);
 #endif
@@ -128,10 +127,8 @@ FATHOM_HD T atomic_load(const T& x) {
 
 template <class T>
 FATHOM_HD void atomic_store(T& x, T value) {
-#if defined(__CUDA_ARCH__)
+#if defined(__CUDA_ARCH__) || defined(FATHOM_SYCL_SOURCE)
   *static_cast<volatile T*>(&x) = value;
-#elif defined(FATHOM_SYCL_SOURCE)
-  detail::atomic_ref(x).store(value);
 #else
   std::atomic_ref<T>(x).store(value, std::memory_order_relaxed);
 #endif

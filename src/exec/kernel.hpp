@@ -45,37 +45,28 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
 };
 
 /// Phases with a plan and with loads ahead. A work-group keeps one `Plan` in local memory, whose parts its items fill
-/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `place(plan, phase)` is what a phase does. And an
-/// item may load what no other item writes before its phase begins, while it waits for the others: `fetch` returns it.
+/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `place(plan, phase)` is what a phase does, and
+/// `next(plan, place)` what the one behind it does. An item may load what no other item writes before its phase begins:
+/// `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
+/// `is_serial(plan, place)`, one work-item runs all items in order.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&
     requires(const K& kernel, typename K::Plan& plan, const typename K::Plan& planned, std::uint32_t phase,
-             const typename K::Place& place, std::uint32_t item, const typename K::Fetched& fetched) {
+             const typename K::Place& place, std::uint32_t item, typename K::Fetched& fetched) {
   { K::plan_parts } -> std::convertible_to<std::uint32_t>;
   kernel.plan_part(plan, item);
   { kernel.phases(planned) } -> std::same_as<std::uint32_t>;
   { kernel.place(planned, phase) } -> std::same_as<typename K::Place>;
+  { kernel.next(planned, place) } -> std::same_as<typename K::Place>;
   { kernel.items(planned, place) } -> std::same_as<std::uint32_t>;
-  { kernel.fetch(planned, place, item) } -> std::same_as<typename K::Fetched>;
+  { kernel.is_serial(planned, place) } -> std::same_as<bool>;
+  kernel.fetch(planned, place, item, fetched);
   kernel(planned, place, item, fetched);
 };
 
 template <class K>
 concept PhaseKernel = SimplePhaseKernel<K> || PlannedPhaseKernel<K>;
-
-/// A planned kernel whose items meet in one array only, of which a single work-group could keep its own copy in local
-/// memory: where it fits, one group runs all phases, and waits only for itself. `resident(local)` is the kernel that
-/// works on the copy.
-template <class K>
-concept ResidentPhaseKernel = PlannedPhaseKernel<K> &&
-    requires(const K& kernel, std::byte* local, const typename K::Plan& plan, std::uint32_t i) {
-  { kernel.resident_bytes() } -> std::same_as<std::size_t>;
-  { kernel.resident_items(plan) } -> std::same_as<std::uint32_t>;
-  kernel.load_resident(local, i);
-  kernel.store_resident(local, i);
-  { kernel.resident(local) } -> std::same_as<K>;
-};
 
 /// A simple phase kernel as a planned one without anything to plan or to fetch.
 template <SimplePhaseKernel K>
@@ -91,7 +82,9 @@ struct WithoutPlan {
   FATHOM_HD std::uint32_t phases(const Plan&) const { return kernel.phases(); }
   FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
   FATHOM_HD std::uint32_t items(const Plan&, Place phase) const { return kernel.items(phase); }
-  FATHOM_HD Fetched fetch(const Plan&, Place, std::uint32_t) const { return {}; }
+  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
+  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
+  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
   FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t item, const Fetched&) const { kernel(phase, item); }
 };
 

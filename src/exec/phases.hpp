@@ -7,9 +7,33 @@
 
 namespace fathom::exec {
 
-/// All phases, once the plan is made, as work-item `first` of `stride` sees them. `wait_for_all(meanwhile)` returns
-/// when every work-item has called it, and calls `meanwhile` between arriving there and leaving: that is when the loads
-/// of the next phase are made.
+/// The items of a phase that are one work-item's: `first`, `first + stride` … below `end`.
+struct ItemShare {
+  std::uint32_t first, stride, end;
+};
+
+template <class Kernel>
+FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& plan,
+                             const typename Kernel::Place& place, std::uint32_t first, std::uint32_t stride,
+                             std::uint32_t most_items) {
+  const std::uint32_t n = kernel.items(plan, place);
+  if (kernel.is_serial(plan, place)) return {first == 0 ? 0 : n, 1, n};
+  return {first, stride, n < most_items ? n : most_items};
+}
+
+/// Items of a phase that begins now.
+template <class Kernel>
+FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan, const typename Kernel::Place& place,
+                         const ItemShare& share) {
+  for (std::uint32_t i = share.first; i < share.end; i += share.stride) {
+    typename Kernel::Fetched fetched;
+    kernel.fetch(plan, place, i, fetched);
+    kernel(plan, place, i, fetched);
+  }
+}
+
+/// All phases, once the plan is made, as work-item `first` of `stride` sees them. `wait_for_all()` returns
+/// when every work-item has called it.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
@@ -19,29 +43,34 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
                            const WaitForAll& wait_for_all) {
   const std::uint32_t planned_phases = kernel.phases(plan);
   const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
-  const auto items_of = [&](const typename Kernel::Place& place) {
-    const std::uint32_t items = kernel.items(plan, place);
-    return items < most_items ? items : most_items;
-  };
   if (phases == 0) return;
+  // How many items a phase without a plan has may be what the phase before has counted.
+  constexpr bool is_planned = Kernel::plan_parts > 0;
   auto place = kernel.place(plan, 0);
-  std::uint32_t n = items_of(place);
+  ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
   typename Kernel::Fetched fetched;
-  if (first < n) fetched = kernel.fetch(plan, place, first);
+  if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
   for (std::uint32_t phase = 0;; ++phase) {
-    if (ends_at_empty && n == 0) return;
-    if (first < n) kernel(plan, place, first, fetched);
-    for (std::uint32_t i = first + stride; i < n; i += stride) kernel(plan, place, i, kernel.fetch(plan, place, i));
-    if (phase + 1 == phases) return;
-    wait_for_all([&] {
-      place = kernel.place(plan, phase + 1);
-      if constexpr (Kernel::plan_parts > 0) {
-        n = items_of(place);
-        if (first < n) fetched = kernel.fetch(plan, place, first);
+    if (ends_at_empty && share.end == 0) return;
+    // One call of the kernel: its code is long, and every copy of it would be fetched anew.
+    for (std::uint32_t i = share.first; i < share.end;) {
+      kernel(plan, place, i, fetched);
+      i += share.stride;
+      if (i < share.end) {
+        kernel.fetch(plan, place, i, fetched);
       }
-    });
-    // How many items a phase without a plan has may be what the phase before has counted.
-    if constexpr (Kernel::plan_parts == 0) n = items_of(place);
+    }
+    if (phase + 1 == phases) return;
+    if constexpr (is_planned) {
+      place = kernel.next(plan, place);
+      share = share_of(kernel, plan, place, first, stride, most_items);
+      if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
+    }
+    wait_for_all();
+    if constexpr (!is_planned) {
+      place = kernel.next(plan, place);
+      share = share_of(kernel, plan, place, first, stride, most_items);
+    }
   }
 }
 

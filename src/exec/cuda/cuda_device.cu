@@ -57,21 +57,12 @@ CudaDevice::CudaDevice(int index, Where where) {
   }
   bind();
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream", where);
-  int local_bytes = 0;
-  cuda::check(cudaDeviceGetAttribute(&local_bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, index),
-              "asking for local memory", where);
-  most_local_bytes_ = static_cast<std::size_t>(local_bytes);
+  cuda::check(cudaMalloc(&barrier_, sizeof *barrier_), "allocating the word of the grid's barrier", where);
+  cuda::check(cudaMemsetAsync(barrier_, 0, sizeof *barrier_, stream_), "clearing the word of the grid's barrier",
+              where);
   int has_clusters = 0;
   cuda::check(cudaDeviceGetAttribute(&has_clusters, cudaDevAttrClusterLaunch, index), "asking for clusters", where);
   if (has_clusters) cluster_blocks_ = cuda::most_cluster_blocks;
-}
-
-void CudaDevice::launch_block(const void* kernel, std::uint32_t size, std::size_t local_bytes, void** arguments,
-                              const Where& where) {
-  cuda::check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(local_bytes)),
-              "asking for local memory", where);
-  cuda::check(cudaLaunchKernel(kernel, dim3(1), dim3(size), arguments, local_bytes, stream_),
-              "launching parallel_phases", where);
 }
 
 void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
@@ -98,16 +89,19 @@ void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, 
   int resident = 0;  // blocks that a multiprocessor can hold at once
   cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(size), 0),
               "sizing parallel_phases", where);
-  const std::uint32_t most_blocks = static_cast<std::uint32_t>(resident) * info_.compute_units;
-  cuda::check(cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(size), arguments, 0,
-                                          stream_),
-              "launching parallel_phases", where);
+  // More blocks wait longer for each other; they pay where they hide the latency of much memory.
+  const bool many = wanted > 4 * info_.compute_units * size / 32;
+  const std::uint32_t most_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
+  cuda::check(
+      cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(size), arguments, 0, stream_),
+      "launching parallel_phases", where);
 }
 
 CudaDevice::~CudaDevice() {
   bind();
   (void)cudaStreamSynchronize(stream_);
   (void)cudaStreamDestroy(stream_);
+  (void)cudaFree(barrier_);
 }
 
 void CudaDevice::begin_recording(const Where& where) {

@@ -79,24 +79,15 @@ class CudaDevice final : public Memory {
     auto with_plan = planned(kernel);
     using Planned = decltype(with_plan);
     start_launch();
-    void* arguments[] = {&most_phases, &most_items, &with_plan};
-    const std::uint32_t wanted = (most_items + size - 1) / size;
-    if constexpr (ResidentPhaseKernel<Kernel>) {
-      if (most_items <= 2 * cuda::resident_block_size &&
-          kernel.resident_bytes() + sizeof(typename Kernel::Plan) + 1024 <= most_local_bytes_) {
-        constexpr std::uint32_t block_size = cuda::resident_block_size;
-        const auto kernel_function =
-            cuda::run_phases<cuda::Barrier::block, Planned, block_size, ends_at_empty_phase<Kernel>()>;
-        return launch_block(reinterpret_cast<const void*>(kernel_function), block_size, kernel.resident_bytes(),
-                            arguments, where);
-      }
-    }
-    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || wanted <= 4 * cluster_blocks_)) {
-      const auto kernel_function = cuda::run_phases<cuda::Barrier::cluster, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cluster(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+    void* arguments[] = {&most_phases, &most_items, &barrier_, &with_plan};
+    // One cluster waits half as long as a grid, and has an eighth of its multiprocessors.
+    const std::uint32_t warps = (most_items + 31) / 32;
+    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || most_items <= size * cluster_blocks_)) {
+      const auto kernel_function = cuda::run_phases<cuda::ClusterBarrier, Planned, size, ends_at_empty_phase<Kernel>()>;
+      launch_cluster(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
     } else {
-      const auto kernel_function = cuda::run_phases<cuda::Barrier::grid, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), wanted, size, arguments, where);
+      const auto kernel_function = cuda::run_phases<cuda::GridBarrier, Planned, size, ends_at_empty_phase<Kernel>()>;
+      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
     }
   }
 
@@ -170,8 +161,6 @@ class CudaDevice final : public Memory {
   void do_release(void* memory) noexcept override;
 
   /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
-  void launch_block(const void* kernel, std::uint32_t size, std::size_t local_bytes, void** arguments,
-                    const Where& where);
   void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                       const Where& where);
   void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
@@ -199,7 +188,7 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
-  std::size_t most_local_bytes_ = 0;  ///< that a block may ask for
+  std::uint32_t* barrier_ = nullptr;  ///< the word of GridBarrier: launches follow each other in one stream
   std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
 };
 

@@ -10,6 +10,7 @@
 
 #include "exec/closure_queue.hpp"
 #include "exec/host/host_group.hpp"
+#include "exec/phases.hpp"
 #include "threads/thread_pool.hpp"
 
 namespace fathom::exec {
@@ -67,10 +68,14 @@ class HostDevice : public ClosureQueue {
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
       for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(plan); ++phase) {
         const auto place = kernel.place(plan, phase);
-        const std::uint32_t items = kernel.items(plan, place);
-        if (ends_at_empty_phase<Kernel>() && items == 0) return;
-        for_each_chunk(items < most_items ? items : most_items, 64, [&](std::size_t begin, std::size_t end) {
-          for_each_item(begin, end, [&](std::uint32_t i) { kernel(plan, place, i, kernel.fetch(plan, place, i)); });
+        const ItemShare all = share_of(kernel, plan, place, 0, 1, most_items);
+        if (ends_at_empty_phase<Kernel>() && all.end == 0) return;
+        if (kernel.is_serial(plan, place)) {
+          run_share(kernel, plan, place, all);
+          continue;
+        }
+        for_each_chunk(all.end, 64, [&](std::size_t begin, std::size_t end) {
+          run_share(kernel, plan, place, {static_cast<std::uint32_t>(begin), 1, static_cast<std::uint32_t>(end)});
         });
       }
     });

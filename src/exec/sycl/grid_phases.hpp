@@ -16,36 +16,33 @@ namespace fathom::exec {
 /// Groups of a phase kernel that has few items: fewer pass the barrier sooner.
 inline constexpr std::uint32_t most_groups_with_few_items = 16;
 
+/// Items that a group of a phase kernel has at least where there are compute units enough: two warps.
+inline constexpr std::uint32_t items_of_resident_group = 64;
+
 /// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
-/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, and
-/// the next launch may have another number of groups. The word starts as 0.
+/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, the
+/// next launch may have another number of groups, and nobody waits for the answer to an addition. The word starts as 0.
 class GridBarrier {
  public:
-  GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word) : work_item_(work_item), word_(word) {}
+  GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word)
+      : work_item_(work_item), word_(word), turned_(~adaptive_cpp::load_acquire(*word) & turning_bit) {}
 
-  /// Runs `meanwhile` between arriving and leaving.
-  template <class Meanwhile>
-  void wait_for_all(const Meanwhile& meanwhile) const {
+  void wait_for_all() {
     const auto group = work_item_.get_group();
     const auto groups = static_cast<std::uint32_t>(work_item_.get_group_range(0));
     sycl::group_barrier(group);
-    if (groups == 1) return meanwhile();
+    if (groups == 1) return;
     const bool is_first = work_item_.get_local_linear_id() == 0;
     // AdaptiveCpp's read-modify-writes order nothing whatever order they are told; this makes the group's writes
     // visible first.
     adaptive_cpp::device_fence_of_first_sub_group(work_item_);
-    std::uint32_t arrived = 0;
     if (is_first) {
       const std::uint32_t share = group.get_group_linear_id() == 0 ? turning_bit - (groups - 1) : 1;
-      arrived =
-          sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(
-              share);
-    }
-    meanwhile();
-    if (is_first) {
-      while (((adaptive_cpp::load_acquire(*word_) ^ arrived) & turning_bit) == 0) {
+      sycl::atomic_ref<std::uint32_t, sycl::memory_order::relaxed, sycl::memory_scope::device>(*word_).fetch_add(share);
+      while ((adaptive_cpp::load_acquire(*word_) & turning_bit) != turned_) {
       }
     }
+    turned_ ^= turning_bit;
     sycl::group_barrier(group);
   }
 
@@ -54,24 +51,28 @@ class GridBarrier {
 
   sycl::nd_item<1> work_item_;
   std::uint32_t* word_;
+  std::uint32_t turned_;  ///< the highest bit when all have arrived
 };
 
 /// All phases of a planned kernel, of which each group keeps its own plan.
 template <bool ends_at_empty, class Kernel>
 void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t most_phases,
                 std::uint32_t most_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
-  const GridBarrier barrier(work_item, barrier_word);
+  GridBarrier barrier(work_item, barrier_word);
   const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
-  const auto first = static_cast<std::uint32_t>(work_item.get_global_linear_id());
+  // Warps take turns between the groups: a phase of few items then has as many compute units to itself as it has warps.
+  constexpr std::uint32_t warp_size = 32;
+  const auto local = static_cast<std::uint32_t>(work_item.get_local_linear_id());
+  const auto groups = static_cast<std::uint32_t>(work_item.get_group_range(0));
+  const auto group = static_cast<std::uint32_t>(work_item.get_group_linear_id());
+  const std::uint32_t first = (local / warp_size * groups + group) * warp_size + local % warp_size;
   if constexpr (Kernel::plan_parts > 0) {
     const auto size = static_cast<std::uint32_t>(work_item.get_local_range(0));
-    for (auto k = static_cast<std::uint32_t>(work_item.get_local_linear_id()); k < Kernel::plan_parts; k += size) {
-      kernel.plan_part(plan_of_group, k);
-    }
+    for (std::uint32_t k = local; k < Kernel::plan_parts; k += size) kernel.plan_part(plan_of_group, k);
     sycl::group_barrier(work_item.get_group());
   }
   run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group,
-                             [&](const auto& meanwhile) { barrier.wait_for_all(meanwhile); });
+                             [&] { barrier.wait_for_all(); });
 }
 
 }  // namespace fathom::exec
