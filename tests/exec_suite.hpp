@@ -623,6 +623,39 @@ TYPED_TEST_P(ExecTest, EventsTellTimeAndCompletion) {
   EXPECT_GE(inside.milliseconds_since(end), 0.0);
 }
 
+TYPED_TEST_P(ExecTest, WhatComesLaterWaitsForCopiesToTheDevice) {
+  auto& device = this->device();
+  constexpr std::uint32_t size = 1 << 20;
+  const auto numbers = random_numbers<std::uint32_t>(size, 1000);
+  PinnedBuffer<std::uint32_t> from(device, size);
+  std::copy(numbers.begin(), numbers.end(), from.begin());
+  Buffer<std::uint32_t> one(device, size), other(device, size);
+  device.wait();
+  device.copy_to_device_aside(one.data(), from.data(), size);
+  device.parallel_for(size, Triple{one.data(), other.data()});
+  const auto result = to_host(device, other);
+  for (std::uint32_t i = 0; i < size; ++i) ASSERT_EQ(result[i], 3 * numbers[i] + i);
+}
+
+TYPED_TEST_P(ExecTest, CopiesAsideSeeWhatCameBefore) {
+  auto& device = this->device();
+  constexpr std::uint32_t size = 1 << 20;
+  auto numbers = random_numbers<std::uint32_t>(size, 1000);
+  Buffer<std::uint32_t> one = to_device(device, numbers), other(device, size);
+  PinnedBuffer<std::uint32_t> result(device, size);
+  typename TypeParam::Event copied(device);
+  for (int round = 0; round < 3; ++round) {
+    device.parallel_for(size, Triple{one.data(), other.data()});
+    device.copy_to_host_aside(result.data(), other.data(), size);
+    device.mark_aside(copied);
+    device.parallel_for(size, Triple{one.data(), one.data()});
+    for (std::uint32_t i = 0; i < size; ++i) numbers[i] = 3 * numbers[i] + i;
+    copied.wait();
+    ASSERT_TRUE(std::equal(numbers.begin(), numbers.end(), result.begin())) << "round " << round;
+  }
+  device.wait();
+}
+
 TYPED_TEST_P(ExecTest, AGraphHoldsPhases) {
   auto& device = this->device();
   constexpr std::uint32_t width = 5000, most = 12;
@@ -686,7 +719,8 @@ REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDe
                             ReducesToMinimaMaximaAndStructs, FloatsHaveTheHostsBits,
                             RootsOfAllMantissasAreCorrectlyRounded, AGraphReplaysWithOtherCounts,
                             ARecordingThatThrowsLeavesTheDeviceUsable, AFailedAllocationNamesItsPlaceAndSize,
-                            RefusesWhatCannotRun, EventsTellTimeAndCompletion, AGraphHoldsPhases,
+                            RefusesWhatCannotRun, EventsTellTimeAndCompletion, CopiesAsideSeeWhatCameBefore,
+                            WhatComesLaterWaitsForCopiesToTheDevice, AGraphHoldsPhases,
                             EventsInAGraphAreMarkedByEachReplay);
 
 }  // namespace fathom::exec::test

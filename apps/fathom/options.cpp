@@ -19,8 +19,9 @@ void declare_size(CLI::App& command, RunOptions& options) {
 
 void declare_which_scene(CLI::App& command, RunOptions& options) {
   command
-      .add_option("scene", options.scene,
-                  "drift, layers, spread, pyramid ('fathom list' describes them), or a scene file (*.toml)")
+      .add_option(
+          "scene", options.scene,
+          "drift, layers, spread, pyramid, ring, walls ('fathom list' describes them), or a scene file (*.toml)")
       ->required()
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);

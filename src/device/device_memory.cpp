@@ -7,9 +7,6 @@ namespace fathom::device {
 BodyMemory::BodyMemory(exec::Memory& m)
     : slots(m),
       quarantined(m),
-      slot_poses(m),
-      slot_velocities(m),
-      slot_flags(m),
       constants_(m),
       tensors_(m),
       forces_(m),
@@ -35,8 +32,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(slot_poses), act(slot_velocities), act(slot_flags), act(parent_), act(island_slow_),
-      act(recoloured_);
+  act(quarantined), act(parent_), act(island_slow_), act(recoloured_);
   act(motion_), act(warm_), act(inertia_);
 }
 

@@ -14,6 +14,21 @@
 
 namespace fathom::device {
 
+/// What the application sees of bodies, by its slots.
+struct SlotResults {
+  explicit SlotResults(exec::Memory& memory) : poses(memory), velocities(memory), flags(memory) {}
+
+  void reserve(std::size_t slots) {
+    poses.grow(slots);
+    velocities.grow(slots);
+    flags.grow(slots);
+  }
+
+  exec::Buffer<Pose> poses;
+  exec::Buffer<Velocity> velocities;
+  exec::Buffer<std::uint32_t> flags;
+};
+
 /// Buffers of bodies. `reserve` keeps what is in those that outlive a step.
 class BodyMemory {
  public:
@@ -25,10 +40,6 @@ class BodyMemory {
 
   exec::Buffer<std::uint32_t> slots;  ///< World's slot of a device index, or `none`
   exec::Buffer<std::uint32_t> quarantined;
-  // Results by slot, as the application sees them.
-  exec::Buffer<Pose> slot_poses;
-  exec::Buffer<Velocity> slot_velocities;
-  exec::Buffer<std::uint32_t> slot_flags;
   HullArrays hulls;
 
   /// Calls act(buffer) for those that outlive a step.

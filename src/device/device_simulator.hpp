@@ -85,20 +85,28 @@ class DeviceSimulator final : public Simulator {
     explicit Lane(D& device)
         : start(device),
           marks(device),
-          edits(device, 0),
-          data(device, 0),
+          edits(device),
+          data(device),
+          staged_edits(device, 0),
+          staged_data(device, 0),
+          results(device),
           poses(device, 0),
           velocities(device, 0),
-          flags(device, 0) {}
+          flags(device, 0),
+          copied(device) {}
     Event start;
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
-    exec::PinnedBuffer<Edit> edits;
-    exec::PinnedBuffer<BodyData> data;
+    exec::Buffer<Edit> edits;
+    exec::Buffer<BodyData> data;
+    exec::PinnedBuffer<Edit> staged_edits;
+    exec::PinnedBuffer<BodyData> staged_data;
+    SlotResults results;  ///< on the device, where every step's are copied
     exec::PinnedBuffer<Pose> poses;
     exec::PinnedBuffer<Velocity> velocities;
     exec::PinnedBuffer<std::uint32_t> flags;
     std::size_t slots = 0;  ///< how many of the last three were read
+    Event copied;           ///< they have arrived
   };
   /// One more than lanes, because a step is timed from the end of the one before.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
@@ -118,6 +126,7 @@ class DeviceSimulator final : public Simulator {
   void order_in_space();
   void submit(Flight& flight, bool with_edits);
   void submit_results(Lane& lane);
+  SlotResults& publish(SlotResults& results);
   void stage_edits(const Flight& flight);
   void upload_edits(const Flight& flight);
   void upload_slots();
@@ -161,12 +170,11 @@ class DeviceSimulator final : public Simulator {
   std::size_t lanes_count_;
   BodyMemory body_memory_;
   ContactMemory contact_memory_;
+  SlotResults results_;
   GridMemory grid_memory_;
   HullMemory hull_memory_;
   exec::Buffer<Counters> counters_;
   exec::PinnedBuffer<Report> reports_;
-  exec::Buffer<Edit> edit_buffer_;
-  exec::Buffer<BodyData> data_buffer_;
   exec::PinnedBuffer<std::uint32_t> slot_staging_;
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::vector<std::unique_ptr<Event>> ends_;

@@ -22,12 +22,11 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       lanes_count_(static_cast<std::size_t>(std::max(definition.ahead + 1, fewest_in_flight))),
       body_memory_(device_),
       contact_memory_(device_),
+      results_(device_),
       grid_memory_(device_),
       hull_memory_(device_),
       counters_(device_, 1),
       reports_(device_, lanes_count_),
-      edit_buffer_(device_),
-      data_buffer_(device_),
       slot_staging_(device_, 0) {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
@@ -183,6 +182,7 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   counted_ = device_.traffic();
 }
 
+/// Copies of one step's results run beside the kernels of the next, from memory that only they read until then.
 template <exec::Device D>
 void DeviceSimulator<D>::submit_results(Lane& lane) {
   const std::size_t n = bodies.slot_count();
@@ -193,13 +193,20 @@ void DeviceSimulator<D>::submit_results(Lane& lane) {
     lane.flags = exec::PinnedBuffer<std::uint32_t>(device_, room);
   }
   lane.slots = n;
-  BodyMemory& m = body_memory_;
-  device_.parallel_for(
-      static_cast<std::uint32_t>(slot_of_.size()),
-      PublishBodies{m.arrays(), m.slots.data(), m.slot_poses.data(), m.slot_velocities.data(), m.slot_flags.data()});
-  device_.copy_to_host(lane.poses.data(), m.slot_poses.data(), n);
-  device_.copy_to_host(lane.velocities.data(), m.slot_velocities.data(), n);
-  device_.copy_to_host(lane.flags.data(), m.slot_flags.data(), n);
+  SlotResults& results = publish(copies_results() ? lane.results : results_);
+  device_.copy_to_host_aside(lane.poses.data(), results.poses.data(), n);
+  device_.copy_to_host_aside(lane.velocities.data(), results.velocities.data(), n);
+  device_.copy_to_host_aside(lane.flags.data(), results.flags.data(), n);
+  device_.mark_aside(lane.copied);
+}
+
+template <exec::Device D>
+SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
+  results.reserve(body_memory_.capacity());
+  device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
+                       PublishBodies{body_memory_.arrays(), body_memory_.slots.data(), results.poses.data(),
+                                     results.velocities.data(), results.flags.data()});
+  return results;
 }
 
 /// Copies edits to where the device can take them from.
@@ -212,19 +219,20 @@ void DeviceSimulator<D>::stage_edits(const Flight& flight) {
     if (buffer.size() < list.size()) buffer.grow(list.size() + list.size() / 4);
     std::copy(list.begin(), list.end(), staging.begin());
   };
-  stage(lane.edits, edit_buffer_, flight.edits);
-  stage(lane.data, data_buffer_, flight.data);
+  stage(lane.staged_edits, lane.edits, flight.edits);
+  stage(lane.staged_data, lane.data, flight.data);
 }
 
+/// Edits come while the steps before still run.
 template <exec::Device D>
 void DeviceSimulator<D>::upload_edits(const Flight& flight) {
   if (flight.edits.empty()) return;
-  const Lane& lane = lane_of(flight.number);
-  device_.copy_to_device(edit_buffer_.data(), lane.edits.data(), flight.edits.size());
-  if (!flight.data.empty()) device_.copy_to_device(data_buffer_.data(), lane.data.data(), flight.data.size());
+  Lane& lane = lane_of(flight.number);
+  device_.copy_to_device_aside(lane.edits.data(), lane.staged_edits.data(), flight.edits.size());
+  if (!flight.data.empty()) device_.copy_to_device_aside(lane.data.data(), lane.staged_data.data(), flight.data.size());
   device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()),
                        ApplyEdits{body_memory_.arrays(), grid_memory_.grid(grid_base_), counters_.data(),
-                                  edit_buffer_.data(), data_buffer_.data(), def.dt});
+                                  lane.edits.data(), lane.data.data(), def.dt});
 }
 
 template <exec::Device D>

@@ -9,13 +9,16 @@ namespace fathom::device {
 
 template <exec::Device D>
 bool DeviceSimulator<D>::oldest_is_done() const {
-  return !flights_.empty() && end_of(flights_.front().number).is_done();
+  if (flights_.empty()) return false;
+  const std::uint64_t number = flights_.front().number;
+  return end_of(number).is_done() && lane_of(number).copied.is_done();
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::retire_oldest() {
   const Event& end = end_of(flights_.front().number);
   end.wait();
+  lane_of(flights_.front().number).copied.wait();
   const Report report = reports_[flights_.front().number % lanes_count_];
   if (report.stopped) return repair(report);
   newest_ = report;
@@ -43,7 +46,8 @@ template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  contact_memory_.reserve(needed + needed / 4, event_lists(), may_bounce_);
+  // Less would be more than 80 % full at once.
+  contact_memory_.reserve(needed + 3 * needed / 10, event_lists(), may_bounce_);
   forget_graphs();
   record();
   device_.parallel_for(1, GoOn{counters_.data()});

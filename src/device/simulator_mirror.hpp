@@ -53,11 +53,7 @@ std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
     if (newest_.step == 0) return {};
     make_room();
     upload_slots();
-    BodyMemory& m = body_memory_;
-    device_.parallel_for(
-        static_cast<std::uint32_t>(slot_of_.size()),
-        PublishBodies{m.arrays(), m.slots.data(), m.slot_poses.data(), m.slot_velocities.data(), m.slot_flags.data()});
-    return DevicePoses{m.slot_poses.data(), bodies.slot_count(), device_.stream(),
+    return DevicePoses{publish(results_).poses.data(), bodies.slot_count(), device_.stream(),
                        static_cast<int>(device_.info().index)};
   } else {
     return {};

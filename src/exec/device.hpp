@@ -75,6 +75,11 @@ concept Device = std::derived_from<D, Memory> &&
   device.copy_to_device(words, read_words, size);
   device.copy_to_host(words, read_words, size);
   device.copy(words, read_words, size);
+  // Beside the queue, where the back end can: to the device at once, while what is submitted later waits for it; to the
+  // host when all that was submitted before is done, while nothing waits for it. `mark_aside` marks the latter's end.
+  device.copy_to_device_aside(words, read_words, size);
+  device.copy_to_host_aside(words, read_words, size);
+  device.mark_aside(event);
   device.zero(words, size);
   device.fill(words, size, n);
 

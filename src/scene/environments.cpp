@@ -6,10 +6,12 @@
 #include <limits>
 #include <string>
 
+#include "scene/scene_parts.hpp"
+
 namespace fathom {
 namespace {
 
-constexpr std::int64_t max_bodies = std::int64_t{1} << 24;  // WorldDef::max_bodies; the ground is one of them
+constexpr std::int64_t max_bodies = max_environment_bodies;
 constexpr std::int64_t layer_side = 10;
 constexpr std::int64_t layer_bodies = layer_side * layer_side;
 constexpr std::uint64_t drift_seed = 12345;
@@ -17,33 +19,6 @@ constexpr std::uint64_t kick_seed = 777;
 
 const Vec3 ground_half_extents{500, 500, 0.5f};
 constexpr float half_cube = 0.5f;
-
-void check_size(std::string_view environment, std::string_view unit, std::int64_t size, std::int64_t most) {
-  const auto text = [&](const std::string& remedy) {
-    return std::string(environment) + ": " + std::to_string(size) + " " + std::string(unit) + " asked for; " + remedy;
-  };
-  if (size < 1) throw Error(ErrorCode::invalid_argument, text("ask for at least 1"));
-  if (size > most) throw Error(ErrorCode::capacity, text("a world holds at most " + std::to_string(most)));
-}
-
-Scene empty_scene(std::string_view name, std::int64_t bodies) {
-  Scene scene;
-  scene.name = name;
-  scene.world.sleep.enabled = false;
-  scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);
-  return scene;
-}
-
-Scene scene_with_ground(std::string_view name, std::int64_t bodies) {
-  Scene scene = empty_scene(name, bodies);
-  BodyDef ground;
-  ground.motion = MotionType::fixed;
-  ground.shape = box(ground_half_extents);
-  scene.bodies.push_back(ground);
-  scene.names.push_back({"ground", 0});
-  scene.ground_height = ground_half_extents.z;
-  return scene;
-}
 
 BodyDef cube() {
   BodyDef body;
@@ -92,16 +67,45 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 4> table{{
+constexpr std::array<Environment, 6> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
     {"spread", "⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground: independent contacts", 1000, nullptr, spread},
     {"pyramid", "L² bodies at the bottom, one at the top: a stack that must stand", 385, pyramid_bodies,
      pyramid_of_bodies},
+    {"ring", "a round wall of n bricks, hit by two heavy balls", 1000, nullptr, ring},
+    {"walls", "straight walls of 1,000 bricks, n bricks in all, hit by heavy balls", 1000, nullptr, walls},
 }};
 
 }  // namespace
+
+void check_size(std::string_view environment, std::string_view unit, std::int64_t size, std::int64_t most) {
+  const auto text = [&](const std::string& remedy) {
+    return std::string(environment) + ": " + std::to_string(size) + " " + std::string(unit) + " asked for; " + remedy;
+  };
+  if (size < 1) throw Error(ErrorCode::invalid_argument, text("ask for at least 1"));
+  if (size > most) throw Error(ErrorCode::capacity, text("a world holds at most " + std::to_string(most)));
+}
+
+Scene empty_scene(std::string_view name, std::int64_t bodies) {
+  Scene scene;
+  scene.name = name;
+  scene.world.sleep.enabled = false;
+  scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);
+  return scene;
+}
+
+Scene scene_with_ground(std::string_view name, std::int64_t bodies) {
+  Scene scene = empty_scene(name, bodies);
+  BodyDef ground;
+  ground.motion = MotionType::fixed;
+  ground.shape = box(ground_half_extents);
+  scene.bodies.push_back(ground);
+  scene.names.push_back({"ground", 0});
+  scene.ground_height = ground_half_extents.z;
+  return scene;
+}
 
 Scene drift(std::int64_t bodies) {
   check_size("drift", "bodies", bodies, max_bodies);

@@ -1,4 +1,4 @@
-// The four published environments, any size. Their bodies are unit cubes of 1 kg; sleeping is off.
+// The four published environments, whose bodies are unit cubes of 1 kg, and two of bricks, any size. Sleeping is off.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,12 @@ Scene layers(std::int64_t bodies);
 Scene spread(std::int64_t bodies);
 /// A pyramid of square layers, 1.05 m apart: L² bodies at the bottom, one at the top.
 Scene pyramid(std::int64_t layers);
+
+/// A round wall of n bricks of 0.5 × 0.5 × 0.25 m and 1 kg, about twenty times as long as high, that two balls of 200
+/// kg hit from opposite sides at 30 m/s after a third of a second.
+Scene ring(std::int64_t bodies);
+/// n such bricks in walls of 50 by 20, 4 m apart in rows 30 m apart; a ball hits the first wall of every row.
+Scene walls(std::int64_t bodies);
 
 /// Bodies of a pyramid with so many layers, and the most layers that so many bodies build.
 std::int64_t pyramid_bodies(std::int64_t layers);

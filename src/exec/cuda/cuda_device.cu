@@ -57,6 +57,9 @@ CudaDevice::CudaDevice(int index, Where where) {
   }
   bind();
   cuda::check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "creating a stream", where);
+  cuda::check(cudaStreamCreateWithFlags(&ahead_, cudaStreamNonBlocking), "creating a stream", where);
+  cuda::check(cudaStreamCreateWithFlags(&aside_, cudaStreamNonBlocking), "creating a stream", where);
+  cuda::check(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming), "creating an event", where);
   cuda::check(cudaMalloc(&barrier_, sizeof *barrier_), "allocating the word of the grid's barrier", where);
   cuda::check(cudaMemsetAsync(barrier_, 0, sizeof *barrier_, stream_), "clearing the word of the grid's barrier",
               where);
@@ -100,7 +103,11 @@ void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, 
 CudaDevice::~CudaDevice() {
   bind();
   (void)cudaStreamSynchronize(stream_);
+  (void)cudaStreamSynchronize(aside_);
   (void)cudaStreamDestroy(stream_);
+  (void)cudaStreamDestroy(ahead_);
+  (void)cudaStreamDestroy(aside_);
+  (void)cudaEventDestroy(fork_);
   (void)cudaFree(barrier_);
 }
 
@@ -136,9 +143,15 @@ void CudaDevice::mark(Event& event, Where where) {
   event.event_.mark(stream_, is_recording(), where);
 }
 
+void CudaDevice::mark_aside(Event& event, Where where) {
+  bind();
+  event.event_.mark(aside_, false, where);
+}
+
 void CudaDevice::wait(Where where) {
   bind();
   cuda::check(cudaStreamSynchronize(stream_), "waiting for the device", where);
+  cuda::check(cudaStreamSynchronize(aside_), "waiting for copies", where);
 }
 
 void* CudaDevice::do_allocate(std::size_t bytes, const Where& where) {
@@ -171,6 +184,22 @@ void CudaDevice::submit_copy(void* to, const void* from, std::size_t bytes, cuda
   if (bytes == 0) return;
   bind();
   cuda::check(cudaMemcpyAsync(to, from, bytes, kind, stream_), "copying", where, bytes);
+}
+
+void CudaDevice::submit_copy_ahead(void* to, const void* from, std::size_t bytes, const Where& where) {
+  if (bytes == 0) return;
+  bind();
+  cuda::check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, ahead_), "copying", where, bytes);
+  cuda::check(cudaEventRecord(fork_, ahead_), "marking where a copy meets the queue", where);
+  cuda::check(cudaStreamWaitEvent(stream_, fork_), "marking where a copy meets the queue", where);
+}
+
+void CudaDevice::submit_copy_aside(void* to, const void* from, std::size_t bytes, const Where& where) {
+  if (bytes == 0) return;
+  bind();
+  cuda::check(cudaEventRecord(fork_, stream_), "marking where a copy leaves the queue", where);
+  cuda::check(cudaStreamWaitEvent(aside_, fork_), "marking where a copy leaves the queue", where);
+  cuda::check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, aside_), "copying", where, bytes);
 }
 
 void CudaDevice::submit_zero(void* to, std::size_t bytes, const Where& where) {

@@ -102,6 +102,16 @@ class CudaDevice final : public Memory {
     submit_copy(to, from, size * sizeof(T), cudaMemcpyDeviceToHost, where);
   }
   template <class T>
+  void copy_to_device_aside(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_device += size * sizeof(T);
+    submit_copy_ahead(to, from, size * sizeof(T), where);
+  }
+  template <class T>
+  void copy_to_host_aside(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    traffic_.bytes_to_host += size * sizeof(T);
+    submit_copy_aside(to, from, size * sizeof(T), where);
+  }
+  template <class T>
   void copy(T* to, const T* from, std::size_t size, Where where = Where::current()) {
     submit_copy(to, from, size * sizeof(T), cudaMemcpyDeviceToDevice, where);
   }
@@ -148,6 +158,7 @@ class CudaDevice final : public Memory {
   void launch(Graph& graph, Where where = Where::current());
 
   void mark(Event& event, Where where = Where::current());
+  void mark_aside(Event& event, Where where = Where::current());
   void wait(Where where = Where::current());
 
   void copy_bytes(void* to, const void* from, std::size_t bytes, const Where& where) override {
@@ -166,6 +177,8 @@ class CudaDevice final : public Memory {
   void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                             const Where& where);
   void submit_copy(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, const Where& where);
+  void submit_copy_ahead(void* to, const void* from, std::size_t bytes, const Where& where);
+  void submit_copy_aside(void* to, const void* from, std::size_t bytes, const Where& where);
   void submit_zero(void* to, std::size_t bytes, const Where& where);
   void begin_recording(const Where& where);
   void abandon_recording() noexcept;
@@ -188,6 +201,9 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
+  cudaStream_t ahead_ = nullptr;      ///< of copies that do not wait for kernels
+  cudaStream_t aside_ = nullptr;      ///< of copies that kernels do not wait for
+  cudaEvent_t fork_ = nullptr;        ///< where a copy leaves or meets the stream
   std::uint32_t* barrier_ = nullptr;  ///< the word of GridBarrier: launches follow each other in one stream
   std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
 };

@@ -92,6 +92,14 @@ class HostDevice : public ClosureQueue {
     submit_copy(to, from, size * sizeof(T));
   }
   template <class T>
+  void copy_to_device_aside(T* to, const T* from, std::size_t size, Where = Where::current()) {
+    copy_to_device(to, from, size);
+  }
+  template <class T>
+  void copy_to_host_aside(T* to, const T* from, std::size_t size, Where = Where::current()) {
+    copy_to_host(to, from, size);
+  }
+  template <class T>
   void copy(T* to, const T* from, std::size_t size, Where = Where::current()) {
     submit_copy(to, from, size * sizeof(T));
   }
@@ -122,6 +130,7 @@ class HostDevice : public ClosureQueue {
   std::size_t select_scratch_bytes(std::uint32_t capacity) const { return scan_scratch_bytes(capacity); }
 
   void mark(Event& event, Where = Where::current());
+  void mark_aside(Event& event, Where = Where::current()) { mark(event); }
   void wait(Where = Where::current()) {}
 
   void copy_bytes(void* to, const void* from, std::size_t bytes, const Where&) override {

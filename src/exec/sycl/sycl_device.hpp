@@ -189,6 +189,14 @@ class SyclDevice final : public ClosureQueue {
     copy_bytes(to, from, size * sizeof(T), where);
   }
   template <class T>
+  void copy_to_device_aside(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    copy_to_device(to, from, size, where);
+  }
+  template <class T>
+  void copy_to_host_aside(T* to, const T* from, std::size_t size, Where where = Where::current()) {
+    copy_to_host(to, from, size, where);
+  }
+  template <class T>
   void copy(T* to, const T* from, std::size_t size, Where where = Where::current()) {
     copy_bytes(to, from, size * sizeof(T), where);
   }
@@ -224,6 +232,7 @@ class SyclDevice final : public ClosureQueue {
   std::size_t select_scratch_bytes(std::uint32_t capacity) const { return portable::scan_scratch_bytes(capacity); }
 
   void mark(Event& event, Where where = Where::current());
+  void mark_aside(Event& event, Where where = Where::current()) { mark(event, where); }
   void wait(Where where = Where::current());
 
   void copy_bytes(void* to, const void* from, std::size_t bytes, const Where& where) override;

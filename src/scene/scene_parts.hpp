@@ -1,0 +1,22 @@
+// What environments are made of.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "scene/scene.hpp"
+
+namespace fathom {
+
+/// WorldDef::max_bodies at its most; the ground is one of them.
+inline constexpr std::int64_t max_environment_bodies = std::int64_t{1} << 24;
+
+/// Throws `invalid_argument` below 1, `capacity` above `most`.
+void check_size(std::string_view environment, std::string_view unit, std::int64_t size, std::int64_t most);
+
+/// Without sleeping, with room for `bodies` and the ground.
+Scene empty_scene(std::string_view name, std::int64_t bodies);
+/// With a ground of 1 km² whose top is at 0.5 m.
+Scene scene_with_ground(std::string_view name, std::int64_t bodies);
+
+}  // namespace fathom
