@@ -1,7 +1,13 @@
 // The step of the device simulator on given scenes: durations, spikes, stages, memory, quality.
 //
-//     device_bench [--device D] [--ahead N] [--copy] [--threads N] [--native] scene:size[:steps] …
+//     device_bench [options] scene:size[:steps] … [options] scene:size[:steps] …
 //
+//     --device D  --ahead N  --copy  --threads N  --gpu|--native|--hybrid  --name TEXT
+//     --preset fathom|published  --broad-phase tree|sweep  --partition colours|cells  --solver soft|impulse
+//     --warm-start on|off  --rounds N  --push-out M/S
+//
+// Options hold for the scenes behind them; a preset decides all algorithms, the options behind it change some.
+// `unbatched` is the mean of all steps, `overlaps` the most that one body had.
 // A step's duration is `Profile::interval`. Results are
 // left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
 // except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
@@ -27,9 +33,12 @@ struct Options {
   int ahead = 2;
   bool copy_results = false;
   int threads = 0;
+  WorldDef algorithms;  ///< of which only what presets decide counts
+  std::string name = "fathom";
 };
 
 struct Run {
+  Options options;
   std::string name;
   std::int64_t size = 0;
   std::uint64_t steps = 600;
@@ -65,11 +74,19 @@ std::vector<double> ratios(const std::vector<double>& series) {
 
 void print_head() {
   std::printf(
-      "scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  build   solve finish "
-      "| kernels MiB | manifolds   points colours | penetr.mm displ.m below bad | hash\n");
+      "algorithms         scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  "
+      "build   solve finish "
+      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm displ.m energy.J below bad | hash\n");
 }
 
-void measure(const Run& run, const Options& options) {
+void take_algorithms(const WorldDef& from, WorldDef& to) {
+  to.broad_phase = from.broad_phase;
+  to.partition = from.partition;
+  to.solver = from.solver;
+}
+
+void measure(const Run& run) {
+  const Options& options = run.options;
   const Environment* environment = find_environment(run.name);
   if (!environment) throw Error(ErrorCode::invalid_argument, "no environment '" + run.name + "'");
   // Pyramids are sized by their layers.
@@ -79,10 +96,12 @@ void measure(const Run& run, const Options& options) {
   scene.world.ahead = options.ahead;
   scene.world.copy_results = options.copy_results;
   scene.world.threads = options.threads;
+  take_algorithms(options.algorithms, scene.world);
   World world(scene.world);
   SceneInstance instance(scene, world);
   std::vector<double> series, stages[5];
   std::uint64_t seen = 0;
+  double unbatched = 0, overlaps = 0;
   Profile last;
   for (std::uint64_t step = 0; step < run.steps; ++step) {
     instance.prepare_step();
@@ -92,6 +111,8 @@ void measure(const Run& run, const Options& options) {
     const double wall = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (p.step == seen) continue;
     seen = p.step;
+    unbatched += p.counts.unbatched;
+    overlaps = std::max<double>(overlaps, p.counts.overlaps);
     if (run.steps < 120 || p.step > 60) {
       series.push_back(p.interval > 0 ? p.interval : wall);
       const StageTimes& t = p.times;
@@ -104,16 +125,16 @@ void measure(const Run& run, const Options& options) {
   last = world.profile();
   const Quality q = measure_quality(scene, instance, world);
   const std::vector<double> ratio = ratios(series);
-  std::printf("%-9s %8zu %8.4f %8.4f %8.4f | %7.2f %7.2f |", run.name.c_str(), dynamic_body_count(scene),
-              quantile(series, 0.5), quantile(series, 0.99), quantile(series, 1.0), quantile(ratio, 0.99),
-              quantile(ratio, 1.0));
+  std::printf("%-18s %-9s %8zu %8.4f %8.4f %8.4f | %7.2f %7.2f |", options.name.c_str(), run.name.c_str(),
+              dynamic_body_count(scene), quantile(series, 0.5), quantile(series, 0.99), quantile(series, 1.0),
+              quantile(ratio, 0.99), quantile(ratio, 1.0));
   for (const auto& stage : stages) std::printf(" %7.4f", quantile(stage, 0.5));
-  std::printf(" | %4llu %7.1f | %8u %8u %3u | %7.3f %8.5f %llu %llu | %016llx\n",
+  std::printf(" | %4llu %7.1f | %8u %8u %3u %8.1f %3.0f | %7.3f %8.5f %8.2g %llu %llu | %016llx\n",
               static_cast<unsigned long long>(last.counts.launches),
               static_cast<double>(last.counts.memory_bytes) / (1 << 20), last.counts.manifolds, last.counts.points,
-              last.counts.colours, 1e3 * q.ground_penetration_max, q.displacement_max,
-              static_cast<unsigned long long>(q.bodies_below_ground), static_cast<unsigned long long>(q.non_finite),
-              static_cast<unsigned long long>(world.state_hash()));
+              last.counts.colours, unbatched / static_cast<double>(run.steps), overlaps, 1e3 * q.ground_penetration_max,
+              q.displacement_max, q.kinetic_energy_per_body, static_cast<unsigned long long>(q.bodies_below_ground),
+              static_cast<unsigned long long>(q.non_finite), static_cast<unsigned long long>(world.state_hash()));
   std::fflush(stdout);
 }
 
@@ -123,7 +144,7 @@ void measure(const Run& run, const Options& options) {
 int main(int argc, char** argv) {
   using namespace fathom;
   Options options;
-  std::vector<std::string> runs;
+  std::vector<Run> runs;
   try {
     for (int i = 1; i < argc; ++i) {
       const std::string argument = argv[i];
@@ -141,12 +162,40 @@ int main(int argc, char** argv) {
         options.copy_results = true;
       else if (argument == "--threads")
         options.threads = std::atoi(value().c_str());
-      else
-        runs.push_back(argument);
+      else if (argument == "--hybrid")
+        options.simulator = SimulatorKind::hybrid;
+      else if (argument == "--gpu")
+        options.simulator = SimulatorKind::device;
+      else if (argument == "--preset") {
+        const std::string preset = value();
+        options.algorithms = {.simulator = options.simulator};
+        apply(preset == "published" ? Preset::published : Preset::fathom, options.algorithms);
+      } else if (argument == "--broad-phase")
+        options.algorithms.broad_phase = value() == "sweep" ? BroadPhase::sweep : BroadPhase::tree;
+      else if (argument == "--partition")
+        options.algorithms.partition = value() == "cells" ? Partition::cells : Partition::colours;
+      else if (argument == "--solver")
+        options.algorithms.solver.method = value() == "impulse" ? Solver::impulse : Solver::soft;
+      else if (argument == "--warm-start")
+        options.algorithms.solver.warm_start = value() == "on";
+      else if (argument == "--rounds")
+        options.algorithms.solver.marking_rounds = std::atoi(value().c_str());
+      else if (argument == "--push-out")
+        options.algorithms.solver.push_out_velocity = static_cast<float>(std::atof(value().c_str()));
+      else if (argument == "--name")
+        options.name = value();
+      else {
+        runs.push_back(parse_run(argument));
+        runs.back().options = options;
+      }
     }
-    if (runs.empty()) runs = {"drift:1000", "layers:1000", "spread:1000", "pyramid:10"};
+    if (runs.empty())
+      for (const char* run : {"drift:1000", "layers:1000", "spread:1000", "pyramid:10"}) {
+        runs.push_back(parse_run(run));
+        runs.back().options = options;
+      }
     print_head();
-    for (const std::string& run : runs) measure(parse_run(run), options);
+    for (const Run& run : runs) measure(run);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "device_bench: %s\n", error.what());
     return 2;

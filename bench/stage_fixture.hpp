@@ -31,7 +31,8 @@ struct StageFixture {
   void make_contacts() {
     std::vector<std::vector<Pair>> found;
     found.resize(make_tree_broad_phase()->find(input(true), pool, found));
-    for (const std::vector<Pair>& list : found) graph.add(list);
+    std::vector<std::uint32_t> added;
+    for (const std::vector<Pair>& list : found) graph.add(list, added);
     std::vector<NewManifold> begun;
     for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
     for (const NewManifold& fresh : begun) {

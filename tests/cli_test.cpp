@@ -207,6 +207,29 @@ struct BadLine {
   std::string says;
 };
 
+TEST_F(Program, PresetsAndSimulatorsAreNamedInTheReport) {
+  const std::vector<std::string> run = {"run", "pyramid", "--layers", "3", "--steps", "5", "--quiet", "--json", "-"};
+  const auto report = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = run;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = fathom(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out);
+  };
+  const auto published = report({"--preset", "published", "--device", "host"});
+  EXPECT_EQ(published.at("simulator"), "device");
+  EXPECT_EQ(published.at("broad_phase"), "sweep");
+  EXPECT_EQ(published.at("partition"), "cells");
+  EXPECT_EQ(published.at("solver"), "impulse");
+  EXPECT_EQ(published.at("warm_start"), false);
+  EXPECT_EQ(published.at("ahead"), 2);
+  EXPECT_EQ(published.at("counts").at("unbatched"), 0);
+  EXPECT_EQ(report({"--preset", "published", "--warm-start", "on", "--device", "host"}).at("warm_start"), true);
+  const auto hybrid = report({"--simulator", "hybrid", "--device", "host"});
+  EXPECT_EQ(hybrid.at("simulator"), "hybrid");
+  EXPECT_EQ(hybrid.at("partition"), "colours");
+}
+
 TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
   const BadLine lines[] = {
       {{}, "subcommand"},
@@ -235,7 +258,14 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--broad-phase", "grid"}, "must be sweep|tree, not grid"},
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
-      {{"run", "drift", "--simulator", "gpu"}, "must be device|native, not gpu"},
+      {{"run", "drift", "--simulator", "gpu"}, "must be device|hybrid|native, not gpu"},
+      {{"run", "drift", "--preset", "best"}, "must be fathom|published, not best"},
+      {{"run", "drift", "--partition", "rows"}, "must be cells|colours, not rows"},
+      {{"run", "drift", "--broad-phase", "sweep", "--sweep-axis", "0,-1,0"}, "sweep_axis is (0, -1, 0)"},
+      {{"run", "drift", "--sweep-axis", "0,1,0"}, "add --broad-phase sweep"},
+      {{"run", "drift", "--marking-rounds", "8"}, "add --partition cells and --device"},
+      {{"run", "drift", "--iterations", "8"}, "add --solver impulse"},
+      {{"run", "drift", "--simulator", "hybrid", "--ahead", "2"}, "add --simulator device"},
       {{"run", "drift", "--json", "/nowhere/x.json"}, "/nowhere/x.json: cannot be written"},
       {{"run", "drift", "--json", "-", "--csv", "-"}, "cannot both go to stdout"},
       {{"run", FATHOM_SOURCE_DIR "/examples/scenes/shapes.toml", "--bodies", "3"}, "a scene file says itself"},

@@ -283,7 +283,7 @@ TEST(SceneFile, NumbersOutOfRange) {
 TEST(SceneFile, WrongChoicesReferencesAndOmissions) {
   const Mistake mistakes[] = {
       {body_with("motion = \"dinamic\""), "scene.toml:3:10: 'dinamic' is no motion; did you mean 'dynamic'?"},
-      {"[simulator]\nkind = \"gpu\"\n" + body_with(""), "scene.toml:2:8: 'gpu' is no kind; known: native, device"},
+      {"[simulator]\nkind = \"gpu\"\n" + body_with(""), "scene.toml:2:8: 'gpu' is no kind; known: native, device, hybrid"},
       {"[simulator]\nbroad_phase = \"seep\"\n" + body_with(""),
        "scene.toml:2:15: 'seep' is no broad_phase; did you mean 'sweep'?"},
       {"[materials.ice]\n" + body_with("material = \"icy\""),
@@ -379,6 +379,12 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "threads",
                           "broad_phase",
                           "sweep_axis",
+                          "preset",
+                          "device",
+                          "ahead",
+                          "partition",
+                          "warm_start",
+                          "marking_rounds",
                           "max_linear_speed",
                           "interval",
                           "linear",

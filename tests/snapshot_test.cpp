@@ -36,7 +36,17 @@ std::vector<Case> cases() {
     on_device.scene.world.device = "host";
     all.push_back(on_device);
   }
+  Case on_published = {"layers, published on a device", layers(300), 60, 90};
+  on_published.scene.world.simulator = SimulatorKind::device;
+  on_published.scene.world.device = "host";
+  apply(Preset::published, on_published.scene.world);
+  on_published.scene.world.ahead = 0;
+  Case on_hybrid = {"drift, hybrid", drift(300), 60, 60};
+  on_hybrid.scene.world.simulator = SimulatorKind::hybrid;
+  on_hybrid.scene.world.device = "host";
   all.back().scene.world.sleep.enabled = true;
+  all.push_back(on_published);
+  all.push_back(on_hybrid);
   all[4].scene.world.sleep.enabled = true;
   all[5].scene.world.broad_phase = BroadPhase::sweep;
   all[6].scene.world.solver.method = Solver::impulse;

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <fathom/world.hpp>
+#include <string_view>
 
 namespace fathom::test {
 
 /// Tests of the world hold for every simulator: FATHOM_TEST_DEVICE in the environment (host, cuda, sycl) asks for the
-/// device simulator.
+/// device simulator; FATHOM_TEST_VARIANT for another than the default: `hybrid`, or `sweep`, `cells` on a device.
 inline WorldDef sleepy_world(int threads = 1) {
   WorldDef def;
   def.threads = threads;
@@ -16,6 +17,14 @@ inline WorldDef sleepy_world(int threads = 1) {
     def.simulator = SimulatorKind::device;
     def.device = device;
   }
+  const char* variant = std::getenv("FATHOM_TEST_VARIANT");
+  const std::string_view name = variant ? variant : "";
+  if (!name.empty()) {
+    def.simulator = name == "hybrid" ? SimulatorKind::hybrid : SimulatorKind::device;
+    if (!std::getenv("FATHOM_TEST_DEVICE")) def.device = "host";
+  }
+  if (name == "sweep") def.broad_phase = BroadPhase::sweep;
+  if (name == "cells") def.partition = Partition::cells;
   return def;
 }
 

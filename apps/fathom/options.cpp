@@ -51,8 +51,9 @@ void declare_time(CLI::App& command, RunOptions& options) {
 /// Which simulator, on what: for any options with these three members.
 template <class Options>
 void declare_simulator_choice(CLI::App& command, Options& options, const std::string& help) {
-  declare_choice<SimulatorKind>(command, "--simulator", options.simulator,
-                                {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}, help);
+  declare_choice<SimulatorKind>(
+      command, "--simulator", options.simulator,
+      {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}, help);
   command
       .add_option("--device", options.device, "Device of the device simulator: auto, host, cuda[:N], sycl[:N] (auto)")
       ->type_name("DEVICE");
@@ -66,10 +67,34 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
   command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
       ->type_name("N")
       ->check(whole_number(0, 16));
+  declare_choice<Preset>(command, "--preset", options.preset,
+                         {{"fathom", Preset::fathom}, {"published", Preset::published}},
+                         "Set of algorithms; the options below change parts of it");
   declare_choice<BroadPhase>(command, "--broad-phase", options.broad_phase,
                              {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}, "How pairs are found (tree)");
+  command
+      .add_option_function<std::vector<float>>(
+          "--sweep-axis",
+          [&options](const std::vector<float>& v) {
+            options.sweep_axis = {v[0], v[1], v[2]};
+          },
+          "Axis of the sweep, components at least 0 (3,2,1)")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3);
+  declare_choice<Partition>(command, "--partition", options.partition,
+                            {{"colours", Partition::colours}, {"cells", Partition::cells}},
+                            "Which contacts are solved at the same time (colours)");
+  command.add_option("--marking-rounds", options.marking_rounds, "Batches that a cell of a device can have (32)")
+      ->type_name("N")
+      ->check(whole_number(1, 255));
   declare_choice<Solver>(command, "--solver", options.solver, {{"soft", Solver::soft}, {"impulse", Solver::impulse}},
                          "How contacts are solved (soft)");
+  declare_choice<bool>(command, "--warm-start", options.warm_start, {{"on", true}, {"off", false}},
+                       "Whether contacts begin with their last impulses (on)");
+  command.add_option("--iterations", options.iterations, "Sweeps a substep of solver impulse (10)")
+      ->type_name("N")
+      ->check(whole_number(1, 1000));
   command.add_option("--substeps", options.substeps, "Substeps of a step (4)")
       ->type_name("N")
       ->check(whole_number(1, 1024));

@@ -37,7 +37,13 @@ struct RunOptions {
   std::optional<float> dt;
   std::optional<int> substeps;
   std::optional<BroadPhase> broad_phase;
+  std::optional<Vec3> sweep_axis;
+  std::optional<Partition> partition;
   std::optional<Solver> solver;
+  std::optional<int> iterations;
+  std::optional<bool> warm_start;
+  std::optional<int> marking_rounds;
+  std::optional<Preset> preset;
   std::optional<bool> sleep;
   std::string json;  ///< path, "-" for stdout, empty for none
   std::string csv;

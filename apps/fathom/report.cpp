@@ -30,6 +30,9 @@ Json json_of(const StepCounts& c) {
           {"active", c.active},
           {"colours", c.colours},
           {"overflow", c.overflow},
+          {"unbatched", c.unbatched},
+          {"work_groups", c.work_groups},
+          {"overlaps", c.overlaps},
           {"islands", c.islands},
           {"recycled", c.recycled},
           {"launches", c.launches},
@@ -51,11 +54,12 @@ std::string timing_row(const std::string& name, const Json& s) {
 
 std::string head_text(const Json& r) {
   return fmt::format(
-      "{}: {} bodies, {} of {:.5g} s, {} substeps{}\n{} simulator, {} thread{}, {} broad phase, {} solver, {}\n",
+      "{}: {} bodies, {} of {:.5g} s, {} substeps{}\n{} simulator, {} thread{}, {} broad phase, {}, {} solver{}, {}\n",
       r["environment"].get<std::string>(), r["bodies"].get<std::uint64_t>(),
       fmt::format("{} steps", r["steps"].get<std::uint64_t>()), r["dt"].get<double>(), r["substeps"].get<int>(),
       r["finished"].get<bool>() ? "" : " (interrupted)", r["simulator"].get<std::string>(), r["threads"].get<int>(),
-      r["threads"].get<int>() == 1 ? "" : "s", r["broad_phase"].get<std::string>(), r["solver"].get<std::string>(),
+      r["threads"].get<int>() == 1 ? "" : "s", r["broad_phase"].get<std::string>(), r["partition"].get<std::string>(),
+      r["solver"].get<std::string>(), r["warm_start"].get<bool>() ? "" : " without warm starting",
       r["device"].get<std::string>());
 }
 
@@ -71,6 +75,11 @@ std::string counts_text(const Json& r) {
   const Json& c = r["counts"];
   return fmt::format("\n  last step              {} pairs, {} manifolds, {} points\n", c["pairs"].get<std::uint64_t>(),
                      c["manifolds"].get<std::uint64_t>(), c["points"].get<std::uint64_t>()) +
+         (r["partition"] == "cells"
+              ? fmt::format("  cells                  {} work-groups, {} batches, {} unbatched\n",
+                            c["work_groups"].get<std::uint64_t>(), c["colours"].get<std::uint64_t>(),
+                            c["unbatched"].get<std::uint64_t>())
+              : std::string()) +
          fmt::format("  memory                 {:.1f} MiB in the simulator, {:.1f} MiB in all\n",
                      r["memory"]["simulator_bytes"].get<double>() / 0x1p20,
                      r["memory"]["process_peak_bytes"].get<double>() / 0x1p20);
@@ -94,7 +103,8 @@ Json to_json(const Scene& scene, const RunResult& result) {
   Json report;
   report["environment"] = scene.name;
   report["bodies"] = dynamic_body_count(scene);
-  report["simulator"] = world.simulator == SimulatorKind::native ? "native" : "device";
+  constexpr const char* simulators[] = {"native", "device", "hybrid"};
+  report["simulator"] = simulators[static_cast<int>(world.simulator)];
   report["device"] = result.hardware.empty() ? processor_name() : result.hardware;
   report["threads"] = world.threads;
   report["dt"] = world.dt;
@@ -110,6 +120,9 @@ Json to_json(const Scene& scene, const RunResult& result) {
   report["finished"] = !result.interrupted;
   report["broad_phase"] = world.broad_phase == BroadPhase::tree ? "tree" : "sweep";
   report["solver"] = world.solver.method == Solver::soft ? "soft" : "impulse";
+  report["partition"] = world.partition == Partition::colours ? "colours" : "cells";
+  report["warm_start"] = world.solver.warm_start;
+  report["ahead"] = world.ahead;
   report["sleep"] = world.sleep.enabled;
   report["memory"] = {{"simulator_bytes", result.last.counts.memory_bytes}, {"process_peak_bytes", peak_memory()}};
   report["build"] = build_json();

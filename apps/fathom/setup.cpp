@@ -58,6 +58,22 @@ void override_with(T& value, const std::optional<U>& given) {
   if (given) value = *given;
 }
 
+/// Options that the chosen algorithms do not read would seem to work.
+void check_options(const RunOptions& options, const WorldDef& world) {
+  const auto require = [](bool makes_sense, const char* complaint) {
+    if (!makes_sense) throw Error(ErrorCode::invalid_argument, complaint);
+  };
+  const bool device = world.simulator == SimulatorKind::device;
+  require(!options.sweep_axis || world.broad_phase == BroadPhase::sweep,
+          "--sweep-axis is the axis of the sweep; add --broad-phase sweep");
+  require(!options.marking_rounds || (device && world.partition == Partition::cells),
+          "--marking-rounds are those of cells on a device; add --partition cells and --device");
+  require(!options.iterations || world.solver.method == Solver::impulse,
+          "--iterations are those of the solver impulse; add --solver impulse");
+  require(!options.ahead || *options.ahead == 0 || device,
+          "--ahead is for the device simulator alone; add --simulator device");
+}
+
 }  // namespace
 
 Scene make_scene(const RunOptions& options) {
@@ -65,15 +81,22 @@ Scene make_scene(const RunOptions& options) {
   options.config.load().override_world(scene.world);
   override_with(scene.world.simulator, options.simulator);
   override_with(scene.world.device, options.device);
-  override_with(scene.world.ahead, options.ahead);
   // Who names a device wants it used.
   if (options.device && !options.simulator) scene.world.simulator = SimulatorKind::device;
+  if (options.preset) apply(*options.preset, scene.world);
+  override_with(scene.world.ahead, options.ahead);
   override_with(scene.world.threads, options.threads);
   override_with(scene.world.dt, options.dt);
   override_with(scene.world.broad_phase, options.broad_phase);
+  override_with(scene.world.sweep_axis, options.sweep_axis);
+  override_with(scene.world.partition, options.partition);
+  override_with(scene.world.solver.marking_rounds, options.marking_rounds);
+  override_with(scene.world.solver.warm_start, options.warm_start);
+  override_with(scene.world.solver.iterations, options.iterations);
   override_with(scene.world.solver.substeps, options.substeps);
   override_with(scene.world.solver.method, options.solver);
   override_with(scene.world.sleep.enabled, options.sleep);
+  check_options(options, scene.world);
   // The report says how many threads there were.
   if (scene.world.threads == 0)
     scene.world.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));

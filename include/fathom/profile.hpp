@@ -26,8 +26,11 @@ struct StepCounts {
   std::uint32_t pairs = 0;            ///< pairs of the broad phase
   std::uint32_t manifolds = 0;        ///< pairs with contact points, as solved
   std::uint32_t points = 0;           ///< contact points, as solved
-  std::uint32_t colours = 0;          ///< colours of the constraint graph in use
+  std::uint32_t colours = 0;          ///< colours of the constraint graph in use, or batches of the cell that has most
   std::uint32_t overflow = 0;         ///< manifolds beyond the last colour, solved one by one
+  std::uint32_t unbatched = 0;        ///< manifolds that no work-group had room for: not solved (cells on a device)
+  std::uint32_t work_groups = 0;      ///< cells of the grid (cells)
+  std::uint32_t overlaps = 0;         ///< most overlaps that one body found (sweep on a device)
   std::uint32_t islands = 0;          ///< islands met (0 where sleeping is off)
   std::uint32_t recycled = 0;         ///< manifolds kept from the last step by the narrow phase
   std::uint32_t quarantined = 0;      ///< bodies stopped in this step because their state was not finite

@@ -35,10 +35,17 @@ enum class Solver : std::uint8_t {
   impulse,  ///< sequential impulses with a velocity bias (dissertation, equations 3.20–3.23)
 };
 
+enum class Partition : std::uint8_t {
+  colours,  ///< a persistent colouring of the contact graph (default)
+  cells,    ///< cells of a uniform grid in 2³ groups, batches inside a cell (dissertation, section 3.4)
+};
+
 struct SolverSettings {
   Solver method = Solver::soft;
-  int substeps = 4;     ///< ≥ 1
-  int iterations = 10;  ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
+  bool warm_start = true;   ///< contacts begin with their last impulses; else each substep begins without any
+  int substeps = 4;         ///< ≥ 1
+  int iterations = 10;      ///< sweeps a substep of `impulse`; `soft` does one and one relax sweep
+  int marking_rounds = 32;  ///< 1 to 255, for `Partition::cells` on a device: as many batches a cell can have
   float contact_hertz =
       30.0f;  ///< stiffness of contacts, capped at 1/8 of the substep rate; twice that against static bodies
   float contact_damping_ratio =
@@ -57,6 +64,7 @@ struct SleepSettings {
 enum class SimulatorKind : std::uint8_t {
   native,  ///< the CPU's cores and vector lanes (default)
   device,  ///< a GPU, or the host running the same kernels; `WorldDef::device` says which
+  hybrid,  ///< detection on that device, resolution on the CPU
 };
 
 /// What a world is created from.
@@ -76,12 +84,22 @@ struct WorldDef {
   int threads = 0;          ///< 0: as many as the machine has
   BroadPhase broad_phase = BroadPhase::tree;
   Vec3 sweep_axis{0.8017837f, 0.5345225f, 0.2672612f};  ///< for `sweep`: components ≥ 0, not all 0
+  Partition partition = Partition::colours;             ///< which contacts are solved at the same time
   SolverSettings solver{};
   SleepSettings sleep{};
   std::uint32_t max_bodies = 1u << 24;  ///< `add` refuses more
   /// Called with one line of text for what the application should know; never from inside a step's threads.
   std::function<void(std::string_view)> log{};
 };
+
+/// Sets of algorithms (docs/published-algorithms.md).
+enum class Preset : std::uint8_t {
+  fathom,     ///< the defaults: tree, colours, soft
+  published,  ///< the dissertation's: sweep, cells, impulse, its bias without limit, no sleeping; on a device without
+              ///< warm starting and two steps ahead
+};
+/// Sets in `def` what a preset decides, for the simulator that it names.
+void apply(Preset preset, WorldDef& def);
 
 /// Two bodies, in ascending order of index, that began or ceased to touch in the last step.
 struct ContactEvent {

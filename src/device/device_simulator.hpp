@@ -77,7 +77,8 @@ class DeviceSimulator final : public Simulator {
     std::vector<Edit> edits;
     std::vector<BodyData> data;
     exec::Traffic traffic;
-    bool was_idle = false;  ///< the device had nothing to do when it came
+    bool was_idle = false;     ///< the device had nothing to do when it came
+    bool set_changed = false;  ///< bodies were added or removed before it
   };
 
   /// What each of the steps in flight has for itself; step n takes lane n modulo their number.
@@ -97,6 +98,7 @@ class DeviceSimulator final : public Simulator {
     Event start;
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
+    std::optional<typename D::Graph> set_changed_graph;  ///< of the sweep, whose list is then sorted from scratch
     exec::Buffer<Edit> edits;
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
@@ -121,6 +123,7 @@ class DeviceSimulator final : public Simulator {
   // Submitting.
   void make_room();
   void choose_grid();
+  PublishedSettings published_settings() const;
   void record();
   void forget_graphs();
   void order_in_space();
@@ -158,6 +161,10 @@ class DeviceSimulator final : public Simulator {
   // Snapshots.
   template <class T>
   void upload(T* to, const std::vector<T>& from);
+  /// Constraints that are solved one by one; those of cells have no colours either.
+  std::uint32_t ordered_overflow(const Counters& counters) const {
+    return def.partition == Partition::cells ? 0 : counters.overflow;
+  }
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
   ContactEvent event(PairRecord pair) const;
@@ -172,6 +179,7 @@ class DeviceSimulator final : public Simulator {
   ContactMemory contact_memory_;
   SlotResults results_;
   GridMemory grid_memory_;
+  PublishedMemory<D> published_memory_;
   HullMemory hull_memory_;
   exec::Buffer<Counters> counters_;
   exec::PinnedBuffer<Report> reports_;
@@ -179,6 +187,8 @@ class DeviceSimulator final : public Simulator {
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
+  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps of a body that the sweep has room for
+  bool set_changed_ = true;                   ///< bodies were added or removed since the last submission
 
   std::size_t wanted_bodies_ = 0;
   std::size_t wanted_contacts_ = 0;
@@ -199,6 +209,7 @@ class DeviceSimulator final : public Simulator {
 
   // The newest retired step, and what was read of it.
   Report newest_;
+  PublishedReport newest_published_;
   double newest_interval_ = 0;
   exec::Traffic newest_traffic_;
   exec::Traffic counted_;    // up to the last submission

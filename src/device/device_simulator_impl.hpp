@@ -24,6 +24,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       contact_memory_(device_),
       results_(device_),
       grid_memory_(device_),
+      published_memory_(device_, lanes_count_),
       hull_memory_(device_),
       counters_(device_, 1),
       reports_(device_, lanes_count_),
@@ -56,6 +57,7 @@ void DeviceSimulator<D>::step() {
   flight.number = ++submitted_;
   flight.edits = std::move(edits_);
   flight.data = std::move(data_);
+  flight.set_changed = std::exchange(set_changed_, false);
   edits_.clear();
   data_.clear();
   for (const Edit& e : flight.edits) last_edit_[e.index] = none;
@@ -65,6 +67,7 @@ void DeviceSimulator<D>::step() {
     // Nothing of the step has run: it is as if it had not been asked for.
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
+    set_changed_ = flight.set_changed;
     flights_.pop_back();
     --submitted_;
     throw;
@@ -98,6 +101,14 @@ void DeviceSimulator<D>::make_room() {
     contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
     forget_graphs();
   }
+  const std::size_t old_list = published_memory_.order.size();
+  const PublishedSettings published = published_settings();
+  if (published_memory_.needs(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_)) {
+    retire_all();
+    published_memory_.reserve(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
+    forget_graphs();
+    set_changed_ = set_changed_ || published_memory_.order.size() != old_list;
+  }
   if (!hull_memory_.is_current()) {
     retire_all();
     hull_memory_.upload(device_);
@@ -119,7 +130,7 @@ void DeviceSimulator<D>::choose_grid() {
     std::nth_element(radii.begin(), middle, radii.end());
     typical = *middle;
   }
-  grid_base_ = 2.3f * typical + min(0.1f, typical);
+  grid_base_ = grid_base(typical);
 }
 
 template <exec::Device D>
@@ -133,16 +144,28 @@ void DeviceSimulator<D>::record() {
   settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), s.max_linear_speed, def.sleep.enabled,
                    def.sleep.linear_speed};
   settings.sleep_time = def.sleep.time;
+  settings.bounces = contact_memory_.may_bounce();
+  settings.published = published_settings();
   for (const auto& lane : lanes_) {
-    Step<D> step(device_, body_memory_, contact_memory_, grid_memory_, counters_.data(), reports_.data(),
-                 static_cast<std::uint32_t>(reports_.size()), settings, &lane->marks);
-    lane->graph.emplace(device_.record([&] { step.submit(); }));
+    Step<D> step(device_, body_memory_, contact_memory_, grid_memory_, published_memory_, counters_.data(),
+                 reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane->marks);
+    lane->graph.emplace(device_.record([&] { step.submit(false); }));
+    if (settings.published.sweep) lane->set_changed_graph.emplace(device_.record([&] { step.submit(true); }));
   }
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::forget_graphs() {
-  for (const auto& lane : lanes_) lane->graph.reset();
+  for (const auto& lane : lanes_) lane->graph.reset(), lane->set_changed_graph.reset();
+}
+
+template <exec::Device D>
+PublishedSettings DeviceSimulator<D>::published_settings() const {
+  return {.sweep = def.broad_phase == fathom::BroadPhase::sweep,
+          .cells = def.partition == Partition::cells,
+          .axis = def.sweep_axis,
+          .wide_length = wide_bodies * grid_base_,
+          .rounds = static_cast<std::uint32_t>(def.solver.marking_rounds)};
 }
 
 /// Bodies that are there before the first step lie along a space-filling curve.
@@ -175,7 +198,7 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) upload_edits(flight);
-  device_.launch(*lane.graph);
+  device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
   if (copies_results()) submit_results(lane);
   device_.mark(end_of(flight.number));
   flight.traffic += device_.traffic() - counted_;

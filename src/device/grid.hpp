@@ -23,6 +23,9 @@ struct Cell {
   FATHOM_HD bool operator==(const Cell& o) const { return x == o.x && y == o.y && z == o.z; }
 };
 
+/// Edge of the finest cells: the fat box of a body of this bounding radius (m) that turns but does not fly.
+inline float grid_base(float typical_radius) { return 2.3f * typical_radius + min(0.1f, typical_radius); }
+
 struct Grid {
   float base = 1;          ///< edge of the finest cells (m)
   std::uint32_t mask = 0;  ///< number of table entries − 1, a power of two

@@ -1,3 +1,4 @@
+#include "device/device_detection.hpp"
 #include "device/device_simulator_impl.hpp"
 #include "device/make.hpp"
 #include "exec/cuda/cuda_device.cuh"
@@ -8,6 +9,10 @@ template class DeviceSimulator<exec::CudaDevice>;
 
 std::unique_ptr<Simulator> make_cuda(const WorldDef& def, int index) {
   return std::make_unique<DeviceSimulator<exec::CudaDevice>>(def, index);
+}
+
+std::unique_ptr<Detection> detection_on_cuda(const WorldDef& def, int index) {
+  return std::make_unique<DeviceDetection<exec::CudaDevice>>(def, index);
 }
 
 }  // namespace fathom::device

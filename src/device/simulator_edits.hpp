@@ -49,6 +49,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
 template <exec::Device D>
 void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
   const BodyData body = body_data(slot);
+  set_changed_ = true;
   movable_ += bodies[slot].motion != MotionType::fixed;
   release_rested_indices();
   if (index_of_.size() <= slot) index_of_.resize(slot + 1, none);
@@ -75,6 +76,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
 template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   const std::uint32_t index = index_of_[slot];
+  set_changed_ = true;
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, index, Velocity{}));
   former_ids_[index] = bodies.id(slot);

@@ -22,6 +22,7 @@ void DeviceSimulator<D>::retire_oldest() {
   const Report report = reports_[flights_.front().number % lanes_count_];
   if (report.stopped) return repair(report);
   newest_ = report;
+  newest_published_ = published_memory_.reports[flights_.front().number % lanes_count_];
   const Flight& flight = flights_.front();
   newest_interval_ = flight.was_idle || report.step == 1 ? end.milliseconds_since(lane_of(flight.number).start)
                                                          : end.milliseconds_since(end_of(report.step - 1));
@@ -46,8 +47,12 @@ template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
   const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
-  // Less would be more than 80 % full at once.
-  contact_memory_.reserve(needed + 3 * needed / 10, event_lists(), may_bounce_);
+  // A quarter more would be 80 % full at once.
+  contact_memory_.reserve(needed + 13 * needed / 50, event_lists(), may_bounce_);
+  // Slots by eights, so that they need not grow for every single overlap more.
+  const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
+  wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
+  published_memory_.reserve(published_settings(), body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
   forget_graphs();
   record();
   device_.parallel_for(1, GoOn{counters_.data()});
@@ -98,6 +103,13 @@ void DeviceSimulator<D>::make_profile() {
   c.points = newest_.points;
   c.colours = newest_.colours;
   c.overflow = newest_.overflow;
+  if (def.partition == Partition::cells) {
+    c.colours = newest_published_.batches;
+    c.overflow = 0;
+    c.unbatched = newest_published_.unbatched;
+    c.work_groups = newest_published_.work_groups;
+  }
+  c.overlaps = newest_published_.most_overlaps;
   c.islands = newest_.islands;
   c.recycled = newest_.recycled;
   c.quarantined = newest_.quarantined;

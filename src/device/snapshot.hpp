@@ -54,7 +54,11 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   // The layout of constraints, which stays while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
-        s.download(layout.overflow_order, counters.overflow));
+        s.download(layout.overflow_order, ordered_overflow(counters)));
+  // The sweep's list, which need not be sorted where bodies move fast.
+  const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
+  write(set_changed_, wanted_slots_,
+        s.download(s.published_memory_.order.data(), has_list ? list_size(counters.bodies) : 0));
 }
 
 template <exec::Device D>
@@ -114,7 +118,17 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
   read_into(layout.contact, room, counters.constraints, are_below(counters.contacts));
-  read_into(layout.overflow_order, room, counters.overflow, are_below(counters.constraints));
+  read_into(layout.overflow_order, room, ordered_overflow(counters), are_below(counters.constraints));
+  std::vector<std::uint64_t> list;
+  in(set_changed_, wanted_slots_, list);
+  for (const std::uint64_t element : list) in.require(static_cast<std::uint32_t>(element) < list.size());
+  if (on_device) {
+    make_room();
+    const bool has_list = published_settings().sweep && !set_changed_;
+    in.require(has_list ? list.size() == list_size(counters.bodies) && list.size() <= published_memory_.order.size()
+                        : list.empty());
+    upload(published_memory_.order.data(), list);
+  }
   events_are_current_ = true;
   profile_is_current_ = true;
   if (!on_device) return;

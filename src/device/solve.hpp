@@ -169,6 +169,7 @@ struct SolveParameters {
   std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
   std::uint32_t sweeps_after = 1;   ///< and after
   bool soft = true;
+  bool warm_start = true;  ///< else every substep begins without impulses
   Softness dynamic, fixed;
   float push_out_velocity = 0, restitution_threshold = 0;
 };
@@ -183,6 +184,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.push_out_velocity = s.push_out_velocity;
   p.restitution_threshold = s.restitution_threshold;
   p.soft = s.method == Solver::soft;
+  p.warm_start = s.warm_start;
   if (p.soft) {
     const float hertz = min(s.contact_hertz, 0.125f / p.h);
     p.dynamic = make_soft(hertz, s.contact_damping_ratio, p.h);
@@ -206,7 +208,8 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
-  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push, relax, bounce };
+  /// `push_first` is a push that begins without impulses.
+  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push_first, push, relax, bounce };
   struct Place {
     What what;
     std::uint32_t colour;
@@ -244,7 +247,7 @@ struct SolveConstraints {
 
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
-    return n == 0 ? 0 : n + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
+    return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
@@ -259,7 +262,7 @@ struct SolveConstraints {
       return place;
     }
     place.colour = 0;
-    if (place.what == integrate_first_v) {
+    if (place.what == integrate_first_v && p.warm_start) {
       place.what = warm;
       return place;
     }
@@ -270,7 +273,8 @@ struct SolveConstraints {
       ++place.substep;
     }
     place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = integrate_v;
+    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+    if (place.round == 1 && !p.warm_start) place.what = push_first;
     if (place.round == moving) place.what = integrate_x;
     if (place.substep == p.substeps) place.what = bounce;
     return place;
@@ -316,11 +320,13 @@ struct SolveConstraints {
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  FATHOM_HD bool with_friction(What what) const { return what == relax || what == warm || (what == push && !p.soft); }
+  FATHOM_HD bool with_friction(What what) const {
+    return what == relax || what == warm || what == push_first || (what == push && !p.soft);
+  }
 
   FATHOM_HD_INLINED void sweep(What what, std::uint32_t k, const Fetched& f) const {
-    if (what == push)
-      sweep_as<push>(k, f);
+    if (what == push || what == push_first)
+      sweep_as<push>(k, f, what == push_first);
     else if (what == relax)
       sweep_as<relax>(k, f);
     else if (what == warm)
@@ -330,15 +336,15 @@ struct SolveConstraints {
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool from_zero = false) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f);
+      sweep_with<what, SymMat3>(k, f, from_zero);
     else
-      sweep_with<what, float>(k, f);
+      sweep_with<what, float>(k, f, from_zero);
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, bool from_zero) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -351,6 +357,7 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
+    if (from_zero) impulses = ContactImpulses{};
     Quad* const rows = rows_of(constraints, k);
     auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
@@ -376,7 +383,7 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
       }
       store_normal_impulses(rows, impulses);
-      if (with_friction(what)) store_friction_impulses(rows, impulses);
+      if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
     store_velocity(bodies, pair.b, b);

@@ -7,6 +7,7 @@
 #include "device/device_memory.hpp"
 #include "device/find_pairs.hpp"
 #include "device/finish.hpp"
+#include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
 #include "device/solve.hpp"
 #include "device/update_manifolds.hpp"
@@ -22,6 +23,8 @@ struct StepSettings {
   SolveParameters solve;
   MoveParameters move;
   float sleep_time = 0;  ///< s
+  bool bounces = false;  ///< some material has a restitution above zero
+  PublishedSettings published;
 };
 
 /// Moments of a step on the device's clock.
@@ -36,8 +39,9 @@ struct StageMarks {
 template <exec::Device D>
 class Step {
  public:
-  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, GridMemory& grid, Counters* counters, Report* reports,
-       std::uint32_t report_count, const StepSettings& settings, StageMarks<D>* marks)
+  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, GridMemory& grid, PublishedMemory<D>& published,
+       Counters* counters, Report* reports, std::uint32_t report_count, const StepSettings& settings,
+       StageMarks<D>* marks)
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
@@ -50,11 +54,13 @@ class Step {
         report_count_(report_count),
         body_capacity_(static_cast<std::uint32_t>(bodies.capacity())),
         settings_(settings),
+        published_(device, published, settings.published, bodies_, contacts_, constraints_, counters, body_capacity_),
         marks_(marks) {}
 
-  void submit() {
+  /// `set_changed`: bodies were added or removed since the last step.
+  void submit(bool set_changed) {
     mark(&StageMarks<D>::begin);
-    find_pairs();
+    find_pairs(set_changed);
     mark(&StageMarks<D>::pairs);
     update_manifolds();
     mark(&StageMarks<D>::manifolds);
@@ -67,8 +73,18 @@ class Step {
   }
 
  private:
-  void find_pairs() {
+  void find_pairs(bool set_changed) {
     device_.parallel_for(1, BeginStep{counters_, grid_entries_});
+    if (settings_.published.sweep)
+      published_.find_pairs(set_changed);
+    else
+      search_grid();
+    if (settings_.published.cells) published_.measure_world();
+    device_.parallel_for(1, PlacePairs{counters_, contacts_.capacity, SortOutContacts::group_size});
+    device_.parallel_for({&counters_->added, contacts_.capacity}, AddContacts{bodies_, contacts_, counters_});
+  }
+
+  void search_grid() {
     device_.parallel_for({&counters_->grid_cells, grid_entries_ / 4}, ClearGrid{grid_});
     device_.parallel_for({&counters_->grid_bodies, body_capacity_}, FillGrid{bodies_, grid_, counters_});
     const std::uint32_t groups = (body_capacity_ + search_group_bodies - 1) / search_group_bodies;
@@ -76,8 +92,6 @@ class Step {
                             SearchGrid<false>{bodies_, contacts_, grid_, counters_});
     device_.parallel_groups({&counters_->coarse_groups, groups},
                             SearchGrid<true>{bodies_, contacts_, grid_, counters_});
-    device_.parallel_for(1, PlacePairs{counters_, contacts_.capacity, SortOutContacts::group_size});
-    device_.parallel_for({&counters_->added, contacts_.capacity}, AddContacts{bodies_, contacts_, counters_});
   }
 
   void update_manifolds() {
@@ -90,31 +104,40 @@ class Step {
   void build_constraints() {
     if (settings_.move.sleeping)
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
-    // Sleeping bodies' contacts have colours and are not in the layout.
-    if (!settings_.move.sleeping)
-      device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
-                              RecolourContacts{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
+    if (!settings_.published.cells) choose_colours();
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
     device_.parallel_for(1, BeginLayout{counters_});
     device_.parallel_groups(groups, CountColours{bodies_, contacts_, counters_});
     device_.parallel_for(1, ScheduleColours{counters_});
     device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_for({&counters_->overflow, contacts_.capacity}, OrderOverflow{constraints_, counters_});
+    if (settings_.published.cells)
+      published_.partition(constraints());
+    else
+      device_.parallel_for({&counters_->overflow, contacts_.capacity}, OrderOverflow{constraints_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups(
         {&counters_->constraint_groups, (contacts_.capacity + constraint_group_size - 1) / constraint_group_size},
         PrepareConstraints{bodies_, contacts_, constraints_, counters_});
   }
 
+  void choose_colours() {
+    // Sleeping bodies' contacts have colours and are not in the layout.
+    if (!settings_.move.sleeping)
+      device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
+                              RecolourContacts{bodies_, contacts_, constraints_, counters_});
+    device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
+  }
+
   void solve() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t most_phases =
         schedule_size * (2 + p.substeps * (p.sweeps_before + p.sweeps_after)) + 2 * p.substeps;
+    const SolveConstraints solver{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve};
     // A colour holds a body once, so it has no more constraints than there are bodies.
-    device_.parallel_phases(
-        most_phases, body_capacity_,
-        SolveConstraints{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve});
+    if (settings_.published.cells)
+      published_.solve(solver, settings_.bounces, constraints());
+    else
+      device_.parallel_phases(most_phases, body_capacity_, solver);
     device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
   }
 
@@ -126,6 +149,7 @@ class Step {
       device_.parallel_for(live_bodies(), MeasureIslands{bodies_, counters_});
       device_.parallel_for(live_bodies(), FallAsleep{bodies_, counters_, settings_.sleep_time});
     }
+    if (settings_.published.sweep || settings_.published.cells) published_.report();
     device_.parallel_for(1, EndStep{counters_, reports_, report_count_});
   }
 
@@ -151,6 +175,7 @@ class Step {
   std::uint32_t report_count_;
   std::uint32_t body_capacity_;
   StepSettings settings_;
+  PublishedStep<D> published_;
   StageMarks<D>* marks_;
 };
 

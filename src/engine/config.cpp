@@ -191,10 +191,13 @@ void Config::override_world(WorldDef& def) const {
   const auto& from = values_.simulator;
   take("simulator.kind", def.simulator, from.kind);
   take("simulator.device", def.device, from.device);
+  if (origin("simulator.preset") != "default") apply(from.preset, def);
   take("simulator.gravity", def.gravity, from.gravity);
   take("simulator.dt", def.dt, from.dt);
   take("simulator.threads", def.threads, from.threads);
   take("simulator.broad_phase", def.broad_phase, from.broad_phase);
+  take("simulator.partition", def.partition, from.partition);
+  take("simulator.warm_start", def.solver.warm_start, from.warm_start);
   take("simulator.solver", def.solver.method, from.solver);
   take("simulator.substeps", def.solver.substeps, from.substeps);
   take("simulator.sleep", def.sleep.enabled, from.sleep);
@@ -211,6 +214,7 @@ WorldDef Config::world_definition(std::function<void(std::string_view)> log) con
   def.solver.method = values_.simulator.solver;
   def.solver.substeps = values_.simulator.substeps;
   def.sleep.enabled = values_.simulator.sleep;
+  override_world(def);
   def.log = std::move(log);
   return def;
 }

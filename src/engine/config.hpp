@@ -37,6 +37,9 @@ struct Settings {
     int substeps = 4;
     Solver solver = Solver::soft;
     BroadPhase broad_phase = BroadPhase::tree;
+    Partition partition = Partition::colours;
+    bool warm_start = true;
+    Preset preset = Preset::fathom;
     bool sleep = true;
     Vec3 gravity{0, 0, -9.81f};
     bool hashes = false;

@@ -107,7 +107,8 @@ ConfigKey gravity() {
 std::vector<ConfigKey> simulator_keys() {
   return {
       choice<SimulatorKind>(
-          "simulator.kind", "native or device", {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}},
+          "simulator.kind", "native, device or hybrid",
+          {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}},
           [](auto& s) -> auto& { return s.simulator.kind; }),
       text(
           "simulator.device",
@@ -130,12 +131,22 @@ std::vector<ConfigKey> simulator_keys() {
           "simulator.dt", "s, the fixed time step", 1e-6, 1, [](auto& s) -> auto& { return s.simulator.dt; }),
       integer(
           "simulator.substeps", "of a step", 1, 1000, [](auto& s) -> auto& { return s.simulator.substeps; }),
+      choice<Preset>(
+          "simulator.preset", "algorithms: fathom, published; the keys below change parts of it",
+          {{"fathom", Preset::fathom}, {"published", Preset::published}},
+          [](auto& s) -> auto& { return s.simulator.preset; }),
       choice<Solver>(
           "simulator.solver", "soft, impulse", {{"soft", Solver::soft}, {"impulse", Solver::impulse}},
           [](auto& s) -> auto& { return s.simulator.solver; }),
       choice<BroadPhase>(
           "simulator.broad_phase", "tree, sweep", {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}},
           [](auto& s) -> auto& { return s.simulator.broad_phase; }),
+      choice<Partition>(
+          "simulator.partition", "colours, cells", {{"colours", Partition::colours}, {"cells", Partition::cells}},
+          [](auto& s) -> auto& { return s.simulator.partition; }),
+      boolean(
+          "simulator.warm_start", "contacts begin with their last impulses",
+          [](auto& s) -> auto& { return s.simulator.warm_start; }),
       boolean(
           "simulator.sleep", "resting islands sleep", [](auto& s) -> auto& { return s.simulator.sleep; }),
       gravity(),

@@ -53,7 +53,7 @@ Engine::Engine(Config config, FrontEnd* front_end)
                                            RecordSettings{config_->record.snapshot_every, config_->record.states});
   WorldDef def = config_.world_definition([this](std::string_view line) { log_.write(LogLevel::warning, line); });
   // Asking for devices starts their drivers, so only where one is wanted.
-  const bool wants_device = config_->simulator.kind == SimulatorKind::device;
+  const bool wants_device = config_->simulator.kind != SimulatorKind::native;
   const SimulatorChoice choice =
       choose_simulator(*config_, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log_);
   def.simulator = choice.kind;

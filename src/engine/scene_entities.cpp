@@ -41,6 +41,8 @@ void take_over_world(const Scene& scene, Config& config) {
   take("simulator.substeps", to.substeps, world.solver.substeps);
   take("simulator.solver", to.solver, world.solver.method);
   take("simulator.broad_phase", to.broad_phase, world.broad_phase);
+  take("simulator.partition", to.partition, world.partition);
+  take("simulator.warm_start", to.warm_start, world.solver.warm_start);
   take("simulator.sleep", to.sleep, world.sleep.enabled);
   take("simulator.gravity", to.gravity, world.gravity);
 }

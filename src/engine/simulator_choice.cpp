@@ -17,8 +17,9 @@ SimulatorChoice choose_simulator(const Settings& settings, std::span<const exec:
     const exec::DeviceInfo& device = exec::select_device(settings.simulator.device, devices);
     const std::string name = std::string(exec::name_of(device.backend)) +
                              (device.backend == exec::Backend::host ? "" : ":" + std::to_string(device.index));
-    log.info("simulator: device, on {} ({})", name, device.name);
-    return {SimulatorKind::device, name};
+    log.info("simulator: {}, on {} ({})", settings.simulator.kind == SimulatorKind::device ? "device" : "hybrid", name,
+             device.name);
+    return {settings.simulator.kind, name};
   } catch (const Error& error) {
     if (!settings.simulator.fallback) throw;
     log.warning("{}; the native simulator takes its place (simulator.fallback)", error.what());

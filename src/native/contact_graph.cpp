@@ -18,7 +18,8 @@ constexpr std::size_t ahead = 8, far_ahead = 16;
 
 }  // namespace
 
-void ContactGraph::add(std::span<const Pair> pairs) {
+void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>& added) {
+  make_room(added, added.size() + pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (i + far_ahead < pairs.size()) {
       const Pair pair = pairs[i + far_ahead];
@@ -31,11 +32,11 @@ void ContactGraph::add(std::span<const Pair> pairs) {
     if (i + ahead < pairs.size())
       for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
         if (state_.first_contact[slot] != none) __builtin_prefetch(&contacts_[state_.first_contact[slot] >> 1]);
-    if (!pairs_.contains(pairs[i].a, pairs[i].b)) add(pairs[i]);
+    if (!pairs_.contains(pairs[i].a, pairs[i].b)) added.push_back(add(pairs[i]));
   }
 }
 
-void ContactGraph::add(Pair pair) {
+std::uint32_t ContactGraph::add(Pair pair) {
   std::uint32_t index;
   if (free_.empty()) {
     index = static_cast<std::uint32_t>(contacts_.size());
@@ -55,6 +56,7 @@ void ContactGraph::add(Pair pair) {
   link(index, 0);
   link(index, 1);
   pairs_.insert(c.a, c.b);
+  return index;
 }
 
 void ContactGraph::remove(std::uint32_t index) {

@@ -39,8 +39,8 @@ class ContactGraph {
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
 
-  /// Pairs that are there already are left out.
-  void add(std::span<const Pair> pairs);
+  /// Appends the contacts made to `added`. Pairs that are there already are left out.
+  void add(std::span<const Pair> pairs, std::vector<std::uint32_t>& added);
   void remove(std::uint32_t index);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);
@@ -82,7 +82,7 @@ class ContactGraph {
   void restore(ByteReader& in);
 
  private:
-  void add(Pair pair);
+  std::uint32_t add(Pair pair);
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }

@@ -30,6 +30,19 @@ struct PartedContact {
   bool gone;
 };
 
+/// What a contact needs before shapes are collided.
+struct Inspection {
+  Change change = Change::nothing;  ///< where `collide` is false
+  bool collide = false;
+  float margin = 0;  ///< m
+  Pose b_in_a{};
+};
+Inspection inspect_contact(const Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
+                           const BodyState& state, float dt);
+/// What follows from having collided: into the `manifold` of a touching contact, or into `begun`.
+Change take_manifold(std::uint32_t index, const Manifold& fresh, const Pose& b_in_a, ContactManifold* manifold,
+                     std::vector<NewManifold>& begun);
+
 /// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
 /// with contact index `index`. Writes nothing else.
 Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold, const BodyTable& bodies,

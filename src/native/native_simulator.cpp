@@ -22,7 +22,6 @@ namespace native {
 
 namespace {
 
-constexpr std::size_t contact_grain = 128;
 constexpr std::size_t body_grain = 512;
 constexpr std::size_t least_bodies = 64;  // worth another thread
 constexpr std::uint32_t prefetch_distance = 8;
@@ -47,13 +46,17 @@ double timed(const Verb& verb) {
 }  // namespace
 
 NativeSimulator::NativeSimulator(const WorldDef& definition)
+    : NativeSimulator(definition, make_broad_phase(definition)) {}
+
+NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase)
     : Simulator(definition),
       graph_(bodies, state_),
       pool_(thread_count(def)),
-      broad_phase_(make_broad_phase(def)),
+      broad_phase_(std::move(broad_phase)),
       solver_(def, bodies, state_, graph_, pool_),
       islands_(def, bodies, state_, graph_) {
   state_.resize(0);
+  if (def.partition == Partition::cells) cell_solver_.emplace(def, bodies, state_, graph_, pool_, solver_);
 }
 
 // --- the step ------------------------------------------------------------------------------------------------
@@ -95,27 +98,27 @@ void NativeSimulator::find_pairs() {
   make_room(pairs_to_add_, count);
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
-  graph_.add(pairs_to_add_);
+  added_.clear();
+  graph_.add(pairs_to_add_, added_);
+}
+
+void NativeSimulator::make_room_for_changes() {
+  grow_to(chunks_of_changes_, (graph_.size() + contact_grain - 1) / contact_grain);
 }
 
 void NativeSimulator::update_manifolds() {
   const auto size = static_cast<std::uint32_t>(graph_.size());
-  grow_to(chunks_of_changes_, (size + contact_grain - 1) / contact_grain);
+  make_room_for_changes();
   pool_.for_each_chunk(size, contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
-    chunk.begun.clear();
-    chunk.parted.clear();
-    std::uint32_t recycled = 0;
+    chunk.clear();
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       if (i + prefetch_distance < size) prefetch_bodies(graph_[i + prefetch_distance]);
       Contact& c = graph_[i];
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      const Change change = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
-      recycled += change == Change::recycled;
-      if (change == Change::ended || change == Change::gone) chunk.parted.push_back({i, change == Change::gone});
+      chunk.note(i, update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun));
     }
-    chunk.recycled = recycled;
   });
 }
 
@@ -124,13 +127,22 @@ void NativeSimulator::build_constraints() {
   for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) sort_active();
+  if (cell_solver_) {
+    cell_solver_->build(in_contact_);
+    return;
+  }
   if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
   solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
 void NativeSimulator::solve() {
-  solver_.solve();
-  solver_.store();
+  if (cell_solver_) {
+    cell_solver_->solve(in_contact_);
+    cell_solver_->store();
+  } else {
+    solver_.solve();
+    solver_.store();
+  }
 }
 
 void NativeSimulator::finish() {
@@ -148,7 +160,7 @@ void NativeSimulator::finish() {
         failed += count;
     });
   };
-  move(solver_.bodies(), move_bodies<true>);
+  move(cell_solver_ ? in_contact_ : solver_.bodies(), move_bodies<true>);
   parameters.scattered = false;
   move(free_, move_bodies<false>);
   if (failed > 0) quarantine_failed();
@@ -280,7 +292,7 @@ void NativeSimulator::quarantine_failed() {
 std::size_t NativeSimulator::list_bytes() const {
   std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
                       parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
-  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &solved_before_chunk_})
+  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &solved_before_chunk_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }
@@ -293,13 +305,19 @@ void NativeSimulator::count() {
   counts.manifolds = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour)
     counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
-  counts.points = static_cast<std::uint32_t>(solver_.point_count());
-  counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
-  counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  if (cell_solver_) {
+    counts.points = static_cast<std::uint32_t>(cell_solver_->point_count());
+    counts.work_groups = static_cast<std::uint32_t>(cell_solver_->cell_count());
+  } else {
+    counts.points = static_cast<std::uint32_t>(solver_.point_count());
+    counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
+    counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+  }
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + solver_.memory_bytes() + list_bytes();
+                        broad_phase_->memory_bytes() + solver_.memory_bytes() +
+                        (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------

@@ -1,10 +1,12 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
+#include "native/cell_solver.hpp"
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
@@ -15,7 +17,7 @@
 
 namespace fathom::native {
 
-class NativeSimulator final : public Simulator {
+class NativeSimulator : public Simulator {
  public:
   explicit NativeSimulator(const WorldDef& definition);
 
@@ -48,16 +50,50 @@ class NativeSimulator final : public Simulator {
   std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
   void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
 
- private:
+ protected:
+  /// One without a broad phase must be given it by `set_broad_phase` before anything else.
+  NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase);
+  void set_broad_phase(std::unique_ptr<BroadPhase> broad_phase) { broad_phase_ = std::move(broad_phase); }
+
+  static constexpr std::size_t contact_grain = 128;
+
   // The verbs of a step.
   void find_pairs();
-  void update_manifolds();
+  virtual void update_manifolds();
+  /// Room for what the narrow phase finds of every contact.
+  void make_room_for_changes();
+
+  /// What one chunk of contacts met in the narrow phase.
+  struct ChunkOfChanges {
+    std::uint32_t recycled = 0;
+    std::vector<NewManifold> begun;
+    std::vector<PartedContact> parted;
+
+    void clear() {
+      recycled = 0;
+      begun.clear();
+      parted.clear();
+    }
+    void note(std::uint32_t contact, Change change) {
+      recycled += change == Change::recycled;
+      if (change == Change::ended || change == Change::gone) parted.push_back({contact, change == Change::gone});
+    }
+  };
+
+  bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
+
+  BodyState state_;
+  ContactGraph graph_;
+  ThreadPool pool_;
+  std::vector<std::uint32_t> added_;  // contacts that this step's search found
+  std::vector<ChunkOfChanges> chunks_of_changes_;
+
+ private:
   void build_constraints();
   void solve();
   void finish();
 
   int threads_worth_while() const;
-  bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
   BroadPhaseInput broad_phase_input() const;
   void prefetch_bodies(const Contact& c) const;
   void collect_changed();
@@ -78,18 +114,9 @@ class NativeSimulator final : public Simulator {
   void count();
   std::size_t list_bytes() const;
 
-  /// What one chunk of contacts met in the narrow phase.
-  struct ChunkOfChanges {
-    std::uint32_t recycled = 0;
-    std::vector<NewManifold> begun;
-    std::vector<PartedContact> parted;
-  };
-
-  BodyState state_;
-  ContactGraph graph_;
-  ThreadPool pool_;
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactSolver solver_;
+  std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
@@ -104,7 +131,6 @@ class NativeSimulator final : public Simulator {
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;
-  std::vector<ChunkOfChanges> chunks_of_changes_;
   std::vector<PartedContact> parted_;  // of all chunks
   std::vector<std::uint32_t> solved_before_chunk_;
   std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`

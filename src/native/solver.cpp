@@ -13,6 +13,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t alignment = 64;
+constexpr std::size_t least_bodies = 64;  // worth another thread
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
@@ -117,6 +118,26 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   }
 }
 
+void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
+  });
+}
+
+void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
+  const BodyIntegration integrate = integration(h);
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], first);
+  });
+}
+
+void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
+  const BodyIntegration integrate = integration(h);
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) integrate.position(in_contact[i]);
+  });
+}
+
 BodiesView ContactSolver::view() {
   return {state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
 }
@@ -212,8 +233,10 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.restitution_threshold = settings.restitution_threshold;
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    work.bodies([integrate, first = substep == 0](std::uint32_t slot) { integrate.velocity(slot, first); });
-    if (substep == 0) warm_start(work);
+    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
+      integrate.velocity(slot, first);
+    });
+    begin_impulses(work, substep == 0);
     sweep(work, &SolverKernels::solve, soft);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     sweep(work, &SolverKernels::relax, soft);
@@ -225,7 +248,6 @@ void ContactSolver::solve_soft(const Work& work, float h) {
 // 3.20–3.23; Catto 2005 for the factor 0.2 of Baumgarte's b = β/Δt·C). Restitution follows as in the soft step.
 template <class Work>
 void ContactSolver::solve_impulse(const Work& work, float h) {
-  constexpr float baumgarte = 0.2f;
   SweepParameters p;
   p.inverse_substep = 1 / h;
   p.dynamic.bias_rate = p.fixed.bias_rate = baumgarte / h;
@@ -233,8 +255,10 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   p.restitution_threshold = def_.solver.restitution_threshold;
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
-    work.bodies([integrate, first = substep == 0](std::uint32_t slot) { integrate.velocity(slot, first); });
-    if (substep == 0) warm_start(work);
+    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
+      integrate.velocity(slot, first);
+    });
+    begin_impulses(work, substep == 0);
     for (int i = 0; i < def_.solver.iterations; ++i) sweep(work, &SolverKernels::iterate, p);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
   }
@@ -242,9 +266,13 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
 }
 
 template <class Work>
-void ContactSolver::warm_start(const Work& work) {
+void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
+  if (def_.solver.warm_start && !first_substep) return;
   work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
-    k.warm_start(blocks, begin, end, state_.solver_bodies());
+    if (def_.solver.warm_start)
+      k.warm_start(blocks, begin, end, state_.solver_bodies());
+    else
+      k.clear(blocks, begin, end);
   });
 }
 

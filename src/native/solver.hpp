@@ -24,9 +24,17 @@ namespace fathom::native {
 
 struct BodyIntegration;
 
+/// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
+inline constexpr float baumgarte = 0.2f;
+
 class ContactSolver {
  public:
   ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
+
+  // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
+  void load_bodies(std::span<const std::uint32_t> in_contact);
+  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
+  void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
   /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
   void build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
@@ -64,8 +72,9 @@ class ContactSolver {
   void solve_soft(const Work& work, float h);
   template <class Work>
   void solve_impulse(const Work& work, float h);
+  /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
   template <class Work>
-  void warm_start(const Work& work);
+  void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
   BodyIntegration integration(float h);

@@ -377,6 +377,16 @@ void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBod
 }
 
 template <class D>
+void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const Block<D> block = block_at<D>(blocks, i);
+    const auto zero = hn::Zero(D());
+    for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
+    for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse}) block.set(field, zero);
+  }
+}
+
+template <class D>
 void restitute(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
@@ -394,6 +404,7 @@ SolverKernels make_kernels(const char* name) {
           bounce_field_count * Block<D>::width,
           prepare<D>,
           warm_start<D>,
+          clear<D>,
           sweep<Pass::soft, D>,
           sweep<Pass::relax, D>,
           restitute<D>,

@@ -65,6 +65,8 @@ struct SolverKernels {
                          const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
   void (*warm_start)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
+  /// Without warm starting: no impulses.
+  void (*clear)(BlockArray blocks, std::size_t begin, std::size_t end);
   void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,

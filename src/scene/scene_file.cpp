@@ -16,8 +16,12 @@ constexpr std::array<std::pair<std::string_view, Solver>, 2> solvers{
     {{"soft", Solver::soft}, {"impulse", Solver::impulse}}};
 constexpr std::array<std::pair<std::string_view, BroadPhase>, 2> broad_phases{
     {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}};
-constexpr std::array<std::pair<std::string_view, SimulatorKind>, 2> simulators{
-    {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}}};
+constexpr std::array<std::pair<std::string_view, Partition>, 2> partitions{
+    {{"colours", Partition::colours}, {"cells", Partition::cells}}};
+constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
+    {{"fathom", Preset::fathom}, {"published", Preset::published}}};
+constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
+    {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 
 /// Calls `read` with a section of the file where it is there.
 template <class Read>
@@ -43,10 +47,12 @@ void read_world(const TomlTable& root, Scene& scene) {
 
 void read_solver(const TomlTable& root, SolverSettings& solver) {
   read_section(root, "solver",
-               {"method", "substeps", "iterations", "contact_hertz", "contact_damping_ratio", "push_out_velocity",
-                "restitution_threshold", "max_linear_speed"},
+               {"method", "warm_start", "substeps", "iterations", "marking_rounds", "contact_hertz",
+                "contact_damping_ratio", "push_out_velocity", "restitution_threshold", "max_linear_speed"},
                [&](const TomlTable& table) {
                  table.read_choice<Solver>("method", solver.method, solvers);
+                 table.read("warm_start", solver.warm_start);
+                 table.read("marking_rounds", solver.marking_rounds, 1);
                  table.read("substeps", solver.substeps, 1);
                  table.read("iterations", solver.iterations, 1);
                  table.read("contact_hertz", solver.contact_hertz, Range::positive);
@@ -65,20 +71,31 @@ void read_sleep(const TomlTable& root, SleepSettings& sleep) {
   });
 }
 
+const std::initializer_list<std::string_view> simulator_keys{"kind",    "device",      "preset",     "ahead",
+                                                             "threads", "broad_phase", "sweep_axis", "partition"};
+
+/// The preset comes before all that changes parts of it.
+void read_preset(const TomlTable& root, Scene& scene) {
+  read_section(root, "simulator", simulator_keys, [&](const TomlTable& table) {
+    table.read_choice<SimulatorKind>("kind", scene.world.simulator, simulators);
+    Preset preset = Preset::fathom;
+    table.read_choice<Preset>("preset", preset, presets);
+    if (table.find("preset")) apply(preset, scene.world);
+  });
+}
+
 void read_simulator(const TomlTable& root, Scene& scene) {
-  read_section(root, "simulator", {"kind", "device", "ahead", "threads", "broad_phase", "sweep_axis"},
-               [&](const TomlTable& table) {
-                 table.read_choice<SimulatorKind>("kind", scene.world.simulator, simulators);
-                 table.read("device", scene.world.device);
-                 table.read("ahead", scene.world.ahead, 0);
-                 table.read("threads", scene.world.threads, 0);
-                 table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
-                 table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
-                 if (scene.world.sweep_axis == Vec3{}) {
-                   table.fail(*table.find("sweep_axis"),
-                              "'sweep_axis' has no length; one component must be greater than 0");
-                 }
-               });
+  read_section(root, "simulator", simulator_keys, [&](const TomlTable& table) {
+    table.read("device", scene.world.device);
+    table.read("ahead", scene.world.ahead, 0);
+    table.read("threads", scene.world.threads, 0);
+    table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
+    table.read_choice<Partition>("partition", scene.world.partition, partitions);
+    table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
+    if (scene.world.sweep_axis == Vec3{}) {
+      table.fail(*table.find("sweep_axis"), "'sweep_axis' has no length; one component must be greater than 0");
+    }
+  });
 }
 
 void read_kicks(const TomlTable& root, Scene& scene) {
@@ -99,6 +116,7 @@ Scene read_scene(const toml::table& file_table, std::string_view file) {
   scene.name = std::filesystem::path(file).stem().string();
   root.read("name", scene.name);
   read_world(root, scene);
+  read_preset(root, scene);
   read_solver(root, scene.world.solver);
   read_sleep(root, scene.world.sleep);
   read_simulator(root, scene);

@@ -25,7 +25,9 @@ Tally tally(std::span<const Result> results) {
 }
 
 std::string name_of(const Setup& setup) {
-  return setup.simulator == SimulatorKind::native ? "native" : "device " + setup.device;
+  return setup.simulator == SimulatorKind::native   ? "native"
+         : setup.simulator == SimulatorKind::device ? "device " + setup.device
+                                                    : "hybrid " + setup.device;
 }
 
 const char* verdict(const Check& check) {

@@ -58,7 +58,7 @@ bool choose_simulator(const WorldDef& def, const std::vector<SimulatorChoice>& s
       if (ImGui::Selectable(simulator.name.c_str(), is_present(simulator))) {
         choice.simulator = simulator.kind;
         choice.device.clear();
-        if (simulator.kind == SimulatorKind::device) choice.device = simulator.device;
+        if (simulator.kind != SimulatorKind::native) choice.device = simulator.device;
         changed = true;
       }
     }

@@ -76,7 +76,8 @@ class Simulator {
 /// The one that `def.simulator` names.
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def);
 std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def);
-/// Throws `Error{unavailable}` where the device that `def.device` names is not there.
+/// The next two throw `Error{unavailable}` where the device that `def.device` names is not there.
 std::unique_ptr<Simulator> make_device_simulator(const WorldDef& def);
+std::unique_ptr<Simulator> make_hybrid_simulator(const WorldDef& def);
 
 }  // namespace fathom

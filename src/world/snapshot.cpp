@@ -16,16 +16,16 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 1;
+constexpr std::uint32_t version = 2;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
 template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
-  a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.max_bodies);
+  a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.partition, def.max_bodies);
   auto& s = def.solver;
-  a(s.method, s.substeps, s.iterations, s.contact_hertz, s.contact_damping_ratio, s.push_out_velocity,
-    s.restitution_threshold, s.max_linear_speed);
+  a(s.method, s.warm_start, s.substeps, s.iterations, s.marking_rounds, s.contact_hertz, s.contact_damping_ratio,
+    s.push_out_velocity, s.restitution_threshold, s.max_linear_speed);
   a(def.sleep.enabled, def.sleep.linear_speed, def.sleep.time);
 }
 
@@ -67,7 +67,7 @@ void World::restore(std::span<const std::byte> bytes) {
   ByteReader in = checked(bytes);
   WorldDef def = simulator_->def;
   archive_definition(in, def);
-  in.require(def.simulator <= SimulatorKind::device);
+  in.require(def.simulator <= SimulatorKind::hybrid);
   try {
     check_world(def);
   } catch (const Error& error) {

@@ -116,6 +116,8 @@ void check_world(const WorldDef& def) {
     refuse("create world: solver.substeps is " + std::to_string(s.substeps) + "; it must be 1 to 1000");
   if (s.iterations < 1 || s.iterations > 1000)
     refuse("create world: solver.iterations is " + std::to_string(s.iterations) + "; it must be 1 to 1000");
+  if (s.marking_rounds < 1 || s.marking_rounds > 255)
+    refuse("create world: solver.marking_rounds is " + std::to_string(s.marking_rounds) + "; it must be 1 to 255");
   require_positive(s.contact_hertz, action, "solver.contact_hertz");
   require_not_negative(s.contact_damping_ratio, action, "solver.contact_damping_ratio");
   require_not_negative(s.push_out_velocity, action, "solver.push_out_velocity");

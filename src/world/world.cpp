@@ -26,7 +26,14 @@ WorldDef normalised(WorldDef def) {
 }  // namespace
 
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def) {
-  return def.simulator == SimulatorKind::device ? make_device_simulator(def) : make_native_simulator(def);
+  switch (def.simulator) {
+    case SimulatorKind::device:
+      return make_device_simulator(def);
+    case SimulatorKind::hybrid:
+      return make_hybrid_simulator(def);
+    default:
+      return make_native_simulator(def);
+  }
 }
 
 World::World(const WorldDef& def) : simulator_(make_simulator(normalised(def))) {}

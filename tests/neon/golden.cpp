@@ -12,6 +12,7 @@ namespace fathom {
 
 // Left out of this program.
 std::unique_ptr<Simulator> make_device_simulator(const WorldDef&) { return nullptr; }
+std::unique_ptr<Simulator> make_hybrid_simulator(const WorldDef&) { return nullptr; }
 
 }  // namespace fathom
 

@@ -1,0 +1,92 @@
+// Sweeps over constraints that are partitioned into cells: a launch for each cell group, in which a work-group solves
+// the constraints of one part batch by batch, with a barrier between (dissertation, figure 3.10). What is done to a
+// constraint or a body is what solve.hpp does.
+#pragma once
+
+#include "device/published/cells.hpp"
+#include "device/solve.hpp"
+#include "exec/device.hpp"
+
+namespace fathom::device {
+
+/// Bodies' integrations, one launch each.
+template <SolveConstraints::What what>
+struct IntegrateBodies {
+  SolveConstraints solver;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    solver(SolveConstraints::Plan{}, {what, 0, 0, 0}, i, SolveConstraints::Fetched{});
+  }
+};
+
+/// Without warm starting every substep begins without impulses.
+struct ClearImpulses {
+  ConstraintArrays constraints;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    Quad* const rows = rows_of(constraints, k);
+    store_normal_impulses(rows, {});
+    store_friction_impulses(rows, {});
+  }
+};
+
+template <SolveConstraints::What what>
+struct SolveCells {
+  static constexpr std::uint32_t group_size = most_work_items;
+  struct Local {};
+
+  SolveConstraints solver;
+  CellArrays cells;
+  std::uint32_t cell_group;
+
+  FATHOM_HD void operator()(auto group, Local&) const {
+    const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
+    const std::uint32_t n = cells.used[list], batches = cells.batches[list], first = cells.firsts[list];
+    if (n == 0) return;
+    auto mine = per_item<CellSlot>(group);
+    group.for_each(n, [&](std::uint32_t item) { mine[item] = cells.slots[first + item]; });
+    for (std::uint32_t batch = 0; batch < batches; ++batch)
+      group.for_each(n, [&](std::uint32_t item) {
+        if (mine[item].batch == batch) sweep(mine[item].constraint);
+      });
+  }
+
+ private:
+  FATHOM_HD void sweep(std::uint32_t constraint) const {
+    SolveConstraints::Plan plan;
+    plan.overflow = 0;
+    plan.schedule[0] = {0, 0};
+    const SolveConstraints::Place place{what, 0, 0, 0};
+    SolveConstraints::Fetched fetched;
+    solver.fetch(plan, place, constraint, fetched);
+    solver(plan, place, constraint, fetched);
+  }
+};
+
+/// All substeps (figure 3.9), over the cell groups in place of colours.
+template <exec::Device D>
+void submit_cell_substeps(D& device, const SolveConstraints& solver, const CellArrays& cells, bool warm_start,
+                          bool bounces, exec::Range bodies, exec::Range constraints, exec::Range work_groups) {
+  using What = SolveConstraints::What;
+  const auto sweep = [&]<What what>(std::integral_constant<What, what>) {
+    for (std::uint32_t g = 0; g < cell_groups; ++g)
+      device.parallel_groups(work_groups, SolveCells<what>{solver, cells, g});
+  };
+  const SolveParameters& p = solver.p;
+  for (std::uint32_t substep = 0; substep < p.substeps; ++substep) {
+    if (substep == 0 || !warm_start)
+      device.parallel_for(bodies, IntegrateBodies<What::integrate_first_v>{solver});
+    else
+      device.parallel_for(bodies, IntegrateBodies<What::integrate_v>{solver});
+    if (!warm_start)
+      device.parallel_for(constraints, ClearImpulses{solver.constraints});
+    else if (substep == 0)
+      sweep(std::integral_constant<What, What::warm>{});
+    for (std::uint32_t k = 0; k < p.sweeps_before; ++k) sweep(std::integral_constant<What, What::push>{});
+    device.parallel_for(bodies, IntegrateBodies<What::integrate_x>{solver});
+    for (std::uint32_t k = 0; k < p.sweeps_after; ++k) sweep(std::integral_constant<What, What::relax>{});
+  }
+  if (bounces) sweep(std::integral_constant<What, What::bounce>{});
+}
+
+}  // namespace fathom::device

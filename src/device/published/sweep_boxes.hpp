@@ -1,0 +1,139 @@
+// The sweep: every body goes forward from its minimum in the sorted list until its maximum is passed (condition 3.6),
+// and keeps those whose boxes overlap its own (test 3.2) in its c slots.
+//
+// The contacts of the device simulator outlive a step, so of these overlaps only those that are no contacts yet go on.
+// A table of the contacts tells; that a pair's boxes overlapped before does not, since the sweep may have missed it.
+#pragma once
+
+#include "device/published/order_boxes.hpp"
+#include "exec/atomic.hpp"
+
+namespace fathom::device {
+
+// The table of pairs ---------------------------------------------------------------------------------------------
+
+FATHOM_HD std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
+  return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
+}
+inline constexpr std::uint64_t no_pair = ~std::uint64_t{0};
+
+FATHOM_HD std::uint32_t pair_place(std::uint64_t key, std::uint32_t mask) {
+  key *= 0x9e3779b97f4a7c15u;
+  return static_cast<std::uint32_t>(key >> 32) & mask;
+}
+
+struct ClearPairs {
+  SweepArrays sweep;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    for (std::uint32_t k = 0; k < 4; ++k) sweep.pairs[4 * i + k] = no_pair;
+  }
+};
+
+/// Enters every contact but those that end in this step because the application changed their bodies.
+struct EnterPairs {
+  BodyArrays bodies;
+  ContactArrays contacts;
+  SweepArrays sweep;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const Contact& c = contacts.contacts[k];
+    if (!c.in_use() || (bodies.fat[c.a].changes | bodies.fat[c.b].changes) & drop_contacts) return;
+    const std::uint64_t key = pair_key(c.a, c.b);
+    std::uint32_t place = pair_place(key, sweep.pair_mask);
+    while (exec::atomic_cas(sweep.pairs[place], no_pair, key) != no_pair) place = (place + 1) & sweep.pair_mask;
+  }
+};
+
+FATHOM_HD bool is_entered(const SweepArrays& sweep, std::uint32_t a, std::uint32_t b) {
+  const std::uint64_t key = pair_key(a, b);
+  for (std::uint32_t place = pair_place(key, sweep.pair_mask);; place = (place + 1) & sweep.pair_mask) {
+    const std::uint64_t there = sweep.pairs[place];
+    if (there == key || there == no_pair) return there == key;
+  }
+}
+
+// The sweep ------------------------------------------------------------------------------------------------------
+
+/// A work-item for each place of the list. A wide body, a sea floor, would sweep over everybody and need as many slots:
+/// n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
+struct SweepBoxes {
+  BodyArrays bodies;
+  const Counters* counters;
+  SweepArrays sweep;
+
+  FATHOM_HD void operator()(std::uint32_t place) const {
+    const std::uint64_t mine = sweep.order[place];
+    const auto i = static_cast<std::uint32_t>(mine);
+    if (i >= counters->live_bodies) return;
+    const NotedBox fat = bodies.fat[i];
+    Found found{i, 0};
+    if (fat.lower.x <= fat.upper.x) {
+      const bool is_wide = mine >= absent;
+      if (!is_wide) {
+        const std::uint64_t last = sortable(dot(sweep.axis, fat.upper));
+        for (std::uint32_t k = place + 1; k < sweep.counters->elements; ++k) {
+          const std::uint64_t other = sweep.order[k];
+          if (other >> 32 > last) break;
+          test(found, fat, static_cast<std::uint32_t>(other));
+        }
+      }
+      for (std::uint32_t k = 0; k < sweep.counters->wide; ++k)
+        if (!is_wide || sweep.wide[k] > i) test(found, fat, sweep.wide[k]);
+    }
+    sweep.counts[i] = found.count;
+    if (found.count > exec::atomic_load(sweep.counters->most_overlaps))
+      exec::atomic_max(sweep.counters->most_overlaps, found.count);
+  }
+
+ private:
+  struct Found {
+    std::uint32_t body, count;
+  };
+
+  FATHOM_HD void test(Found& found, const NotedBox& fat, std::uint32_t j) const {
+    if (!overlaps(fat.box(), bodies.fat[j].box())) return;
+    if (found.count < sweep.slots) sweep.overlaps[static_cast<std::size_t>(found.body) * sweep.slots + found.count] = j;
+    ++found.count;
+  }
+};
+
+/// Takes over the overlaps that are no contacts yet, a work-group for each body.
+struct TakeOverlaps {
+  static constexpr std::uint32_t group_size = 32;
+  struct Local {};
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  Counters* counters;
+  SweepArrays sweep;
+
+  FATHOM_HD void operator()(auto group, Local&) const {
+    const std::uint32_t i = group.index();
+    const std::uint32_t n = sweep.counts[i] < sweep.slots ? sweep.counts[i] : sweep.slots;
+    group.for_each(n, [&](std::uint32_t k) { take(i, sweep.overlaps[static_cast<std::size_t>(i) * sweep.slots + k]); });
+  }
+
+ private:
+  FATHOM_HD void take(std::uint32_t i, std::uint32_t j) const {
+    const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
+    if (!a.is_dynamic() && !b.is_dynamic()) return;
+    if (!(a.category & b.mask) || !(b.category & a.mask)) return;
+    if (is_entered(sweep, i, j)) return;
+    const std::uint32_t place = exec::atomic_add(counters->found, 1u);
+    if (place < contacts.capacity) contacts.found[place] = {i, j};
+  }
+};
+
+/// A step in which some body found more than c overlaps stops before it has changed anything; with c grown it is done
+/// again.
+struct CheckSlots {
+  Counters* counters;
+  SweepArrays sweep;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    if (counters->live_bodies > 0 && sweep.counters->most_overlaps > sweep.slots) counters->stopped = 1;
+  }
+};
+
+}  // namespace fathom::device

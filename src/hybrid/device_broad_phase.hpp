@@ -1,0 +1,52 @@
+// The native simulator's broad phase, done by a device.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "device/detection.hpp"
+#include "native/broad_phase.hpp"
+
+namespace fathom::hybrid {
+
+class DeviceBroadPhase final : public native::BroadPhase {
+ public:
+  /// `meanwhile` runs while the device searches.
+  DeviceBroadPhase(device::Detection& detection, std::function<void()> meanwhile)
+      : detection_(detection), meanwhile_(std::move(meanwhile)) {}
+
+  /// The body in the slot is another, or none any more.
+  void forget(std::uint32_t slot) { emptied_.push_back(slot); }
+
+  std::size_t find(const native::BroadPhaseInput& input, ThreadPool& pool,
+                   std::vector<std::vector<native::Pair>>& found) override;
+
+  // By slot: the device keeps its order to itself.
+  void list_neighbours(std::vector<std::uint32_t>& slots) const override;
+  std::uint64_t order() const override { return sets_; }
+
+  // Queries look at all bodies: they are rare beside steps.
+  void refresh(const native::BroadPhaseInput& input, ThreadPool& pool) override;
+  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override;
+  void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const override;
+  std::size_t memory_bytes() const override;
+
+  // The device has nothing that does not follow from the bodies; all boxes are uploaded anew.
+  void save(ByteWriter&) const override {}
+  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) override;
+
+ private:
+  void collect_updates(const native::BroadPhaseInput& input);
+
+  device::Detection& detection_;
+  std::function<void()> meanwhile_;
+  std::vector<std::uint32_t> emptied_;
+  std::vector<device::BoxUpdate> updates_;
+  std::span<const BodyId> living_;
+  const Aabb* boxes_ = nullptr;
+  bool all_boxes_ = false;
+  const BodyTable* bodies_ = nullptr;
+  std::uint64_t sets_ = 0;  // of bodies, so far
+};
+
+}  // namespace fathom::hybrid

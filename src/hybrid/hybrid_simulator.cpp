@@ -1,0 +1,147 @@
+#include "hybrid/hybrid_simulator.hpp"
+
+#include <algorithm>
+
+#include "world/growth.hpp"
+
+namespace fathom {
+
+std::unique_ptr<Simulator> make_hybrid_simulator(const WorldDef& def) {
+  return std::make_unique<hybrid::HybridSimulator>(def);
+}
+
+namespace hybrid {
+
+using native::Change;
+using native::Contact;
+
+HybridSimulator::HybridSimulator(const WorldDef& definition)
+    : NativeSimulator(definition, nullptr), detection_(device::make_detection(definition)) {
+  auto broad_phase = std::make_unique<DeviceBroadPhase>(*detection_, [this] { inspect_known(); });
+  device_broad_phase_ = broad_phase.get();
+  set_broad_phase(std::move(broad_phase));
+}
+
+void HybridSimulator::step() {
+  NativeSimulator::step();
+  const exec::Traffic now = detection_->traffic(), of_step = now - counted_;
+  counted_ = now;
+  profile.counts.launches = of_step.launches;
+  profile.counts.bytes_to_device = of_step.bytes_to_device;
+  profile.counts.bytes_to_host = of_step.bytes_to_host;
+}
+
+void HybridSimulator::restore(ByteReader& in) {
+  NativeSimulator::restore(in);
+  for (const BodyId id : bodies.living()) detection_->set_body(id.index, bodies[id.index]);
+}
+
+void HybridSimulator::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
+  NativeSimulator::body_added(slot, pose, velocity);
+  detection_->set_body(slot, bodies[slot]);
+}
+
+void HybridSimulator::body_removed(std::uint32_t slot) {
+  NativeSimulator::body_removed(slot);
+  device_broad_phase_->forget(slot);
+}
+
+// --- narrow phase ------------------------------------------------------------------------------------------------
+
+bool HybridSimulator::is_pair_of_boxes(const Contact& c) const {
+  return bodies[c.a].geometry.type == ShapeType::box && bodies[c.b].geometry.type == ShapeType::box;
+}
+
+void HybridSimulator::inspect(std::uint32_t index) {
+  const Contact& c = graph_[index];
+  native::Inspection& seen = inspections_[index];
+  seen = {};
+  if (c.in_use && is_active(c))
+    seen = inspect_contact(c, c.touching() ? &graph_.manifold(c) : nullptr, bodies, state_, def.dt);
+}
+
+void HybridSimulator::inspect_known() {
+  grow_to(inspections_, graph_.size());
+  pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
+    for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) inspect(i);
+  });
+}
+
+void HybridSimulator::update_manifolds() {
+  make_room_for_changes();
+  grow_to(inspections_, graph_.size());
+  grow_to(job_of_, graph_.size());
+  // New contacts may lie in places that were free.
+  for (const std::uint32_t index : added_) inspect(index);
+  constexpr std::size_t count = device::Detection::portions;
+  const std::size_t chunks = (graph_.size() + contact_grain - 1) / contact_grain;
+  places_.resize(std::max(places_.size(), chunks));
+  Portion portions[count];
+  for (std::uint32_t p = 0; p < count; ++p) {
+    portions[p].begin = std::min(graph_.size(), chunks * p / count * contact_grain);
+    portions[p].end = std::min(graph_.size(), chunks * (p + 1) / count * contact_grain);
+    submit(portions[p], p);
+  }
+  for (std::uint32_t p = 0; p < count; ++p) take_over(portions[p], p);
+}
+
+void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
+  const std::size_t first_chunk = portion.begin / contact_grain;
+  const auto for_each_chunk = [&](const auto& act) {
+    pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
+      act(first_chunk + begin / contact_grain, static_cast<std::uint32_t>(portion.begin + begin),
+          static_cast<std::uint32_t>(portion.begin + end));
+    });
+  };
+  for_each_chunk([&](std::size_t chunk, std::uint32_t begin, std::uint32_t end) {
+    Places& places = places_[chunk] = {};
+    for (std::uint32_t i = begin; i < end; ++i)
+      if (inspections_[i].collide) ++(is_pair_of_boxes(graph_[i]) ? places.boxes : places.others);
+  });
+  std::uint32_t boxes = 0, others = 0;
+  const std::size_t chunks = (portion.end - portion.begin + contact_grain - 1) / contact_grain;
+  for (std::size_t chunk = first_chunk; chunk < first_chunk + chunks; ++chunk) {
+    const Places counts = places_[chunk];
+    places_[chunk] = {boxes, others};
+    boxes += counts.boxes;
+    others += counts.others;
+  }
+  portion.boxes = boxes;
+  portion.jobs = boxes + others;
+  if (portion.jobs == 0) return;
+  device::CollideJob* const jobs = detection_->jobs(number, portion.jobs);
+  for_each_chunk([&](std::size_t chunk, std::uint32_t begin, std::uint32_t end) {
+    Places next = places_[chunk];
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const native::Inspection& seen = inspections_[i];
+      if (!seen.collide) continue;
+      const Contact& c = graph_[i];
+      job_of_[i] = is_pair_of_boxes(c) ? next.boxes++ : portion.boxes + next.others++;
+      jobs[job_of_[i]] = {seen.b_in_a, c.a, c.b, seen.margin, c.axis};
+    }
+  });
+  detection_->collide(number, portion.boxes, portion.jobs);
+}
+
+void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
+  const device::CollideResult* const results = portion.jobs > 0 ? detection_->results(number) : nullptr;
+  pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
+    ChunkOfChanges& chunk = chunks_of_changes_[(portion.begin + begin) / contact_grain];
+    chunk.clear();
+    for (auto i = static_cast<std::uint32_t>(portion.begin + begin); i < portion.begin + end; ++i) {
+      const native::Inspection& seen = inspections_[i];
+      Change change = seen.change;
+      if (seen.collide) {
+        Contact& c = graph_[i];
+        const device::CollideResult& result = results[job_of_[i]];
+        c.axis = result.axis;
+        change =
+            take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr, chunk.begun);
+      }
+      chunk.note(i, change);
+    }
+  });
+}
+
+}  // namespace hybrid
+}  // namespace fathom

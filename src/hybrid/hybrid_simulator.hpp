@@ -1,0 +1,59 @@
+// The hybrid simulator: collision detection on a device, resolution by the native simulator.
+//
+// The dissertation proposes it as further work (its section 5.1). A step is the native simulator's; two of its verbs go
+// to the device:
+//
+//   find_pairs        boxes that changed go up; while the device searches, the host inspects the contacts there are
+//                     (which have parted, which keep their manifolds, which must be collided); pairs come back
+//   update_manifolds  what must be collided goes up in portions, and each portion's manifolds come back while the next
+//                     one is written, uploaded and collided; the host takes over those that are back
+//
+// Poses stay on the host, where the solver moves them: the device is told where B lies in A's frame.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "device/detection.hpp"
+#include "hybrid/device_broad_phase.hpp"
+#include "native/native_simulator.hpp"
+
+namespace fathom::hybrid {
+
+class HybridSimulator final : public native::NativeSimulator {
+ public:
+  explicit HybridSimulator(const WorldDef& definition);
+
+  std::string hardware() const override { return detection_->hardware(); }
+  void step() override;
+  void restore(ByteReader& in) override;
+  void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
+  void body_removed(std::uint32_t slot) override;
+
+ private:
+  /// Contacts of one portion of the narrow phase.
+  struct Portion {
+    std::size_t begin = 0, end = 0;
+    std::uint32_t boxes = 0, jobs = 0;
+  };
+  /// Where a chunk's jobs begin in its portion: pairs of boxes, others.
+  struct Places {
+    std::uint32_t boxes = 0, others = 0;
+  };
+
+  void update_manifolds() override;
+  void inspect_known();
+  void inspect(std::uint32_t index);
+  void submit(Portion& portion, std::uint32_t number);
+  void take_over(const Portion& portion, std::uint32_t number);
+  bool is_pair_of_boxes(const native::Contact& contact) const;
+
+  std::unique_ptr<device::Detection> detection_;
+  DeviceBroadPhase* device_broad_phase_;         // the base's
+  std::vector<native::Inspection> inspections_;  // by contact
+  std::vector<std::uint32_t> job_of_;            // by contact: its place in its portion
+  std::vector<Places> places_;                   // by chunk of contacts
+  exec::Traffic counted_;
+};
+
+}  // namespace fathom::hybrid

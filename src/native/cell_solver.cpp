@@ -1,0 +1,228 @@
+#include "native/cell_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::size_t row_grain = 64;
+constexpr std::size_t cell_grain = 4;
+
+bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
+
+}  // namespace
+
+CellSolver::CellSolver(const WorldDef& def, const BodyTable& table, BodyState& state, ContactGraph& graph,
+                       ThreadPool& pool, ContactSolver& bodies)
+    : def_(def), bodies_(table), state_(state), graph_(graph), pool_(pool), body_solver_(bodies) {}
+
+std::size_t CellSolver::memory_bytes() const {
+  return places_.capacity() * sizeof(Place) + rows_.capacity() * sizeof(Row) + cells_.capacity() * sizeof(std::size_t);
+}
+
+// --- build ---------------------------------------------------------------------------------------------------
+
+void CellSolver::build(std::span<const std::uint32_t> in_contact) {
+  body_solver_.load_bodies(in_contact);
+  partition(in_contact);
+  point_count_ = 0;
+  pool_.for_each_chunk(rows_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
+    std::size_t points = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      prepare(rows_[i], places_[i].contact);
+      points += static_cast<std::size_t>(rows_[i].count);
+    }
+    point_count_ += points;
+  });
+}
+
+void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
+  Vec3 lower{3e38f, 3e38f, 3e38f}, largest{1e-3f, 1e-3f, 1e-3f};
+  for (const std::uint32_t slot : in_contact) {
+    if (bodies_[slot].motion != MotionType::dynamic) continue;
+    const Aabb& box = state_.fat_boxes[slot];
+    lower = min(lower, box.lower);
+    largest = max(largest, box.upper - box.lower);
+  }
+  // A hundredth for the rounding of middles.
+  const Vec3 inverse{1.0f / (1.01f * largest.x), 1.0f / (1.01f * largest.y), 1.0f / (1.01f * largest.z)};
+  constexpr float most = 1048575;  // 20 bits; those farther away than a million cells share the last one
+  struct Part {
+    std::uint64_t x, y, z;
+  };
+  const auto part_of = [&](std::uint32_t slot) {
+    const Vec3 p = centre(state_.fat_boxes[slot]) - lower;
+    const auto coordinate = [](float x) { return static_cast<std::uint64_t>(clamp(x, 0.0f, most)); };
+    return Part{coordinate(p.x * inverse.x), coordinate(p.y * inverse.y), coordinate(p.z * inverse.z)};
+  };
+  places_.clear();
+  for (int colour = 0; colour <= overflow_colour; ++colour)
+    for (const std::uint32_t contact : graph_.of_colour(colour)) places_.push_back({0, contact});
+  pool_.for_each_chunk(places_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Contact& c = graph_[places_[i].contact];
+      Part p = part_of(c.b);
+      if (!c.fixed_a) {
+        const Part a = part_of(c.a);
+        p = {std::min(p.x, a.x), std::min(p.y, a.y), std::min(p.z, a.z)};
+      }
+      const std::uint64_t group = (p.x & 1) | (p.y & 1) << 1 | (p.z & 1) << 2;
+      places_[i].cell = group << 60 | p.z << 40 | p.y << 20 | p.x;
+    }
+  });
+  std::sort(places_.begin(), places_.end(),
+            [](const Place& x, const Place& y) { return x.cell != y.cell ? x.cell < y.cell : x.contact < y.contact; });
+  rows_.resize(places_.size());
+  cells_.clear();
+  std::uint32_t group = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (i > 0 && places_[i].cell == places_[i - 1].cell) continue;
+    for (; group <= places_[i].cell >> 60; ++group) first_cell_[group] = cells_.size();
+    cells_.push_back(i);
+  }
+  for (; group <= groups; ++group) first_cell_[group] = cells_.size();
+  cells_.push_back(places_.size());
+}
+
+template <class Inertia>
+ContactBody<Inertia> CellSolver::body(std::uint32_t slot) const {
+  const SolverBody& s = state_.solver[slot + 1];
+  ContactBody<Inertia> body{s.linear, s.angular, s.inverse_mass, {}};
+  if constexpr (std::is_same_v<Inertia, float>) {
+    body.inverse_inertia = s.inverse_inertia;
+  } else if (s.inverse_mass > 0) {
+    const float i = s.inverse_inertia;
+    const WorldInertia& w = state_.inertia[slot];
+    body.inverse_inertia = i > 0 ? SymMat3{i, i, i, 0, 0, 0} : SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+  }
+  return body;
+}
+
+void CellSolver::prepare(Row& row, std::uint32_t contact) {
+  const Contact& c = graph_[contact];
+  const ContactManifold& m = graph_.manifold(c);
+  row.contact = contact;
+  row.a = c.a;
+  row.b = c.b;
+  row.count = m.point_count();
+  row.restitution = m.restitution;
+  row.pushes_fixed = c.fixed_a;
+  row.isotropic = !is_anisotropic(state_.solver[c.a + 1]) && !is_anisotropic(state_.solver[c.b + 1]);
+  if (row.isotropic)
+    prepare_as<float>(row, m);
+  else
+    prepare_as<SymMat3>(row, m);
+}
+
+template <class Inertia>
+void CellSolver::prepare_as(Row& row, const ContactManifold& m) {
+  const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
+  prepare_contact(m, state_.poses[row.a], state_.poses[row.b], a, b, row.frame, row.points, row.impulses);
+  if (row.restitution == 0) return;
+  const ContactAxes axes(row.frame);
+  const NormalMotion before = axes.motion(a.linear, a.angular, b.linear, b.angular);
+  const auto pull = [&](std::uint32_t slot, float inverse_mass) {
+    return inverse_mass > 0 ? dot(axes.n, state_.motion[slot].acceleration) : 0.0f;
+  };
+  row.bounce = {};
+  row.bounce.pull = pull(row.b, b.inverse_mass) - pull(row.a, a.inverse_mass);
+  for (int i = 0; i < row.count; ++i) row.bounce.approach[i] = before.at(row.points[i].x, row.points[i].y);
+}
+
+// --- solve ---------------------------------------------------------------------------------------------------
+
+void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
+  const SolverSettings& s = def_.solver;
+  const float h = def_.dt / static_cast<float>(s.substeps);
+  const bool soft = s.method == Solver::soft;
+  if (soft) {
+    const float hertz = min(s.contact_hertz, 0.125f / h);
+    dynamic_ = make_soft(hertz, s.contact_damping_ratio, h);
+    fixed_ = make_soft(2 * hertz, s.contact_damping_ratio, h);
+  } else {
+    dynamic_ = fixed_ = {baumgarte / h};
+  }
+  for (int substep = 0; substep < s.substeps; ++substep) {
+    body_solver_.integrate_velocities(in_contact, h, substep == 0 || !s.warm_start);
+    if (!s.warm_start)
+      sweep<Pass::clear>();
+    else if (substep == 0)
+      sweep<Pass::warm_start>();
+    for (int i = 0; i < (soft ? 1 : s.iterations); ++i) sweep<Pass::push>();
+    body_solver_.integrate_positions(in_contact, h);
+    if (soft) sweep<Pass::relax>();
+  }
+  if (graph_.may_bounce()) sweep<Pass::bounce>();
+}
+
+template <CellSolver::Pass pass>
+void CellSolver::sweep() {
+  for (std::uint32_t g = 0; g < groups; ++g)
+    pool_.for_each_chunk(first_cell_[g + 1] - first_cell_[g], cell_grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = cells_[first_cell_[g] + begin]; i < cells_[first_cell_[g] + end]; ++i) {
+        if (rows_[i].isotropic)
+          sweep_row<pass, float>(rows_[i]);
+        else
+          sweep_row<pass, SymMat3>(rows_[i]);
+      }
+    });
+}
+
+template <CellSolver::Pass pass, class Inertia>
+void CellSolver::sweep_row(Row& row) {
+  if constexpr (pass == Pass::clear) {
+    row.impulses = {};
+    return;
+  }
+  if (pass == Pass::bounce && row.restitution == 0) return;
+  auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
+  const ContactAxes axes(row.frame);
+  if constexpr (pass == Pass::warm_start) {
+    warm_start_contact(row.frame, axes, row.points, row.count, row.impulses, a, b);
+  } else if constexpr (pass == Pass::bounce) {
+    restitute_contact(row.frame, axes, row.points, row.count, row.restitution, def_.solver.restitution_threshold,
+                      row.bounce, row.impulses, a, b);
+  } else {
+    const SolverBody &solver_a = state_.solver[row.a + 1], &solver_b = state_.solver[row.b + 1];
+    const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
+    const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
+    const ContactStep step{inverse_substep, row.pushes_fixed ? fixed_ : dynamic_, def_.solver.push_out_velocity,
+                           row.restitution > 0};
+    if constexpr (pass == Pass::relax) {
+      solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+      solve_friction(row.frame, axes, row.impulses, a, b);
+    } else if (def_.solver.method == Solver::soft) {
+      solve_points<ContactPass::soft>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+    } else {
+      solve_friction(row.frame, axes, row.impulses, a, b);
+      solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+    }
+    if (row.restitution > 0)
+      for (int i = 0; i < row.count; ++i) row.bounce.peak[i] = max(row.bounce.peak[i], row.impulses.normal[i]);
+  }
+  const auto put = [&](std::uint32_t slot, const ContactBody<Inertia>& from) {
+    SolverBody& to = state_.solver[slot + 1];
+    to.linear = from.linear;
+    to.angular = from.angular;
+  };
+  put(row.b, b);
+  if (!row.pushes_fixed) put(row.a, a);
+}
+
+void CellSolver::store() {
+  pool_.for_each_chunk(rows_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Row& row = rows_[i];
+      ContactManifold& m = graph_.manifold(graph_[row.contact]);
+      for (int k = 0; k < max_manifold_points; ++k) m.impulses[k] = row.impulses.normal[k];
+      m.friction_impulse[0] = row.impulses.slide_1;
+      m.friction_impulse[1] = row.impulses.slide_2;
+      m.twist_impulse = row.impulses.twist;
+    }
+  });
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,77 @@
+// Contacts solved cell by cell, as the dissertation's native simulator does (its section 3.4): all constraints of a
+// cell of a uniform grid are solved by one thread, one after the other, and cells are distributed among threads. Cells
+// of one of 2³ cell groups share no body, so these are worked through one group after the other (Le Grand 2007).
+//
+// As on a device (device/published/cells.hpp) a constraint belongs to the lower of its bodies' cells along each axis,
+// and a cell is as large as the largest box of a body that can be pushed. Here the number of constraints is known when
+// they are partitioned: none is ever left out, and cells without any cost nothing.
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "dynamics/contact_rows.hpp"
+#include "native/solver.hpp"
+
+namespace fathom::native {
+
+class CellSolver {
+ public:
+  /// `bodies` loads and integrates the bodies.
+  CellSolver(const WorldDef& def, const BodyTable& table, BodyState& state, ContactGraph& graph, ThreadPool& pool,
+             ContactSolver& bodies);
+
+  // As ContactSolver's.
+  void build(std::span<const std::uint32_t> in_contact);
+  void solve(std::span<const std::uint32_t> in_contact);
+  void store();
+
+  std::size_t cell_count() const { return cells_.empty() ? 0 : cells_.size() - 1; }
+  std::size_t point_count() const { return point_count_; }
+  std::size_t memory_bytes() const;
+
+ private:
+  static constexpr std::uint32_t groups = 8;
+
+  struct Place {
+    std::uint64_t cell;  // its group in the highest bits
+    std::uint32_t contact;
+  };
+  struct Row {
+    ContactFrame frame;
+    PointRow points[max_manifold_points];
+    ContactImpulses impulses;
+    BounceRow bounce;
+    std::uint32_t contact, a, b;
+    int count;
+    float restitution;
+    bool isotropic, pushes_fixed;
+  };
+  enum class Pass { warm_start, clear, push, relax, bounce };
+
+  void partition(std::span<const std::uint32_t> in_contact);
+  void prepare(Row& row, std::uint32_t contact);
+  template <class Inertia>
+  void prepare_as(Row& row, const ContactManifold& manifold);
+  template <Pass pass>
+  void sweep();
+  template <Pass pass, class Inertia>
+  void sweep_row(Row& row);
+  template <class Inertia>
+  ContactBody<Inertia> body(std::uint32_t slot) const;
+
+  const WorldDef& def_;
+  const BodyTable& bodies_;
+  BodyState& state_;
+  ContactGraph& graph_;
+  ThreadPool& pool_;
+  ContactSolver& body_solver_;
+  std::vector<Place> places_;
+  std::vector<Row> rows_;
+  std::vector<std::size_t> cells_;  // where each one's rows begin, and their end
+  std::size_t first_cell_[groups + 1] = {};
+  std::atomic<std::size_t> point_count_ = 0;
+  Softness dynamic_, fixed_;
+};
+
+}  // namespace fathom::native
