@@ -31,8 +31,7 @@ struct StageFixture {
   void make_contacts() {
     std::vector<std::vector<Pair>> found;
     found.resize(make_tree_broad_phase()->find(input(true), pool, found));
-    std::vector<std::uint32_t> added;
-    for (const std::vector<Pair>& list : found) graph.add(list, added);
+    for (const std::vector<Pair>& list : found) graph.add(list);
     std::vector<NewManifold> begun;
     for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
     for (const NewManifold& fresh : begun) {

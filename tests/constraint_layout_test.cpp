@@ -31,8 +31,7 @@ struct Contacts {
   void touch(std::uint32_t a, std::uint32_t b) {
     const Pair pair{a, b};
     if (graph.pairs().contains(a, b)) return;
-    std::vector<std::uint32_t> added;
-    graph.add({&pair, 1}, added);
+    graph.add({&pair, 1});
     const auto contact = static_cast<std::uint32_t>(graph.size() - 1);
     graph.begin(contact);
     graph.colour(contact);

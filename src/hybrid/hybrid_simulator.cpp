@@ -19,6 +19,7 @@ HybridSimulator::HybridSimulator(const WorldDef& definition)
     : NativeSimulator(definition, nullptr), detection_(device::make_detection(definition)) {
   auto broad_phase = std::make_unique<DeviceBroadPhase>(*detection_, [this] { inspect_known(); });
   device_broad_phase_ = broad_phase.get();
+  lists_added_ = true;
   set_broad_phase(std::move(broad_phase));
 }
 

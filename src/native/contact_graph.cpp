@@ -18,8 +18,8 @@ constexpr std::size_t ahead = 8, far_ahead = 16;
 
 }  // namespace
 
-void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>& added) {
-  make_room(added, added.size() + pairs.size());
+void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added) {
+  if (added) make_room(*added, added->size() + pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (i + far_ahead < pairs.size()) {
       const Pair pair = pairs[i + far_ahead];
@@ -32,7 +32,9 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>& 
     if (i + ahead < pairs.size())
       for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
         if (state_.first_contact[slot] != none) __builtin_prefetch(&contacts_[state_.first_contact[slot] >> 1]);
-    if (!pairs_.contains(pairs[i].a, pairs[i].b)) added.push_back(add(pairs[i]));
+    if (pairs_.contains(pairs[i].a, pairs[i].b)) continue;
+    const std::uint32_t contact = add(pairs[i]);
+    if (added) added->push_back(contact);
   }
 }
 

@@ -39,8 +39,8 @@ class ContactGraph {
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
 
-  /// Appends the contacts made to `added`. Pairs that are there already are left out.
-  void add(std::span<const Pair> pairs, std::vector<std::uint32_t>& added);
+  /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
+  void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);

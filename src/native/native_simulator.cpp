@@ -99,7 +99,7 @@ void NativeSimulator::find_pairs() {
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
   added_.clear();
-  graph_.add(pairs_to_add_, added_);
+  graph_.add(pairs_to_add_, lists_added_ ? &added_ : nullptr);
 }
 
 void NativeSimulator::make_room_for_changes() {

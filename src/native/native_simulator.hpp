@@ -85,6 +85,7 @@ class NativeSimulator : public Simulator {
   BodyState state_;
   ContactGraph graph_;
   ThreadPool pool_;
+  bool lists_added_ = false;          // for those who ask for it
   std::vector<std::uint32_t> added_;  // contacts that this step's search found
   std::vector<ChunkOfChanges> chunks_of_changes_;
 
