@@ -81,7 +81,7 @@ void find_all(benchmark::State& state, std::unique_ptr<BroadPhase> (*make)()) {
     state.PauseTiming();
     move();
     state.ResumeTiming();
-    broad_phase->find(scene.input(false), scene.pool, found);
+    found.resize(broad_phase->find(scene.input(false), scene.pool, found));
   }
   for (const std::vector<Pair>& list : found) pairs += list.size();
   state.counters["pairs"] = static_cast<double>(pairs);

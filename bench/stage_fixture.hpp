@@ -30,13 +30,13 @@ struct StageFixture {
   /// Finds all pairs, makes their manifolds and colours them, as a first step does.
   void make_contacts() {
     std::vector<std::vector<Pair>> found;
-    make_tree_broad_phase()->find(input(true), pool, found);
-    for (const std::vector<Pair>& list : found)
-      for (const Pair pair : list) graph.add(pair);
+    found.resize(make_tree_broad_phase()->find(input(true), pool, found));
+    for (const std::vector<Pair>& list : found) graph.add(list);
     std::vector<NewManifold> begun;
     for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
     for (const NewManifold& fresh : begun) {
       graph.begin(fresh.contact);
+      graph.mix_materials(graph[fresh.contact]);
       set_manifold(graph.manifold(graph[fresh.contact]), fresh.manifold, fresh.b_in_a);
       graph.colour(fresh.contact);
     }

@@ -14,6 +14,9 @@ function(fathom_target target)
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     # The floor: AVX2 and fma. Wider code is chosen at run time (src/native).
     list(APPEND flags -march=x86-64-v3)
+  elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64|ARM64")
+    # What Highway's NEON target asks for.
+    list(APPEND flags -march=armv8-a+crypto)
   endif()
   target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:${flags};-Wpedantic>")
   if(FATHOM_WITH_CUDA)

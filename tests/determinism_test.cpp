@@ -1,7 +1,10 @@
 // The same inputs give the same bits, whatever the threads, the vector width and the broad phase.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "native/solver_kernels.hpp"
+#include "scene/environments.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test {
@@ -34,6 +37,51 @@ TEST(Determinism, ThreadsDoNotMatter) {
   const std::uint64_t expected = heap_hash(quiet_world(1));
   EXPECT_EQ(heap_hash(quiet_world(1)), expected) << "twice in a row";
   for (const int threads : {2, 3, 5}) EXPECT_EQ(heap_hash(quiet_world(threads)), expected) << threads << " threads";
+}
+
+// Large enough for several threads to be worth while: many islands, which are solved in groups, and a single one.
+TEST(Determinism, ThreadsDoNotMatterInTheEnvironments) {
+  const auto hash = [](Scene scene, int threads) {
+    scene.world.threads = threads;
+    World world(scene.world);
+    SceneInstance instance(scene, world);
+    for (int step = 0; step < 90; ++step) {
+      instance.prepare_step();
+      world.step();
+    }
+    return world.state_hash();
+  };
+  const auto check = [&](const char* name, const auto& make) {
+    const std::uint64_t expected = hash(make(), 1);
+    for (const int threads : {2, 5}) EXPECT_EQ(hash(make(), threads), expected) << name << ", " << threads;
+  };
+  check("drift", [] { return drift(3000); });
+  check("layers", [] { return layers(1000); });
+  check("spread", [] { return spread(900); });
+  check("pyramid", [] { return pyramid(8); });
+}
+
+// A kinematic body under many islands moves while they are solved; a body that is not finite stays in their contacts.
+TEST(Determinism, ThreadsDoNotMatterToSpecialBodies) {
+  const auto hash = [](bool kinematic, int threads) {
+    World world(quiet_world(threads));
+    BodyDef floor = ground(0.5f);
+    if (kinematic) floor.motion = MotionType::kinematic, floor.velocity.linear = {0.5f, 0, 0.1f};
+    world.add(floor);
+    std::vector<BodyId> ids;
+    for (int i = 0; i < 600; ++i)
+      ids.push_back(world.add(cube({static_cast<float>(i % 20) * 1.2f, static_cast<float>(i / 20 % 15) * 1.2f,
+                                    1.0f + 1.01f * static_cast<float>(i / 300)})));
+    for (int step = 0; step < 60; ++step) {
+      if (step == 30) world.apply_force(ids[10], {std::numeric_limits<float>::max(), 0, 0});
+      world.step();
+    }
+    return world.state_hash();
+  };
+  for (const bool kinematic : {false, true}) {
+    const std::uint64_t expected = hash(kinematic, 1);
+    for (const int threads : {2, 5}) EXPECT_EQ(hash(kinematic, threads), expected) << kinematic << ", " << threads;
+  }
 }
 
 TEST(Determinism, SleepingDoesNotDependOnThreadsEither) {

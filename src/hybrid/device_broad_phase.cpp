@@ -26,19 +26,27 @@ void DeviceBroadPhase::collect_updates(const native::BroadPhaseInput& input) {
   all_boxes_ = false;
 }
 
-void DeviceBroadPhase::find(const native::BroadPhaseInput& input, ThreadPool&,
-                            std::vector<std::vector<native::Pair>>& found) {
+std::size_t DeviceBroadPhase::find(const native::BroadPhaseInput& input, ThreadPool&,
+                                   std::vector<std::vector<native::Pair>>& found) {
+  bodies_ = &input.bodies;
+  sets_ += input.set_changed || sets_ == 0;
   collect_updates(input);
   detection_.begin_search(updates_, input.bodies.slot_count(), input.set_changed);
   meanwhile_();
   found.resize(std::max<std::size_t>(found.size(), 1));
-  for (std::vector<native::Pair>& list : found) list.clear();
   std::vector<native::Pair>& list = found.front();
+  list.clear();
   for (const device::PairRecord pair : detection_.found_pairs())
     if (input.is_wanted(pair.a, pair.b)) list.push_back({std::min(pair.a, pair.b), std::max(pair.a, pair.b)});
   // The device finds them in any order.
   std::sort(list.begin(), list.end(),
             [](const native::Pair& x, const native::Pair& y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+  return 1;
+}
+
+void DeviceBroadPhase::list_neighbours(std::vector<std::uint32_t>& slots) const {
+  for (const BodyId id : bodies_->living())
+    if ((*bodies_)[id.index].motion != MotionType::fixed) slots.push_back(id.index);
 }
 
 void DeviceBroadPhase::refresh(const native::BroadPhaseInput& input, ThreadPool&) {

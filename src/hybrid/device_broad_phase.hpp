@@ -18,8 +18,12 @@ class DeviceBroadPhase final : public native::BroadPhase {
   /// The body in the slot is another, or none any more.
   void forget(std::uint32_t slot) { emptied_.push_back(slot); }
 
-  void find(const native::BroadPhaseInput& input, ThreadPool& pool,
-            std::vector<std::vector<native::Pair>>& found) override;
+  std::size_t find(const native::BroadPhaseInput& input, ThreadPool& pool,
+                   std::vector<std::vector<native::Pair>>& found) override;
+
+  // By slot: the device keeps its order to itself.
+  void list_neighbours(std::vector<std::uint32_t>& slots) const override;
+  std::uint64_t order() const override { return sets_; }
 
   // Queries look at all bodies: they are rare beside steps.
   void refresh(const native::BroadPhaseInput& input, ThreadPool& pool) override;
@@ -41,6 +45,8 @@ class DeviceBroadPhase final : public native::BroadPhase {
   std::span<const BodyId> living_;
   const Aabb* boxes_ = nullptr;
   bool all_boxes_ = false;
+  const BodyTable* bodies_ = nullptr;
+  std::uint64_t sets_ = 0;  // of bodies, so far
 };
 
 }  // namespace fathom::hybrid

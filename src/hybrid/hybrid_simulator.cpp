@@ -19,6 +19,7 @@ HybridSimulator::HybridSimulator(const WorldDef& definition)
     : NativeSimulator(definition, nullptr), detection_(device::make_detection(definition)) {
   auto broad_phase = std::make_unique<DeviceBroadPhase>(*detection_, [this] { inspect_known(); });
   device_broad_phase_ = broad_phase.get();
+  lists_added_ = true;
   set_broad_phase(std::move(broad_phase));
 }
 
@@ -127,20 +128,18 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
   const device::CollideResult* const results = portion.jobs > 0 ? detection_->results(number) : nullptr;
   pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[(portion.begin + begin) / contact_grain];
-    chunk.begun.clear();
-    chunk.recycled = 0;
-    chunk.any_ended = false;
+    chunk.clear();
     for (auto i = static_cast<std::uint32_t>(portion.begin + begin); i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
-      changes_[i] = seen.change;
+      Change change = seen.change;
       if (seen.collide) {
         Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
         c.axis = result.axis;
-        changes_[i] =
+        change =
             take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr, chunk.begun);
       }
-      chunk.note(changes_[i]);
+      chunk.note(i, change);
     }
   });
 }

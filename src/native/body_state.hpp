@@ -16,6 +16,7 @@ enum BodyFlag : std::uint8_t {
   box_changed = 2,  ///< its fat box is new since the broad phase last ran
   has_force = 4,    ///< `forces` holds something for the next step
   isolated = 8,     ///< stopped because its state was not finite
+  kinematic = 16,
 };
 
 struct Force {

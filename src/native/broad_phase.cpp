@@ -3,34 +3,36 @@
 namespace fathom::native {
 
 bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
+  // Most pairs that overlap are known, and then the bodies need not be looked at.
+  if (known.contains(a, b)) return false;
   const BodyInfo &x = bodies[a], &y = bodies[b];
   if (x.motion != MotionType::dynamic && y.motion != MotionType::dynamic) return false;
-  if ((x.filter.category & y.filter.mask) == 0 || (y.filter.category & x.filter.mask) == 0) return false;
-  return !known.contains(a, b);
+  return (x.filter.category & y.filter.mask) != 0 && (y.filter.category & x.filter.mask) != 0;
 }
 
 namespace {
 
 class TreeBroadPhase : public BroadPhase {
  public:
-  void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
+  std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
-    constexpr std::size_t grain = 64;
+    constexpr std::size_t grain = 16;
     const std::size_t chunks = (input.changed.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
     if (hits_.size() < chunks) hits_.resize(chunks);
-    for (std::vector<Pair>& list : found) list.clear();
     pool.for_each_chunk(input.changed.size(), grain, [&](std::size_t begin, std::size_t end) {
       std::vector<std::uint32_t>& hits = hits_[begin / grain];
-      for (std::size_t i = begin; i < end; ++i) search(input, input.changed[i], hits, found[begin / grain]);
+      std::vector<Pair>& pairs = found[begin / grain];
+      pairs.clear();
+      for (std::size_t i = begin; i < end; ++i) search(input, input.changed[i], hits, pairs);
     });
+    return chunks;
   }
 
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const Aabb* boxes = input.state.fat_boxes.data();
     bool moving_changed = false, fixed_changed = false;
-    for (const std::uint32_t slot : input.changed)
-      (input.bodies[slot].motion == MotionType::fixed ? fixed_changed : moving_changed) = true;
+    for (const std::uint32_t slot : input.changed) (is_fixed(input, slot) ? fixed_changed : moving_changed) = true;
     if (input.set_changed) {
       sort_bodies_out(input);
       moving_.build(moving_slots_, boxes, pool);
@@ -58,6 +60,11 @@ class TreeBroadPhase : public BroadPhase {
     fixed_.ray(origin, translation, 1.0f, take);
   }
 
+  void list_neighbours(std::vector<std::uint32_t>& slots) const override {
+    slots.insert(slots.end(), moving_.leaves().begin(), moving_.leaves().end());
+  }
+  std::uint64_t order() const override { return moving_.times_built(); }
+
   std::size_t memory_bytes() const override {
     return moving_.memory_bytes() + fixed_.memory_bytes() +
            (moving_slots_.capacity() + fixed_slots_.capacity()) * sizeof(std::uint32_t);
@@ -78,6 +85,11 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
+  static bool is_fixed(const BroadPhaseInput& input, std::uint32_t slot) {
+    // Flags are near; what is awake is not fixed.
+    return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
+  }
+
   void sort_bodies_out(const BroadPhaseInput& input) {
     moving_slots_.clear();
     fixed_slots_.clear();
@@ -91,6 +103,7 @@ class TreeBroadPhase : public BroadPhase {
     hits.clear();
     moving_.overlap(box, hits);
     if (input.bodies[slot].motion != MotionType::fixed) fixed_.overlap(box, hits);
+    for (const std::uint32_t other : hits) input.known.prefetch(slot, other);
     for (const std::uint32_t other : hits) {
       // Of two changed bodies the one in the lower slot reports.
       if (other == slot || (input.is_changed(other) && other < slot)) continue;

@@ -33,14 +33,18 @@ struct BroadPhaseInput {
 class BroadPhase {
  public:
   virtual ~BroadPhase() = default;
-  /// Overwrites `found` with the new pairs, a list per chunk of work; lists and order do not depend on threads.
-  virtual void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
+  /// Writes the new pairs into the first lists of `found`, one per chunk of work, and returns how many lists these are.
+  /// The pairs and their order do not depend on threads.
+  virtual std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
 
   // Queries see the boxes as of the last `find` or `refresh`.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
   virtual void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
   /// Slots whose fat boxes the segment meets.
   virtual void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const = 0;
+  /// Appends all slots that can move, neighbours near each other, and a number that changes when this order does.
+  virtual void list_neighbours(std::vector<std::uint32_t>& slots) const = 0;
+  virtual std::uint64_t order() const = 0;
   virtual std::size_t memory_bytes() const = 0;
 
   virtual void save(ByteWriter& write) const = 0;

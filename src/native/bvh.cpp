@@ -70,6 +70,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 }  // namespace
 
 void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool) {
+  ++times_built_;
   leaves_.resize(items.size());
   levels_.clear();
   area_ = area_when_built_ = 0;
@@ -135,7 +136,7 @@ Aabb Bvh::box_of(const Node& node) {
 namespace {
 
 constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-constexpr std::size_t node_grain = 64;
+constexpr std::size_t node_grain = 16;
 
 }  // namespace
 

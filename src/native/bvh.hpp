@@ -43,6 +43,9 @@ class Bvh {
   void restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool);
 
   std::size_t size() const { return leaves_.size(); }
+  /// All items in tree order.
+  std::span<const std::uint32_t> leaves() const { return leaves_; }
+  std::uint64_t times_built() const { return times_built_; }
   std::size_t memory_bytes() const;
 
  private:
@@ -76,6 +79,7 @@ class Bvh {
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
   std::vector<double> areas_;  // per chunk of nodes
+  std::uint64_t times_built_ = 0;
   double area_ = 0;
   double area_when_built_ = 0;
 };

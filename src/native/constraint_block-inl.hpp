@@ -105,11 +105,6 @@ HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
           array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
 }
 
-template <class D, class Act>
-HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const Act& act) {
-  for (std::size_t i = begin; i < end; ++i) act(block_at<D>(blocks, i));
-}
-
 /// The frame of a manifold and its lever arms.
 template <class V>
 struct Frame {

@@ -1,13 +1,42 @@
 #include "native/contact_graph.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
+#include <cstddef>
 
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/softness.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
+
+namespace {
+
+// Contacts that are linked, looked up and coloured one by one lie anywhere in memory, so they are fetched ahead.
+constexpr std::size_t ahead = 8, far_ahead = 16;
+
+}  // namespace
+
+void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added) {
+  if (added) make_room(*added, added->size() + pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i + far_ahead < pairs.size()) {
+      const Pair pair = pairs[i + far_ahead];
+      pairs_.prefetch(pair.a, pair.b);
+      for (const std::uint32_t slot : {pair.a, pair.b}) {
+        __builtin_prefetch(&bodies_[slot]);
+        __builtin_prefetch(&state_.first_contact[slot]);
+      }
+    }
+    if (i + ahead < pairs.size())
+      for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+        if (state_.first_contact[slot] != none) __builtin_prefetch(&contacts_[state_.first_contact[slot] >> 1]);
+    if (pairs_.contains(pairs[i].a, pairs[i].b)) continue;
+    const std::uint32_t contact = add(pairs[i]);
+    if (added) added->push_back(contact);
+  }
+}
 
 std::uint32_t ContactGraph::add(Pair pair) {
   std::uint32_t index;
@@ -51,9 +80,7 @@ void ContactGraph::begin(std::uint32_t index) {
   } else {
     c.manifold = free_manifolds_.back();
     free_manifolds_.pop_back();
-    manifolds_[c.manifold] = {};
   }
-  mix_materials(c);
 }
 
 void ContactGraph::end(std::uint32_t index) {
@@ -67,7 +94,7 @@ void ContactGraph::mix_materials(const Contact& c) {
   const Material &a = bodies_[c.a].material, &b = bodies_[c.b].material;
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
-  may_bounce_ = may_bounce_ || m.restitution > 0;
+  if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
 }
 
 void ContactGraph::colour(std::uint32_t index) {
@@ -129,6 +156,21 @@ void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
   else
     contacts_[previous >> 1].next[previous & 1] = next;
   if (next != none) contacts_[next >> 1].previous[next & 1] = previous;
+}
+
+void ContactGraph::prefetch(std::uint32_t index) const {
+  const auto* bytes = reinterpret_cast<const std::byte*>(&contacts_[index]);
+  __builtin_prefetch(bytes);
+  __builtin_prefetch(bytes + sizeof(Contact) - 1);
+}
+
+void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
+  const Contact& c = contacts_[index];
+  pairs_.prefetch(c.a, c.b);
+  for (int side = 0; side < 2; ++side) {
+    if (c.next[side] != none) __builtin_prefetch(&contacts_[c.next[side] >> 1]);
+    if (c.previous[side] != none) __builtin_prefetch(&contacts_[c.previous[side] >> 1]);
+  }
 }
 
 std::size_t ContactGraph::memory_bytes() const {

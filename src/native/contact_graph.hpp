@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "native/body_state.hpp"
@@ -38,12 +39,19 @@ class ContactGraph {
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
 
-  std::uint32_t add(Pair pair);
+  /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
+  void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
-  /// Gives a contact that begins to touch its manifold; takes it away when it ends.
+  /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);
   void end(std::uint32_t index);
+  /// Any number of threads may do this for different contacts.
   void mix_materials(const Contact& contact);
+
+  /// The memory that ending this contact will need, to be fetched some contacts ahead: first the contact, then what
+  /// hangs on it.
+  void prefetch(std::uint32_t index) const;
+  void prefetch_neighbours(std::uint32_t index) const;
 
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
@@ -51,9 +59,7 @@ class ContactGraph {
   const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
-  bool in_contact(std::uint32_t slot) const {
-    return state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0;
-  }
+  bool in_contact(std::uint32_t slot) const { return (state_.colour_mask[slot] | state_.overflow_count[slot]) != 0; }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>
@@ -76,6 +82,7 @@ class ContactGraph {
   void restore(ByteReader& in);
 
  private:
+  std::uint32_t add(Pair pair);
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }

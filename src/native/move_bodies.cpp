@@ -1,5 +1,6 @@
 #include "native/move_bodies.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 #define HWY_DISABLE_PCLMUL_AES
@@ -8,6 +9,7 @@
 #include "dynamics/rotation.hpp"
 #include "geometry/support.hpp"
 #include "native/lanes-inl.hpp"
+#include "native/prefetch.hpp"
 
 namespace fathom::native {
 
@@ -282,6 +284,16 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   return failed;
 }
 
+template <bool in_contact>
+void prefetch(std::uint32_t slot, const BodyTable& bodies, BodyState& state) {
+  prefetch_to_write(&state.poses[slot]);
+  prefetch_to_write(&state.velocities[slot]);
+  prefetch_to_write(&state.boxes[slot]);
+  prefetch_to_read(&state.fat_boxes[slot]);
+  prefetch_to_read(&bodies[slot]);
+  if (in_contact) prefetch_to_read(&state.solver_bodies()[slot]);
+}
+
 }  // namespace
 
 template <bool in_contact>
@@ -289,6 +301,9 @@ std::size_t move_bodies(std::span<const std::uint32_t> slots, const BodyTable& b
                         const MoveParameters& p) {
   std::size_t failed = 0;
   for (std::size_t i = 0; i < slots.size(); i += width) {
+    if (p.scattered)
+      for (std::size_t k = i + width; k < std::min(i + 2 * width, slots.size()); ++k)
+        prefetch<in_contact>(slots[k], bodies, state);
     const std::size_t used = slots.size() - i < width ? slots.size() - i : width;
     failed += move_lanes<in_contact>({slots.data() + i, used}, bodies, state, p);
   }

@@ -14,8 +14,9 @@ struct MoveParameters {
   float dt = 0;
   int substeps = 1;
   float max_linear_speed = 0;
-  bool sleeping = false;  ///< keep account of how long bodies have been slow
-  float slow_below = 0;   ///< m/s
+  bool sleeping = false;   ///< keep account of how long bodies have been slow
+  float slow_below = 0;    ///< m/s
+  bool scattered = false;  ///< slots are not in the order of memory
 };
 
 /// Bodies that the solver has moved (`in_contact`), or bodies without contacts, which go through all substeps here.

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <thread>
+#include <utility>
 
-#include "dynamics/manifold_update.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -20,6 +21,10 @@ std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def) {
 namespace native {
 
 namespace {
+
+constexpr std::size_t body_grain = 512;
+constexpr std::size_t least_bodies = 64;  // worth another thread
+constexpr std::uint32_t prefetch_distance = 8;
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -57,6 +62,7 @@ NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<Bro
 // --- the step ------------------------------------------------------------------------------------------------
 
 void NativeSimulator::step() {
+  pool_.use(threads_worth_while());
   StageTimes& times = profile.times;
   times.find_pairs = timed([&] { find_pairs(); });
   times.update_manifolds = timed([&] { update_manifolds(); });
@@ -68,6 +74,14 @@ void NativeSimulator::step() {
   count();
 }
 
+// Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch.
+int NativeSimulator::threads_worth_while() const {
+  const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
+  const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about, judging by the last step
+  constexpr double least = 80e-6, least_a_thread = 20e-6;
+  return work < least ? 1 : static_cast<int>(std::min(1024.0, work / least_a_thread));
+}
+
 void NativeSimulator::find_pairs() {
   ended_.clear();
   ended_.swap(ended_by_removal_);
@@ -76,34 +90,34 @@ void NativeSimulator::find_pairs() {
   quarantined_.clear();
   if (!active_is_current_) list_active();
   collect_changed();
-  broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
-  edited_.clear();
+  const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
+  pairs_to_add_.clear();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < lists; ++i) count += new_pairs_[i].size();
+  make_room(pairs_to_add_, count);
+  for (std::size_t i = 0; i < lists; ++i)
+    pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
   added_.clear();
-  for (const std::vector<Pair>& list : new_pairs_)
-    for (const Pair pair : list)
-      if (!graph_.pairs().contains(pair.a, pair.b)) added_.push_back(graph_.add(pair));
+  graph_.add(pairs_to_add_, lists_added_ ? &added_ : nullptr);
 }
 
 void NativeSimulator::make_room_for_changes() {
-  grow_to(changes_, graph_.size());
-  chunks_of_changes_.resize(std::max(chunks_of_changes_.size(), graph_.size() / contact_grain + 1));
+  grow_to(chunks_of_changes_, (graph_.size() + contact_grain - 1) / contact_grain);
 }
 
 void NativeSimulator::update_manifolds() {
+  const auto size = static_cast<std::uint32_t>(graph_.size());
   make_room_for_changes();
-  pool_.for_each_chunk(graph_.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_chunk(size, contact_grain, [&](std::size_t begin, std::size_t end) {
     ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
-    chunk.begun.clear();
-    chunk.recycled = 0;
-    chunk.any_ended = false;
+    chunk.clear();
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      if (i + prefetch_distance < size) prefetch_bodies(graph_[i + prefetch_distance]);
       Contact& c = graph_[i];
-      changes_[i] = Change::nothing;
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      changes_[i] = update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun);
-      chunk.note(changes_[i]);
+      chunk.note(i, update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun));
     }
   });
 }
@@ -112,20 +126,13 @@ void NativeSimulator::build_constraints() {
   take_over_changes();
   for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
-  if (!in_contact_is_current_) {
-    in_contact_.clear();
-    free_.clear();
-    for (const std::uint32_t slot : active_) {
-      // Kinematic bodies go with the solver, which must see them move.
-      const bool solved = graph_.in_contact(slot) || bodies[slot].motion == MotionType::kinematic;
-      (solved ? in_contact_ : free_).push_back(slot);
-    }
-    in_contact_is_current_ = true;
-  }
-  if (cell_solver_)
+  if (!in_contact_is_current_) sort_active();
+  if (cell_solver_) {
     cell_solver_->build(in_contact_);
-  else
-    solver_.build(in_contact_);
+    return;
+  }
+  if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
+  solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
 void NativeSimulator::solve() {
@@ -133,24 +140,28 @@ void NativeSimulator::solve() {
     cell_solver_->solve(in_contact_);
     cell_solver_->store();
   } else {
-    solver_.solve(in_contact_);
+    solver_.solve();
     solver_.store();
   }
 }
 
 void NativeSimulator::finish() {
-  const MoveParameters parameters{
-      def.gravity, def.dt, def.solver.substeps, def.solver.max_linear_speed, def.sleep.enabled, def.sleep.linear_speed};
-  changed_chunks_.assign(state_.size() / body_grain + 1, 0);
+  MoveParameters parameters{.gravity = def.gravity,
+                            .dt = def.dt,
+                            .substeps = def.solver.substeps,
+                            .max_linear_speed = def.solver.max_linear_speed,
+                            .sleeping = def.sleep.enabled,
+                            .slow_below = def.sleep.linear_speed,
+                            .scattered = pool_.thread_count() > 1};
   std::atomic<std::size_t> failed = 0;
-  const auto move = [&](std::span<const std::uint32_t> slots, auto move_chunk) {
-    pool_.for_each_chunk(slots.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-      const auto chunk = slots.subspan(begin, end - begin);
-      if (const std::size_t count = move_chunk(chunk, bodies, state_, parameters)) failed += count;
-      mark_changed(chunk);
+  const auto move = [&](std::span<const std::uint32_t> slots, auto move_part) {
+    pool_.for_each_part(slots.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+      if (const std::size_t count = move_part(slots.subspan(begin, end - begin), bodies, state_, parameters))
+        failed += count;
     });
   };
-  move(in_contact_, move_bodies<true>);
+  move(cell_solver_ ? in_contact_ : solver_.bodies(), move_bodies<true>);
+  parameters.scattered = false;
   move(free_, move_bodies<false>);
   if (failed > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
@@ -162,6 +173,16 @@ void NativeSimulator::finish() {
 }
 
 // --- parts of the step ---------------------------------------------------------------------------------------
+
+void NativeSimulator::prefetch_bodies(const Contact& c) const {
+  if (!c.in_use) return;
+  __builtin_prefetch(&state_.boxes[c.a]);
+  __builtin_prefetch(&state_.boxes[c.b]);
+  if (!c.touching()) return;
+  __builtin_prefetch(&state_.poses[c.a]);
+  __builtin_prefetch(&state_.poses[c.b]);
+  __builtin_prefetch(&graph_.manifold(c));
+}
 
 void NativeSimulator::list_active() {
   active_.clear();
@@ -175,27 +196,60 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
   return {bodies, state_, graph_.pairs(), changed_, set_changed_};
 }
 
-// Chunks of slots that hold bodies with new fat boxes, so that only these are searched for them.
-void NativeSimulator::mark_changed(std::span<const std::uint32_t> slots) {
-  for (const std::uint32_t slot : slots)
-    if (state_.flags[slot] & box_changed)
-      std::atomic_ref(changed_chunks_[slot / body_grain]).store(1, std::memory_order_relaxed);
+// Bodies in contact and bodies without, each ascending.
+void NativeSimulator::sort_active() {
+  const auto is_solved = [&](std::uint32_t slot) {
+    // Kinematic bodies go with the solver, which must see them move.
+    return graph_.in_contact(slot) | ((state_.flags[slot] & kinematic) != 0);
+  };
+  ++contact_sorting_;
+  in_contact_is_current_ = true;
+  if (pool_.thread_count() == 1) {
+    in_contact_.clear();
+    free_.clear();
+    for (const std::uint32_t slot : active_) (is_solved(slot) ? in_contact_ : free_).push_back(slot);
+    return;
+  }
+  // Two passes, so that several threads know where to write.
+  grow_to(solved_before_chunk_, (active_.size() + body_grain - 1) / body_grain);
+  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += is_solved(active_[i]);
+    solved_before_chunk_[begin / body_grain] = count;
+  });
+  std::uint32_t solved = 0;
+  for (std::uint32_t& count : solved_before_chunk_) solved += std::exchange(count, solved);
+  grow_to(in_contact_, solved);
+  grow_to(free_, active_.size() - solved);
+  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    const std::size_t in_contact = solved_before_chunk_[begin / body_grain];
+    std::uint32_t* next[2] = {free_.data() + begin - in_contact, in_contact_.data() + in_contact};
+    for (std::size_t i = begin; i < end; ++i) *next[is_solved(active_[i])]++ = active_[i];
+  });
 }
 
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
 void NativeSimulator::collect_changed() {
-  changed_.clear();
-  for (std::size_t chunk = 0; chunk < changed_chunks_.size(); ++chunk) {
-    if (!changed_chunks_[chunk]) continue;
-    const auto end = static_cast<std::uint32_t>(std::min(state_.size(), (chunk + 1) * body_grain));
-    for (auto slot = static_cast<std::uint32_t>(chunk * body_grain); slot < end; ++slot)
-      if (state_.flags[slot] & box_changed) changed_.push_back(slot);
+  const std::vector<std::uint8_t>& flags = state_.flags;
+  std::size_t count = 0;
+  // Without branches, which nobody could predict.
+  const auto look_at = [&](std::size_t begin, std::size_t end) {
+    if (count + end - begin > changed_.size()) grow_to(changed_, count + end - begin);
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      changed_[count] = static_cast<std::uint32_t>(slot);
+      count += (flags[slot] & box_changed) != 0;
+    }
+  };
+  // Eight at a time, because mostly none of them has.
+  constexpr std::uint64_t any_changed = box_changed * 0x0101010101010101u;
+  std::size_t slot = 0;
+  for (; slot + 8 <= flags.size(); slot += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, &flags[slot], 8);
+    if (eight & any_changed) look_at(slot, slot + 8);
   }
-  if (edited_.empty()) return;
-  for (const std::uint32_t slot : edited_)
-    if (bodies.alive(slot) && state_.flags[slot] & box_changed) changed_.push_back(slot);
-  std::sort(changed_.begin(), changed_.end());
-  changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
+  look_at(slot, flags.size());
+  changed_.resize(count);
 }
 
 // Between steps the tree may not know of boxes that the last step or the application changed.
@@ -205,79 +259,6 @@ void NativeSimulator::refresh_for_queries() {
   collect_changed();
   broad_phase_->refresh(broad_phase_input(), pool_);
   queries_are_current_ = true;
-}
-
-ContactEvent NativeSimulator::event(const Contact& c) const {
-  return {bodies.id(std::min(c.a, c.b)), bodies.id(std::max(c.a, c.b))};
-}
-
-// What the narrow phase found, in the order of contacts.
-void NativeSimulator::take_over_changes() {
-  const auto size = static_cast<std::uint32_t>(changes_.size());
-  const std::size_t chunks = (size + contact_grain - 1) / contact_grain;
-  profile.counts.recycled = 0;
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-    profile.counts.recycled += chunks_of_changes_[chunk].recycled;
-    if (!chunks_of_changes_[chunk].any_ended) continue;
-    const auto begin = static_cast<std::uint32_t>(chunk * contact_grain);
-    for (std::uint32_t i = begin; i < std::min(size, begin + static_cast<std::uint32_t>(contact_grain)); ++i) {
-      if (changes_[i] == Change::ended)
-        end_touching(i);
-      else if (changes_[i] == Change::gone)
-        drop_contact(i, ended_);
-    }
-  }
-  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
-    for (const NewManifold& fresh : chunks_of_changes_[chunk].begun) begin_touching(fresh);
-}
-
-void NativeSimulator::begin_touching(const NewManifold& fresh) {
-  const std::uint32_t index = fresh.contact;
-  graph_.begin(index);
-  const Contact& c = graph_[index];
-  set_manifold(graph_.manifold(c), fresh.manifold, fresh.b_in_a);
-  for (const std::uint32_t slot : {c.a, c.b})
-    if (!(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic) {
-      islands_.wake(slot);
-      active_is_current_ = false;
-    }
-  if (c.colour == no_colour) graph_.colour(index);
-  in_contact_is_current_ = false;
-  begun_.push_back(event(c));
-  report_hit(c);
-}
-
-void NativeSimulator::end_touching(std::uint32_t index) {
-  if (graph_[index].colour != no_colour) graph_.uncolour(index);
-  in_contact_is_current_ = false;
-  ended_.push_back(event(graph_[index]));
-  graph_.end(index);
-}
-
-void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
-  if (graph_[index].touching()) {
-    ended.push_back(event(graph_[index]));
-    in_contact_is_current_ = false;
-  }
-  graph_.remove(index);
-}
-
-void NativeSimulator::report_hit(const Contact& c) {
-  const ContactManifold& m = graph_.manifold(c);
-  const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
-  const Velocity &va = state_.velocities[c.a], &vb = state_.velocities[c.b];
-  const Vec3 normal = rotate(pa.rotation, m.normal);
-  float fastest = 0;
-  Vec3 where;
-  for (int i = 0; i < m.point_count(); ++i) {
-    const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
-    const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
-    if (-dot(speed, normal) > fastest) fastest = -dot(speed, normal), where = pa.position + arm_a;
-  }
-  if (fastest <= def.solver.restitution_threshold) return;
-  const bool swapped = c.b < c.a;
-  const ContactEvent ids = event(c);
-  hits_.push_back({ids.a, ids.b, where, swapped ? -normal : normal, fastest});
 }
 
 void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity& v) {
@@ -309,9 +290,9 @@ void NativeSimulator::quarantine_failed() {
 }
 
 std::size_t NativeSimulator::list_bytes() const {
-  std::size_t bytes = changes_.capacity() * sizeof(Change) + chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) +
-                      changed_chunks_.capacity();
-  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &edited_, &forced_})
+  std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
+                      parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
+  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &solved_before_chunk_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }
@@ -350,8 +331,8 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   state_.velocities[slot] = velocity;
   state_.boxes[slot] = motion_box(info, pose, velocity, def.dt);
   state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], velocity.linear, def.dt);
-  state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake));
-  edited_.push_back(slot);
+  state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
+                                                 (info.motion == MotionType::kinematic ? kinematic : 0));
   set_changed_ = true;
   active_is_current_ = false;
 }
@@ -382,14 +363,12 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   state_.boxes[slot] = motion_box(info, pose, v, def.dt);
   state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], v.linear, def.dt);
   state_.flags[slot] |= box_changed;
-  edited_.push_back(slot);
 }
 
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
   queries_are_current_ = false;
   wake(slot);
   place(slot, state_.poses[slot], velocity);
-  if (state_.flags[slot] & box_changed) edited_.push_back(slot);
 }
 
 void NativeSimulator::material_changed(std::uint32_t slot) {
@@ -404,7 +383,6 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
                      [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   state_.flags[slot] |= box_changed;  // so that it looks for pairs again
-  edited_.push_back(slot);
 }
 
 void NativeSimulator::wake(std::uint32_t slot) {

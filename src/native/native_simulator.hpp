@@ -10,6 +10,7 @@
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
 #include "native/narrow_phase.hpp"
+#include "native/neighbourhood.hpp"
 #include "native/solver.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
@@ -65,12 +66,17 @@ class NativeSimulator : public Simulator {
   /// What one chunk of contacts met in the narrow phase.
   struct ChunkOfChanges {
     std::uint32_t recycled = 0;
-    bool any_ended = false;  // or gone
     std::vector<NewManifold> begun;
+    std::vector<PartedContact> parted;
 
-    void note(Change change) {
+    void clear() {
+      recycled = 0;
+      begun.clear();
+      parted.clear();
+    }
+    void note(std::uint32_t contact, Change change) {
       recycled += change == Change::recycled;
-      any_ended |= change == Change::ended || change == Change::gone;
+      if (change == Change::ended || change == Change::gone) parted.push_back({contact, change == Change::gone});
     }
   };
 
@@ -79,28 +85,31 @@ class NativeSimulator : public Simulator {
   BodyState state_;
   ContactGraph graph_;
   ThreadPool pool_;
+  bool lists_added_ = false;          // for those who ask for it
   std::vector<std::uint32_t> added_;  // contacts that this step's search found
-  std::vector<Change> changes_;       // per contact, of this step
   std::vector<ChunkOfChanges> chunks_of_changes_;
 
  private:
-  static constexpr std::size_t body_grain = 128;
-
   void build_constraints();
   void solve();
   void finish();
 
+  int threads_worth_while() const;
   BroadPhaseInput broad_phase_input() const;
+  void prefetch_bodies(const Contact& c) const;
   void collect_changed();
   void list_active();
   void refresh_for_queries();
+  void sort_active();
   void take_over_changes();
+  void end_contacts();
+  void begin_contacts();
   void begin_touching(const NewManifold& fresh);
+  void first_manifold(NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
-  void report_hit(const Contact& c);
-  void mark_changed(std::span<const std::uint32_t> slots);
+  HitEvent hit(const Contact& c) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void quarantine_failed();
   void count();
@@ -114,15 +123,18 @@ class NativeSimulator : public Simulator {
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
   std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
   std::vector<std::uint32_t> free_;        // and the others
+  Neighbourhood neighbourhood_;
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
   bool set_changed_ = false;                  // bodies added or removed since the broad phase last ran
   std::vector<std::uint32_t> changed_;        // bodies with new fat boxes
-  std::vector<std::uint8_t> changed_chunks_;  // per chunk of slots: does it hold any of them?
-  std::vector<std::uint32_t> edited_;         // bodies whose fat boxes the application changed
   std::vector<std::uint32_t> forced_;         // bodies with a force
-  std::vector<std::vector<Pair>> new_pairs_;
+  std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
+  std::vector<Pair> pairs_to_add_;
+  std::vector<PartedContact> parted_;  // of all chunks
+  std::vector<std::uint32_t> solved_before_chunk_;
+  std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
   std::vector<HitEvent> hits_;

@@ -58,6 +58,7 @@ void Islands::restore(ByteReader& in) {
 }
 
 void Bvh::restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool) {
+  ++times_built_;
   in(leaves_, area_when_built_);
   for (const std::uint32_t leaf : leaves_) in.require(leaf < boxes.size());
   levels_.clear();
@@ -82,8 +83,7 @@ void NativeSimulator::restore(ByteReader& in) {
   islands_.restore(in);
   broad_phase_->restore(in, state_.fat_boxes, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
-  // Every chunk is searched for changed boxes once; bodies flagged for a force are listed again.
-  changed_chunks_.assign(state_.size() / body_grain + 1, 1);
+  // Bodies flagged for a force are listed again.
   for (std::uint32_t slot = 0; slot < state_.size(); ++slot)
     if (state_.flags[slot] & has_force) forced_.push_back(slot);
 }

@@ -3,20 +3,17 @@
 #include <algorithm>
 #include <cstring>
 
-#define HWY_DISABLE_PCLMUL_AES
-#include <hwy/highway.h>
-
-#include "dynamics/rotation.hpp"
 #include "dynamics/softness.hpp"
+#include "native/integrate_bodies.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t block_grain = 8;   // blocks a chunk of a sweep
-constexpr std::size_t body_grain = 256;  // bodies a chunk of an integration
 constexpr std::size_t alignment = 64;
+constexpr std::size_t least_bodies = 64;  // worth another thread
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
@@ -30,27 +27,123 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
       graph_(graph),
       pool_(pool),
       wide_(wide_kernels()),
-      single_(single_kernels()) {}
+      single_(single_kernels()),
+      layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)) {}
+
+// --- what there is to go over --------------------------------------------------------------------------------
+
+class ContactSolver::Everything {
+ public:
+  explicit Everything(ContactSolver& solver) : s_(solver) {}
+
+  template <class Act>
+  void bodies(const Act& act) const {
+    constexpr std::size_t ahead = 4;
+    const bool scattered = s_.pool_.thread_count() > 1;  // otherwise they are in the order of memory
+    const std::span<const std::uint32_t> slots = s_.layout_.bodies();
+    s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
+      const Act mine = act;  // where no other thread can see it, and the compiler knows
+      for (std::size_t i = begin; i < end; ++i) {
+        if (scattered && i + ahead < end) prefetch(slots[i + ahead]);
+        mine(slots[i]);
+      }
+    });
+  }
+
+  /// The overflow, then colour by colour.
+  template <class Kernel>
+  void colours(const Kernel& kernel) const {
+    if (s_.single_count_ > 0) kernel(s_.single_, s_.single_blocks_, 0, s_.single_count_);
+    for (std::size_t i = 0; i < s_.layout_.stretches().size(); ++i)
+      s_.layout_.for_each_part(
+          i, [&](std::size_t begin, std::size_t end) { kernel(s_.wide_, s_.wide_blocks_, begin, end); });
+  }
+
+ private:
+  void prefetch(std::uint32_t slot) const {
+    prefetch_to_write(&s_.state_.solver_bodies()[slot]);
+    prefetch_to_write(&s_.state_.warm[slot]);
+    prefetch_to_read(&s_.state_.motion[slot]);
+  }
+
+  ContactSolver& s_;
+};
+
+class ContactSolver::OneGroup {
+ public:
+  OneGroup(ContactSolver& solver, const Group& group) : s_(solver), group_(group) {}
+
+  template <class Act>
+  void bodies(const Act& act) const {
+    const Act mine = act;
+    for (const std::uint32_t slot : s_.layout_.bodies(group_)) mine(slot);
+  }
+  template <class Kernel>
+  void colours(const Kernel& kernel) const {
+    for (const auto& stretch : s_.layout_.stretches(group_))
+      kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
+  }
+
+ private:
+  ContactSolver& s_;
+  const Group& group_;
+};
+
+template <class Act>
+void ContactSolver::for_each_group(const Act& act) {
+  const std::span<const Group> groups = layout_.groups();
+  pool_.for_each_part(groups.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) act(groups[i]);
+  });
+}
 
 // --- build ---------------------------------------------------------------------------------------------------
 
+void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+  const bool has_moved = layout_.update(in_contact, neighbourhood);
+  const bool bounces = wide_blocks_.bounces != nullptr;
+  if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
+  wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
+  point_count_ = 0;
+  if (layout_.groups().empty()) {
+    Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
+    layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
+    point_count_ += single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(),
+                                    graph_.constrained(), view());
+  } else {
+    for_each_group([&](const Group& group) {
+      OneGroup(*this, group).bodies([&](std::uint32_t slot) { load_body(slot); });
+      prepare(group.blocks.begin, group.blocks.end);
+    });
+  }
+}
+
 void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
 }
 
-void ContactSolver::build(std::span<const std::uint32_t> in_contact) {
-  load_bodies(in_contact);
-  lay_out_blocks();
-  point_count_ = 0;
-  const BodiesView view{state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
-  const Constrained constrained = graph_.constrained();
-  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
-    point_count_ += wide_.prepare(wide_blocks_, begin, end, lanes_.data(), constrained, view);
+void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
+  const BodyIntegration integrate = integration(h);
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], first);
   });
-  point_count_ +=
-      single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(), constrained, view);
+}
+
+void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
+  const BodyIntegration integrate = integration(h);
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) integrate.position(in_contact[i]);
+  });
+}
+
+BodiesView ContactSolver::view() {
+  return {state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
+}
+
+void ContactSolver::prepare(std::size_t begin, std::size_t end) {
+  point_count_ += wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), graph_.constrained(), view());
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -77,101 +170,106 @@ void ContactSolver::load_body(std::uint32_t slot) {
   }
 }
 
-void ContactSolver::lay_out_blocks() {
-  const bool isotropic = !bodies_.any_anisotropic();
-  const std::size_t wide_bytes = isotropic ? wide_.isotropic_block_bytes : wide_.block_bytes;
-  const std::size_t single_bytes = isotropic ? single_.isotropic_block_bytes : single_.block_bytes;
-  const bool bounces = wide_blocks_.bounces != nullptr;
-  if (laid_out_ == graph_.colouring() && bounces == graph_.may_bounce() && wide_bytes == wide_blocks_.stride) return;
-  laid_out_ = graph_.colouring();
-  wide_blocks_.stride = wide_bytes;
-  single_blocks_.stride = single_bytes;
-  const auto width = static_cast<std::size_t>(wide_.width);
-  stretches_.clear();
-  lanes_.clear();
-  wide_count_ = 0;
-  for (int colour = 0; colour < colour_count; ++colour) {
-    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour);
-    if (contacts.empty()) continue;
-    const std::size_t padded = (contacts.size() + width - 1) / width * width;
-    make_room(lanes_, lanes_.size() + padded);
-    lanes_.insert(lanes_.end(), contacts.begin(), contacts.end());
-    lanes_.resize(wide_count_ * width + padded, none);
-    stretches_.push_back({wide_count_, lanes_.size() / width});
-    wide_count_ = lanes_.size() / width;
-  }
-  colours_in_use_ = static_cast<int>(stretches_.size());
+std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
+  return bodies_.any_anisotropic() ? kernels.block_bytes : kernels.isotropic_block_bytes;
+}
+
+void ContactSolver::make_room_for_blocks() {
+  const std::size_t wide_count = layout_.blocks();
   single_count_ = graph_.of_colour(overflow_colour).size();
-  const std::size_t bytes = wide_count_ * wide_bytes + single_count_ * single_bytes + alignment;
+  wide_blocks_.stride = block_bytes(wide_);
+  single_blocks_.stride = block_bytes(single_);
+  const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride + alignment;
   if (blocks_.size() < bytes) {
     blocks_.clear();
     grow_to(blocks_, bytes);
   }
   const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
   wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
-  single_blocks_.blocks = wide_blocks_.blocks + wide_count_ * wide_bytes;
+  single_blocks_.blocks = wide_blocks_.blocks + wide_count * wide_blocks_.stride;
   if (!graph_.may_bounce()) {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;
     return;
   }
   const std::size_t floats =
-      wide_count_ * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
+      wide_count * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
   if (bounces_.size() < floats) grow_to(bounces_, floats);
   const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
   wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
-  single_blocks_.bounces = wide_blocks_.bounces + wide_count_ * wide_.bounce_floats;
+  single_blocks_.bounces = wide_blocks_.bounces + wide_count * wide_.bounce_floats;
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::solve(std::span<const std::uint32_t> in_contact) {
-  const float h = def_.dt / static_cast<float>(def_.solver.substeps);
-  if (def_.solver.method == Solver::soft)
-    solve_soft(in_contact, h);
-  else
-    solve_impulse(in_contact, h);
+BodyIntegration ContactSolver::integration(float h) {
+  return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
 }
 
-void ContactSolver::solve_soft(std::span<const std::uint32_t> in_contact, float h) {
+void ContactSolver::solve() {
+  if (layout_.groups().empty())
+    solve(Everything(*this));
+  else
+    for_each_group([&](const Group& group) { solve(OneGroup(*this, group)); });
+}
+
+template <class Work>
+void ContactSolver::solve(const Work& work) {
+  const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+  if (def_.solver.method == Solver::soft)
+    solve_soft(work, h);
+  else
+    solve_impulse(work, h);
+}
+
+template <class Work>
+void ContactSolver::solve_soft(const Work& work, float h) {
   const SolverSettings& settings = def_.solver;
   SweepParameters soft;
   soft.inverse_substep = 1 / h;
   soft.contacts = contact_softness(settings, h);
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = settings.restitution_threshold;
+  const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    integrate_velocities(in_contact, h, substep == 0 || !settings.warm_start);
-    begin_impulses(substep == 0);
-    sweep(&SolverKernels::solve, soft);
-    integrate_positions(in_contact, h);
-    sweep(&SolverKernels::relax, soft);
+    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
+      integrate.velocity(slot, first);
+    });
+    begin_impulses(work, substep == 0);
+    sweep(work, &SolverKernels::solve, soft);
+    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    sweep(work, &SolverKernels::relax, soft);
   }
-  sweep(&SolverKernels::restitute, soft);
+  if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, soft);
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
 // 3.20–3.23; Catto 2005 for the factor 0.2 of Baumgarte's b = β/Δt·C). Restitution follows as in the soft step.
-void ContactSolver::solve_impulse(std::span<const std::uint32_t> in_contact, float h) {
+template <class Work>
+void ContactSolver::solve_impulse(const Work& work, float h) {
   SweepParameters p;
   p.inverse_substep = 1 / h;
   p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = def_.solver.restitution_threshold;
+  const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
-    integrate_velocities(in_contact, h, substep == 0 || !def_.solver.warm_start);
-    begin_impulses(substep == 0);
+    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
+      integrate.velocity(slot, first);
+    });
+    begin_impulses(work, substep == 0);
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
-      sweep(&SolverKernels::iterate, p);
+      sweep(work, &SolverKernels::iterate, p);
     }
-    integrate_positions(in_contact, h);
+    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
   }
-  sweep(&SolverKernels::restitute, p);
+  if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, p);
 }
 
-void ContactSolver::begin_impulses(bool first_substep) {
+template <class Work>
+void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
   if (def_.solver.warm_start && !first_substep) return;
-  for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
+  work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     if (def_.solver.warm_start)
       k.warm_start(blocks, begin, end, state_.solver_bodies());
     else
@@ -179,105 +277,23 @@ void ContactSolver::begin_impulses(bool first_substep) {
   });
 }
 
-// Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
-namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using QuadTag = hn::CappedTag<float, 4>;
-using Quad = hn::Vec<QuadTag>;
-
-HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
-HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
-
-/// v ← damping · v + h · acceleration + W, with W brought up to date first (see the head of solver.hpp).
-HWY_INLINE void integrate_velocity(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm,
-                                   Vec3& reference, bool first) {
-  const QuadTag d;
-  const Quad now = load(v);
-  const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
-  const Quad w = first ? hn::Zero(d) : hn::Add(load(warm), hn::Sub(now, load(reference)));
-  const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
-  put(warm, w);
-  put(v, next);
-  put(reference, next);
-}
-
-}  // namespace
-
-void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t slot = in_contact[i];
-      SolverBody& body = state_.solver_bodies()[slot];
-      if (body.inverse_mass == 0) continue;
-      const BodyMotion& motion = state_.motion[slot];
-      WarmStart& warm = state_.warm[slot];
-      // The reference leaves the warm start out in the first substep, where a sweep applies it.
-      integrate_velocity(body.linear, motion.acceleration, motion.linear_damping, h, warm.linear, warm.linear_reference,
-                         first);
-      integrate_velocity(body.angular, motion.angular_acceleration, motion.angular_damping, h, warm.angular,
-                         warm.angular_reference, first);
-    }
-  });
-}
-
-namespace {
-
-/// `fathom::mean_velocity` of a body in contact.
-HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
-  const QuadTag d;
-  const Quad v = load(body.linear);
-  const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
-  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d)))) return v;
-  return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
-}
-
-}  // namespace
-
-void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
-  const QuadTag d;
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t slot = in_contact[i];
-      SolverBody& body = state_.solver_bodies()[slot];
-      put(body.moved,
-          hn::MulAdd(hn::Set(d, h), mean_velocity(body, state_.motion[slot], state_.warm[slot], h), load(body.moved)));
-      if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
-        // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
-        const BodyInfo& info = bodies_[slot];
-        const Vec3 before = body.angular;
-        Quat q = state_.poses[slot].rotation;
-        body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
-        // A body that fails keeps an orientation; its angular velocity tells that it failed.
-        if (is_finite(q)) state_.poses[slot].rotation = q;
-        state_.warm[slot].angular_reference += body.angular - before;
-      } else {
-        put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
-      }
-    }
-  });
-}
-
-template <class Kernel>
-void ContactSolver::for_each_colour(const Kernel& kernel) {
-  if (single_count_ > 0) kernel(single_, single_blocks_, 0, single_count_);
-  for (const Stretch& stretch : stretches_)
-    pool_.for_each_chunk(stretch.end - stretch.first, block_grain, [&](std::size_t begin, std::size_t end) {
-      kernel(wide_, wide_blocks_, stretch.first + begin, stretch.first + end);
-    });
-}
-
-void ContactSolver::sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters) {
-  for_each_colour([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
+template <class Work>
+void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters) {
+  work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
   });
 }
 
 void ContactSolver::store() {
-  pool_.for_each_chunk(wide_count_, block_grain, [&](std::size_t begin, std::size_t end) {
+  const auto store_blocks = [&](std::size_t begin, std::size_t end) {
     wide_.store(wide_blocks_, begin, end, graph_.constrained());
-  });
-  single_.store(single_blocks_, 0, single_count_, graph_.constrained());
+  };
+  if (layout_.groups().empty()) {
+    layout_.for_each_part_of_all(store_blocks);
+    single_.store(single_blocks_, 0, single_count_, graph_.constrained());
+  } else {
+    for_each_group([&](const Group& group) { store_blocks(group.blocks.begin, group.blocks.end); });
+  }
 }
 
 }  // namespace fathom::native

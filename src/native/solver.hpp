@@ -16,11 +16,13 @@
 #include <fathom/world.hpp>
 #include <vector>
 
-#include "native/contact_graph.hpp"
+#include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
 
 namespace fathom::native {
+
+struct BodyIntegration;
 
 /// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
 inline constexpr float baumgarte = 0.2f;
@@ -34,35 +36,48 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour.
-  void build(std::span<const std::uint32_t> in_contact);
+  /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
+  void build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
   /// All substeps. Afterwards `BodyState::solver` holds velocities and movement of the step.
-  void solve(std::span<const std::uint32_t> in_contact);
+  void solve();
   /// Hands the impulses back to the contacts.
   void store();
 
-  int colours_in_use() const { return colours_in_use_; }
+  /// Bodies in contact, in the order in which threads take them.
+  std::span<const std::uint32_t> bodies() const { return layout_.bodies(); }
+  int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + lanes_.capacity() * sizeof(std::uint32_t);
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes();
   }
 
  private:
-  struct Stretch {  // blocks of one colour
-    std::size_t first, end;
-  };
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
+  using Group = ConstraintLayout::Group;
 
-  void lay_out_blocks();
+  /// What a solver goes over in every substep: all bodies and colours, by all threads, or those of a group.
+  class Everything;
+  class OneGroup;
+
+  template <class Act>
+  void for_each_group(const Act& act);
+  std::size_t block_bytes(const SolverKernels& kernels) const;
+  void make_room_for_blocks();
+  BodiesView view();
   void load_body(std::uint32_t slot);
-  void solve_soft(std::span<const std::uint32_t> in_contact, float h);
-  void solve_impulse(std::span<const std::uint32_t> in_contact, float h);
+  void prepare(std::size_t begin, std::size_t end);
+  template <class Work>
+  void solve(const Work& work);
+  template <class Work>
+  void solve_soft(const Work& work, float h);
+  template <class Work>
+  void solve_impulse(const Work& work, float h);
   /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
-  void begin_impulses(bool first_substep);
-  /// Calls kernel(kernels, blocks, begin, end) over the overflow, then colour by colour.
-  template <class Kernel>
-  void for_each_colour(const Kernel& kernel);
-  void sweep(Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  template <class Work>
+  void begin_impulses(const Work& work, bool first_substep);
+  template <class Work>
+  void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  BodyIntegration integration(float h);
 
   const WorldDef& def_;
   const BodyTable& bodies_;
@@ -75,11 +90,8 @@ class ContactSolver {
   std::vector<std::byte> blocks_;
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
-  std::size_t wide_count_ = 0, single_count_ = 0;
-  std::vector<std::uint32_t> lanes_;
-  std::vector<Stretch> stretches_;
-  int colours_in_use_ = 0;
-  std::uint64_t laid_out_ = 0;  // the colouring that the blocks follow
+  std::size_t single_count_ = 0;
+  ConstraintLayout layout_;
   std::atomic<std::size_t> point_count_ = 0;
 };
 

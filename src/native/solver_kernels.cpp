@@ -17,7 +17,8 @@
 // a zero can differ, and states are published without negative zeros.
 
 #define HWY_DISABLE_PCLMUL_AES
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
+// Vectors of a length known at compile time alone: no SVE.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/solver_kernels.cpp"
 #include "native/solver_kernels.hpp"
@@ -26,6 +27,7 @@
 #include <hwy/highway.h>
 
 #include "native/constraint_block-inl.hpp"
+#include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -339,6 +341,14 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
   bodies.store(block.header().lanes);
 }
 
+template <class D>
+HWY_INLINE void prefetch_bodies(const Block<D>& block, const SolverBody* bodies) {
+  const BlockHeader& h = block.header();
+  for (std::size_t i = 0; i < h.lanes; ++i) prefetch_to_write(bodies + block.b()[i]);
+  if (h.fixed_a) return;
+  for (std::size_t i = 0; i < h.lanes; ++i) prefetch_to_write(bodies + block.a()[i]);
+}
+
 /// Calls `act` with the block's kind as compile-time constants.
 template <class D, class Act>
 HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
@@ -356,9 +366,19 @@ HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
   }
 }
 
+/// Calls act(block) for each of them, while the bodies of the next one come from wherever another thread has left them.
+template <class D, class Act>
+HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const SolverBody* bodies,
+                           const Act& act) {
+  for (std::size_t i = begin; i < end; ++i) {
+    if (blocks.shared && i + 1 < end) prefetch_bodies(block_at<D>(blocks, i + 1), bodies);
+    act(block_at<D>(blocks, i));
+  }
+}
+
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
-  for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
+  for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
   });
@@ -366,7 +386,7 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
 
 template <class D>
 void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all) {
-  for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
+  for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
   });
@@ -374,16 +394,17 @@ void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBod
 
 template <class D>
 void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
-  for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
+  for (std::size_t i = begin; i < end; ++i) {
+    const Block<D> block = block_at<D>(blocks, i);
     const auto zero = hn::Zero(D());
     for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
     for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse}) block.set(field, zero);
-  });
+  }
 }
 
 template <class D>
 void restitute(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
-  for_blocks<D>(blocks, begin, end, [&](Block<D> block) HWY_ATTR {
+  for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { restitute_block<D, fixed_a.value, isotropic.value>(block, all, p); });

@@ -38,6 +38,7 @@ struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
   std::size_t stride = 0;  ///< bytes from block to block
+  bool shared = false;     ///< several threads write the bodies in turn
 };
 
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,

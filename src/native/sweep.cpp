@@ -18,25 +18,28 @@ class SweepBroadPhase : public BroadPhase {
  public:
   explicit SweepBroadPhase(Vec3 axis) : axis_(axis) {}
 
-  void find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
+  std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
     const std::size_t chunks = (sorted_.size() + wide_.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
-    for (std::vector<Pair>& list : found) list.clear();
-    if (input.changed.empty() && !input.set_changed) return;
+    if (input.changed.empty() && !input.set_changed) return 0;
     pool.for_each_chunk(sorted_.size() + wide_.size(), grain, [&](std::size_t begin, std::size_t end) {
+      std::vector<Pair>& pairs = found[begin / grain];
+      pairs.clear();
       for (std::size_t i = begin; i < end; ++i) {
         if (i < sorted_.size())
-          sweep_from(input, i, found[begin / grain]);
+          sweep_from(input, i, pairs);
         else
-          match_wide(input, i - sorted_.size(), found[begin / grain]);
+          match_wide(input, i - sorted_.size(), pairs);
       }
     });
+    return chunks;
   }
 
   void refresh(const BroadPhaseInput& input, ThreadPool&) override {
     boxes_ = input.state.fat_boxes.data();
     if (input.set_changed) {
+      ++times_collected_;
       collect(input);
       std::sort(sorted_.begin(), sorted_.end(), before);
     } else {
@@ -56,6 +59,11 @@ class SweepBroadPhase : public BroadPhase {
     overlap({min(origin, end), max(origin, end)}, found);
   }
 
+  void list_neighbours(std::vector<std::uint32_t>& slots) const override {
+    for_each_slot([&](std::uint32_t slot) { slots.push_back(slot); });
+  }
+  std::uint64_t order() const override { return times_collected_; }
+
   std::size_t memory_bytes() const override {
     return sorted_.capacity() * sizeof(Interval) + wide_.capacity() * sizeof(std::uint32_t);
   }
@@ -65,6 +73,7 @@ class SweepBroadPhase : public BroadPhase {
 
   void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool&) override {
     in(sorted_, wide_);
+    ++times_collected_;
     boxes_ = fat_boxes.data();
     for_each_slot([&](std::uint32_t slot) { in.require(slot < fat_boxes.size()); });
   }
@@ -145,6 +154,7 @@ class SweepBroadPhase : public BroadPhase {
   const Aabb* boxes_ = nullptr;
   std::vector<Interval> sorted_;
   std::vector<std::uint32_t> wide_;
+  std::uint64_t times_collected_ = 0;
 };
 
 }  // namespace

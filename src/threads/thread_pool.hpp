@@ -3,17 +3,19 @@
 //
 // * A step is a sequence of loops; the caller's thread runs every loop too and goes on when all of it is done.
 // * A loop's range is cut into chunks. Every thread starts on a stretch of chunks of its own, the same in every loop
-//   over the same range, so that what it wrote in one sweep is in its cache in the next; when it is done it helps
-//   with the others' stretches, so a slow thread only takes fewer. Chunks are a function of the range alone, never of
-//   the number of threads: what a loop writes per chunk can be read back in chunk order, which keeps results
-//   independent of timing.
+//   over the same range, so that what it wrote in one sweep is in its cache in the next. A thread that is done and
+//   hears of no new loop for a moment helps with the others' stretches, so a slow thread only takes fewer.
+// * Nothing is written by all threads: the caller announces a loop in one cache line that workers watch, claims and
+//   completions of a stretch are counted in a line of its owner, and the caller reads those lines in turn. With 16
+//   threads a loop of nothing takes a quarter of what one shared counter of finished threads takes.
 // * Between loops workers spin for a short while (loops of one step follow each other within microseconds)
-//   and then sleep. A loop of few chunks calls only as many threads as it has chunks; the others do not even look. A
-//   worker that wakes late finds the loop closed and harms nobody: the caller waits only for workers that entered.
+//   and then sleep. A worker that comes late finds nothing to claim and harms nobody: the caller waits for chunks, not
+//   for threads.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <thread>
 #include <vector>
 
@@ -27,49 +29,114 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  int thread_count() const { return static_cast<int>(workers_.size()) + 1; }
+  /// Threads that loops use.
+  int thread_count() const { return static_cast<int>(used()); }
+  /// Loops use `threads` threads from now on, or all there are.
+  void use(int threads);
 
-  /// Calls body(begin, end) for consecutive chunks of `grain` items of [0, count), on all threads.
+  /// Calls body(begin, end) for consecutive chunks of `grain` items of [0, count), on all threads. The chunks are a
+  /// function of the range alone, never of the number of threads: what a loop writes per chunk can be read back in
+  /// chunk order, which keeps results independent of timing.
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t grain, Body&& body) {
-    if (count == 0) return;
     // Two chunks are done before another thread has heard of them.
-    if (workers_.empty() || count <= 2 * grain) {
+    if (used() == 1 || count <= 2 * grain) {
       for (std::size_t begin = 0; begin < count; begin += grain)
         body(begin, begin + grain < count ? begin + grain : count);
       return;
     }
-    run({[](void* context, std::size_t begin, std::size_t end) { (*static_cast<Body*>(context))(begin, end); },
-         const_cast<void*>(static_cast<const void*>(&body)), count, grain});
+    const auto chunk = [&](std::size_t k) {
+      const std::size_t begin = k * grain;
+      body(begin, begin + grain < count ? begin + grain : count);
+    };
+    run(chunk, (count + grain - 1) / grain);
+  }
+
+  /// Calls body(begin, end) for parts of [0, count) of at least `least` items (as far as there are so many), on as
+  /// many threads as that leaves work for. Where the cuts are depends on the number of threads.
+  template <class Body>
+  void for_each_part(std::size_t count, std::size_t least, Body&& body) {
+    if (count == 0) return;
+    const std::size_t threads = used(), most = count / least;
+    if (threads == 1 || most < 2) return body(0, count);
+    // A few parts a thread, so that others can help; the same number for each.
+    const std::size_t parts = most < 2 * threads                                    ? (most < threads ? most : threads)
+                              : most / threads * threads < parts_a_thread * threads ? most / threads * threads
+                                                                                    : parts_a_thread * threads;
+    const auto part = [&](std::size_t k) { body(k * count / parts, (k + 1) * count / parts); };
+    run(part, parts);
+  }
+
+  /// Cuts of a share, so that others can help with it.
+  static constexpr std::size_t parts_a_thread = 4;
+
+  /// Calls body(begin, end) for parts of `shares` shares: those of [cut(i), cut(i + 1)) thread i takes, if it is not
+  /// late. Not more shares than threads.
+  template <class Cut, class Body>
+  void for_each_share(std::size_t shares, const Cut& cut, Body&& body) {
+    if (used() == 1 || shares < 2) return body(cut(0), cut(shares));
+    const std::size_t parts = shares < used() ? 1 : parts_a_thread;
+    const auto part = [&](std::size_t k) {
+      const std::size_t first = cut(k / parts), size = cut(k / parts + 1) - first;
+      const std::size_t begin = first + k % parts * size / parts, end = first + (k % parts + 1) * size / parts;
+      if (begin != end) body(begin, end);
+    };
+    run(part, shares * parts);
   }
 
  private:
+  static constexpr std::size_t line = 128;  // two cache lines, because they are fetched in pairs
+
   struct Loop {
-    void (*call)(void* context, std::size_t begin, std::size_t end) = nullptr;
-    void* context = nullptr;
-    std::size_t count = 0;
-    std::size_t grain = 1;
+    void (*call)(const void* context, std::size_t chunk) = nullptr;
+    const void* context = nullptr;
+    std::uint32_t chunks = 0;
+    std::uint32_t stretches = 0;
   };
 
-  void run(const Loop& loop);
-  void take_chunks(std::size_t thread);
+  /// The last two loops. A slot is rewritten two loops later, so whoever read `number` before and after reading a
+  /// slot has read one loop.
+  struct alignas(line) Announcement {
+    struct Slot {
+      std::atomic<void (*)(const void*, std::size_t)> call{nullptr};
+      std::atomic<const void*> context{nullptr};
+      std::atomic<std::uint32_t> chunks{0}, stretches{0};
+    };
+    std::atomic<std::uint64_t> number{0};
+    Slot slots[2];
+  };
+
+  /// A stretch of chunks. `claims` holds the number of the loop and how many chunks have been claimed in it; where the
+  /// number is an older one, nobody has claimed any yet.
+  struct alignas(line) Stretch {
+    std::atomic<std::uint64_t> claims{0};
+    std::atomic<std::uint64_t> completed{0};  // chunks, of all loops so far
+  };
+
+  template <class Chunk>
+  void run(const Chunk& chunk, std::size_t chunks) {
+    run({[](const void* context, std::size_t k) { (*static_cast<const Chunk*>(context))(k); }, &chunk,
+         static_cast<std::uint32_t>(chunks), 0});
+  }
+  std::size_t used() const { return used_.load(std::memory_order_relaxed); }
+  void run(Loop loop);
+  void announce(const Loop& loop);
+  void wait_for(std::size_t stretch, const Loop& loop);
+  bool hear(std::uint64_t number, Loop& loop) const;
+  void take_chunks(std::size_t stretch, std::uint64_t number, const Loop& loop);
+  void help(std::size_t thread, std::uint64_t number, const Loop& loop);
   void work(std::size_t thread);
+  bool spin_until_new(std::size_t thread, std::uint64_t heard, const Loop& loop);
+  void sleep_until_new(std::size_t thread, std::uint64_t heard);
+  void wake_all();
 
-  /// A stretch of chunks; a cache line each, because its counter is hot.
-  struct alignas(64) Stretch {
-    std::atomic<std::size_t> next{0};
-    std::size_t end = 0;
-  };
-
-  Loop loop_;
-  std::vector<Stretch> stretches_;                    // one a thread
-  std::size_t stretch_count_ = 0;                     // in use by the loop
-  alignas(64) std::atomic<std::uint32_t> open_{0};    // 1 while workers may enter the loop
-  alignas(64) std::atomic<std::uint32_t> inside_{0};  // workers in or about to look into a loop
-  alignas(64) std::atomic<std::uint32_t> bell_{0};  // rung when a loop opens: its number, and how many threads it wants
-  std::atomic<std::uint32_t> sleepers_{0};
+  std::atomic<std::size_t> used_;
+  Announcement announced_;
+  std::vector<Stretch> stretches_;                        // one a thread
+  std::vector<std::uint64_t> completed_;                  // what the stretches' counters reach when the loop is done
+  alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of those in use
+  std::atomic<std::uint32_t> alarm_{0};                   // what sleepers wait on
   std::atomic<bool> stop_{false};
-  std::uint32_t number_ = 0;
   std::vector<std::thread> workers_;
 };
 

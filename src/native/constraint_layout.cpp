@@ -1,0 +1,244 @@
+#include "native/constraint_layout.hpp"
+
+#include <algorithm>
+
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
+constexpr std::size_t least_to_group = 256;  // bodies
+constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
+constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
+constexpr std::size_t groups_a_thread = 4;   // so that others can help
+constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
+
+std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
+
+/// The even cut, or the wanted one as far as shares stay nearly even: all threads wait for the largest.
+std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
+  const std::size_t slack = share / 8;
+  return std::clamp(wanted, even - std::min(even, slack), even + slack);
+}
+
+}  // namespace
+
+bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+  const bool same_bodies = version_ == in_contact.version;
+  const bool same_colours = colouring_ == graph_.colouring() && threads_ == threads();
+  if (same_colours && (same_bodies || groups_.empty())) {
+    if (!same_bodies) order_bodies(in_contact.slots, neighbourhood);
+    version_ = in_contact.version;
+    return false;
+  }
+  version_ = in_contact.version;
+  colouring_ = graph_.colouring();
+  threads_ = threads();
+  colours_ = 0;
+  for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
+  groups_.clear();
+  stretches_.clear();
+  blocks_ = 0;
+  if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
+    place_bodies(in_contact.slots);
+    fill_by_group();
+  } else {
+    fill_by_colour(neighbourhood);
+    order_bodies(in_contact.slots, neighbourhood);
+  }
+  return true;
+}
+
+// --- shared by all threads -----------------------------------------------------------------------------------
+
+void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
+  colour_of_.clear();
+  for (int colour = 0; colour < colour_count; ++colour) {
+    const std::size_t contacts = graph_.of_colour(colour).size();
+    if (contacts == 0) continue;
+    stretches_.push_back({blocks_, blocks_ + blocks_of(contacts, width_), 1});
+    colour_of_.push_back(colour);
+    blocks_ = stretches_.back().end;
+  }
+  grow_to(lanes_, blocks_ * width_);
+  offsets_.resize(threads() > 1 ? stretches_.size() : 0);
+  const auto fill = [&](std::size_t s) {
+    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour_of_[s]);
+    const std::span<std::uint32_t> lanes{lanes_.data() + stretches_[s].first * width_,
+                                         lanes_.data() + stretches_[s].end * width_};
+    if (threads() > 1)
+      offsets_[s] = neighbourhood.sort(
+          contacts, [&](std::uint32_t contact) { return graph_[contact].b; }, lanes);
+    else
+      std::copy(contacts.begin(), contacts.end(), lanes.begin());
+    std::fill(lanes.begin() + static_cast<std::ptrdiff_t>(contacts.size()), lanes.end(), none);
+  };
+  const bool alone = lanes_.size() < least_to_sort;
+  pool_.for_each_part(stretches_.size(), alone ? stretches_.size() : 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) fill(s);
+  });
+  share_out();
+}
+
+void ConstraintLayout::share_out() {
+  std::size_t total = 0;
+  for (const Neighbourhood::Offsets& offsets : offsets_) total += offsets.back();
+  place_cuts_.assign(threads() + 1, Neighbourhood::place_count);
+  for (std::size_t place = 0, t = 0; threads() > 1 && place < Neighbourhood::place_count; ++place) {
+    std::size_t before = 0;
+    for (const Neighbourhood::Offsets& offsets : offsets_) before += offsets[place];
+    while (t <= threads() && before * threads() >= t * total) place_cuts_[t++] = place;
+  }
+  cuts_.resize(stretches_.size() * (threads() + 1));
+  for (std::size_t s = 0; s < stretches_.size(); ++s) {
+    Stretch& stretch = stretches_[s];
+    const std::size_t blocks = stretch.end - stretch.first;
+    stretch.shares = std::clamp<std::size_t>(blocks / least_blocks(), 1, threads());
+    for (std::size_t t = 0; t <= threads(); ++t) {
+      const std::size_t even = std::min(t, stretch.shares) * blocks / stretch.shares;
+      const bool inner = stretch.shares == threads() && t > 0 && t < threads();
+      const std::size_t cut =
+          inner ? near_even(even, (offsets_[s][place_cuts_[t]] + width_ / 2) / width_, blocks / threads()) : even;
+      cuts(s)[t] = stretch.first + cut;
+    }
+  }
+}
+
+void ConstraintLayout::order_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood) {
+  grow_to(bodies_, in_contact.size());
+  if (threads() > 1)
+    neighbourhood.sort(
+        in_contact, [](std::uint32_t slot) { return slot; }, bodies_);
+  else
+    std::copy(in_contact.begin(), in_contact.end(), bodies_.begin());
+  share_out_bodies(neighbourhood);
+}
+
+void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
+  const std::size_t shares = std::clamp<std::size_t>(bodies_.size() / least_bodies, 1, threads());
+  body_cuts_.resize(shares + 1);
+  for (std::size_t t = 0; t <= shares; ++t) {
+    body_cuts_[t] = t * bodies_.size() / shares;
+    if (shares < threads() || threads() == 1 || t == 0 || t == threads()) continue;
+    const auto wanted = std::partition_point(
+        bodies_.begin(), bodies_.end(), [&](std::uint32_t slot) { return neighbourhood.place(slot) < place_cuts_[t]; });
+    body_cuts_[t] =
+        near_even(body_cuts_[t], static_cast<std::size_t>(wanted - bodies_.begin()), bodies_.size() / threads());
+  }
+}
+
+// --- in groups -----------------------------------------------------------------------------------------------
+
+// Many islands can be expected where there are fewer contacts between bodies than bodies. A kinematic body may touch
+// several islands and moves on while they are solved, and the overflow knows no islands: then all is one group.
+bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
+  if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
+  if (!graph_.of_colour(overflow_colour).empty()) return false;
+  std::size_t between = 0;
+  for (int colour = 0; colour < first_fixed_colour; ++colour) between += graph_.of_colour(colour).size();
+  return between < in_contact.size() && std::none_of(in_contact.begin(), in_contact.end(), [&](std::uint32_t slot) {
+           return state_.flags[slot] & kinematic;
+         });
+}
+
+// Path halving; the smaller root wins.
+std::uint32_t ConstraintLayout::root(std::uint32_t slot) {
+  while (island_[slot].parent != slot) slot = island_[slot].parent = island_[island_[slot].parent].parent;
+  return slot;
+}
+
+void ConstraintLayout::join_islands() {
+  grow_to(island_, state_.size());
+  links_.clear();
+  for (std::uint32_t colour = 0; colour < colour_count; ++colour)
+    for (const std::uint32_t index : graph_.of_colour(static_cast<int>(colour))) {
+      const Contact& c = graph_[index];
+      for (const std::uint32_t slot : {c.a, c.b}) island_[slot] = {slot, 0, none};
+      make_room(links_, links_.size() + 1);
+      links_.push_back({index, colour, c.b, c.a});
+    }
+  for (const Link& link : links_) {
+    if (link.colour >= first_fixed_colour) break;
+    const std::uint32_t a = root(link.root), b = root(link.b);
+    island_[std::max(a, b)].parent = std::min(a, b);
+  }
+  for (Link& link : links_) {
+    link.root = root(link.b);
+    ++island_[link.root].weight;
+  }
+}
+
+// Islands make groups in the order of their first bodies. False where that leaves too much to one thread.
+bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
+  join_islands();
+  const std::size_t full = std::clamp(links_.size() / (threads() * groups_a_thread), least_weight, most_weight);
+  std::size_t weight = 0, largest = 0;
+  groups_.push_back({});
+  grow_to(group_of_body_, in_contact.size());
+  for (std::size_t i = 0; i < in_contact.size(); ++i) {
+    Island& island = island_[root(in_contact[i])];
+    if (island.group == none) {
+      if (weight >= full) {
+        groups_.push_back({});
+        weight = 0;
+      }
+      island.group = static_cast<std::uint32_t>(groups_.size() - 1);
+      weight += island.weight;
+      largest = std::max(largest, weight);
+    }
+    group_of_body_[i] = island.group;
+  }
+  if (groups_.size() > 1 && largest <= std::max(2 * full, links_.size() / threads())) return true;
+  groups_.clear();
+  return false;
+}
+
+void ConstraintLayout::place_bodies(std::span<const std::uint32_t> in_contact) {
+  for (const std::uint32_t group : group_of_body_) ++groups_[group].bodies.end;
+  std::size_t first = 0;
+  for (Group& group : groups_) {
+    const std::size_t count = group.bodies.end;
+    group.bodies = {first, first};  // grows as bodies come in
+    first += count;
+  }
+  grow_to(bodies_, in_contact.size());
+  for (std::size_t i = 0; i < in_contact.size(); ++i) bodies_[groups_[group_of_body_[i]].bodies.end++] = in_contact[i];
+}
+
+void ConstraintLayout::fill_by_group() {
+  next_lane_.assign(groups_.size() * colour_count, 0);
+  const auto next_lane = [&](const Link& link) -> std::uint32_t& {
+    const std::uint32_t group = island_[link.root].group;
+    // Contacts between bodies in quarantine belong to no group; any will do.
+    return next_lane_[(group == none ? 0 : group) * colour_count + link.colour];
+  };
+  for (const Link& link : links_) ++next_lane(link);
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    groups_[g].stretches.begin = stretches_.size();
+    groups_[g].blocks.begin = blocks_;
+    for (std::size_t colour = 0; colour < colour_count; ++colour) {
+      std::uint32_t& lane = next_lane_[g * colour_count + colour];
+      const std::size_t blocks = blocks_of(lane, width_);
+      lane = static_cast<std::uint32_t>(blocks_ * width_);
+      if (blocks > 0) stretches_.push_back({blocks_, blocks_ + blocks, 1});
+      blocks_ += blocks;
+    }
+    groups_[g].stretches.end = stretches_.size();
+    groups_[g].blocks.end = blocks_;
+  }
+  grow_to(lanes_, blocks_ * width_);
+  std::fill(lanes_.begin(), lanes_.end(), none);
+  for (const Link& link : links_) lanes_[next_lane(link)++] = link.contact;
+}
+
+std::size_t ConstraintLayout::memory_bytes() const {
+  return (lanes_.capacity() + bodies_.capacity() + group_of_body_.capacity() + next_lane_.capacity()) *
+             sizeof(std::uint32_t) +
+         links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
+         offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +
+         groups_.capacity() * sizeof(Group) + island_.capacity() * sizeof(Island);
+}
+
+}  // namespace fathom::native

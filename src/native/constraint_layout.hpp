@@ -1,0 +1,151 @@
+// Which constraint goes to which lane of which block, and which thread works on it. All of this is for speed: within a
+// colour any order gives the same result, and so does any order of islands.
+//
+// Where contacts are few, bodies fall into many islands, which know nothing of each other. Islands that lie together
+// then make a group, and one thread takes a group through all sweeps without waiting for the others. Otherwise all
+// threads work on one colour after the other; each has its share of every colour, at the same place in all of them as
+// nearly as equal shares allow, and of the bodies there.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/contact_graph.hpp"
+#include "native/neighbourhood.hpp"
+#include "threads/thread_pool.hpp"
+
+namespace fathom::native {
+
+/// Ascending slots, and a number that changes when they do.
+struct BodiesInContact {
+  std::span<const std::uint32_t> slots;
+  std::uint64_t version;
+};
+
+class ConstraintLayout {
+ public:
+  /// Blocks of one colour.
+  struct Stretch {
+    std::size_t first, end;
+    std::size_t shares;  ///< threads that it is shared out to; of a group, 1
+  };
+  struct Range {
+    std::size_t begin, end;
+  };
+  /// Of `bodies`, `stretches` and blocks.
+  struct Group {
+    Range bodies, stretches, blocks;
+  };
+
+  ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
+      : state_(state), graph_(graph), pool_(pool), width_(width) {}
+
+  /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
+  bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
+
+  /// Bodies in contact, in an order that suits their contacts' blocks.
+  std::span<const std::uint32_t> bodies() const { return bodies_; }
+
+  /// Contact of each lane, or `none`.
+  const std::uint32_t* lanes() const { return lanes_.data(); }
+  std::size_t blocks() const { return blocks_; }
+  int colours() const { return colours_; }
+  std::span<const Stretch> stretches() const { return stretches_; }
+
+  /// Empty where all bodies are one group, shared by all threads.
+  std::span<const Group> groups() const { return groups_; }
+  std::span<const std::uint32_t> bodies(const Group& group) const {
+    return {bodies_.data() + group.bodies.begin, group.bodies.end - group.bodies.begin};
+  }
+  std::span<const Stretch> stretches(const Group& group) const {
+    return {stretches_.data() + group.stretches.begin, group.stretches.end - group.stretches.begin};
+  }
+
+  /// Calls act(begin, end) for parts of the stretch's blocks, or of the bodies in contact, on the threads whose shares
+  /// they are.
+  template <class Act>
+  void for_each_part(std::size_t stretch, const Act& act) {
+    const std::size_t* first = cuts(stretch);
+    pool_.for_each_share(
+        stretches_[stretch].shares, [&](std::size_t t) { return first[t]; }, act);
+  }
+  template <class Act>
+  void for_each_part_of_bodies(const Act& act) {
+    pool_.for_each_share(
+        body_cuts_.size() - 1, [&](std::size_t t) { return body_cuts_[t]; }, act);
+  }
+  /// Calls act(begin, end) for blocks of all colours, on the threads that will sweep them.
+  template <class Act>
+  void for_each_part_of_all(const Act& act);
+
+  std::size_t memory_bytes() const;
+
+ private:
+  std::size_t threads() const { return static_cast<std::size_t>(pool_.thread_count()); }
+  std::size_t least_blocks() const { return width_ < least_lanes ? least_lanes / width_ : 1; }
+  std::size_t* cuts(std::size_t stretch) { return cuts_.data() + stretch * (threads() + 1); }
+
+  void fill_by_colour(const Neighbourhood& neighbourhood);
+  void order_bodies(std::span<const std::uint32_t> in_contact, const Neighbourhood& neighbourhood);
+  void share_out();
+  void share_out_bodies(const Neighbourhood& neighbourhood);
+
+  bool may_group(std::span<const std::uint32_t> in_contact) const;
+  void join_islands();
+  bool form_groups(std::span<const std::uint32_t> in_contact);
+  void place_bodies(std::span<const std::uint32_t> in_contact);
+  void fill_by_group();
+  std::uint32_t root(std::uint32_t slot);
+
+  static constexpr std::size_t least_lanes = 32;  // the least work worth another thread, about half a microsecond
+  static constexpr std::size_t least_bodies = 64;
+
+  const BodyState& state_;
+  const ContactGraph& graph_;
+  ThreadPool& pool_;
+  const std::size_t width_;
+
+  std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
+  std::size_t threads_ = 0;                    // that they are cut for
+  std::vector<std::uint32_t> bodies_;
+  std::vector<std::uint32_t> lanes_;
+  std::size_t blocks_ = 0;
+  int colours_ = 0;
+  std::vector<Stretch> stretches_;
+
+  // Shared by all threads: where each thread's blocks of a stretch begin, and its bodies, and its places.
+  std::vector<int> colour_of_;                   // by stretch
+  std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
+  std::vector<std::size_t> cuts_, body_cuts_, place_cuts_;
+
+  // In groups.
+  struct Island {  // of a body; what is not `parent`, of the root alone
+    std::uint32_t parent, weight, group;
+  };
+  struct Link {  // a contact; `root` is its A until islands are joined
+    std::uint32_t contact, colour, b, root;
+  };
+  std::vector<Group> groups_;
+  std::vector<Island> island_;                // by slot
+  std::vector<std::uint32_t> group_of_body_;  // by place in `in_contact`
+  std::vector<Link> links_;
+  std::vector<std::uint32_t> next_lane_;  // by group and colour
+};
+
+template <class Act>
+void ConstraintLayout::for_each_part_of_all(const Act& act) {
+  constexpr std::size_t parts = ThreadPool::parts_a_thread;
+  const std::size_t shares = parts * threads();
+  if (blocks_ < shares * least_blocks()) return pool_.for_each_part(blocks_, least_blocks(), act);
+  pool_.for_each_part(shares, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = 0; s < stretches_.size(); ++s)
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::size_t first = cuts(s)[i / parts], size = cuts(s)[i / parts + 1] - first;
+        act(first + i % parts * size / parts, first + (i % parts + 1) * size / parts);
+      }
+  });
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,81 @@
+// What a substep does to one body in contact. Included by the solver alone.
+#pragma once
+
+#define HWY_DISABLE_PCLMUL_AES
+#include <hwy/highway.h>
+
+#include "dynamics/rotation.hpp"
+#include "dynamics/solver_body.hpp"
+#include "world/body_table.hpp"
+
+namespace fathom::native {
+
+// Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
+namespace hn = hwy::HWY_NAMESPACE;
+using QuadTag = hn::CappedTag<float, 4>;
+using Quad = hn::Vec<QuadTag>;
+
+HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
+HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
+
+/// v ← damping · v + h · acceleration + W, with W brought up to date first (see the head of solver.hpp).
+HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm, Vec3& reference,
+                          bool first) {
+  const QuadTag d;
+  const Quad now = load(v);
+  const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
+  const Quad w = first ? hn::Zero(d) : hn::Add(load(warm), hn::Sub(now, load(reference)));
+  const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
+  put(warm, w);
+  put(v, next);
+  put(reference, next);
+}
+
+/// `fathom::mean_velocity` of a body in contact.
+HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
+  const QuadTag d;
+  const Quad v = load(body.linear);
+  const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
+  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d)))) return v;
+  return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
+}
+
+/// Plain pointers, so that loops need not look for the arrays again after every body.
+struct BodyIntegration {
+  const BodyTable& table;
+  SolverBody* bodies;
+  const BodyMotion* motion;
+  WarmStart* warm;
+  Pose* poses;
+  float h;  ///< s, a substep
+
+  HWY_INLINE void velocity(std::uint32_t slot, bool first) const {
+    SolverBody& body = bodies[slot];
+    if (body.inverse_mass == 0) return;
+    const BodyMotion& m = motion[slot];
+    WarmStart& w = warm[slot];
+    // The reference leaves the warm start out in the first substep, where a sweep applies it.
+    integrate(body.linear, m.acceleration, m.linear_damping, h, w.linear, w.linear_reference, first);
+    integrate(body.angular, m.angular_acceleration, m.angular_damping, h, w.angular, w.angular_reference, first);
+  }
+
+  HWY_INLINE void position(std::uint32_t slot) const {
+    const QuadTag d;
+    SolverBody& body = bodies[slot];
+    put(body.moved, hn::MulAdd(hn::Set(d, h), mean_velocity(body, motion[slot], warm[slot], h), load(body.moved)));
+    if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+      // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
+      const BodyInfo& info = table[slot];
+      const Vec3 before = body.angular;
+      Quat q = poses[slot].rotation;
+      body.turned += step_torque_free(q, body.angular, info.inertia, info.inverse_inertia, h);
+      // A body that fails keeps an orientation; its angular velocity tells that it failed.
+      if (is_finite(q)) poses[slot].rotation = q;
+      warm[slot].angular_reference += body.angular - before;
+    } else {
+      put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
+    }
+  }
+};
+
+}  // namespace fathom::native

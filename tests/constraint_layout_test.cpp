@@ -1,0 +1,151 @@
+#include "native/constraint_layout.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "random.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::native {
+namespace {
+
+/// Cubes in a row of rows on a ground, with contacts between those that are asked for.
+struct Contacts {
+  BodyTable bodies;
+  BodyState state;
+  ContactGraph graph{bodies, state};
+  std::unique_ptr<BroadPhase> broad_phase = make_tree_broad_phase();
+  Neighbourhood neighbourhood;
+  std::vector<std::uint32_t> in_contact;
+
+  explicit Contacts(std::uint32_t count) {
+    add(test::ground(), 0);
+    for (std::uint32_t i = 1; i <= count; ++i)
+      add(test::cube({static_cast<float>(i % 40) * 1.2f, static_cast<float>(i / 40) * 1.2f, 1}), awake);
+  }
+
+  void touch(std::uint32_t a, std::uint32_t b) {
+    const Pair pair{a, b};
+    if (graph.pairs().contains(a, b)) return;
+    graph.add({&pair, 1});
+    const auto contact = static_cast<std::uint32_t>(graph.size() - 1);
+    graph.begin(contact);
+    graph.colour(contact);
+  }
+
+  ConstraintLayout lay_out(ThreadPool& pool, std::size_t width) {
+    in_contact.clear();
+    for (std::uint32_t slot = 1; slot < state.size(); ++slot)
+      if (graph.in_contact(slot)) in_contact.push_back(slot);
+    std::vector<std::uint32_t> all;
+    std::vector<std::vector<Pair>> found;
+    broad_phase->find({bodies, state, graph.pairs(), all, true}, pool, found);
+    neighbourhood.update(*broad_phase, state.size());
+    ConstraintLayout layout(state, graph, pool, width);
+    EXPECT_TRUE(layout.update({in_contact, 1}, neighbourhood));
+    EXPECT_FALSE(layout.update({in_contact, 1}, neighbourhood));
+    return layout;
+  }
+
+ private:
+  void add(const BodyDef& def, std::uint8_t flags) {
+    const std::uint32_t slot = bodies.add(def).index;
+    state.resize(slot + 1);
+    state.clear(slot);
+    state.poses[slot] = def.pose;
+    state.flags[slot] = flags;
+    state.fat_boxes[slot] = motion_box(bodies[slot], def.pose, {}, 1.0f / 60);
+  }
+};
+
+/// Every coloured contact has one lane, every body one place, and no block holds a body twice.
+void check(const ConstraintLayout& layout, const Contacts& c, std::size_t width) {
+  std::multiset<std::uint32_t> expected, seen;
+  for (int colour = 0; colour < colour_count; ++colour)
+    expected.insert(c.graph.of_colour(colour).begin(), c.graph.of_colour(colour).end());
+  std::size_t blocks = 0;
+  for (const auto& stretch : layout.stretches())
+    for (std::size_t block = stretch.first; block < stretch.end; ++block, ++blocks) {
+      std::set<std::uint32_t> of_block;
+      for (std::size_t lane = block * width; lane < (block + 1) * width; ++lane) {
+        const std::uint32_t index = layout.lanes()[lane];
+        if (index == none) continue;
+        seen.insert(index);
+        const Contact& contact = c.graph[index];
+        EXPECT_TRUE(of_block.insert(contact.b).second);
+        EXPECT_TRUE(contact.fixed_a || of_block.insert(contact.a).second);
+      }
+    }
+  EXPECT_EQ(seen, expected);
+  EXPECT_EQ(blocks, layout.blocks());
+  const std::multiset<std::uint32_t> bodies(layout.bodies().begin(), layout.bodies().end());
+  EXPECT_EQ(bodies, std::multiset<std::uint32_t>(c.in_contact.begin(), c.in_contact.end()));
+}
+
+TEST(ConstraintLayout, ManyIslandsMakeGroupsThatShareNoBody) {
+  Contacts c(1200);
+  for (std::uint32_t i = 1; i <= 1200; ++i) {
+    c.touch(0, i);
+    if (i % 3 != 0) c.touch(i, i + 1);
+  }
+  for (const int threads : {2, 4}) {
+    ThreadPool pool(threads);
+    ConstraintLayout layout = c.lay_out(pool, 8);
+    check(layout, c, 8);
+    ASSERT_GE(layout.groups().size(), 2u * static_cast<std::size_t>(threads));
+    std::map<std::uint32_t, std::size_t> group_of;
+    for (std::size_t g = 0; g < layout.groups().size(); ++g)
+      for (const std::uint32_t slot : layout.bodies(layout.groups()[g])) group_of[slot] = g;
+    for (std::size_t g = 0; g < layout.groups().size(); ++g)
+      for (std::size_t lane = layout.groups()[g].blocks.begin * 8; lane < layout.groups()[g].blocks.end * 8; ++lane)
+        if (const std::uint32_t index = layout.lanes()[lane]; index != none) {
+          EXPECT_EQ(group_of.at(c.graph[index].b), g);
+          EXPECT_TRUE(c.graph[index].fixed_a || group_of.at(c.graph[index].a) == g);
+        }
+  }
+}
+
+TEST(ConstraintLayout, OneLargeIslandIsSharedByAllThreads) {
+  Contacts c(600);
+  test::Random random(7);
+  for (std::uint32_t i = 1; i < 600; ++i) c.touch(i, i + 1);
+  for (int i = 0; i < 900; ++i) {
+    const auto a = 1 + static_cast<std::uint32_t>(random() % 600), b = 1 + static_cast<std::uint32_t>(random() % 600);
+    if (a != b) c.touch(a, b);
+  }
+  for (const int threads : {1, 3, 8}) {
+    ThreadPool pool(threads);
+    ConstraintLayout layout = c.lay_out(pool, 16);
+    EXPECT_TRUE(layout.groups().empty());
+    check(layout, c, 16);
+    std::vector<int> visits(layout.blocks(), 0), of_all(layout.blocks(), 0), bodies(c.in_contact.size(), 0);
+    for (std::size_t s = 0; s < layout.stretches().size(); ++s)
+      layout.for_each_part(s, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) ++visits[i];
+      });
+    layout.for_each_part_of_all([&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++of_all[i];
+    });
+    layout.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++bodies[i];
+    });
+    for (const auto* counts : {&visits, &of_all, &bodies})
+      EXPECT_TRUE(std::all_of(counts->begin(), counts->end(), [](int n) { return n == 1; })) << threads;
+  }
+}
+
+TEST(ConstraintLayout, KinematicBodiesRuleGroupsOut) {
+  Contacts c(400);
+  for (std::uint32_t i = 1; i <= 400; ++i) c.touch(0, i);
+  ThreadPool pool(2);
+  EXPECT_FALSE(c.lay_out(pool, 8).groups().empty());
+  c.state.flags[17] |= kinematic;
+  EXPECT_TRUE(c.lay_out(pool, 8).groups().empty());
+}
+
+}  // namespace
+}  // namespace fathom::native
