@@ -13,8 +13,8 @@
 #endif
 #include "build_info.hpp"
 #include "commands.hpp"
+#include "measure/system.hpp"
 #include "options.hpp"
-#include "system.hpp"
 #ifdef FATHOM_HAS_RENDER
 #include "render_options.hpp"
 #endif
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(36);
 
-  fathom::cli::survive_file_size_limit();
+  fathom::survive_file_size_limit();
   RunOptions run_options;
   TableOptions table_options;
   const CLI::App* list_command = app.add_subcommand("list", "Say which environments, simulators and solvers there are");
