@@ -25,8 +25,9 @@ struct ClearImpulses {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     Quad* const rows = rows_of(constraints, k);
+    const float step = rows[(impulse_row + 1) * tile_width].w;
     store_normal_impulses(rows, {});
-    store_friction_impulses(rows, {});
+    store_friction_impulses(rows, {.step = step});
   }
 };
 
@@ -38,6 +39,7 @@ struct SolveCells {
   SolveConstraints solver;
   CellArrays cells;
   std::uint32_t cell_group;
+  std::uint32_t round;  ///< as in SolveConstraints::Place
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -56,7 +58,7 @@ struct SolveCells {
     SolveConstraints::Plan plan;
     plan.overflow = 0;
     plan.schedule[0] = {0, 0};
-    const SolveConstraints::Place place{what, 0, 0, 0};
+    const SolveConstraints::Place place{what, 0, round, 0};
     SolveConstraints::Fetched fetched;
     solver.fetch(plan, place, constraint, fetched);
     solver(plan, place, constraint, fetched);
@@ -68,9 +70,9 @@ template <exec::Device D>
 void submit_cell_substeps(D& device, const SolveConstraints& solver, const CellArrays& cells, bool warm_start,
                           bool bounces, exec::Range bodies, exec::Range constraints, exec::Range work_groups) {
   using What = SolveConstraints::What;
-  const auto sweep = [&]<What what>(std::integral_constant<What, what>) {
+  const auto sweep = [&]<What what>(std::integral_constant<What, what>, std::uint32_t round) {
     for (std::uint32_t g = 0; g < cell_groups; ++g)
-      device.parallel_groups(work_groups, SolveCells<what>{solver, cells, g});
+      device.parallel_groups(work_groups, SolveCells<what>{solver, cells, g, round});
   };
   const SolveParameters& p = solver.p;
   for (std::uint32_t substep = 0; substep < p.substeps; ++substep) {
@@ -81,12 +83,13 @@ void submit_cell_substeps(D& device, const SolveConstraints& solver, const CellA
     if (!warm_start)
       device.parallel_for(constraints, ClearImpulses{solver.constraints});
     else if (substep == 0)
-      sweep(std::integral_constant<What, What::warm>{});
-    for (std::uint32_t k = 0; k < p.sweeps_before; ++k) sweep(std::integral_constant<What, What::push>{});
+      sweep(std::integral_constant<What, What::warm>{}, 0);
+    for (std::uint32_t k = 1; k <= p.sweeps_before; ++k) sweep(std::integral_constant<What, What::push>{}, k);
     device.parallel_for(bodies, IntegrateBodies<What::integrate_x>{solver});
-    for (std::uint32_t k = 0; k < p.sweeps_after; ++k) sweep(std::integral_constant<What, What::relax>{});
+    for (std::uint32_t k = 1; k <= p.sweeps_after; ++k)
+      sweep(std::integral_constant<What, What::relax>{}, p.sweeps_before + 1 + k);
   }
-  if (bounces) sweep(std::integral_constant<What, What::bounce>{});
+  if (bounces) sweep(std::integral_constant<What, What::bounce>{}, 0);
 }
 
 }  // namespace fathom::device
