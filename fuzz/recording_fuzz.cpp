@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <span>
 #include <string>
@@ -35,7 +36,8 @@ void write_entries(const std::string& path, std::span<const std::byte> bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::string path = "/tmp/fathom_fuzz_recording_" + std::to_string(getpid());
+  static const std::string path =
+      std::filesystem::temp_directory_path() / ("fathom_fuzz_recording_" + std::to_string(getpid()));
   const auto bytes = std::as_bytes(std::span(data, size));
   if (size > 0 && data[0] == 0)
     std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(data + 1), static_cast<long>(size - 1));

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "exec_suite.hpp"
+#include "exec_fixture.hpp"
 
 namespace fathom::exec::test {
 

@@ -5,6 +5,7 @@
 #include "exec/backends.hpp"
 #include "exec/cuda/cuda_device.cuh"
 #include "exec_crash.hpp"
+#include "exec_queue_suite.hpp"
 #include "exec_suite.hpp"
 
 namespace fathom::exec::test {
@@ -14,6 +15,7 @@ std::unique_ptr<CudaDevice> make_device<CudaDevice>() {
   return cuda_device_infos()[0].available ? std::make_unique<CudaDevice>(0) : nullptr;
 }
 INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecTest, CudaDevice);
+INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecQueueTest, CudaDevice);
 
 TEST(CudaDeviceCrash, IsReportedAndTheProgramGoesOn) { expect_crash_to_be_reported<CudaDevice>(); }
 

@@ -1,6 +1,7 @@
 // The primitives that are written as group kernels, run on the host by the whole suite. SYCL uses them.
 #include "exec/host/host_device.hpp"
 #include "exec/portable/radix_sort.hpp"
+#include "exec_queue_suite.hpp"
 #include "exec_suite.hpp"
 
 namespace fathom::exec::test {
@@ -39,5 +40,6 @@ std::unique_ptr<PortableHost> make_device<PortableHost>() {
   return std::make_unique<PortableHost>(3);
 }
 INSTANTIATE_TYPED_TEST_SUITE_P(PortableOnHost, ExecTest, PortableHost);
+INSTANTIATE_TYPED_TEST_SUITE_P(PortableOnHost, ExecQueueTest, PortableHost);
 
 }  // namespace fathom::exec::test

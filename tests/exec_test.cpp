@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "exec/host/host_device.hpp"
+#include "exec_queue_suite.hpp"
 #include "exec_suite.hpp"
 
 namespace fathom::exec::test {
@@ -14,6 +15,7 @@ std::unique_ptr<HostDevice> make_device<HostDevice>() {
   return std::make_unique<HostDevice>(4);
 }
 INSTANTIATE_TYPED_TEST_SUITE_P(Host, ExecTest, HostDevice);
+INSTANTIATE_TYPED_TEST_SUITE_P(Host, ExecQueueTest, HostDevice);
 
 namespace {
 

@@ -3,25 +3,13 @@
 #include <fmt/format.h>
 
 #include "build_info.hpp"
-#include "measure/statistics.hpp"
+#include "measure/json.hpp"
 #include "measure/system.hpp"
 
 namespace fathom::cli {
 namespace {
 
-Json json_of(const std::vector<double>& series) {
-  const Statistics s = statistics(series);
-  return {{"mean", s.mean}, {"median", s.median}, {"p99", s.p99}, {"max", s.max}};
-}
-
-Json json_of(const Quality& q) {
-  return {{"ground_penetration_max", q.ground_penetration_max},
-          {"displacement_max", q.displacement_max},
-          {"top_drop", q.top_drop},
-          {"kinetic_energy_per_body", q.kinetic_energy_per_body},
-          {"bodies_below_ground", q.bodies_below_ground},
-          {"non_finite", q.non_finite}};
-}
+Json json_of(const std::vector<double>& series) { return fathom::json_of<Json>(statistics(series)); }
 
 Json json_of(const StepCounts& c) {
   return {{"pairs", c.pairs},
@@ -115,7 +103,7 @@ Json to_json(const Scene& scene, const RunResult& result) {
                          {"narrow_phase", json_of(result.narrow_phase)},
                          {"collision_resolution", json_of(result.collision_resolution)}};
   report["counts"] = json_of(result.last.counts);
-  report["quality"] = json_of(result.quality);
+  report["quality"] = fathom::json_of<Json>(result.quality);
   report["state_hash"] = fmt::format("{:016x}", result.state_hash);
   report["finished"] = !result.interrupted;
   report["broad_phase"] = world.broad_phase == BroadPhase::tree ? "tree" : "sweep";

@@ -13,6 +13,7 @@
 #include "build_info.hpp"
 #include "engine/atomic_file.hpp"
 #include "exec/devices.hpp"
+#include "measure/json.hpp"
 #include "measure/system.hpp"
 
 namespace fathom::campaign {
@@ -21,17 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int format = 1;
-
-Json to_json(const Statistics& s) { return {{"mean", s.mean}, {"median", s.median}, {"p99", s.p99}, {"max", s.max}}; }
-
-Json to_json(const Quality& q) {
-  return {{"ground_penetration_max", q.ground_penetration_max},
-          {"displacement_max", q.displacement_max},
-          {"top_drop", q.top_drop},
-          {"kinetic_energy_per_body", q.kinetic_energy_per_body},
-          {"bodies_below_ground", q.bodies_below_ground},
-          {"non_finite", q.non_finite}};
-}
 
 Quality quality_of(const Json& json) {
   Quality q;
@@ -135,10 +125,10 @@ Json to_json(const Measurement& run) {
                {"cut_short", run.cut_short}};
   if (run.reported()) {
     const StageStatistics& s = run.summary.stages;
-    json["step_ms"] = to_json(s.total);
-    json["stages_ms"] = {{"broad_phase", to_json(s.broad_phase)},
-                         {"narrow_phase", to_json(s.narrow_phase)},
-                         {"collision_resolution", to_json(s.collision_resolution)}};
+    json["step_ms"] = json_of<Json>(s.total);
+    json["stages_ms"] = {{"broad_phase", json_of<Json>(s.broad_phase)},
+                         {"narrow_phase", json_of<Json>(s.narrow_phase)},
+                         {"collision_resolution", json_of<Json>(s.collision_resolution)}};
     const Spikes& spike = run.summary.spikes;
     json["spikes"] = {{"p99_over_median", spike.p99}, {"max_over_median", spike.max}};
     json["blocks_ms"] = run.summary.blocks;
@@ -146,7 +136,7 @@ Json to_json(const Measurement& run) {
   json["quality"] = Json::array();
   for (const QualitySample& sample : run.quality) {
     Json entry = {{"step", sample.step}};
-    entry.update(to_json(sample.quality));
+    entry.update(json_of<Json>(sample.quality));
     json["quality"].push_back(std::move(entry));
   }
   return json;

@@ -1,0 +1,27 @@
+// Statistics and quality as JSON, with the keys that every file of ours has.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "measure/statistics.hpp"
+#include "scene/quality.hpp"
+
+namespace fathom {
+
+/// Any kind of JSON: some keep the order of keys.
+template <class Json>
+Json json_of(const Statistics& s) {
+  return {{"mean", s.mean}, {"median", s.median}, {"p99", s.p99}, {"max", s.max}};
+}
+
+template <class Json>
+Json json_of(const Quality& q) {
+  return {{"ground_penetration_max", q.ground_penetration_max},
+          {"displacement_max", q.displacement_max},
+          {"top_drop", q.top_drop},
+          {"kinetic_energy_per_body", q.kinetic_energy_per_body},
+          {"bodies_below_ground", q.bodies_below_ground},
+          {"non_finite", q.non_finite}};
+}
+
+}  // namespace fathom
