@@ -77,7 +77,7 @@ TYPED_TEST_P(ExecQueueTest, AFailedAllocationNamesItsPlaceAndSize) {
     EXPECT_EQ(error.code(), ErrorCode::capacity);
     EXPECT_EQ(error.bytes(), size * 8);
     EXPECT_EQ(error.where().line, line);
-    EXPECT_NE(std::string(error.what()).find("exec_suite.hpp:" + std::to_string(line)), std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("exec_queue_suite.hpp:" + std::to_string(line)), std::string::npos)
         << error.what();
     EXPECT_NE(std::string(error.what()).find("1.0 PiB"), std::string::npos) << error.what();
   }
