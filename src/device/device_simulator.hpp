@@ -158,7 +158,7 @@ class DeviceSimulator final : public Simulator {
   void fetch_bodies() const;
   /// Reads the newest finished step's events before their lists make room for larger ones.
   void save_events() {
-    if (!events_are_current_ && def.ahead > 0) fetch_events_now();
+    if (!events_are_current_) fetch_events_now();
   }
   void fetch_bodies_now();
   std::optional<DevicePoses> publish_poses();
