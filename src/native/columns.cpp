@@ -8,12 +8,19 @@
 
 namespace fathom::native {
 
-bool Columns::is_part(std::uint32_t slot) const {
-  return std::popcount(state_.colour_mask[slot]) <= 2 && state_.overflow_count[slot] == 0;
+int Columns::contacts_of(std::uint32_t slot) const {
+  return std::popcount(state_.colour_mask[slot]) + static_cast<int>(state_.overflow_count[slot]);
 }
-bool Columns::has_two(std::uint32_t slot) const { return std::popcount(state_.colour_mask[slot]) == 2; }
 
-/// The body's other contact that is solved.
+void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes) {
+  columns_.clear();
+  contacts_.clear();
+  for (const std::uint32_t slot : in_contact)
+    if (contacts_of(slot) == 1 && bodies_[slot].motion == MotionType::dynamic) follow_from(slot);
+  if (!columns_.empty()) find_lanes(lanes);
+}
+
+/// The body's contact that is solved, of two the one that is not `contact`.
 std::uint32_t Columns::next_contact(std::uint32_t slot, std::uint32_t contact) const {
   std::uint32_t next = none;
   graph_.for_each_of(slot, [&](std::uint32_t index) {
@@ -22,50 +29,28 @@ std::uint32_t Columns::next_contact(std::uint32_t slot, std::uint32_t contact) c
   return next;
 }
 
-void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes) {
-  columns_.clear();
-  contacts_.clear();
-  for (const std::uint32_t slot : in_contact)
-    if (is_part(slot) && bodies_[slot].motion == MotionType::dynamic) start_at(slot);
-  if (!columns_.empty()) find_lanes(lanes);
-}
-
-// Columns that begin with this body, or with one that cannot be pushed below it.
-void Columns::start_at(std::uint32_t slot) {
-  const bool has_one = !has_two(slot);
-  graph_.for_each_of(slot, [&](std::uint32_t index) {
-    const Contact& c = graph_[index];
-    if (c.colour == no_colour) return;
-    if (c.fixed_a) return follow(c.a, index);
-    if (!is_part(c.a == slot ? c.b : c.a)) return;
-    if (has_one) return follow(slot, index);
-    const Contact& other = graph_[next_contact(slot, index)];
-    if (!other.fixed_a && !is_part(other.a == slot ? other.b : other.a)) follow(slot, index);
-  });
-}
-
-void Columns::follow(std::uint32_t below, std::uint32_t contact) {
-  const bool stands = graph_[contact].fixed_a;
-  const auto first = static_cast<std::uint32_t>(contacts_.size());
-  bool uneven = false, between_fixed = false;
-  while (contact != none) {
+void Columns::follow_from(std::uint32_t top) {
+  const auto first = static_cast<std::ptrdiff_t>(contacts_.size());
+  std::uint32_t above = top, contact = none;
+  bool uneven = false, stands = false;
+  while (!stands && (contact = next_contact(above, contact)) != none) {
     const Contact& c = graph_[contact];
-    const std::uint32_t above = c.a == below ? c.b : c.a;
-    between_fixed = c.fixed_a && contacts_.size() > first;
-    if (between_fixed || !is_part(above)) break;
+    const std::uint32_t below = c.a == above ? c.b : c.a;
+    if (c.colour == overflow_colour || (!c.fixed_a && contacts_of(below) > 2)) break;
+    stands = c.fixed_a;
     contacts_.push_back({contact, none, below, above, c.b == above});
     uneven |= is_uneven(bodies_[below].inverse_mass, bodies_[above].inverse_mass);
-    contact = has_two(above) ? next_contact(above, contact) : none;
-    below = above;
+    above = below;
   }
-  const auto count = static_cast<std::uint32_t>(contacts_.size()) - first;
-  // A column is found from both of its ends: from what is fixed rather, else from the lower slot.
-  const auto end = [&] { return stands ? contacts_[first].above : contacts_[first].below; };
-  const bool is_mine = count > 0 && (stands != between_fixed ? stands : end() < below);
-  if (is_mine && is_worth_bracing(count, uneven))
-    columns_.push_back({none, first, count});
-  else
-    contacts_.resize(first);
+  // Without anything fixed it may have two free ends and be found from both.
+  const bool is_mine = stands || above < top || contacts_of(above) == 2;
+  const auto count = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(contacts_.size()) - first);
+  if (is_mine && is_worth_bracing(count, uneven)) {
+    std::reverse(contacts_.begin() + first, contacts_.end());
+    columns_.push_back({none, static_cast<std::uint32_t>(first), count});
+  } else {
+    contacts_.resize(static_cast<std::size_t>(first));
+  }
 }
 
 void Columns::find_lanes(std::span<const std::uint32_t> lanes) {

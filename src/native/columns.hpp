@@ -1,7 +1,8 @@
 // Which contacts make columns (dynamics/columns.hpp), and where the solver keeps them.
 //
-// A column's bodies have one or two contacts; below them may be one that cannot be pushed. It ends before a body with
-// three contacts or more, so columns share no body and may be braced at once.
+// A column begins with a body that has one contact, its top, and goes on through bodies that have two, to one that
+// cannot be pushed or has one contact; it ends before a body with three or more. Columns share no body that can be
+// pushed and may therefore be braced at once. Rows that are held at both ends, as arches are, are none.
 #pragma once
 
 #include <cstdint>
@@ -33,11 +34,9 @@ class Columns {
   std::size_t memory_bytes() const;
 
  private:
-  bool is_part(std::uint32_t slot) const;
-  bool has_two(std::uint32_t slot) const;
+  int contacts_of(std::uint32_t slot) const;
   std::uint32_t next_contact(std::uint32_t slot, std::uint32_t contact) const;
-  void start_at(std::uint32_t slot);
-  void follow(std::uint32_t below, std::uint32_t contact);
+  void follow_from(std::uint32_t top);
   void find_lanes(std::span<const std::uint32_t> lanes);
 
   const BodyTable& bodies_;
