@@ -25,6 +25,9 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_woken_(m),
       parent_(m),
       island_slow_(m),
+      neighbours_(m),
+      columns_(m),
+      column_contacts_(m),
       solver_(m),
       motion_(m),
       warm_(m),
@@ -32,7 +35,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(parent_), act(island_slow_), act(recoloured_);
+  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(neighbours_);
   act(motion_), act(warm_), act(inertia_);
 }
 
@@ -62,6 +65,9 @@ BodyArrays BodyMemory::arrays() {
           .parent = parent_.data(),
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
+          .neighbours = neighbours_.data(),
+          .columns = columns_.data(),
+          .column_contacts = column_contacts_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),
