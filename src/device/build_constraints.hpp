@@ -206,14 +206,15 @@ struct ScheduleColours {
 
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
-    c.column_bodies = c.layout_dirty ? c.live_bodies : 0;
+    c.column_bodies = c.layout_dirty || c.columns_due ? c.live_bodies : 0;
+    if (c.column_bodies) c.columns_due = c.columns = c.column_contacts = 0;
     if (c.live_bodies == 0) {
       c.sweeps = c.constraints = c.constraint_groups = 0;
       c.layout_dirty = 1;
       return;
     }
     if (!c.layout_dirty) return;
-    c.layout_dirty = c.columns = c.column_contacts = 0;
+    c.layout_dirty = 0;
     const std::uint32_t reused = reused_manifolds(c);
     c.manifolds += c.taken_manifolds - reused;
     c.free_manifolds += c.freed_manifolds - reused;

@@ -42,6 +42,9 @@ void BodyMemory::for_each_passing(const Act& act) {
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
+  // Like the layout of constraints that they follow.
+  columns_.grow(bodies / 2 + 1, exec::Contents::keep);
+  column_contacts_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 

@@ -48,7 +48,7 @@ class BodyMemory {
   void for_each_lasting(const Act& act) {
     act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(best_), act(touching_), act(island_);
-    act(island_woken_), act(columns_), act(column_contacts_), act(solver_);
+    act(island_woken_), act(solver_);
   }
 
  private:
