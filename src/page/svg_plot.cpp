@@ -76,8 +76,8 @@ std::string path_of(const Curve& curve, const Axis& x, const Axis& y) {
 }
 
 std::string classes(const Curve& curve, std::size_t index) {
-  return fmt::format("curve c{}{}", curve.colour >= 0 ? curve.colour : static_cast<int>(index % 8),
-                     curve.reference ? " reference" : "");
+  const int colour = curve.colour >= 0 ? curve.colour : static_cast<int>(index);
+  return fmt::format("curve c{}{}{}", colour % 8, colour >= 8 ? " again" : "", curve.reference ? " reference" : "");
 }
 
 /// A shape a curve, so that they are told apart without colour.
