@@ -58,6 +58,7 @@ enum BodyFlags : std::uint32_t {
   awake_flag = 1,
   isolated_flag = 2,  ///< stopped because its state was not finite
   forced_flag = 4,    ///< `forces` holds something for the next step
+  edited_flag = 8,    ///< its velocity is new, its boxes are not yet
 };
 
 /// Where the published flags hold the body's island, of which 28 bits tell apart as many as there can be bodies.

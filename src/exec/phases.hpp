@@ -32,15 +32,15 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
   }
 }
 
-/// All phases, once the plan is made, as work-item `first` of `stride` sees them. `wait_for_all()` returns
-/// when every work-item has called it.
+/// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
+/// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
-template <bool ends_at_empty, class Kernel, class WaitForAll>
+template <bool ends_at_empty, class Kernel, class Barrier>
 FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t most_phases,
                            std::uint32_t most_items, const Kernel& kernel, const typename Kernel::Plan& plan,
-                           const WaitForAll& wait_for_all) {
+                           Barrier& barrier) {
   const std::uint32_t planned_phases = kernel.phases(plan);
   const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
   if (phases == 0) return;
@@ -60,12 +60,13 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       kernel(plan, place, i, fetched);
     }
     if (phase + 1 == phases) return;
+    barrier.arrive();
     if constexpr (is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);
       if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
     }
-    wait_for_all();
+    barrier.wait();
     if constexpr (!is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);
