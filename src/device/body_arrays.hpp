@@ -93,6 +93,35 @@ struct Force {
   Vec3 force, torque;
 };
 
+struct alignas(16) Quad {
+  float x, y, z, w;
+
+  FATHOM_HD Vec3 xyz() const { return {x, y, z}; }
+};
+
+FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
+
+/// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
+/// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
+struct alignas(64) SolverQuads {
+  Quad linear, angular, moved, turned;
+
+  SolverQuads() = default;
+  FATHOM_HD explicit SolverQuads(const SolverBody& b)
+      : linear(quad(b.linear, 0)),
+        angular(quad(b.angular, 0)),
+        moved(quad(b.moved, b.inverse_mass)),
+        turned(quad(b.turned, b.inverse_inertia)) {}
+
+  /// Before the solver begins.
+  FATHOM_HD SolverBody body() const {
+    SolverBody b;
+    b.linear = linear.xyz(), b.angular = angular.xyz(), b.moved = moved.xyz(), b.turned = turned.xyz();
+    b.inverse_mass = moved.w, b.inverse_inertia = turned.w;
+    return b;
+  }
+};
+
 /// Hulls of all shapes, in device memory.
 struct HullRecord {
   std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< where each array begins
@@ -139,7 +168,7 @@ struct BodyArrays {
   std::uint32_t* island_woken;  ///< number of the step that woke it
 
   // Of bodies in contact, within a step.
-  SolverBody* solver;
+  SolverQuads* solver;
   BodyMotion* motion;
   WarmStart* warm;
   WorldInertia* inertia;

@@ -66,7 +66,7 @@ class BodyMemory {
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
-  exec::Buffer<SolverBody> solver_;
+  exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
   exec::Buffer<WorldInertia> inertia_;

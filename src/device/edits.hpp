@@ -169,7 +169,7 @@ struct ApplyEdits {
     bodies.touching[i] = 0;
     bodies.island[i] = i;
     bodies.island_woken[i] = 0;
-    bodies.solver[i] = SolverBody{};
+    bodies.solver[i] = SolverQuads(SolverBody{});
     bodies.known[i] = no_box();
     bodies.fat[i] = no_box();
     exec::atomic_max(counters->bodies, i + 1);

@@ -33,7 +33,8 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
 }
 
 /// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
-/// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived.
+/// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
+/// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
@@ -46,6 +47,11 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   if (phases == 0) return;
   // How many items a phase without a plan has may be what the phase before has counted.
   constexpr bool is_planned = Kernel::plan_parts > 0;
+  bool waits = true;
+  if constexpr (requires { kernel.needs_barriers(plan); }) waits = kernel.needs_barriers(plan);
+#ifdef FATHOM_FLOW_FEW
+  if constexpr (requires { Barrier::with_clerk; }) waits = waits || !Barrier::with_clerk;
+#endif
   auto place = kernel.place(plan, 0);
   ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
   typename Kernel::Fetched fetched;
@@ -60,13 +66,13 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       kernel(plan, place, i, fetched);
     }
     if (phase + 1 == phases) return;
-    barrier.arrive();
+    if (waits) barrier.arrive();
     if constexpr (is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);
       if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
     }
-    barrier.wait();
+    if (waits) barrier.wait();
     if constexpr (!is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);
