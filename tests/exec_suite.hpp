@@ -293,7 +293,7 @@ struct Butterfly {
     do {
       a = load_shared_quad(quads[first]);
       b = load_shared_quad(quads[second]);
-    } while (!needs_barriers(plan) && (count(a) != phase || count(b) != phase));
+    } while (!needs_barriers(plan) && !all_ready(count(a) == phase && count(b) == phase));
     store_shared_quad(quads[first], mixed(a, b, f.salt, phase + 1));
     store_shared_quad(quads[second], mixed(b, a, f.salt + 1, phase + 1));
   }

@@ -413,7 +413,7 @@ struct SolveConstraints {
       if (moves_matter(what) && place.moves > 0)
         ready = ready && (!pushes_a || is_due(quads_a.moved, quads_a.turned, place.moves)) &&
                 (!pushes_b || is_due(quads_b.moved, quads_b.turned, place.moves));
-      if (ready) break;
+      if (exec::all_ready(ready)) break;
     }
     const ContactFrame frame = frame_of(fetched.rows);
     const ContactAxes axes(frame);
@@ -514,7 +514,7 @@ struct SolveConstraints {
       const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
       const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
       linear = l.xyz(), angular = a.xyz();
-      if (!plan.by_data || is_due(l, a, due)) return due;
+      if (!plan.by_data || exec::all_ready(is_due(l, a, due))) return due;
     }
   }
 

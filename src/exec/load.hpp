@@ -57,6 +57,16 @@ FATHOM_HD Quad load_shared_quad(const Quad& from) {
 #endif
 }
 
+/// Whether all work-items that run together are ready. One that waited for others' data alone would come out of step with
+/// its warp, and never back.
+FATHOM_HD bool all_ready(bool ready) {
+#if defined(__CUDA_ARCH__)
+  return __all_sync(__activemask(), ready);
+#else
+  return ready;
+#endif
+}
+
 template <class Quad>
 FATHOM_HD void store_shared_quad(Quad& to, const Quad& q) {
   static_assert(sizeof(Quad) == 16 && alignof(Quad) == 16);

@@ -34,7 +34,7 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
 
 /// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
 /// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
-/// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read.
+/// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read: then it is `barrier.pass()`.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
@@ -72,7 +72,10 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       share = share_of(kernel, plan, place, first, stride, most_items);
       if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
     }
-    if (waits) barrier.wait();
+    if (waits)
+      barrier.wait();
+    else
+      barrier.pass();
     if constexpr (!is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);

@@ -99,6 +99,8 @@ class GridBarrier {
     }
   }
 
+  __device__ void pass() const { __syncwarp(); }
+
  private:
   static constexpr std::uint32_t turning_bit = 0x8000'0000u;
 
@@ -148,6 +150,8 @@ class ClusterBarrier {
     asm volatile("barrier.cluster.wait.acquire.aligned;" ::: "memory");
 #endif
   }
+
+  __device__ void pass() const { __syncwarp(); }
 
  private:
   bool is_clerk_;

@@ -29,6 +29,7 @@ class GridBarrier {
 
   /// Nothing may follow it but loads before `wait`, which does all.
   void arrive() {}
+  void pass() {}
 
   void wait() {
     const auto group = work_item_.get_group();
