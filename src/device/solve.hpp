@@ -241,11 +241,17 @@ struct SolveConstraints {
     std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
     std::uint32_t substep;
     std::uint32_t integrations = 0, sweeps = 0, moves = 0;  ///< ended before: all, over all colours, of positions
+    Stretch stretch = {0, 0};                               ///< the phase's constraints, or bodies
+    bool serial = false;                                    ///< it is the overflow
+    // Of the plan, in registers.
+    bool by_data = false;
+    std::uint32_t colours = 0;
   };
 
   struct Plan {
     Stretch schedule[schedule_size];
     std::uint32_t sweeps, overflow, bodies, bounces;
+    bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
@@ -270,8 +276,11 @@ struct SolveConstraints {
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !counters->any_kinematic;
+    plan.any_kinematic = counters->any_kinematic;
+    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic;
   }
+  /// Where memory is what takes time, looking for data that is not there yet takes more of it.
+  FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
@@ -281,53 +290,36 @@ struct SolveConstraints {
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
     Place place{integrate_first_v, 0, 0, 0};
+    place.stretch = {0, plan.bodies};
+    place.by_data = plan.by_data;
+    place.colours = plan.sweeps;
     for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
     return place;
   }
 
   FATHOM_HD Place next(const Plan& plan, Place place) const {
-    if (is_sweep(place) && place.colour + 1 < plan.sweeps) {
-      ++place.colour;
+    if (is_sweep(place) && place.colour + 1 < place.colours) {
+      place.stretch = plan.schedule[++place.colour];
+      place.serial = false;
       return place;
     }
-    if (is_sweep(place))
-      ++place.sweeps;
-    else
-      ++place.integrations;
-    if (place.what == integrate_x) ++place.moves;
+    begin_round(place);
     place.colour = 0;
-    if (place.what == integrate_first_v && p.warm_start) {
-      place.what = warm;
-      return place;
-    }
-    ++place.round;
-    const std::uint32_t moving = 1 + p.sweeps_before, rounds = moving + 1 + p.sweeps_after;
-    if (place.round == rounds) {
-      place.round = 0;
-      ++place.substep;
-    }
-    place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
-    if (place.round == 1 && !p.warm_start) place.what = push_first;
-    if (place.round == moving) place.what = integrate_x;
-    if (place.substep == p.substeps) place.what = bounce;
+    place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
+    place.serial = is_sweep(place) && plan.overflow > 0;
     return place;
   }
 
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    if (!is_sweep(place)) return plan.bodies;
-    return is_serial(plan, place) ? plan.overflow : plan.schedule[place.colour].count;
+    return place.serial ? plan.overflow : place.stretch.count;
   }
-  /// The overflow.
-  FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
-    return is_sweep(place) && plan.overflow && place.colour == 0;
-  }
+  FATHOM_HD bool is_serial(const Plan&, Place place) const { return place.serial; }
 
   // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
   // does without is loaded from another row, which costs less than a branch.
-  FATHOM_HD_INLINED void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (!is_sweep(place)) return fetch_body(plan, place, i, f);
-    const std::uint32_t k = constraint(plan, place, i);
+  FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
+    if (!is_sweep(place)) return fetch_body(place, i, f);
+    const std::uint32_t k = constraint(place, i);
     const Quad* const rows = rows_of(constraints, k);
     const bool friction = with_friction(place.what);
     f.head = exec::load_unchanging(constraints.heads[k]);
@@ -340,18 +332,41 @@ struct SolveConstraints {
 
   FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
     if (place.what == integrate_v || place.what == integrate_first_v)
-      integrate_velocity(plan, place, i, fetched);
+      integrate_velocity(place, i, fetched);
     else if (place.what == integrate_x)
       integrate_position(plan, place, i, fetched);
     else
-      sweep(plan, place, constraint(plan, place, i), fetched);
+      sweep(place, constraint(place, i), fetched);
   }
 
  private:
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
-  FATHOM_HD std::uint32_t constraint(const Plan& plan, Place place, std::uint32_t i) const {
-    if (is_serial(plan, place)) return constraints.overflow_order[i];
-    return plan.schedule[place.colour].first + i;
+  /// What follows all of the bodies, or all colours.
+  FATHOM_HD void begin_round(Place& place) const {
+    if (is_sweep(place))
+      ++place.sweeps;
+    else
+      ++place.integrations;
+    if (place.what == integrate_x) ++place.moves;
+    if (place.what == integrate_first_v && p.warm_start) {
+      place.what = warm;
+      return;
+    }
+    ++place.round;
+    const std::uint32_t moving = 1 + p.sweeps_before, rounds = moving + 1 + p.sweeps_after;
+    if (place.round == rounds) {
+      place.round = 0;
+      ++place.substep;
+    }
+    place.what = place.round < moving ? push : relax;
+    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+    if (place.round == 1 && !p.warm_start) place.what = push_first;
+    if (place.round == moving) place.what = integrate_x;
+    if (place.substep == p.substeps) place.what = bounce;
+  }
+
+  FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
+    return place.serial ? constraints.overflow_order[i] : place.stretch.first + i;
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
@@ -363,23 +378,23 @@ struct SolveConstraints {
     return place.round == p.sweeps_before + (p.sweeps_after ? 1 + p.sweeps_after : 0);
   }
 
-  FATHOM_HD_INLINED void sweep(const Plan& plan, Place place, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
     if (place.what == push || place.what == push_first)
-      sweep_as<push>(plan, place, k, f);
+      sweep_as<push>(place, k, f);
     else if (place.what == relax)
-      sweep_as<relax>(plan, place, k, f);
+      sweep_as<relax>(place, k, f);
     else if (place.what == warm)
-      sweep_as<warm>(plan, place, k, f);
+      sweep_as<warm>(place, k, f);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(plan, place, k, f);
+      sweep_as<bounce>(place, k, f);
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(const Plan& plan, Place place, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep_as(Place place, std::uint32_t k, const Fetched& f) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(plan, place, k, f);
+      sweep_with<what, SymMat3>(place, k, f);
     else
-      sweep_with<what, float>(plan, place, k, f);
+      sweep_with<what, float>(place, k, f);
   }
 
   /// Whether quads have been written as often as they must have been; those of bodies that cannot be pushed never are.
@@ -388,7 +403,7 @@ struct SolveConstraints {
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(const Plan& plan, Place place, std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD_INLINED void sweep_with(Place place, std::uint32_t k, const Fetched& fetched) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
@@ -407,7 +422,7 @@ struct SolveConstraints {
         quads_a.moved = exec::load_shared_quad(at_a.moved), quads_b.moved = exec::load_shared_quad(at_b.moved);
         quads_a.turned = exec::load_shared_quad(at_a.turned), quads_b.turned = exec::load_shared_quad(at_b.turned);
       }
-      if (!plan.by_data) break;
+      if (!place.by_data) break;
       bool ready = (!pushes_a || is_due(quads_a.linear, quads_a.angular, due_a)) &&
                    (!pushes_b || is_due(quads_b.linear, quads_b.angular, due_b));
       if (moves_matter(what) && place.moves > 0)
@@ -490,10 +505,10 @@ struct SolveConstraints {
 
   /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
   /// `rows`: warm start, motion, what it has moved.
-  FATHOM_HD_INLINED void fetch_body(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
+  FATHOM_HD_INLINED void fetch_body(Place place, std::uint32_t i, Fetched& f) const {
     f.head.a = bodies.touching[i];
     if (f.head.a == 0) return;
-    if (plan.by_data) f.head.b = bit_count(bodies.colours[i]);
+    if (place.by_data) f.head.b = bit_count(bodies.colours[i]);
     const BodyMotion motion = bodies.motion[i];
     f.rows[4] = quad(motion.acceleration, motion.linear_damping);
     f.rows[5] = quad(motion.angular_acceleration, motion.angular_damping);
@@ -507,23 +522,23 @@ struct SolveConstraints {
   }
 
   /// Velocities of body i, once they are due; returns how often they were written then.
-  FATHOM_HD_INLINED std::uint32_t load_velocity(const Plan& plan, Place place, std::uint32_t i, const Fetched& f,
-                                                Vec3& linear, Vec3& angular) const {
-    const std::uint32_t due = plan.by_data ? place.integrations + place.sweeps * f.head.b : 0;
+  FATHOM_HD_INLINED std::uint32_t load_velocity(Place place, std::uint32_t i, const Fetched& f, Vec3& linear,
+                                                Vec3& angular) const {
+    const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.head.b : 0;
     for (;;) {
       const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
       const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
       linear = l.xyz(), angular = a.xyz();
-      if (!plan.by_data || exec::all_ready(is_due(l, a, due))) return due;
+      if (!place.by_data || exec::all_ready(is_due(l, a, due))) return due;
     }
   }
 
-  FATHOM_HD_INLINED void integrate_velocity(const Plan& plan, Place place, std::uint32_t i, const Fetched& f) const {
+  FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f) const {
     const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
     if (f.head.a == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
     const bool first = place.what == integrate_first_v;
     Vec3 linear, angular;
-    const std::uint32_t due = load_velocity(plan, place, i, f, linear, angular);
+    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
     WarmStart w;
     if (!first) {
       w.linear = f.rows[0].xyz(), w.angular = f.rows[1].xyz();
@@ -536,9 +551,9 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void integrate_position(const Plan& plan, Place place, std::uint32_t i, const Fetched& f) const {
-    if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(i);
+    if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
-    const std::uint32_t due = load_velocity(plan, place, i, f, linear, angular);
+    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
     const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{});
     const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
     const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
@@ -560,8 +575,9 @@ struct SolveConstraints {
     store_velocity(i, linear, angular, due + 1);
   }
 
-  /// A kinematic body, or one that no impulse moves.
-  FATHOM_HD void move_unpushed(std::uint32_t i) const {
+  /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.
+  FATHOM_HD void move_unpushed(const Plan& plan, std::uint32_t i) const {
+    if (!plan.any_kinematic) return;
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
     SolverQuads& body = bodies.solver[i];
     const Vec3 v = mean_velocity(true, body.linear.xyz(), {}, p.h);

@@ -57,8 +57,8 @@ FATHOM_HD Quad load_shared_quad(const Quad& from) {
 #endif
 }
 
-/// Whether all work-items that run together are ready. One that waited for others' data alone would come out of step with
-/// its warp, and never back.
+/// Whether all work-items that run together are ready. One that waited for others' data alone would come out of step
+/// with its warp, and never back.
 FATHOM_HD bool all_ready(bool ready) {
 #if defined(__CUDA_ARCH__)
   return __all_sync(__activemask(), ready);

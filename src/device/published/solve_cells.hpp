@@ -15,7 +15,8 @@ struct IntegrateBodies {
   SolveConstraints solver;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    const SolveConstraints::Plan plan{};
+    SolveConstraints::Plan plan{};
+    plan.any_kinematic = true;  // perhaps: bodies are asked
     const SolveConstraints::Place place{what, 0, 0, 0};
     SolveConstraints::Fetched fetched;
     solver.fetch(plan, place, i, fetched);

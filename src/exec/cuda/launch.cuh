@@ -168,9 +168,13 @@ __global__ __launch_bounds__(Size + (Barrier::with_clerk ? warp_size : 0),
   __shared__ typename Kernel::Plan plan;
   if constexpr (Kernel::plan_parts > 0) {
     for (std::uint32_t k = threadIdx.x; k < Kernel::plan_parts; k += blockDim.x) kernel.plan_part(plan, k);
+    if constexpr (!Barrier::with_clerk && requires { kernel.keep_barriers(plan); })
+      if (threadIdx.x == 0) kernel.keep_barriers(plan);
     __syncthreads();
   }
   const bool is_clerk = threadIdx.x >= Size;
+  if constexpr (requires { kernel.needs_barriers(plan); })
+    if (is_clerk && !kernel.needs_barriers(plan)) return;
   Barrier barrier(barrier_word, is_clerk);
   // Warps take turns between the blocks: a phase of few items then has as many multiprocessors to itself as it has
   // warps.
