@@ -145,8 +145,7 @@ struct PrepareConstraints {
   template <class Inertia>
   FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
                          std::uint32_t bits) const {
-    const std::uint32_t index = constraints.contact[k];
-    const ContactManifold& m = contacts.manifolds[index];
+    const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     const auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
     ContactFrame frame;
@@ -173,7 +172,7 @@ struct PrepareConstraints {
         if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
       constraints.bounces[k] = row;
     }
-    const Contact& contact = contacts.contacts[index];
+    const Contact& contact = contacts.contacts[constraints.contact[k]];
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     const std::uint64_t before = (std::uint64_t{1} << contact.colour() % colour_count) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
@@ -250,7 +249,7 @@ struct SolveConstraints {
 
   struct Plan {
     Stretch schedule[schedule_size];
-    std::uint32_t sweeps, overflow, bodies, bounces;
+    std::uint32_t sweeps, overflow, bodies, bounces, columns;
     bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
   };
@@ -276,14 +275,17 @@ struct SolveConstraints {
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
+    plan.columns = counters->columns;
     plan.any_kinematic = counters->any_kinematic;
-    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic;
+    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns;
   }
   /// Where memory is what takes time, looking for data that is not there yet takes more of it.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
-  FATHOM_HD std::uint32_t phases(const Plan& plan) const {
+  /// Where there are columns SolveWithColumns is due.
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.columns ? 0 : all_phases(plan); }
+  FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
     return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }
@@ -449,7 +451,7 @@ struct SolveConstraints {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
     } else if constexpr (what == bounce) {
       const BounceRow row = constraints.bounces[k];
-      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
+      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.manifold[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
     } else {
       const NormalMotion moved =
@@ -570,8 +572,11 @@ struct SolveConstraints {
     } else {
       turned = mul_add(turned, p.h, angular);
     }
-    exec::store_shared_quad(bodies.solver[i].moved, written(moved, place.moves + 1));
-    exec::store_shared_quad(bodies.solver[i].turned, written(turned, place.moves + 1));
+    // Where nobody counts, inverse mass and inertia stay.
+    const bool counts = place.by_data;
+    const float count = __builtin_bit_cast(float, place.moves + 1);
+    exec::store_shared_quad(bodies.solver[i].moved, quad(moved, counts ? count : f.rows[6].w));
+    exec::store_shared_quad(bodies.solver[i].turned, quad(turned, counts ? count : f.rows[7].w));
     store_velocity(i, linear, angular, due + 1);
   }
 
@@ -592,7 +597,7 @@ struct StoreImpulses {
   ConstraintArrays constraints;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    ContactManifold& m = contacts.manifolds[constraints.contact[k]];
+    ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));

@@ -204,7 +204,7 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
 void NativeSimulator::sort_active() {
   const auto is_solved = [&](std::uint32_t slot) {
     // Kinematic bodies go with the solver, which must see them move.
-    return graph_.in_contact(slot) | ((state_.flags[slot] & kinematic) != 0);
+    return (int{graph_.in_contact(slot)} | (state_.flags[slot] & kinematic)) != 0;
   };
   ++contact_sorting_;
   in_contact_is_current_ = true;

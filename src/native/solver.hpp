@@ -16,6 +16,7 @@
 #include <fathom/world.hpp>
 #include <vector>
 
+#include "native/columns.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
@@ -48,7 +49,7 @@ class ContactSolver {
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes();
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() + columns_.memory_bytes();
   }
 
  private:
@@ -77,6 +78,7 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  void brace(std::span<const Columns::Column> columns, bool pushes_out, const SweepParameters& parameters);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;
@@ -92,6 +94,7 @@ class ContactSolver {
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
   ConstraintLayout layout_;
+  Columns columns_;
   std::atomic<std::size_t> point_count_ = 0;
 };
 
