@@ -160,10 +160,11 @@ class ClusterBarrier {
 /// All phases, once the plan is made.
 template <class Barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
 __global__ __launch_bounds__(Size + (Barrier::with_clerk ? warp_size : 0),
-                             Barrier::with_clerk ? 1 : 2) void run_phases(std::uint32_t most_phases,
-                                                                          std::uint32_t most_items,
-                                                                          std::uint32_t* barrier_word,
-                                                                          const __grid_constant__ Kernel kernel) {
+                             Barrier::with_clerk || wants_registers<Kernel>()
+                                 ? 1
+                                 : 2) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
+                                                      std::uint32_t* barrier_word,
+                                                      const __grid_constant__ Kernel kernel) {
   follow();
   __shared__ typename Kernel::Plan plan;
   if constexpr (Kernel::plan_parts > 0) {
