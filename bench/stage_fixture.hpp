@@ -25,7 +25,7 @@ struct StageFixture {
     }
   }
 
-  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, set_changed}; }
+  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, true, set_changed}; }
 
   /// Finds all pairs, makes their manifolds and colours them, as a first step does.
   void make_contacts() {

@@ -40,10 +40,10 @@ struct Contacts {
   ConstraintLayout lay_out(ThreadPool& pool, std::size_t width) {
     in_contact.clear();
     for (std::uint32_t slot = 1; slot < state.size(); ++slot)
-      if (graph.in_contact(slot)) in_contact.push_back(slot);
+      if (state.is_to_solve(slot)) in_contact.push_back(slot);
     std::vector<std::uint32_t> all;
     std::vector<std::vector<Pair>> found;
-    broad_phase->find({bodies, state, graph.pairs(), all, true}, pool, found);
+    broad_phase->find({bodies, state, graph.pairs(), all, true, true}, pool, found);
     neighbourhood.update(*broad_phase, state.size());
     ConstraintLayout layout(state, graph, pool, width);
     EXPECT_TRUE(layout.update({in_contact, 1}, neighbourhood));

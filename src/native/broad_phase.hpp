@@ -23,6 +23,7 @@ struct BroadPhaseInput {
   const BodyState& state;
   const PairSet& known;
   std::span<const std::uint32_t> changed;  ///< ascending slots
+  bool changed_at_rest;                    ///< some of them are not awake, and may be fixed
   bool set_changed;                        ///< bodies were added or removed
 
   bool is_changed(std::uint32_t slot) const { return state.flags[slot] & box_changed; }

@@ -136,24 +136,41 @@ Aabb Bvh::box_of(const Node& node) {
 namespace {
 
 constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+constexpr std::size_t least_subtrees = 2;
 constexpr std::size_t node_grain = 16;
 
 }  // namespace
 
+// Subtrees of two levels by all threads, each with its box in the node above, and then what little there is above.
 void Bvh::refit(const Aabb* boxes, ThreadPool& pool) {
   if (leaves_.empty()) return;
-  areas_.assign(levels_[0].count / node_grain + 1, 0.0);
-  pool.for_each_chunk(levels_[0].count, node_grain,
-                      [&](std::size_t begin, std::size_t end) { refit_parents(boxes, begin, end); });
+  const std::size_t subtrees = (levels_[0].count + width - 1) / width;
+  areas_.assign(subtrees, 0.0);
+  pool.for_each_part(subtrees, least_subtrees, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) refit_subtree(boxes, i);
+  });
   area_ = 0;
   for (const double area : areas_) area_ += area;
-  for (std::size_t level = 1; level < levels_.size(); ++level)
+  for (std::size_t level = 3; level < levels_.size(); ++level)
     pool.for_each_chunk(levels_[level].count, node_grain,
                         [&](std::size_t begin, std::size_t end) { refit_level(level, begin, end); });
 }
 
+// `root` is a node of level 1, if there is one.
+void Bvh::refit_subtree(const Aabb* boxes, std::size_t root) {
+  areas_[root] = refit_parents(boxes, root * width, std::min((root + 1) * width, levels_[0].count));
+  if (levels_.size() == 1) return;
+  refit_level(1, root, root + 1);
+  if (levels_.size() == 2) return;
+  const std::size_t parent = root / width;
+  Node& above = nodes_[levels_[2].first + parent];
+  set_child(above, root % width, box_of(nodes_[levels_[1].first + root]));
+  if (root + 1 == levels_[1].count)
+    for (std::size_t c = root % width + 1; c < width; ++c) set_child(above, c, empty_box);
+}
+
 // Nodes whose children are leaves. Their area tells how loose the tree has become.
-void Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
+double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
   double area = 0;
   for (std::size_t n = begin; n < end; ++n) {
     Aabb whole = empty_box;
@@ -165,7 +182,7 @@ void Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
     }
     area += static_cast<double>(surface_area(whole));
   }
-  areas_[begin / node_grain] = area;
+  return area;
 }
 
 void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {

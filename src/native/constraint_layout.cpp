@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -13,6 +14,7 @@ constexpr std::size_t least_to_group = 256;  // bodies
 constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
+constexpr std::size_t ahead = 16;            // contacts fetched before their turn
 constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
@@ -152,13 +154,16 @@ std::uint32_t ConstraintLayout::root(std::uint32_t slot) {
 void ConstraintLayout::join_islands() {
   grow_to(island_, state_.size());
   links_.clear();
-  for (std::uint32_t colour = 0; colour < colour_count; ++colour)
-    for (const std::uint32_t index : graph_.of_colour(static_cast<int>(colour))) {
-      const Contact& c = graph_[index];
+  for (std::uint32_t colour = 0; colour < colour_count; ++colour) {
+    const std::vector<std::uint32_t>& contacts = graph_.of_colour(static_cast<int>(colour));
+    make_room(links_, links_.size() + contacts.size());
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (i + ahead < contacts.size()) prefetch_to_read(&graph_[contacts[i + ahead]]);
+      const Contact& c = graph_[contacts[i]];
       for (const std::uint32_t slot : {c.a, c.b}) island_[slot] = {slot, 0, none};
-      make_room(links_, links_.size() + 1);
-      links_.push_back({index, colour, c.b, c.a});
+      links_.push_back({contacts[i], colour, c.b, c.a});
     }
+  }
   for (const Link& link : links_) {
     if (link.colour >= first_fixed_colour) break;
     const std::uint32_t a = root(link.root), b = root(link.b);

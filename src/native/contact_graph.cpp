@@ -116,6 +116,8 @@ void ContactGraph::colour(std::uint32_t index) {
     ++state_.overflow_count[c.b];
     if (!c.fixed_a) ++state_.overflow_count[c.a];
   }
+  state_.note_to_solve(c.b);
+  if (!c.fixed_a) state_.note_to_solve(c.a);
   c.colour_slot = static_cast<std::uint32_t>(colours_[c.colour].size());
   make_room(colours_[c.colour], colours_[c.colour].size() + 1);
   colours_[c.colour].push_back(index);
@@ -136,6 +138,8 @@ void ContactGraph::uncolour(std::uint32_t index) {
     state_.colour_mask[c.b] &= ~bit;
     if (!c.fixed_a) state_.colour_mask[c.a] &= ~bit;
   }
+  state_.note_to_solve(c.b);
+  if (!c.fixed_a) state_.note_to_solve(c.a);
   c.colour = no_colour;
 }
 
@@ -170,6 +174,14 @@ void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
   for (int side = 0; side < 2; ++side) {
     if (c.next[side] != none) __builtin_prefetch(&contacts_[c.next[side] >> 1]);
     if (c.previous[side] != none) __builtin_prefetch(&contacts_[c.previous[side] >> 1]);
+  }
+}
+
+void ContactGraph::prefetch_bodies(std::uint32_t index) const {
+  for (const std::uint32_t slot : {contacts_[index].a, contacts_[index].b}) {
+    __builtin_prefetch(&state_.colour_mask[slot]);
+    __builtin_prefetch(&state_.flags[slot]);
+    __builtin_prefetch(&bodies_[slot]);
   }
 }
 

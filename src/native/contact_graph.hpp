@@ -52,6 +52,8 @@ class ContactGraph {
   /// hangs on it.
   void prefetch(std::uint32_t index) const;
   void prefetch_neighbours(std::uint32_t index) const;
+  /// What colouring it will need, once the contact is there.
+  void prefetch_bodies(std::uint32_t index) const;
 
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
@@ -59,7 +61,6 @@ class ContactGraph {
   const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
-  bool in_contact(std::uint32_t slot) const { return (state_.colour_mask[slot] | state_.overflow_count[slot]) != 0; }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>

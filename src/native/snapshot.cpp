@@ -15,6 +15,7 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
         first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
   resize(slots);
+  for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
 }
 
 void ContactGraph::restore(ByteReader& in) {

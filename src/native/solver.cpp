@@ -105,16 +105,25 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
   point_count_ = 0;
-  if (layout_.groups().empty()) {
-    Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
-    layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
-    point_count_ += single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(),
-                                    graph_.constrained(), view());
-  } else {
-    for_each_group([&](const Group& group) {
-      OneGroup(*this, group).bodies([&](std::uint32_t slot) { load_body(slot); });
-      prepare(group.blocks.begin, group.blocks.end);
-    });
+  if (!layout_.groups().empty()) return;
+  Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
+  layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
+  point_count_ += single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(),
+                                  graph_.constrained(), view());
+}
+
+void ContactSolver::load_bodies(const Group& group) {
+  const std::span<const std::uint32_t> slots = layout_.bodies(group);
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    constexpr std::size_t ahead = 4;
+    if (i + ahead < slots.size()) {
+      const std::uint32_t slot = slots[i + ahead];
+      prefetch_to_read(&bodies_[slot]);
+      prefetch_to_read(&state_.velocities[slot]);
+      prefetch_to_write(&state_.solver_bodies()[slot]);
+      prefetch_to_write(&state_.motion[slot]);
+    }
+    load_body(slots[i]);
   }
 }
 
@@ -205,15 +214,29 @@ BodyIntegration ContactSolver::integration(float h) {
   return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
 }
 
-void ContactSolver::solve() {
-  if (layout_.groups().empty())
-    solve(Everything(*this));
-  else
-    for_each_group([&](const Group& group) { solve(OneGroup(*this, group)); });
+void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act) {
+  const Constrained constrained = graph_.constrained();
+  if (!layout_.groups().empty()) {
+    // One thread does everything there is to do with a group, while it is in its cache.
+    for_each_group([&](const Group& group) {
+      load_bodies(group);
+      prepare(group.blocks.begin, group.blocks.end);
+      substeps(OneGroup(*this, group));
+      wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, constrained);
+      act(layout_.bodies(group));
+    });
+    return;
+  }
+  substeps(Everything(*this));
+  layout_.for_each_part_of_all(
+      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, constrained); });
+  single_.store(single_blocks_, 0, single_count_, constrained);
+  layout_.for_each_part_of_bodies(
+      [&](std::size_t begin, std::size_t end) { act(layout_.bodies().subspan(begin, end - begin)); });
 }
 
 template <class Work>
-void ContactSolver::solve(const Work& work) {
+void ContactSolver::substeps(const Work& work) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if (def_.solver.method == Solver::soft)
     solve_soft(work, h);
@@ -282,18 +305,6 @@ void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const Sw
   work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
   });
-}
-
-void ContactSolver::store() {
-  const auto store_blocks = [&](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, graph_.constrained());
-  };
-  if (layout_.groups().empty()) {
-    layout_.for_each_part_of_all(store_blocks);
-    single_.store(single_blocks_, 0, single_count_, graph_.constrained());
-  } else {
-    for_each_group([&](const Group& group) { store_blocks(group.blocks.begin, group.blocks.end); });
-  }
 }
 
 }  // namespace fathom::native
