@@ -79,7 +79,7 @@ class Blocks {
   void lay_out() {
     const auto width = static_cast<std::size_t>(kernels_.width);
     for (int colour = 0; colour < colour_count; ++colour) {
-      const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour);
+      const std::vector<std::uint32_t>& contacts = graph_.of(0, colour);
       lanes_.insert(lanes_.end(), contacts.begin(), contacts.end());
       lanes_.resize((lanes_.size() + width - 1) / width * width, none);
       stretches_.push_back(lanes_.size() / width);

@@ -12,6 +12,7 @@ namespace fathom::native {
 struct StageFixture {
   explicit StageFixture(Scene made) : scene(std::move(made)) {
     state.resize(scene.bodies.size());
+    graph.resize(scene.bodies.size());
     for (const BodyDef& def : scene.bodies) {
       const std::uint32_t slot = bodies.add(def).index;
       const BodyInfo& info = bodies[slot];

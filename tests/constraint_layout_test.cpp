@@ -55,6 +55,7 @@ struct Contacts {
   void add(const BodyDef& def, std::uint8_t flags) {
     const std::uint32_t slot = bodies.add(def).index;
     state.resize(slot + 1);
+    graph.resize(slot + 1);
     state.clear(slot);
     state.poses[slot] = def.pose;
     state.flags[slot] = flags;
@@ -66,7 +67,7 @@ struct Contacts {
 void check(const ConstraintLayout& layout, const Contacts& c, std::size_t width) {
   std::multiset<std::uint32_t> expected, seen;
   for (int colour = 0; colour < colour_count; ++colour)
-    expected.insert(c.graph.of_colour(colour).begin(), c.graph.of_colour(colour).end());
+    c.graph.for_each_of_colour(colour, [&](std::uint32_t index) { expected.insert(index); });
   std::size_t blocks = 0;
   for (const auto& stretch : layout.stretches())
     for (std::size_t block = stretch.first; block < stretch.end; ++block, ++blocks) {

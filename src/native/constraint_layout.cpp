@@ -10,6 +10,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
+constexpr std::size_t least_stretches = 16;  // to copy in several threads
 constexpr std::size_t least_to_group = 256;  // bodies
 constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
@@ -30,7 +31,7 @@ std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
 bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
   const bool same_bodies = version_ == in_contact.version;
   const bool same_colours = colouring_ == graph_.colouring() && threads_ == threads();
-  if (same_colours && (same_bodies || groups_.empty())) {
+  if (same_colours && (same_bodies || (groups_.empty() && units_.empty()))) {
     if (!same_bodies) order_bodies(in_contact.slots, neighbourhood);
     version_ = in_contact.version;
     return false;
@@ -39,11 +40,15 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   colouring_ = graph_.colouring();
   threads_ = threads();
   colours_ = 0;
-  for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
+  for (int colour = 0; colour < colour_count; ++colour) colours_ += graph_.size_of(colour) > 0;
   groups_.clear();
+  units_.clear();
   stretches_.clear();
   blocks_ = 0;
-  if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
+  if (may_use_domains(in_contact.slots)) {
+    fill_by_unit();
+    place_bodies_by_unit(in_contact.slots);
+  } else if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
     place_bodies(in_contact.slots);
     fill_by_group();
   } else {
@@ -58,7 +63,7 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
 void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   colour_of_.clear();
   for (int colour = 0; colour < colour_count; ++colour) {
-    const std::size_t contacts = graph_.of_colour(colour).size();
+    const std::size_t contacts = graph_.size_of(colour);
     if (contacts == 0) continue;
     stretches_.push_back({blocks_, blocks_ + blocks_of(contacts, width_), 1});
     colour_of_.push_back(colour);
@@ -67,7 +72,10 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   grow_to(lanes_, blocks_ * width_);
   offsets_.resize(threads() > 1 ? stretches_.size() : 0);
   const auto fill = [&](std::size_t s) {
-    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour_of_[s]);
+    std::vector<std::uint32_t> of_all_units;
+    if (graph_.domains().in_use())
+      graph_.for_each_of_colour(colour_of_[s], [&](std::uint32_t index) { of_all_units.push_back(index); });
+    const std::vector<std::uint32_t>& contacts = graph_.domains().in_use() ? of_all_units : graph_.of(0, colour_of_[s]);
     const std::span<std::uint32_t> lanes{lanes_.data() + stretches_[s].first * width_,
                                          lanes_.data() + stretches_[s].end * width_};
     if (threads() > 1)
@@ -131,18 +139,71 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
   }
 }
 
+// --- in domains ----------------------------------------------------------------------------------------------
+
+// A kinematic body moves on while several domains touch it, and the overflow knows no domains.
+bool ConstraintLayout::may_use_domains(std::span<const std::uint32_t> in_contact) const {
+  return graph_.domains().in_use() && graph_.size_of(overflow_colour) == 0 && !any_kinematic(in_contact);
+}
+
+bool ConstraintLayout::any_kinematic(std::span<const std::uint32_t> in_contact) const {
+  return std::any_of(in_contact.begin(), in_contact.end(),
+                     [&](std::uint32_t slot) { return state_.flags[slot] & kinematic; });
+}
+
+void ConstraintLayout::fill_by_unit() {
+  const auto add_stretches = [&](std::size_t unit, int first, int end) {
+    Range range{stretches_.size(), stretches_.size()};
+    for (int colour = first; colour < end; ++colour) {
+      const std::size_t blocks = blocks_of(graph_.of(unit, colour).size(), width_);
+      if (blocks == 0) continue;
+      stretches_.push_back({blocks_, blocks_ + blocks, 1});
+      lists_.push_back(&graph_.of(unit, colour));
+      blocks_ += blocks;
+    }
+    range.end = stretches_.size();
+    return range;
+  };
+  lists_.clear();
+  for (std::size_t i = 0; i < graph_.domains().units(); ++i) {
+    Unit unit;
+    unit.blocks.begin = blocks_;
+    unit.between = add_stretches(i, 0, first_fixed_colour);
+    unit.on_fixed = add_stretches(i, first_fixed_colour, colour_count);
+    unit.blocks.end = blocks_;
+    units_.push_back(unit);
+  }
+  grow_to(lanes_, blocks_ * width_);
+  pool_.for_each_part(stretches_.size(), least_stretches, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const auto rest = std::copy(lists_[s]->begin(), lists_[s]->end(),
+                                  lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].first * width_));
+      std::fill(rest, lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].end * width_), none);
+    }
+  });
+}
+
+void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
+  const Domains& domains = graph_.domains();
+  for (const std::uint32_t slot : in_contact) ++units_[domains.home(slot)].bodies.end;
+  std::size_t first = 0;
+  for (Unit& unit : units_) {
+    const std::size_t count = unit.bodies.end;
+    unit.bodies = {first, first};  // grows as bodies come in
+    first += count;
+  }
+  grow_to(bodies_, in_contact.size());
+  for (const std::uint32_t slot : in_contact) bodies_[units_[domains.home(slot)].bodies.end++] = slot;
+}
+
 // --- in groups -----------------------------------------------------------------------------------------------
 
 // Many islands can be expected where there are fewer contacts between bodies than bodies. A kinematic body may touch
 // several islands and moves on while they are solved, and the overflow knows no islands: then all is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
   if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
-  if (!graph_.of_colour(overflow_colour).empty()) return false;
-  std::size_t between = 0;
-  for (int colour = 0; colour < first_fixed_colour; ++colour) between += graph_.of_colour(colour).size();
-  return between < in_contact.size() && std::none_of(in_contact.begin(), in_contact.end(), [&](std::uint32_t slot) {
-           return state_.flags[slot] & kinematic;
-         });
+  if (graph_.size_of(overflow_colour) > 0 || graph_.domains().in_use()) return false;
+  return graph_.between() < in_contact.size() && !any_kinematic(in_contact);
 }
 
 // Path halving; the smaller root wins.
@@ -155,7 +216,7 @@ void ConstraintLayout::join_islands() {
   grow_to(island_, state_.size());
   links_.clear();
   for (std::uint32_t colour = 0; colour < colour_count; ++colour) {
-    const std::vector<std::uint32_t>& contacts = graph_.of_colour(static_cast<int>(colour));
+    const std::vector<std::uint32_t>& contacts = graph_.of(0, static_cast<int>(colour));
     make_room(links_, links_.size() + contacts.size());
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       if (i + ahead < contacts.size()) prefetch_to_read(&graph_[contacts[i + ahead]]);

@@ -118,15 +118,44 @@ void ContactGraph::colour(std::uint32_t index) {
   }
   state_.note_to_solve(c.b);
   if (!c.fixed_a) state_.note_to_solve(c.a);
-  c.colour_slot = static_cast<std::uint32_t>(colours_[c.colour].size());
-  make_room(colours_[c.colour], colours_[c.colour].size() + 1);
-  colours_[c.colour].push_back(index);
+  ++sizes_[c.colour];
+  between_ += !c.fixed_a;
+  enlist(index);
+}
+
+std::vector<std::uint32_t>& ContactGraph::list_of(const Contact& c) {
+  return colours_[domains_.unit(c) * (overflow_colour + 1) + c.colour];
+}
+
+void ContactGraph::enlist(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  std::vector<std::uint32_t>& list = list_of(c);
+  c.colour_slot = static_cast<std::uint32_t>(list.size());
+  make_room(list, list.size() + 1);
+  list.push_back(index);
+  ++unit_sizes_[domains_.unit(c)];
+}
+
+void ContactGraph::divide(std::span<const std::uint32_t> slots) {
+  ++colouring_;
+  if (slots.empty())
+    domains_.clear();
+  else
+    domains_.divide(slots, between_, state_);
+  colours_.resize(domains_.units() * (overflow_colour + 1));
+  for (std::vector<std::uint32_t>& list : colours_) list.clear();
+  unit_sizes_.assign(domains_.units(), 0);
+  for (std::uint32_t index = 0; index < contacts_.size(); ++index)
+    if (contacts_[index].in_use && contacts_[index].colour != no_colour) enlist(index);
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
   ++colouring_;
   Contact& c = contacts_[index];
-  std::vector<std::uint32_t>& list = colours_[c.colour];
+  std::vector<std::uint32_t>& list = list_of(c);
+  --sizes_[c.colour];
+  --unit_sizes_[domains_.unit(c)];
+  between_ -= !c.fixed_a;
   contacts_[list.back()].colour_slot = c.colour_slot;
   list[c.colour_slot] = list.back();
   list.pop_back();
@@ -187,7 +216,8 @@ void ContactGraph::prefetch_bodies(std::uint32_t index) const {
 
 std::size_t ContactGraph::memory_bytes() const {
   std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
-                    pairs_.memory_bytes() + (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
+                    pairs_.memory_bytes() + domains_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
+                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -4,7 +4,7 @@
 // its bodies when it begins to touch and keeps it until it ends. Contacts with a body that cannot be pushed
 // block only the other body and have colours of their own, solved last because the ground is the firmer side. A
 // contact that finds no colour goes to the overflow list, which is solved one by one. Changes are made by one thread in
-// the order of contacts, so colours do not depend on timing.
+// the order of contacts, so colours do not depend on timing. Colours are listed by unit (domains.hpp).
 #pragma once
 
 #include <cstdint>
@@ -14,6 +14,7 @@
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
+#include "native/domains.hpp"
 #include "native/pair_set.hpp"
 #include "native/solver_kernels.hpp"
 
@@ -25,7 +26,7 @@ inline constexpr std::uint8_t overflow_colour = 32;
 
 class ContactGraph {
  public:
-  ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state) {}
+  ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state), colours_(overflow_colour + 1) {}
 
   Contact& operator[](std::uint32_t index) { return contacts_[index]; }
   const Contact& operator[](std::uint32_t index) const { return contacts_[index]; }
@@ -58,7 +59,24 @@ class ContactGraph {
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
-  const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
+  const std::vector<std::uint32_t>& of(std::size_t unit, int colour) const {
+    return colours_[unit * (overflow_colour + 1) + static_cast<std::size_t>(colour)];
+  }
+  std::size_t size_of(int colour) const { return sizes_[colour]; }
+  std::size_t size_of_unit(std::size_t unit) const { return unit_sizes_[unit]; }
+  template <class Act>
+  void for_each_of_colour(int colour, const Act& act) const {
+    for (std::size_t unit = 0; unit < domains_.units(); ++unit)
+      for (const std::uint32_t index : of(unit, colour)) act(index);
+  }
+  /// Contacts between two bodies that can be pushed.
+  std::size_t between() const { return between_; }
+
+  const Domains& domains() const { return domains_; }
+  /// Divides the bodies `slots` anew and lists all contacts by their domains; no bodies, no domains.
+  void divide(std::span<const std::uint32_t> slots);
+  void resize(std::size_t slots) { domains_.resize(slots); }
+
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
 
@@ -76,14 +94,15 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_);
-    for (auto& list : s.colours_) a(list);
+    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
 
  private:
   std::uint32_t add(Pair pair);
+  std::vector<std::uint32_t>& list_of(const Contact& c);
+  void enlist(std::uint32_t index);
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
@@ -96,7 +115,11 @@ class ContactGraph {
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;
-  std::vector<std::uint32_t> colours_[colour_count + 1];
+  Domains domains_;
+  std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
+  std::vector<std::size_t> unit_sizes_ = {0};
+  std::size_t sizes_[overflow_colour + 1] = {};
+  std::size_t between_ = 0;
   std::uint64_t colouring_ = 1;
 };
 

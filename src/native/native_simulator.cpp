@@ -24,7 +24,8 @@ namespace native {
 namespace {
 
 constexpr std::size_t body_grain = 512;
-constexpr std::size_t least_bodies = 64;  // worth another thread
+constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
+constexpr std::size_t least_bodies = 64;         // worth another thread
 constexpr std::uint32_t prefetch_distance = 8;
 constexpr std::size_t pair_burst = 1024;
 
@@ -138,7 +139,8 @@ void NativeSimulator::build_constraints() {
     cell_solver_->build(in_contact_);
     return;
   }
-  if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
+  divide_if_worth_while();
+  if (pool_.thread_count() > 1 && !graph_.domains().in_use()) neighbourhood_.update(*broad_phase_, state_.size());
   solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
@@ -199,6 +201,43 @@ void NativeSimulator::list_active() {
 
 BroadPhaseInput NativeSimulator::broad_phase_input() const {
   return {bodies, state_, graph_.pairs(), changed(), changed_at_rest_, set_changed_};
+}
+
+// Large heaps have domains, which are drawn anew when bodies have moved so much that a sweep has become a quarter
+// longer, or there are twice or half as many contacts.
+void NativeSimulator::divide_if_worth_while() {
+  const std::size_t contacts = graph_.between();
+  if (!graph_.domains().in_use()) {
+    if (contacts >= least_to_divide && contacts >= in_contact_.size()) divide();
+    return;
+  }
+  if (2 * contacts < least_to_divide || 2 * contacts < in_contact_.size()) {
+    graph_.divide({});
+    return;
+  }
+  const Cost now = cost_of_domains(), then = cost_when_divided_;
+  if (now.contacts > 2 * then.contacts || 2 * now.contacts < then.contacts ||
+      4 * now.sweep * then.contacts > 5 * then.sweep * now.contacts)
+    divide();
+}
+
+void NativeSimulator::divide() {
+  graph_.divide(active_);
+  cost_when_divided_ = cost_of_domains();
+}
+
+// A sweep's length in contacts of one thread, were there as many threads as domains, times their number.
+NativeSimulator::Cost NativeSimulator::cost_of_domains() const {
+  const Domains& domains = graph_.domains();
+  Cost cost{0, graph_.between()};
+  for (std::size_t division = 0; division < Domains::divisions; ++division) {
+    std::size_t largest = 0;
+    for (std::size_t i = 0; i < domains.count(division); ++i)
+      largest = std::max(largest, graph_.size_of_unit(domains.first_unit(division) + i));
+    cost.sweep += largest * domains.count(0);
+  }
+  cost.sweep += graph_.size_of_unit(domains.rest()) * domains.count(0);
+  return cost;
 }
 
 // Awake bodies that the solver moves, ascending.
@@ -323,14 +362,14 @@ void NativeSimulator::count() {
   counts.pairs = static_cast<std::uint32_t>(graph_.pair_count());
   counts.manifolds = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour)
-    counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
+    counts.manifolds += static_cast<std::uint32_t>(graph_.size_of(colour));
   if (cell_solver_) {
     counts.points = static_cast<std::uint32_t>(cell_solver_->point_count());
     counts.work_groups = static_cast<std::uint32_t>(cell_solver_->cell_count());
   } else {
     counts.points = static_cast<std::uint32_t>(solver_.point_count());
     counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
-    counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+    counts.overflow = static_cast<std::uint32_t>(graph_.size_of(overflow_colour));
   }
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
@@ -343,7 +382,10 @@ void NativeSimulator::count() {
 
 void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
   queries_are_current_ = false;
-  if (slot >= state_.size()) state_.resize(slot + 1);
+  if (slot >= state_.size()) {
+    state_.resize(slot + 1);
+    graph_.resize(slot + 1);
+  }
   state_.clear(slot);
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;

@@ -115,6 +115,12 @@ class NativeSimulator : public Simulator {
   void list_active();
   void refresh_for_queries();
   void list_in_contact();
+  struct Cost {
+    std::uint64_t sweep = 0, contacts = 0;
+  };
+  void divide_if_worth_while();
+  void divide();
+  Cost cost_of_domains() const;
   void take_over_changes();
   void end_contacts();
   void begin_contacts();
@@ -138,6 +144,7 @@ class NativeSimulator : public Simulator {
   std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
   Neighbourhood neighbourhood_;
   std::atomic<std::size_t> failed_ = 0;  // bodies whose new state is not finite
+  Cost cost_when_divided_;               // into domains
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;

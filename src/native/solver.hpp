@@ -53,9 +53,12 @@ class ContactSolver {
  private:
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
   using Group = ConstraintLayout::Group;
+  using Unit = ConstraintLayout::Unit;
 
-  /// What a solver goes over in every substep: all bodies and colours, by all threads, or those of a group.
+  /// What a solver goes over in every substep: all bodies and colours, by all threads, in domains or colour by colour,
+  /// or those of a group.
   class Everything;
+  class InDomains;
   class OneGroup;
 
   template <class Act>
@@ -64,8 +67,11 @@ class ContactSolver {
   void make_room_for_blocks();
   BodiesView view();
   void load_body(std::uint32_t slot);
-  void load_bodies(const Group& group);
+  void load_group(std::span<const std::uint32_t> slots);
   void prepare(std::size_t begin, std::size_t end);
+  void build_in_domains();
+  template <class Act>
+  void solve_in_domains(const Act& act);
   template <class Work>
   void substeps(const Work& work);
   template <class Work>
@@ -91,6 +97,7 @@ class ContactSolver {
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
+  std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
   // Counted by all threads, who read what is above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;

@@ -1,0 +1,159 @@
+#include "native/domains.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "native/body_state.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::uint32_t key_bits = 11;  // a coordinate
+constexpr std::uint32_t key_range = 1u << key_bits;
+
+// What a body weighs in a domain: its contacts, and itself.
+float weight(const BodyState& state, std::uint32_t slot) {
+  return 1 + static_cast<float>(std::popcount(state.colour_mask[slot]));
+}
+
+/// Mean and standard deviation along each axis.
+struct Spread {
+  double mean[3] = {}, deviation[3] = {};
+};
+
+Spread spread_of(std::span<const std::uint32_t> slots, const BodyState& state) {
+  Spread spread;
+  double squares[3] = {};
+  const double n = static_cast<double>(slots.size());
+  for (const std::uint32_t slot : slots)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = static_cast<double>(state.poses[slot].position[axis]);
+      spread.mean[axis] += x / n;
+      squares[axis] += x * x / n;
+    }
+  for (int axis = 0; axis < 3; ++axis)
+    spread.deviation[axis] = std::sqrt(std::max(squares[axis] - spread.mean[axis] * spread.mean[axis], 1e-6));
+  return spread;
+}
+
+/// The coordinate in `key_range` steps over four deviations to either side.
+std::uint32_t quantised(double x, double mean, double deviation) {
+  const double step = (x - mean) / (8 * deviation) + 0.5;
+  return static_cast<std::uint32_t>(std::clamp(step, 0.0, 1.0) * (key_range - 1));
+}
+
+/// Which of `count` equal parts the share `at` of the whole falls into, `shift` parts on, the last and the first being
+/// one where the shift divides it.
+std::size_t part(float at, float shift, std::size_t count) {
+  const float place = at * static_cast<float>(count) + shift;
+  const auto index = static_cast<std::size_t>(place);
+  return index >= count ? index - count : index;
+}
+
+}  // namespace
+
+// As square as whole numbers of parts allow.
+Domains::Grid Domains::grid(std::size_t count, float aspect) {
+  Grid best{count, 1};
+  for (Grid g{count, 1}; g.columns >= 1; g = {g.columns / 2, g.rows * 2}) {
+    const auto badness = [&](Grid of) {
+      return std::abs(std::log2(static_cast<float>(of.columns) / static_cast<float>(of.rows) / aspect));
+    };
+    if (badness(g) < badness(best)) best = g;
+    if (g.columns == 1) break;
+  }
+  return best;
+}
+
+void Domains::set_counts(const std::array<std::uint32_t, divisions>& counts) {
+  counts_ = counts;
+  for (std::size_t i = 0; i < divisions; ++i) first_units_[i + 1] = first_units_[i] + counts_[i];
+}
+
+void Domains::clear() { set_counts({}); }
+
+// Radix sort by key, stable.
+void Domains::sort() {
+  sorted_.resize(order_.size());
+  for (std::uint32_t shift = 0; shift < 2 * key_bits; shift += key_bits) {
+    std::array<std::uint32_t, key_range> start{};
+    for (const Place& place : order_) ++start[place.key >> shift & (key_range - 1)];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& s : start) sum += std::exchange(s, sum);
+    for (const Place& place : order_) sorted_[start[place.key >> shift & (key_range - 1)]++] = place;
+    order_.swap(sorted_);
+  }
+}
+
+void Domains::divide(std::span<const std::uint32_t> slots, std::size_t contacts, const BodyState& state) {
+  // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
+  std::size_t count = 16;
+  while (count < 128 && contacts > 1200 * count) count *= 2;
+
+  const Spread spread = spread_of(slots, state);
+  int first = 0, second = 1;
+  const int third = static_cast<int>(std::min_element(spread.deviation, spread.deviation + 3) - spread.deviation);
+  if (third == 0) first = 1, second = 2;
+  if (third == 1) second = 2;
+  if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
+
+  float total = 0;
+  for (const std::uint32_t slot : slots) total += weight(state, slot);
+  const auto sorted_by = [&](int major, int minor) {
+    order_.clear();
+    make_room(order_, slots.size());
+    const auto key = [&](std::uint32_t slot, int axis) {
+      return quantised(static_cast<double>(state.poses[slot].position[axis]), spread.mean[axis],
+                       spread.deviation[axis]);
+    };
+    for (const std::uint32_t slot : slots) order_.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
+    sort();
+    return order_;
+  };
+  const std::vector<Place> by_first = sorted_by(first, second), by_second = sorted_by(second, first);
+  std::fill(ids_.begin(), ids_.end(), Ids{});
+  const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
+  // Borders of the second division are midway between those of the first; the third has half as many, midway again.
+  const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
+  const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
+  set_counts({size(fine), size(fine), size(coarse)});
+  divide(0, fine, 0, total, state, by_first, by_second);
+  divide(1, fine, 0.5f, total, state, by_first, by_second);
+  divide(2, coarse, 0.125f, total, state, by_first, by_second);
+}
+
+void Domains::divide(std::size_t division, Grid grid, float shift, float total, const BodyState& state,
+                     const std::vector<Place>& by_first, const std::vector<Place>& by_second) {
+  std::vector<float> seen(grid.columns + 1, 0.0f), of_column(grid.columns, 0.0f);
+  float sum = 0;
+  for (const Place& place : by_first) {
+    const float w = weight(state, place.slot);
+    const std::size_t column = part((sum + 0.5f * w) / total, shift, grid.columns);
+    sum += w;
+    of_column[column] += w;
+    ids_[place.slot][division] = static_cast<std::uint8_t>(column);
+  }
+  for (const Place& place : by_second) {
+    const float w = weight(state, place.slot);
+    const std::size_t column = ids_[place.slot][division];
+    const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], shift, grid.rows);
+    seen[column] += w;
+    ids_[place.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
+  }
+}
+
+void Domains::restore(ByteReader& in, std::size_t slots) {
+  archive(*this, in);
+  in.require(ids_.size() == slots);
+  for (const std::uint32_t count : counts_) in.require(count <= 128 && (count > 0) == in_use());
+  set_counts(std::array(counts_));
+  if (!in_use()) return;
+  for (const Ids& ids : ids_)
+    for (std::size_t division = 0; division < divisions; ++division) in.require(ids[division] < counts_[division]);
+}
+
+}  // namespace fathom::native
