@@ -29,6 +29,8 @@ class TreeBroadPhase : public BroadPhase {
     return chunks;
   }
 
+  bool lists_pairs_once() const override { return true; }
+
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const Aabb* boxes = input.state.fat_boxes.data();
     bool moving_changed = !input.changed.empty(), fixed_changed = false;

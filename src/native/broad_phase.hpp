@@ -38,6 +38,9 @@ class BroadPhase {
   /// The pairs and their order do not depend on threads.
   virtual std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
 
+  /// True where no pair is ever listed twice.
+  virtual bool lists_pairs_once() const { return false; }
+
   // Queries see the boxes as of the last `find` or `refresh`.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
   virtual void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;

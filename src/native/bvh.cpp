@@ -14,6 +14,7 @@ namespace fathom::native {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using Lanes = hn::CappedTag<float, 8>;  // children of a node
 
 // 21 bits to every third bit of 63.
 std::uint64_t spread_bits(std::uint64_t x) {
@@ -124,13 +125,29 @@ void Bvh::set_child(Node& node, std::size_t child, const Aabb& box) {
   }
 }
 
-Aabb Bvh::box_of(const Node& node) {
-  Vec3 lower{infinity, infinity, infinity}, upper{-infinity, -infinity, -infinity};
-  for (std::size_t c = 0; c < width; ++c) {
-    lower = min(lower, {node.lower[0][c], node.lower[1][c], node.lower[2][c]});
-    upper = max(upper, {node.upper[0][c], node.upper[1][c], node.upper[2][c]});
+// Other threads have read the node: only what changed is written, so that the rest stays in their caches.
+void Bvh::replace(Node& node, const Node& by) {
+  const Lanes d;
+  float *to = node.lower[0], *end = to + 6 * width;
+  for (const float* from = by.lower[0]; to != end; to += hn::Lanes(d), from += hn::Lanes(d)) {
+    const auto value = hn::Load(d, from);
+    if (!hn::AllTrue(d, hn::Eq(value, hn::Load(d, to)))) hn::Store(value, d, to);
   }
-  return {lower, upper};
+}
+
+Aabb Bvh::box_of(const Node& node) {
+  const Lanes d;
+  float lower[3], upper[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    auto low = hn::Load(d, node.lower[axis]), high = hn::Load(d, node.upper[axis]);
+    for (std::size_t c = hn::Lanes(d); c < width; c += hn::Lanes(d)) {
+      low = hn::Min(low, hn::Load(d, node.lower[axis] + c));
+      high = hn::Max(high, hn::Load(d, node.upper[axis] + c));
+    }
+    lower[axis] = hn::GetLane(hn::MinOfLanes(d, low));
+    upper[axis] = hn::GetLane(hn::MaxOfLanes(d, high));
+  }
+  return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
 }
 
 namespace {
@@ -172,34 +189,47 @@ void Bvh::refit_subtree(const Aabb* boxes, std::size_t root) {
 // Nodes whose children are leaves. Their area tells how loose the tree has become.
 double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
   double area = 0;
+  static_assert(sizeof(Aabb) == 6 * sizeof(float));
+  const Lanes d;
+  const hn::RebindToSigned<Lanes> indices;
+  Node node;
   for (std::size_t n = begin; n < end; ++n) {
-    Aabb whole = empty_box;
-    for (std::size_t c = 0; c < width; ++c) {
-      const std::size_t leaf = n * width + c;
-      const Aabb& box = leaf < leaves_.size() ? boxes[leaves_[leaf]] : empty_box;
-      set_child(nodes_[n], c, box);
-      whole = merged(whole, box);
+    if ((n + 1) * width <= leaves_.size()) {
+      const float* const base = &boxes[0].lower.x;
+      for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {
+        const auto leaf = hn::LoadU(indices, reinterpret_cast<const std::int32_t*>(&leaves_[n * width + c]));
+        const auto at = hn::Add(hn::ShiftLeft<2>(leaf), hn::ShiftLeft<1>(leaf));
+        for (int axis = 0; axis < 3; ++axis) {
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis))), d, node.lower[axis] + c);
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis + 3))), d, node.upper[axis] + c);
+        }
+      }
+    } else {
+      for (std::size_t c = 0; c < width; ++c)
+        set_child(node, c, n * width + c < leaves_.size() ? boxes[leaves_[n * width + c]] : empty_box);
     }
-    area += static_cast<double>(surface_area(whole));
+    replace(nodes_[n], node);
+    area += static_cast<double>(surface_area(box_of(node)));
   }
   return area;
 }
 
 void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
   const Level below = levels_[level - 1];
+  Node node;
   for (std::size_t n = begin; n < end; ++n) {
     for (std::size_t c = 0; c < width; ++c) {
       const std::size_t child = n * width + c;
-      set_child(nodes_[levels_[level].first + n], c,
-                child < below.count ? box_of(nodes_[below.first + child]) : empty_box);
+      set_child(node, c, child < below.count ? box_of(nodes_[below.first + child]) : empty_box);
     }
+    replace(nodes_[levels_[level].first + n], node);
   }
 }
 
 void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
   if (leaves_.empty()) return;
-  const hn::CappedTag<float, width> d;
-  constexpr std::size_t lanes = hn::MaxLanes(hn::CappedTag<float, width>());
+  const Lanes d;
+  constexpr std::size_t lanes = hn::MaxLanes(Lanes());
   const auto lower_x = hn::Set(d, box.lower.x), lower_y = hn::Set(d, box.lower.y), lower_z = hn::Set(d, box.lower.z);
   const auto upper_x = hn::Set(d, box.upper.x), upper_y = hn::Set(d, box.upper.y), upper_z = hn::Set(d, box.upper.z);
   struct Entry {

@@ -69,6 +69,7 @@ class Bvh {
   }
   void sort_keys();
   void lay_out_levels();
+  static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
   double refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);

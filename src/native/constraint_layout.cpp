@@ -1,6 +1,7 @@
 #include "native/constraint_layout.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "native/prefetch.hpp"
 #include "world/growth.hpp"
@@ -10,9 +11,10 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
+constexpr std::size_t body_grain = 512;
 constexpr std::size_t least_stretches = 16;  // to copy in several threads
 constexpr std::size_t least_to_group = 256;  // bodies
-constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
+constexpr std::size_t least_weight = 24;     // contacts of a group, so that its lanes are well filled
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
@@ -185,15 +187,25 @@ void ConstraintLayout::fill_by_unit() {
 
 void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
   const Domains& domains = graph_.domains();
-  for (const std::uint32_t slot : in_contact) ++units_[domains.home(slot)].bodies.end;
-  std::size_t first = 0;
-  for (Unit& unit : units_) {
-    const std::size_t count = unit.bodies.end;
-    unit.bodies = {first, first};  // grows as bodies come in
-    first += count;
-  }
+  const std::size_t count = domains.count(0), chunks = blocks_of(in_contact.size(), body_grain);
   grow_to(bodies_, in_contact.size());
-  for (const std::uint32_t slot : in_contact) bodies_[units_[domains.home(slot)].bodies.end++] = slot;
+  grow_to(next_body_, chunks * count);
+  std::fill(next_body_.begin(), next_body_.end(), 0);
+  // Two passes, so that several threads know where to write.
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const counts = &next_body_[begin / body_grain * count];
+    for (std::size_t i = begin; i < end; ++i) ++counts[domains.home(in_contact[i])];
+  });
+  std::uint32_t next = 0;
+  for (std::size_t u = 0; u < count; ++u) {
+    units_[u].bodies.begin = next;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) next += std::exchange(next_body_[chunk * count + u], next);
+    units_[u].bodies.end = next;
+  }
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const places = &next_body_[begin / body_grain * count];
+    for (std::size_t i = begin; i < end; ++i) bodies_[places[domains.home(in_contact[i])]++] = in_contact[i];
+  });
 }
 
 // --- in groups -----------------------------------------------------------------------------------------------
@@ -300,7 +312,8 @@ void ConstraintLayout::fill_by_group() {
 }
 
 std::size_t ConstraintLayout::memory_bytes() const {
-  return (lanes_.capacity() + bodies_.capacity() + group_of_body_.capacity() + next_lane_.capacity()) *
+  return (lanes_.capacity() + bodies_.capacity() + next_body_.capacity() + group_of_body_.capacity() +
+          next_lane_.capacity()) *
              sizeof(std::uint32_t) +
          links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
          offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +

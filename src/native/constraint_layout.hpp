@@ -142,6 +142,7 @@ class ConstraintLayout {
   // In domains.
   std::vector<Unit> units_;
   std::vector<const std::vector<std::uint32_t>*> lists_;  // by stretch
+  std::vector<std::uint32_t> next_body_;                  // by chunk and unit
 
   // In groups.
   struct Island {  // of a body; what is not `parent`, of the root alone

@@ -39,12 +39,9 @@ void NativeSimulator::take_over_changes() {
 void NativeSimulator::end_contacts() {
   for (std::size_t i = 0; i < parted_.size(); ++i) {
     if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
-    if (i + ahead < parted_.size()) graph_.prefetch_neighbours(parted_[i + ahead].contact);
-    if (parted_[i].gone)
-      drop_contact(parted_[i].contact, ended_);
-    else
-      end_touching(parted_[i].contact);
+    if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
   }
+  graph_.remove(parted_, pool_);
 }
 
 void NativeSimulator::begin_contacts() {

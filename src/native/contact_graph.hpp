@@ -15,6 +15,7 @@
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
 #include "native/domains.hpp"
+#include "native/narrow_phase.hpp"
 #include "native/pair_set.hpp"
 #include "native/solver_kernels.hpp"
 
@@ -42,7 +43,11 @@ class ContactGraph {
 
   /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
+  /// The same for pairs that are all new and no two of them equal, on all threads.
+  void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
+  /// Removes the contacts of all pairs marked `gone`, on all threads; they must not be touching any more.
+  void remove(std::span<const PartedContact> parted, ThreadPool& pool);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);
   void end(std::uint32_t index);
@@ -101,6 +106,11 @@ class ContactGraph {
 
  private:
   std::uint32_t add(Pair pair);
+  void fill(Contact& c, Pair pair) const;
+  /// Calls act(owns) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and with
+  /// owns_table(table) for every part of the set of pairs.
+  template <class Act>
+  static void for_each_owner(ThreadPool& pool, const Act& act);
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
   void link(std::uint32_t index, std::uint32_t side);
@@ -115,6 +125,7 @@ class ContactGraph {
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;
+  std::vector<std::uint32_t> new_contacts_;  // of `add_new`
   Domains domains_;
   std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
   std::vector<std::size_t> unit_sizes_ = {0};

@@ -105,7 +105,11 @@ void NativeSimulator::find_pairs() {
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
   added_.clear();
-  graph_.add(pairs_to_add_, lists_added_ ? &added_ : nullptr);
+  std::vector<std::uint32_t>* const added = lists_added_ ? &added_ : nullptr;
+  if (broad_phase_->lists_pairs_once())
+    graph_.add_new(pairs_to_add_, pool_, added);
+  else
+    graph_.add(pairs_to_add_, added);
 }
 
 void NativeSimulator::make_room_for_changes() {
@@ -177,7 +181,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .max_linear_speed = def.solver.max_linear_speed,
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
-                                  .scattered = in_contact && pool_.thread_count() > 1};
+                                  .scattered = pool_.thread_count() > 1};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
 

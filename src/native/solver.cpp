@@ -258,7 +258,8 @@ void ContactSolver::make_room_for_blocks() {
   const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride + alignment;
   if (blocks_.size() < bytes) {
     blocks_.clear();
-    grow_to(blocks_, bytes);
+    make_room(blocks_, bytes);
+    blocks_.resize(blocks_.capacity());  // not to be cleared again with every step that needs a little more
   }
   const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
   wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
