@@ -148,5 +148,46 @@ TEST(ConstraintLayout, KinematicBodiesRuleGroupsOut) {
   EXPECT_TRUE(c.lay_out(pool, 8).groups().empty());
 }
 
+TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
+  Contacts c(3200);
+  for (std::uint32_t i = 1; i + 41 <= 3200; ++i) {
+    c.touch(0, i);
+    for (const std::uint32_t other : {i + 1, i + 40, i + 41})
+      if (other % 40 != 0 || other == i + 40) c.touch(i, other);
+  }
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t slot = 1; slot <= 3200; ++slot) all.push_back(slot);
+  c.graph.divide(all);
+  const Domains& domains = c.graph.domains();
+  ASSERT_TRUE(domains.in_use());
+  ThreadPool pool(3);
+  const ConstraintLayout layout = c.lay_out(pool, 8);
+  check(layout, c, 8);
+  ASSERT_EQ(layout.units().size(), domains.units());
+  for (std::size_t division = 0; division < Domains::divisions; ++division) {
+    std::map<std::uint32_t, std::size_t> unit_of;
+    std::size_t largest = 0, sum = 0;
+    for (std::size_t u = domains.first_unit(division); u < domains.first_unit(division + 1); ++u) {
+      const ConstraintLayout::Unit& unit = layout.units()[u];
+      for (std::size_t lane = unit.blocks.begin * 8; lane < unit.blocks.end * 8; ++lane) {
+        if (layout.lanes()[lane] == none) continue;
+        const Contact& contact = c.graph[layout.lanes()[lane]];
+        EXPECT_EQ(unit_of.emplace(contact.b, u).first->second, u);
+        EXPECT_TRUE(contact.fixed_a || unit_of.emplace(contact.a, u).first->second == u);
+      }
+      for (const std::uint32_t slot : layout.bodies(unit)) EXPECT_TRUE(division == 0 && domains.home(slot) == u);
+      largest = std::max(largest, c.graph.size_of_unit(u));
+      sum += c.graph.size_of_unit(u);
+    }
+    if (division == 0) {
+      EXPECT_LT(largest * domains.count(0), sum * 5 / 4);
+    }
+  }
+  EXPECT_LT(c.graph.size_of_unit(domains.rest()), c.graph.between() / 50);
+  c.graph.divide({});
+  EXPECT_FALSE(domains.in_use());
+  check(c.lay_out(pool, 8), c, 8);
+}
+
 }  // namespace
 }  // namespace fathom::native

@@ -9,6 +9,8 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include "native/prefetch.hpp"
+
 namespace fathom::native {
 
 namespace {
@@ -155,6 +157,7 @@ namespace {
 constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 constexpr std::size_t least_subtrees = 2;
 constexpr std::size_t node_grain = 16;
+constexpr std::size_t nodes_ahead = 2;
 
 }  // namespace
 
@@ -194,6 +197,9 @@ double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end)
   const hn::RebindToSigned<Lanes> indices;
   Node node;
   for (std::size_t n = begin; n < end; ++n) {
+    for (std::size_t leaf = (n + nodes_ahead) * width; leaf < std::min((n + nodes_ahead + 1) * width, leaves_.size());
+         ++leaf)
+      prefetch_to_read(&boxes[leaves_[leaf]]);
     if ((n + 1) * width <= leaves_.size()) {
       const float* const base = &boxes[0].lower.x;
       for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {

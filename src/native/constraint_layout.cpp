@@ -14,7 +14,7 @@ constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
 constexpr std::size_t body_grain = 512;
 constexpr std::size_t least_stretches = 16;  // to copy in several threads
 constexpr std::size_t least_to_group = 256;  // bodies
-constexpr std::size_t least_weight = 24;     // contacts of a group, so that its lanes are well filled
+constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
@@ -251,7 +251,10 @@ void ConstraintLayout::join_islands() {
 // Islands make groups in the order of their first bodies. False where that leaves too much to one thread.
 bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   join_islands();
-  const std::size_t full = std::clamp(links_.size() / (threads() * groups_a_thread), least_weight, most_weight);
+  // Where several groups a thread would leave lanes empty, one.
+  const std::size_t several = links_.size() / (threads() * groups_a_thread);
+  const std::size_t full = several < least_weight ? std::max(least_weight / 4, blocks_of(links_.size(), threads()))
+                                                  : std::min(several, most_weight);
   std::size_t weight = 0, largest = 0;
   groups_.push_back({});
   grow_to(group_of_body_, in_contact.size());

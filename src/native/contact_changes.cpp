@@ -18,7 +18,11 @@ constexpr std::size_t least_manifolds = 12;       // worth another thread
 void NativeSimulator::take_over_changes() {
   profile.counts.recycled = 0;
   parted_.clear();
-  fresh_.clear();
+  std::size_t begun = 0;
+  for (const ChunkCounts counts : chunk_counts_) begun += counts.begun;
+  give_back_room(fresh_, begun);
+  give_back_room(meetings_, begun);
+  make_room(fresh_, begun);
   for (std::size_t i = 0; i < chunk_counts_.size(); ++i) {
     const ChunkCounts counts = chunk_counts_[i];
     profile.counts.recycled += counts.recycled;
@@ -28,7 +32,6 @@ void NativeSimulator::take_over_changes() {
       parted_.insert(parted_.end(), parted.begin(), parted.end());
     }
     if (counts.begun != 0) {
-      make_room(fresh_, fresh_.size() + counts.begun);
       for (const NewManifold& fresh : chunks_of_changes_[i].begun) fresh_.push_back(&fresh);
     }
   }

@@ -15,9 +15,9 @@ namespace {
 constexpr std::uint32_t key_bits = 11;  // a coordinate
 constexpr std::uint32_t key_range = 1u << key_bits;
 
-// What a body weighs in a domain: its contacts, and itself.
+// What a body weighs in a domain: its contacts, and a little for those to come.
 float weight(const BodyState& state, std::uint32_t slot) {
-  return 1 + static_cast<float>(std::popcount(state.colour_mask[slot]));
+  return 0.125f + static_cast<float>(std::popcount(state.colour_mask[slot]));
 }
 
 /// Mean and standard deviation along each axis.
@@ -92,7 +92,7 @@ void Domains::sort() {
 void Domains::divide(std::span<const std::uint32_t> slots, std::size_t contacts, const BodyState& state) {
   // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
   std::size_t count = 16;
-  while (count < 128 && contacts > 1200 * count) count *= 2;
+  while (count < 128 && contacts > 1600 * count) count *= 2;
 
   const Spread spread = spread_of(slots, state);
   int first = 0, second = 1;

@@ -27,7 +27,6 @@ constexpr std::size_t body_grain = 512;
 constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
 constexpr std::size_t least_bodies = 64;         // worth another thread
 constexpr std::uint32_t prefetch_distance = 8;
-constexpr std::size_t pair_burst = 1024;
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -95,12 +94,9 @@ void NativeSimulator::find_pairs() {
   collect_changed();
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
-  pairs_to_add_.clear();
   std::size_t count = 0;
   for (std::size_t i = 0; i < lists; ++i) count += new_pairs_[i].size();
-  // The room that a burst needed, as a scene's first step, is not kept.
-  if (pairs_to_add_.capacity() > pair_burst && 8 * count < pairs_to_add_.capacity())
-    std::vector<Pair>().swap(pairs_to_add_);
+  give_back_room(pairs_to_add_, count);
   make_room(pairs_to_add_, count);
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());

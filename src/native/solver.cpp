@@ -1,7 +1,9 @@
 #include "native/solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <type_traits>
 
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
@@ -78,8 +80,9 @@ class ContactSolver::InDomains {
 
   template <class Act>
   void bodies(const Act& act) const {
-    pending_.push_back([this, act](const Unit& unit) {
-      for (const std::uint32_t slot : layout_.bodies(unit)) act(slot);
+    put_off([this, act](const Unit& unit) {
+      const Act mine = act;  // where no other thread can see it, and the compiler knows
+      for (const std::uint32_t slot : layout_.bodies(unit)) mine(slot);
     });
   }
 
@@ -89,20 +92,34 @@ class ContactSolver::InDomains {
     for (std::size_t division = 1; division < Domains::divisions; ++division)
       for_each_unit(division, [&](const Unit& unit) { run(kernel, unit.between); });
     run(kernel, layout_.units()[domains_.rest()].between);
-    pending_.push_back([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
+    put_off([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
   }
 
   /// What waits, then act(unit) for each of the first division.
   template <class Act>
   void for_each_first(const Act& act) const {
     for_each_unit(0, [&](const Unit& unit) {
-      for (const auto& waiting : pending_) waiting(unit);
+      for (std::size_t i = 0; i < waiting_; ++i) put_off_[i].call(put_off_[i].closure, unit);
       act(unit);
     });
-    pending_.clear();
+    waiting_ = 0;
   }
 
  private:
+  // A closure of the solver's; no std::function, because steps do not allocate.
+  struct PutOff {
+    alignas(16) std::byte closure[160];
+    void (*call)(const void* closure, const Unit& unit);
+  };
+
+  template <class Closure>
+  void put_off(const Closure& closure) const {
+    static_assert(std::is_trivially_copyable_v<Closure> && sizeof closure <= sizeof PutOff::closure);
+    PutOff& place = put_off_.at(waiting_++);
+    std::memcpy(place.closure, &closure, sizeof closure);
+    place.call = [](const void* of, const Unit& unit) { (*static_cast<const Closure*>(of))(unit); };
+  }
+
   template <class Kernel>
   void run(const Kernel& kernel, const ConstraintLayout::Range& stretches) const {
     for (const auto& stretch : layout_.stretches(stretches))
@@ -121,7 +138,8 @@ class ContactSolver::InDomains {
   ContactSolver& s_;
   const ConstraintLayout& layout_;
   const Domains& domains_;
-  mutable std::vector<std::function<void(const Unit&)>> pending_;
+  mutable std::array<PutOff, 4> put_off_;
+  mutable std::size_t waiting_ = 0;
 };
 
 class ContactSolver::OneGroup {
