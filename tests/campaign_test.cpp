@@ -46,6 +46,15 @@ TEST(CampaignPlan, EveryFormHasEveryEnvironmentAndNoCaseTwice) {
   }
 }
 
+TEST(CampaignPlan, SyclOnAGpuIsAGpuAndOnAProcessorATest) {
+  const Offer offer{16, {"host", "sycl:0", "sycl:1"}, {"host", "sycl:1"}};
+  const auto planned = [&](Form form, const char* device) {
+    return std::ranges::count_if(plan(form, offer, 1), [&](const Case& c) { return c.device == device; });
+  };
+  EXPECT_EQ(planned(Form::full, "sycl:0"), planned(Form::full, "sycl:1"));
+  EXPECT_GT(planned(Form::huge, "sycl:0"), planned(Form::huge, "sycl:1"));
+}
+
 TEST(CampaignPlan, RoundsTakeTurns) {
   const std::vector<Case> cases = plan(Form::quick, {1, {"host"}}, 2);
   const auto second = std::ranges::find(cases, 2, &Case::round);

@@ -90,6 +90,23 @@ TEST(Snapshot, ContinuesBitForBit) {
   }
 }
 
+// The first step after it finds no room: the events of the step before are no longer where a device kept them.
+TEST(Snapshot, NeedsMoreRoomAtOnce) {
+  Scene scene = pyramid(10);
+  scene.world.simulator = SimulatorKind::device;
+  scene.world.device = "host";
+  World whole(scene.world), restored(scene.world);
+  SceneInstance one(scene, whole);
+  run(whole, 1);  // all contacts begin
+  restored.restore(saved(whole));
+  for (World* world : {&whole, &restored}) {
+    for (int i = 0; i < 100; ++i) world->add(cube({0.01f * static_cast<float>(i), 0, 5}));
+    world->step();
+  }
+  EXPECT_EQ(restored.state_hash(), whole.state_hash());
+  EXPECT_EQ(restored.contacts_begun().size(), whole.contacts_begun().size());
+}
+
 // All shapes, bodies that came and went, kinematic and quarantined bodies, pending forces and events.
 World busy_world(int threads, SimulatorKind simulator = SimulatorKind::native) {
   WorldDef def;

@@ -52,8 +52,8 @@ Campaign begin(const Store& store, const Settings& settings) {
   return campaign;
 }
 
-std::vector<Case> cases_of(const Settings& settings) {
-  std::vector<Case> cases = plan(settings.form, offer_of_this_machine(), settings.rounds);
+std::vector<Case> cases_of(const Settings& settings, const Offer& offer) {
+  std::vector<Case> cases = plan(settings.form, offer, settings.rounds);
   std::erase_if(cases, [&](const Case& c) { return !asked_for(c, settings.only); });
   if (cases.empty())
     throw Error(
@@ -80,10 +80,11 @@ class Clockwork {
 }  // namespace
 
 bool run_campaign(const Store& store, const Settings& settings, const Observer& observe) {
-  const std::vector<Case> cases = cases_of(settings);
+  const Offer offer = offer_of_this_machine();
+  const std::vector<Case> cases = cases_of(settings, offer);
   Campaign campaign = begin(store, settings);
   store.create();
-  const auto expected = [&](const Case& c) { return std::min(expected_seconds(c), settings.limits.seconds); };
+  const auto expected = [&](const Case& c) { return std::min(expected_seconds(c, offer), settings.limits.seconds); };
   std::vector<const Case*> open;
   double expected_total = 0;
   for (const Case& c : cases) {
@@ -93,7 +94,7 @@ bool run_campaign(const Store& store, const Settings& settings, const Observer& 
   }
   campaign.planned = campaign.runs.size() + open.size();
   store.save(campaign);
-  const std::vector<std::string> devices = offer_of_this_machine().devices;
+  const std::vector<std::string>& devices = offer.devices;
   const std::string shown = devices.size() > 1 ? devices[1] : devices.front();  // a GPU rather than the host
   Painter painter(store, shown, settings.limits.steps);
   Clockwork clock(expected_total);

@@ -38,7 +38,7 @@ std::vector<Case> cases_of_scene(const Case& scene, Form form, const Offer& offe
   const auto add = [&](std::string_view simulator, const std::string& device, int threads, std::string_view set) {
     Case c = scene;
     c.simulator = simulator, c.device = device, c.threads = threads, c.set = set;
-    if (quick && expected_seconds(c) > longest_quick_run) return;
+    if (quick && expected_seconds(c, offer) > longest_quick_run) return;
     if (std::ranges::find(cases, c) == cases.end()) cases.push_back(c);
   };
   std::vector<int> threads = thread_counts(offer.threads);
@@ -51,9 +51,8 @@ std::vector<Case> cases_of_scene(const Case& scene, Form form, const Offer& offe
       continue;
     }
     for (const std::string& device : offer.devices) {
-      // The host runs the device's kernels to test them: large scenes on it say nothing and take long.
-      const bool slow = device == "host" || device.starts_with("sycl");
-      if (slow && (huge || (quick && large))) continue;
+      // Large scenes on a processor say nothing and take long.
+      if (offer.is_processor(device) && (huge || (quick && large))) continue;
       for (const AlgorithmSet& set : algorithm_sets())
         if (set.name == "fathom" || !huge) add(simulator.name, device, all, set.name);
     }
@@ -65,13 +64,18 @@ std::vector<Case> cases_of_scene(const Case& scene, Form form, const Offer& offe
 
 std::string_view name_of(Form form) { return form == Form::quick ? "quick" : form == Form::full ? "full" : "huge"; }
 
+bool Offer::is_processor(const std::string& device) const {
+  return std::ranges::find(processors, device) != processors.end();
+}
+
 Offer offer_of_this_machine() {
-  Offer offer{static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), {}};
+  Offer offer{static_cast<int>(std::max(1u, std::thread::hardware_concurrency())), {}, {}};
   for (const exec::DeviceInfo& device : exec::list_devices()) {
     if (!device.available) continue;
     const std::string backend(exec::name_of(device.backend));
     offer.devices.push_back(device.backend == exec::Backend::host ? backend
                                                                   : backend + ":" + std::to_string(device.index));
+    if (!device.is_gpu) offer.processors.push_back(offer.devices.back());
   }
   return offer;
 }
@@ -102,7 +106,7 @@ std::vector<Case> plan(Form form, const Offer& offer, int rounds) {
   return all;
 }
 
-double expected_seconds(const Case& c) {
+double expected_seconds(const Case& c, const Offer& offer) {
   // Microseconds a body and step with one thread of a server core of 2023, as measured; a GPU's step has a floor.
   struct Cost {
     const char* environment;
@@ -113,7 +117,7 @@ double expected_seconds(const Case& c) {
                                        {"spread", 0.25, 1.0, 2.5, 9.0},
                                        {"pyramid", 0.7, 4.0, 5.0, 30.0}}};
   const Cost& cost = *std::ranges::find_if(costs, [&](const Cost& one) { return c.environment == one.environment; });
-  const bool published = c.set == "published", host = c.device == "host" || c.device.starts_with("sycl");
+  const bool published = c.set == "published", host = offer.is_processor(c.device);
   // The hybrid simulator resolves as the native one does.
   const bool detects_only = c.simulator == "hybrid";
   double body = host && !detects_only ? published ? cost.host_published : cost.host

@@ -21,6 +21,10 @@ std::string_view name_of(Form form);
 struct Offer {
   int threads = 1;                   ///< hardware threads
   std::vector<std::string> devices;  ///< selections of `WorldDef::device`: "host", "cuda:0"
+  /// Those of them that are processors, through SYCL too: they run the device's kernels to test them.
+  std::vector<std::string> processors = {"host"};
+
+  bool is_processor(const std::string& device) const;
 };
 Offer offer_of_this_machine();
 
@@ -33,7 +37,7 @@ int table_threads(int hardware_threads);
 /// meets them all.
 std::vector<Case> plan(Form form, const Offer& offer, int rounds);
 
-/// About how long a run takes (s), for the time that remains.
-double expected_seconds(const Case& what);
+/// About how long a run takes there (s), for the time that remains.
+double expected_seconds(const Case& what, const Offer& offer);
 
 }  // namespace fathom::campaign

@@ -38,7 +38,7 @@ struct EngineKind {
   std::unique_ptr<Engine> (*create)(const Scene& scene, int threads);
 };
 
-/// The engines of this build, Fathom first.
+/// The engines of this build that this machine can run, Fathom first. The first call asks the drivers of GPUs.
 const std::vector<EngineKind>& engines();
 /// The engine of that name; throws `Error{unavailable}` that says what this build has.
 const EngineKind& find_engine(std::string_view name);
@@ -50,10 +50,18 @@ float mass_of(const BodyDef& body);
 
 // Each defined by its adapter; only those that CMake found are built.
 EngineKind fathom_engine();
+EngineKind fathom_gpu_engine();
 EngineKind bullet_engine();
 EngineKind ode_engine();
 EngineKind mujoco_engine();
 EngineKind box3d_engine();
 EngineKind jolt_engine();
+EngineKind physx_engine();
+EngineKind physx_tgs_engine();
+EngineKind physx_gpu_engine();
+
+// Whether this machine has what the two on a GPU need.
+bool fathom_gpu_is_there();
+bool physx_gpu_is_there();
 
 }  // namespace fathom::peers

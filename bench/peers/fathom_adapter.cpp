@@ -1,12 +1,17 @@
-// Fathom itself, through the interface every application uses.
+// Fathom itself, through the interface every application uses: on the CPU, and on the first GPU with results left
+// there.
+#include <algorithm>
+
 #include "build_info.hpp"
 #include "engine.hpp"
+#include "exec/devices.hpp"
 
 namespace fathom::peers {
 namespace {
 
-WorldDef definition(const Scene& scene, int threads) {
+WorldDef definition(const Scene& scene, int threads, SimulatorKind simulator) {
   WorldDef def = scene.world;
+  def.simulator = simulator;
   def.threads = threads;
   def.sleep.enabled = false;
   return def;
@@ -14,11 +19,12 @@ WorldDef definition(const Scene& scene, int threads) {
 
 class FathomEngine final : public Engine {
  public:
-  FathomEngine(const Scene& scene, int threads)
-      : world_(definition(scene, threads)), instance_(scene, world_), ids_(instance_.ids()) {}
+  FathomEngine(const Scene& scene, int threads, SimulatorKind simulator)
+      : world_(definition(scene, threads, simulator)), instance_(scene, world_), ids_(instance_.ids()) {}
 
   void step() override {
     world_.step();
+    world_.wait();
     quarantined_ += world_.quarantined().size();
   }
 
@@ -44,13 +50,21 @@ class FathomEngine final : public Engine {
   std::size_t quarantined_ = 0;
 };
 
+template <SimulatorKind Simulator>
+std::unique_ptr<Engine> create(const Scene& scene, int threads) {
+  return std::make_unique<FathomEngine>(scene, threads, Simulator);
+}
+
+std::string version() { return std::string(build_info::version) + " " + build_info::commit; }
+
 }  // namespace
 
-EngineKind fathom_engine() {
-  return {"fathom", std::string(build_info::version) + " " + build_info::commit, true,
-          [](const Scene& scene, int threads) -> std::unique_ptr<Engine> {
-            return std::make_unique<FathomEngine>(scene, threads);
-          }};
+EngineKind fathom_engine() { return {"fathom", version(), true, create<SimulatorKind::native>}; }
+EngineKind fathom_gpu_engine() { return {"fathom-gpu", version(), false, create<SimulatorKind::device>}; }
+
+bool fathom_gpu_is_there() {
+  const std::vector<exec::DeviceInfo> devices = exec::list_devices();
+  return std::any_of(devices.begin(), devices.end(), [](const auto& d) { return d.available && d.is_gpu; });
 }
 
 }  // namespace fathom::peers

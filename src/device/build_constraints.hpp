@@ -26,6 +26,9 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   return x ^ x >> 28;
 }
 
+/// Whether contacts have been deferred: then colours wait for them.
+FATHOM_HD bool is_stopping(const Counters& c) { return c.deferred[0] + c.deferred[1] > 0; }
+
 /// All contacts between dynamic bodies choose anew, colour by colour from the last to the first. A colour's contacts
 /// share no body, so they choose at once; the outcome never has more colours, and mostly fewer ("iterated greedy":
 /// Culberson and Luo, "Exploring the k-colorable landscape with iterated greedy", 1996). Every colour fewer is nine
@@ -43,7 +46,7 @@ struct RecolourContacts {
 
   static constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
 
-  FATHOM_HD std::uint32_t phases() const { return counters->recolouring ? sweeps() + 2 : 0; }
+  FATHOM_HD std::uint32_t phases() const { return counters->recolouring && !is_stopping(*counters) ? sweeps() + 2 : 0; }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
     return is_sweep(phase) ? stretch(phase).count : counters->live_bodies;
   }
@@ -95,7 +98,7 @@ struct ColourContacts {
   ContactArrays contacts;
   Counters* counters;
 
-  FATHOM_HD std::uint32_t phases() const { return 2 * colouring_rounds; }
+  FATHOM_HD std::uint32_t phases() const { return is_stopping(*counters) ? 0 : 2 * colouring_rounds; }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const { return counters->uncoloured[phase / 2]; }
 
   FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
@@ -139,19 +142,30 @@ FATHOM_HD bool is_solved(const Contact& c, const BodyArrays& bodies) {
   return c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
 }
 
-/// Whether constraints must be laid out anew.
+/// Whether constraints must be laid out anew; or stops the step where contacts were deferred.
 struct BeginLayout {
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
+    if (is_stopping(c) && !c.stopped) {
+      c.stopped = no_room_for_manifolds;
+      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
+      c.live_bodies = c.live_contacts = c.contact_groups = 0;
+    }
     c.layout_groups = c.live_bodies && c.layout_dirty ? c.contact_groups : 0;
     if (!c.layout_dirty) return;
     for (std::uint32_t k = 0; k < schedule_size; ++k) c.per_colour[k] = 0;
   }
 };
 
-/// Counts the constraints of each colour.
+/// Of the free places of manifolds, how many were taken.
+FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
+  return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
+}
+
+/// Counts the constraints of each colour. It is also where the last of the freed manifolds move into the gap in their
+/// list: there is one only where a contact began, and then all contacts are looked at.
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -167,12 +181,21 @@ struct CountColours {
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
       if (index >= counters->live_contacts) return;
+      close_gap(index);
       const Contact& c = contacts.contacts[index];
       if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
     });
     group.for_each(schedule_size, [&](std::uint32_t k) {
       if (local.count[k]) exec::atomic_add(counters->per_colour[k], local.count[k]);
     });
+  }
+
+ private:
+  FATHOM_HD void close_gap(std::uint32_t k) const {
+    const std::uint32_t free = counters->free_manifolds, freed = counters->freed_manifolds;
+    const std::uint32_t gap = reused_manifolds(*counters);
+    if (k >= (gap < freed ? gap : freed)) return;
+    contacts.free_manifolds[free - gap + k] = contacts.free_manifolds[free + freed - 1 - k];
   }
 };
 
@@ -190,8 +213,12 @@ struct ScheduleColours {
     }
     if (!c.layout_dirty) return;
     c.layout_dirty = 0;
+    const std::uint32_t reused = reused_manifolds(c);
+    c.manifolds += c.taken_manifolds - reused;
+    c.free_manifolds += c.freed_manifolds - reused;
+    c.taken_manifolds = c.freed_manifolds = 0;
     // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
-    const std::uint32_t before = c.sweeps;
+    const std::uint32_t before = c.former_sweeps;
     c.overflow = c.per_colour[overflow_colour];
     c.sweeps = 0;
     if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
@@ -204,6 +231,7 @@ struct ScheduleColours {
         c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
       begin += c.per_colour[k];
     }
+    c.former_sweeps = c.sweeps;
     c.constraints = begin;
     c.first_dynamic = c.overflow ? 1 : 0;
     c.dynamic_sweeps = 0;
@@ -247,6 +275,7 @@ struct LayOutConstraints {
       const Contact& c = contacts.contacts[index];
       const std::uint32_t place = local.place[c.colour()] + rank[item];
       constraints.contact[place] = index;
+      constraints.manifold[place] = c.manifold;
       constraints.bodies[place] = {c.a, c.b};
     });
   }

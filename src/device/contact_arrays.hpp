@@ -3,6 +3,9 @@
 //
 // Nothing depends on where in these arrays a contact lies, since places are taken with atomics, in any order: colours
 // follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
+//
+// Manifolds, constraints and events have a capacity of their own: of pairs whose fat boxes overlap, a quarter touches,
+// and what a touching one needs (480 bytes) is ten times a pair's.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +33,9 @@ struct alignas(16) Contact {
   std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
   AxisCache axis;
   std::uint32_t bits = overflow_colour;
-  float recycle_distance = 0;  ///< m
-  std::uint32_t unused[3] = {};
+  float recycle_distance = 0;     ///< m
+  std::uint32_t manifold = none;  ///< of a touching one, among the manifolds
+  std::uint32_t unused[2] = {};
 
   FATHOM_HD bool in_use() const { return a != none; }
   FATHOM_HD bool touching() const { return bits & touching_bit; }
@@ -40,6 +44,13 @@ struct alignas(16) Contact {
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
 static_assert(sizeof(Contact) == 32);
+
+/// Why a step stopped.
+enum Stop : std::uint32_t {
+  no_stop,
+  no_room_for_pairs,      ///< nothing has been changed: the step is done again
+  no_room_for_manifolds,  ///< contacts begin: the step goes on where they were deferred
+};
 
 struct alignas(8) PairRecord {
   std::uint32_t a, b;
@@ -65,10 +76,12 @@ struct Counters {
   std::uint32_t layout_dirty = 1;  ///< colours changed since the constraints were last laid out
   std::uint32_t may_bounce = 0;    ///< some contact had a restitution above zero
   std::uint32_t step = 0;          ///< steps done, modulo 2³²
-  std::uint32_t stopped = 0;       ///< a capacity was too small; nothing runs until the host has seen to it
-  std::uint32_t changed = 0;       ///< 1: some body has a new fat box
-  std::uint32_t wake_asked = 0;    ///< 1: the application woke a body
-  Vec3 gravity;                    ///< m/s²
+  std::uint32_t stopped = 0;       ///< a `Stop`; nothing runs until the host has seen to it
+  std::uint32_t manifolds = 0;     ///< places in use, holes included
+  std::uint32_t free_manifolds = 0;
+  std::uint32_t changed = 0;     ///< 1: some body has a new fat box
+  std::uint32_t wake_asked = 0;  ///< 1: the application woke a body
+  Vec3 gravity;                  ///< m/s²
 
   // Of the step under way.
   std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 where the step was stopped
@@ -86,6 +99,9 @@ struct Counters {
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
   std::uint32_t to_collide[2] = {};  ///< pairs of boxes, others
+  std::uint32_t taken_manifolds = 0;
+  std::uint32_t freed_manifolds = 0;
+  std::uint32_t deferred[2] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
@@ -93,6 +109,7 @@ struct Counters {
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`
+  std::uint32_t former_sweeps = 0;                      ///< of the layout before
   std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< those of colours of contacts between dynamic bodies
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
@@ -112,27 +129,35 @@ struct Report {
   std::uint32_t step = 0;
   std::uint32_t stopped = 0;
   std::uint32_t contacts = 0, free_contacts = 0, found = 0;
+  std::uint32_t manifolds = 0;  ///< in use; of a stopped step, those that it needs
   std::uint32_t constraints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
 };
 
 struct ContactArrays {
+  // `capacity` of each.
   Contact* contacts;
-  ContactManifold* manifolds;
   std::uint32_t* free;
-  PairRecord* found;          ///< pairs of the search
+  PairRecord* found;          ///< pairs of the search; then the deferred contacts, as `to_collide`
   std::uint32_t* to_collide;  ///< two lists, one from each end
+  std::uint32_t capacity;
+
+  // `manifold_capacity` of each.
+  ContactManifold* manifolds;
+  /// Places without a contact. What a step frees lies behind the `free_manifolds` that there were when it began, until
+  /// CountColours closes the gap that those it took have left.
+  std::uint32_t* free_manifolds;
   std::uint32_t* uncoloured[2];
-  // Events of the newest steps: lists of `capacity`, one after the other, for as many steps as may be in flight.
+  // Events of the newest steps, as many as may be in flight, taking turns: so a list keeps its place where it grows.
   PairRecord* begun;
   PairRecord* ended;
   HitRecord* hits;
   std::uint32_t event_lists;
-  std::uint32_t capacity;
+  std::uint32_t manifold_capacity;
 
-  /// Where the lists of step number `step` begin.
-  FATHOM_HD std::size_t events_of(std::uint32_t step) const {
-    return static_cast<std::size_t>(step % event_lists) * capacity;
+  /// Where event k of step number `step` lies.
+  FATHOM_HD std::size_t event(std::uint32_t step, std::uint32_t k) const {
+    return static_cast<std::size_t>(k) * event_lists + step % event_lists;
   }
 };
 
@@ -158,10 +183,10 @@ struct ConstraintArrays {
   PairRecord* bodies;
   ConstraintHead* heads;
   std::uint32_t* contact;
+  std::uint32_t* manifold;
   Quad* rows;
   BounceRow* bounces;
   std::uint32_t* overflow_order;
-  std::uint32_t capacity;
 };
 
 }  // namespace fathom::device

@@ -274,9 +274,10 @@ class DeviceDetection final : public Detection {
   }
   void reserve_published() {
     const std::size_t old = published_.order.size();
-    if (!published_.needs(settings_, constants_.size(), 64, slots_per_body_)) return;
+    const PublishedRoom room{constants_.size(), 64, 64, slots_per_body_};
+    if (!published_.needs(settings_, room)) return;
     device_.wait();
-    published_.reserve(settings_, constants_.size(), 64, slots_per_body_);
+    published_.reserve(settings_, room);
     set_changed_ = set_changed_ || published_.order.size() != old;
   }
 

@@ -74,6 +74,7 @@ ContactMemory::ContactMemory(exec::Memory& m)
       free_(m),
       found_(m),
       to_collide_(m),
+      free_manifolds_(m),
       uncoloured_0_(m),
       uncoloured_1_(m),
       begun_(m),
@@ -82,54 +83,62 @@ ContactMemory::ContactMemory(exec::Memory& m)
       bodies_(m),
       heads_(m),
       contact_(m),
+      manifold_(m),
       overflow_order_(m),
       rows_(m),
       bounces_(m) {}
 
-void ContactMemory::reserve(std::size_t contacts, std::size_t event_lists, bool bounces) {
+void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces) {
   const std::size_t n = std::max(contacts, capacity());
   contacts_.grow(n, exec::Contents::keep);
-  manifolds_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
-  // The layout of constraints outlives a step while no colour changes.
-  bodies_.grow(n, exec::Contents::keep);
-  contact_.grow(n, exec::Contents::keep);
-  overflow_order_.grow(n, exec::Contents::keep);
-  for (auto* buffer : {&to_collide_, &uncoloured_0_, &uncoloured_1_}) buffer->grow(n);
-  heads_.grow(n);
   found_.grow(n);
-  begun_.grow(n * event_lists);
-  ended_.grow(n * event_lists);
-  hits_.grow(n * event_lists);
-  rows_.grow((n + tile_width - 1) / tile_width * tile_width * row_count);
-  if (bounces) bounces_.grow(n);
+  to_collide_.grow(n);
+  capacity_ = n;
+
+  const std::size_t m = std::max(manifolds, manifold_capacity());
+  manifolds_.grow(m, exec::Contents::keep);
+  free_manifolds_.grow(m, exec::Contents::keep);
+  // Contacts that began before their step stopped.
+  uncoloured_0_.grow(m, exec::Contents::keep);
+  uncoloured_1_.grow(m);
+  for (auto* buffer : {&begun_, &ended_}) buffer->grow(m * event_lists, exec::Contents::keep);
+  hits_.grow(m * event_lists, exec::Contents::keep);
+  // The layout of constraints outlives a step while no colour changes.
+  bodies_.grow(m, exec::Contents::keep);
+  for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(m, exec::Contents::keep);
+  heads_.grow(m);
+  rows_.grow((m + tile_width - 1) / tile_width * tile_width * row_count);
+  if (bounces) bounces_.grow(m);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
   may_bounce_ = bounces;
-  capacity_ = n;
+  manifold_capacity_ = m;
 }
 
 ContactArrays ContactMemory::contacts() {
   return {.contacts = contacts_.data(),
-          .manifolds = manifolds_.data(),
           .free = free_.data(),
           .found = found_.data(),
           .to_collide = to_collide_.data(),
+          .capacity = static_cast<std::uint32_t>(capacity()),
+          .manifolds = manifolds_.data(),
+          .free_manifolds = free_manifolds_.data(),
           .uncoloured = {uncoloured_0_.data(), uncoloured_1_.data()},
           .begun = begun_.data(),
           .ended = ended_.data(),
           .hits = hits_.data(),
           .event_lists = event_lists_,
-          .capacity = static_cast<std::uint32_t>(capacity())};
+          .manifold_capacity = static_cast<std::uint32_t>(manifold_capacity())};
 }
 
 ConstraintArrays ContactMemory::constraints() {
   return {.bodies = bodies_.data(),
           .heads = heads_.data(),
           .contact = contact_.data(),
+          .manifold = manifold_.data(),
           .rows = rows_.data(),
           .bounces = bounces_.data(),
-          .overflow_order = overflow_order_.data(),
-          .capacity = static_cast<std::uint32_t>(capacity())};
+          .overflow_order = overflow_order_.data()};
 }
 
 HullMemory::HullMemory(exec::Memory& m)

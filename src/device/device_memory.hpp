@@ -79,9 +79,10 @@ class ContactMemory {
   explicit ContactMemory(exec::Memory& memory);
 
   /// `bounces`: whether rows for restitution are needed.
-  void reserve(std::size_t contacts, std::size_t event_lists, bool bounces);
+  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces);
   bool may_bounce() const { return may_bounce_; }
   std::size_t capacity() const { return capacity_; }
+  std::size_t manifold_capacity() const { return manifold_capacity_; }
   ContactArrays contacts();
   ConstraintArrays constraints();
 
@@ -90,15 +91,15 @@ class ContactMemory {
   exec::Buffer<ContactManifold> manifolds_;
   exec::Buffer<std::uint32_t> free_;
   exec::Buffer<PairRecord> found_;
-  exec::Buffer<std::uint32_t> to_collide_, uncoloured_0_, uncoloured_1_;
+  exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;
   exec::Buffer<PairRecord> bodies_;
   exec::Buffer<ConstraintHead> heads_;
-  exec::Buffer<std::uint32_t> contact_, overflow_order_;
+  exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
-  std::size_t capacity_ = 0;
+  std::size_t capacity_ = 0, manifold_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
   bool may_bounce_ = false;
 };

@@ -2,8 +2,8 @@
 //
 // Steps are submitted and not waited for. The host keeps three things beside: what the application changed since the
 // last submission (edits), the steps in flight with the edits that went before each, and a mirror of poses and
-// velocities that is fetched when somebody looks. A step that finds a capacity too small stops the queue before it has
-// changed anything; the host then makes room and submits it again, with all that came after it.
+// velocities that is fetched when somebody looks. A step that finds a capacity too small stops the queue; the
+// host then makes room and submits it again, or what is left of it, with all that came after it.
 #pragma once
 
 #include <algorithm>
@@ -99,6 +99,7 @@ class DeviceSimulator final : public Simulator {
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
     std::optional<typename D::Graph> set_changed_graph;  ///< of the sweep, whose list is then sorted from scratch
+    std::optional<typename D::Graph> rest_graph;         ///< of a step that stopped half way
     exec::Buffer<Edit> edits;
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
@@ -124,10 +125,13 @@ class DeviceSimulator final : public Simulator {
   void make_room();
   void choose_grid();
   PublishedSettings published_settings() const;
+  PublishedRoom published_room() const;
+  Step<D> step_of(Lane& lane);
   void record();
   void forget_graphs();
   void order_in_space();
-  void submit(Flight& flight, bool with_edits);
+  /// `resumes`: what is left of a step that stopped half way.
+  void submit(Flight& flight, bool with_edits, bool resumes = false);
   void reserve_results(Lane& lane);
   void submit_results(Lane& lane);
   SlotResults& publish(SlotResults& results);
@@ -197,7 +201,7 @@ class DeviceSimulator final : public Simulator {
   bool set_changed_ = true;                   ///< bodies were added or removed since the last submission
 
   std::size_t wanted_bodies_ = 0;
-  std::size_t wanted_contacts_ = 0;
+  std::size_t wanted_contacts_ = 0, wanted_manifolds_ = 0;
   std::vector<std::uint32_t> index_of_;  // by slot
   std::vector<std::uint32_t> slot_of_;   // by device index
   std::vector<std::uint32_t> free_indices_;

@@ -12,7 +12,7 @@ namespace fathom::device {
 /// Steps in flight at most, beside those asked for: enough to keep a GPU busy.
 inline constexpr int fewest_in_flight = 3;
 inline constexpr std::size_t first_bodies = 256;
-inline constexpr std::size_t first_contacts = 2048;
+inline constexpr std::size_t first_contacts = 1024;
 
 template <exec::Device D>
 template <class... Arguments>
@@ -86,6 +86,7 @@ void DeviceSimulator<D>::make_room() {
   const std::size_t bodies_needed =
       std::max({slot_of_.size(), static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
   const std::size_t contacts_needed = std::max({wanted_contacts_, bodies_needed + bodies_needed / 4, first_contacts});
+  const std::size_t manifolds_needed = std::max({wanted_manifolds_, bodies_needed + bodies_needed / 4, first_contacts});
   if (bodies_needed > std::min(body_memory_.capacity(), grid_memory_.capacity())) {
     retire_all();
     save_events();
@@ -99,18 +100,17 @@ void DeviceSimulator<D>::make_room() {
     // All boxes enter the larger grid.
     choose_grid();
   }
-  if (contacts_needed > contact_memory_.capacity() || may_bounce_ != contact_memory_.may_bounce()) {
+  if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
+      may_bounce_ != contact_memory_.may_bounce()) {
     retire_all();
-    save_events();
     forget_graphs();
-    contact_memory_.reserve(contacts_needed, event_lists(), may_bounce_);
+    contact_memory_.reserve(contacts_needed, manifolds_needed, event_lists(), may_bounce_);
   }
   const std::size_t old_list = published_memory_.order.size();
-  const PublishedSettings published = published_settings();
-  if (published_memory_.needs(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_)) {
+  if (published_memory_.needs(published_settings(), published_room())) {
     retire_all();
     forget_graphs();
-    published_memory_.reserve(published, body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
+    published_memory_.reserve(published_settings(), published_room());
     set_changed_ = set_changed_ || published_memory_.order.size() != old_list;
   }
   if (!hull_memory_.is_current()) {
@@ -138,7 +138,7 @@ void DeviceSimulator<D>::choose_grid() {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::record() {
+Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   const SolverSettings& s = def.solver;
   StepSettings settings;
   settings.dt = def.dt;
@@ -150,17 +150,22 @@ void DeviceSimulator<D>::record() {
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();
   settings.published = published_settings();
+  return Step<D>(device_, body_memory_, contact_memory_, grid_memory_, published_memory_, counters_.data(),
+                 reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane.marks);
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::record() {
   for (const auto& lane : lanes_) {
-    Step<D> step(device_, body_memory_, contact_memory_, grid_memory_, published_memory_, counters_.data(),
-                 reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane->marks);
+    Step<D> step = step_of(*lane);
     lane->graph.emplace(device_.record([&] { step.submit(false); }));
-    if (settings.published.sweep) lane->set_changed_graph.emplace(device_.record([&] { step.submit(true); }));
+    if (published_settings().sweep) lane->set_changed_graph.emplace(device_.record([&] { step.submit(true); }));
   }
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::forget_graphs() {
-  for (const auto& lane : lanes_) lane->graph.reset(), lane->set_changed_graph.reset();
+  for (const auto& lane : lanes_) lane->graph.reset(), lane->set_changed_graph.reset(), lane->rest_graph.reset();
 }
 
 template <exec::Device D>
@@ -170,6 +175,11 @@ PublishedSettings DeviceSimulator<D>::published_settings() const {
           .axis = def.sweep_axis,
           .wide_length = wide_bodies * grid_base_,
           .rounds = static_cast<std::uint32_t>(def.solver.marking_rounds)};
+}
+
+template <exec::Device D>
+PublishedRoom DeviceSimulator<D>::published_room() const {
+  return {body_memory_.capacity(), contact_memory_.capacity(), contact_memory_.manifold_capacity(), wanted_slots_};
 }
 
 /// Bodies that are there before the first step lie along a space-filling curve.
@@ -197,14 +207,19 @@ void DeviceSimulator<D>::order_in_space() {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::submit(Flight& flight, bool with_edits) {
+void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, bool resumes) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
   if (copies_results()) reserve_results(lane);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) upload_edits(flight);
-  device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
+  if (resumes) {
+    lane.rest_graph.emplace(device_.record([step = step_of(lane)]() mutable { step.submit_rest(); }));
+    device_.launch(*lane.rest_graph);
+  } else {
+    device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
+  }
   if (copies_results()) submit_results(lane);
   device_.mark(end_of(flight.number));
   flight.traffic += device_.traffic() - counted_;

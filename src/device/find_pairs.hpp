@@ -33,8 +33,10 @@ struct BeginStep {
     c.added = c.coarse_groups = c.changed_levels = c.big = 0;
     c.levels = 1;
     c.to_collide[0] = c.to_collide[1] = 0;
-    for (std::uint32_t& n : c.uncoloured) n = 0;
     c.waking = run && c.wake_asked ? c.bodies : 0;
+    // A step that stopped half way goes on with these.
+    if (c.stopped == no_room_for_manifolds) return;
+    for (std::uint32_t& n : c.uncoloured) n = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;
   }
 };
@@ -169,6 +171,11 @@ struct SearchGrid {
   }
 };
 
+/// Whether all contacts choose their colours anew in this step.
+FATHOM_HD bool wants_recolouring(const Counters& c) {
+  return c.recolour_trials > 0 && c.step % 4 == 0 && c.dynamic_sweeps > 1;
+}
+
 /// Decides where new contacts go, or stops the step where there is no room for them.
 struct PlacePairs {
   Counters* counters;
@@ -181,7 +188,7 @@ struct PlacePairs {
     c.first_new = c.contacts;
     const std::uint32_t reused = c.found < c.free_contacts ? c.found : c.free_contacts;
     if (c.stopped || c.found - reused > capacity - c.contacts) {
-      c.stopped = 1;
+      if (!c.stopped) c.stopped = no_room_for_pairs;
       c.live_bodies = c.live_contacts = c.contact_groups = c.added = c.recolouring = 0;
       return;
     }
@@ -191,7 +198,7 @@ struct PlacePairs {
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.changed = c.wake_asked = 0;
-    c.recolouring = c.recolour_trials > 0 && c.step % 4 == 0 && c.dynamic_sweeps > 1;
+    c.recolouring = wants_recolouring(c);
     if (c.recolouring) c.layout_dirty = 1;
   }
 };

@@ -154,6 +154,7 @@ struct EndStep {
     r.contacts = c.contacts;
     r.free_contacts = c.free_contacts;
     r.found = c.found;
+    r.manifolds = c.manifolds + c.taken_manifolds + c.deferred[0] + c.deferred[1] - c.free_manifolds;
     r.constraints = c.constraints;
     r.overflow = c.overflow;
     r.colours = c.sweeps - (c.overflow ? 1 : 0);

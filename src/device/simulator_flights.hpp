@@ -27,12 +27,20 @@ void DeviceSimulator<D>::retire_oldest() {
   newest_interval_ = flight.was_idle || report.step == 1 ? end.milliseconds_since(lane_of(flight.number).start)
                                                          : end.milliseconds_since(end_of(report.step - 1));
   newest_traffic_ = flight.traffic;
+  // What brought most of the bodies will hardly be needed again.
+  Lane& lane = lane_of(flight.number);
+  if (4 * lane.data.size() > body_memory_.capacity()) {
+    lane.data = exec::Buffer<BodyData>(device_);
+    lane.staged_data = exec::PinnedBuffer<BodyData>(device_, 0);
+  }
   flights_.pop_front();
   profile_is_current_ = false;
   events_are_current_ = false;
   if (def.ahead > 0) bodies_are_current_ = false;
   const std::size_t in_use = newest_.contacts - newest_.free_contacts;
   if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
+  if (10 * std::size_t{newest_.manifolds} > 8 * contact_memory_.manifold_capacity())
+    wanted_manifolds_ = 2 * contact_memory_.manifold_capacity();
 }
 
 template <exec::Device D>
@@ -40,25 +48,26 @@ void DeviceSimulator<D>::retire_all() const {
   while (!flights_.empty()) self().retire_oldest();
 }
 
-/// Makes room for what a step found no room for, then submits it and all that came after it once more. The first one's
-/// edits have been applied already, those of the others have been passed over.
+/// Makes room for what a step found no room for, then submits it, or what is left of it, and all that came after it
+/// once more. The first one's edits have been applied already, those of the others have been passed over.
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
-  save_events();
-  const std::size_t needed = static_cast<std::size_t>(report.contacts) + report.found;
   forget_graphs();
+  const bool resumes = report.stopped == no_room_for_manifolds;
   // A quarter more would be 80 % full at once.
-  contact_memory_.reserve(needed + 13 * needed / 50, event_lists(), may_bounce_);
+  const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
+  contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
+                          resumes ? room_for(report.manifolds) : 0, event_lists(), may_bounce_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
-  published_memory_.reserve(published_settings(), body_memory_.capacity(), contact_memory_.capacity(), wanted_slots_);
+  published_memory_.reserve(published_settings(), published_room());
   record();
-  device_.parallel_for(1, GoOn{counters_.data()});
+  if (!resumes) device_.parallel_for(1, GoOn{counters_.data()});
   bool first = true;
   for (Flight& flight : flights_) {
-    submit(flight, !first);
+    submit(flight, !first, first && resumes);
     first = false;
   }
 }

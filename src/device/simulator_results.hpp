@@ -48,17 +48,22 @@ void DeviceSimulator<D>::fetch_events_now() {
     return;
   }
   const ContactArrays arrays = contact_memory_.contacts();
-  const std::size_t first = arrays.events_of(newest_.step);
   const auto before = [](const auto& x, const auto& y) {
     return x.a.index != y.a.index ? x.a.index < y.a.index : x.b.index < y.b.index;
   };
-  for (const PairRecord& pair : download(arrays.begun + first, newest_.begun)) begun_.push_back(event(pair));
-  for (const PairRecord& pair : download(arrays.ended + first, newest_.ended)) ended_.push_back(event(pair));
-  for (const HitRecord& hit : download(arrays.hits + first, newest_.hits)) {
+  const auto for_each = [&](const auto* lists, std::uint32_t count, const auto& act) {
+    // Lists of several steps take turns.
+    const std::size_t first = arrays.event(newest_.step, 0);
+    const auto all = download(lists + first, count == 0 ? 0 : arrays.event(newest_.step, count - 1) + 1 - first);
+    for (std::size_t i = 0; i < all.size(); i += arrays.event_lists) act(all[i]);
+  };
+  for_each(arrays.begun, newest_.begun, [&](const PairRecord& pair) { begun_.push_back(event(pair)); });
+  for_each(arrays.ended, newest_.ended, [&](const PairRecord& pair) { ended_.push_back(event(pair)); });
+  for_each(arrays.hits, newest_.hits, [&](const HitRecord& hit) {
     const ContactEvent ids = event({hit.a, hit.b});
     const bool swapped = ids.a != id_of(hit.a);
     hits_.push_back({ids.a, ids.b, hit.point, swapped ? -hit.normal : hit.normal, hit.speed});
-  }
+  });
   std::sort(begun_.begin(), begun_.end(), before);
   std::sort(ended_.begin(), ended_.end(), before);
   std::sort(hits_.begin(), hits_.end(), before);
@@ -95,12 +100,14 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   fetch_bodies();
   const ContactArrays arrays = self().contact_memory_.contacts();
   const auto contacts = self().download(arrays.contacts, newest_.contacts);
-  const auto manifolds = self().download(arrays.manifolds, newest_.contacts);
+  std::size_t last = 0;
+  for (const Contact& c : contacts)
+    if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
+  const auto manifolds = self().download(arrays.manifolds, last);
   std::vector<ContactInfo> infos;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& c = contacts[i];
+  for (const Contact& c : contacts) {
     if (!c.in_use() || !c.touching() || slot_of_[c.a] == none || slot_of_[c.b] == none) continue;
-    const ContactManifold& m = manifolds[i];
+    const ContactManifold& m = manifolds[c.manifold];
     const Pose &pa = poses_[slot_of_[c.a]], &pb = poses_[slot_of_[c.b]];
     const ContactEvent ids = event({c.a, c.b});
     const Vec3 normal = rotate(pa.rotation, m.normal);

@@ -49,11 +49,12 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   s.body_memory_.for_each_lasting(
       [&](auto& buffer) { write(s.download(buffer.data(), std::min<std::size_t>(counters.bodies, buffer.size()))); });
   const ContactArrays arrays = s.contact_memory_.contacts();
-  write(s.download(arrays.contacts, counters.contacts), s.download(arrays.manifolds, counters.contacts),
-        s.download(arrays.free, counters.free_contacts));
+  write(s.download(arrays.contacts, counters.contacts), s.download(arrays.free, counters.free_contacts),
+        s.download(arrays.manifolds, counters.manifolds), s.download(arrays.free_manifolds, counters.free_manifolds));
   // The layout of constraints, which stays while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
+        s.download(layout.manifold, counters.constraints),
         s.download(layout.overflow_order, ordered_overflow(counters)));
   // The sweep's list, which need not be sorted where bodies move fast.
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
@@ -91,6 +92,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     for (const BodyId id : bodies.living())
       if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
     wanted_contacts_ = counters.contacts;
+    wanted_manifolds_ = counters.manifolds;
     make_room();
     upload(counters_.data(), {counters});
   }
@@ -104,21 +106,27 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   const ContactArrays arrays = contact_memory_.contacts();
   const std::size_t room = contact_memory_.capacity();
   read_into(arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
-    for (const Contact& c : contacts) in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
+    for (const Contact& c : contacts) {
+      in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
+      in.require(c.touching() ? c.manifold < counters.manifolds : c.manifold == none);
+    }
   });
-  read_into(arrays.manifolds, room, counters.contacts, [](const auto&) {});
   const auto are_below = [&](std::uint32_t limit) {
     return [&in, limit](const std::vector<std::uint32_t>& places) {
       for (const std::uint32_t place : places) in.require(place < limit);
     };
   };
   read_into(arrays.free, room, counters.free_contacts, are_below(counters.contacts));
+  const std::size_t manifold_room = contact_memory_.manifold_capacity();
+  read_into(arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
+  read_into(arrays.free_manifolds, manifold_room, counters.free_manifolds, are_below(counters.manifolds));
   const ConstraintArrays layout = contact_memory_.constraints();
-  read_into(layout.bodies, room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
+  read_into(layout.bodies, manifold_room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
     for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
-  read_into(layout.contact, room, counters.constraints, are_below(counters.contacts));
-  read_into(layout.overflow_order, room, ordered_overflow(counters), are_below(counters.constraints));
+  read_into(layout.contact, manifold_room, counters.constraints, are_below(counters.contacts));
+  read_into(layout.manifold, manifold_room, counters.constraints, are_below(counters.manifolds));
+  read_into(layout.overflow_order, manifold_room, ordered_overflow(counters), are_below(counters.constraints));
   std::vector<std::uint64_t> list;
   in(set_changed_, wanted_slots_, list);
   for (const std::uint64_t element : list) in.require(static_cast<std::uint32_t>(element) < list.size());
@@ -150,7 +158,8 @@ void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index
 template <exec::Device D>
 void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& counters) const {
   in.require(index_of_.size() <= bodies.slot_count() && counters.bodies <= slot_of_.size());
-  in.require(counters.free_contacts <= counters.contacts && newest_.step == submitted_ && steps == submitted_);
+  in.require(counters.free_contacts <= counters.contacts && counters.free_manifolds <= counters.manifolds &&
+             newest_.step == submitted_ && steps == submitted_);
   for (std::uint32_t slot = 0; slot < index_of_.size(); ++slot)
     in.require(bodies.alive(slot) ? index_of_[slot] < slot_of_.size() && slot_of_[index_of_[slot]] == slot
                                   : index_of_[slot] == none);

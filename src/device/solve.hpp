@@ -131,8 +131,7 @@ struct PrepareConstraints {
   template <class Inertia>
   FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
                          std::uint32_t bits) const {
-    const std::uint32_t index = constraints.contact[k];
-    const ContactManifold& m = contacts.manifolds[index];
+    const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
     const auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
     ContactFrame frame;
@@ -158,7 +157,7 @@ struct PrepareConstraints {
         if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
       constraints.bounces[k] = row;
     }
-    if (contacts.contacts[index].fixed_a()) bits |= pushes_fixed_bit;
+    if (contacts.contacts[constraints.contact[k]].fixed_a()) bits |= pushes_fixed_bit;
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
   }
 };
@@ -369,7 +368,7 @@ struct SolveConstraints {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
     } else if constexpr (what == bounce) {
       const BounceRow row = constraints.bounces[k];
-      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.contact[k]].restitution,
+      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.manifold[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
       store_normal_impulses(rows, impulses);
       store_friction_impulses(rows, impulses);
@@ -461,7 +460,7 @@ struct StoreImpulses {
   ConstraintArrays constraints;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    ContactManifold& m = contacts.manifolds[constraints.contact[k]];
+    ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));

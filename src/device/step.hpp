@@ -63,6 +63,20 @@ class Step {
     find_pairs(set_changed);
     mark(&StageMarks<D>::pairs);
     update_manifolds();
+    update_bodies();
+  }
+
+  /// What is left of a step that stopped because there was no room for manifolds.
+  void submit_rest() {
+    device_.parallel_for(1, ResumeStep{bodies_, counters_, SortOutContacts::group_size});
+    for (std::uint32_t kind = 0; kind < 2; ++kind)
+      device_.parallel_for({&counters_->to_collide[kind], contacts_.capacity}, ListDeferred{contacts_, kind});
+    collide();
+    update_bodies();
+  }
+
+ private:
+  void update_bodies() {
     mark(&StageMarks<D>::manifolds);
     build_constraints();
     mark(&StageMarks<D>::built);
@@ -72,7 +86,6 @@ class Step {
     mark(&StageMarks<D>::end);
   }
 
- private:
   void find_pairs(bool set_changed) {
     device_.parallel_for(1, BeginStep{counters_, grid_entries_});
     if (settings_.published.sweep)
@@ -95,8 +108,12 @@ class Step {
   }
 
   void update_manifolds() {
-    const ContactChanges changes{bodies_, contacts_, counters_, settings_.restitution_threshold};
-    device_.parallel_groups(contact_groups(), SortOutContacts{changes});
+    device_.parallel_groups(contact_groups(), SortOutContacts{contact_changes()});
+    collide();
+  }
+
+  void collide() {
+    const ContactChanges changes = contact_changes();
     device_.parallel_for({&counters_->to_collide[0], contacts_.capacity}, CollideShapes<true>{changes, settings_.dt});
     device_.parallel_for({&counters_->to_collide[1], contacts_.capacity}, CollideShapes<false>{changes, settings_.dt});
   }
@@ -113,11 +130,11 @@ class Step {
     if (settings_.published.cells)
       published_.partition(constraints());
     else
-      device_.parallel_for({&counters_->overflow, contacts_.capacity}, OrderOverflow{constraints_, counters_});
+      device_.parallel_for({&counters_->overflow, contacts_.manifold_capacity}, OrderOverflow{constraints_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
-    device_.parallel_groups(
-        {&counters_->constraint_groups, (contacts_.capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, constraints_, counters_});
+    device_.parallel_groups({&counters_->constraint_groups,
+                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+                            PrepareConstraints{bodies_, contacts_, constraints_, counters_});
   }
 
   void choose_colours() {
@@ -125,7 +142,8 @@ class Step {
     if (!settings_.move.sleeping)
       device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
                               RecolourContacts{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_phases(2 * colouring_rounds, contacts_.capacity, ColourContacts{bodies_, contacts_, counters_});
+    device_.parallel_phases(2 * colouring_rounds, contacts_.manifold_capacity,
+                            ColourContacts{bodies_, contacts_, counters_});
   }
 
   void solve() {
@@ -153,8 +171,9 @@ class Step {
     device_.parallel_for(1, EndStep{counters_, reports_, report_count_});
   }
 
+  ContactChanges contact_changes() const { return {bodies_, contacts_, counters_, settings_.restitution_threshold}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
-  exec::Range constraints() const { return {&counters_->constraints, contacts_.capacity}; }
+  exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }
   exec::Range contact_groups() const {
     return {&counters_->contact_groups,
             (contacts_.capacity + SortOutContacts::group_size - 1) / SortOutContacts::group_size};

@@ -39,8 +39,18 @@ struct ContactChanges {
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);
     c.bits &= ~touching_bit;
     c.set_colour(overflow_colour);
-    contacts.ended[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->ended, 1u)] = {c.a, c.b};
+    contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
+    c.manifold = none;
+    contacts.ended[contacts.event(counters->step + 1, exec::atomic_add(counters->ended, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
+  }
+
+  /// A place for the manifold of a contact that begins, or `none` where there is no more room.
+  FATHOM_HD std::uint32_t take_manifold() const {
+    const std::uint32_t k = exec::atomic_add(counters->taken_manifolds, 1u), free = counters->free_manifolds;
+    if (k < free) return contacts.free_manifolds[free - 1 - k];
+    const std::uint32_t place = counters->manifolds + (k - free);
+    return place < contacts.manifold_capacity ? place : none;
   }
 
   FATHOM_HD void begin(std::uint32_t index, Contact& c, const ContactManifold& m) const {
@@ -48,7 +58,7 @@ struct ContactChanges {
     exec::atomic_add(bodies.touching[c.b], 1u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
-    contacts.begun[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->begun, 1u)] = {c.a, c.b};
+    contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
     wake(c.a);
     wake(c.b);
@@ -82,8 +92,8 @@ struct ContactChanges {
       }
     }
     if (fastest <= restitution_threshold) return;
-    contacts.hits[contacts.events_of(counters->step + 1) + exec::atomic_add(counters->hits, 1u)] = {c.a, c.b, where,
-                                                                                                    normal, fastest};
+    contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, where, normal,
+                                                                                               fastest};
   }
 };
 
@@ -143,7 +153,7 @@ struct SortOutContacts {
         changes.contacts.free[exec::atomic_add(changes.counters->free_contacts, 1u)] = index;
         return nothing;
       }
-      if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[index]);
+      if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[c.manifold]);
     }
     if (!overlaps(bodies.boxes[c.a], bodies.boxes[c.b])) {
       if (c.touching()) changes.end(c);
@@ -154,7 +164,7 @@ struct SortOutContacts {
       // A contact that found no colour tries again.
       if (c.colour() == overflow_colour)
         changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
-      if (moved_little(changes.contacts.manifolds[index], b_in_a, c.recycle_distance)) return recycled;
+      if (moved_little(changes.contacts.manifolds[c.manifold], b_in_a, c.recycle_distance)) return recycled;
     }
     const bool both_boxes =
         bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
@@ -162,7 +172,8 @@ struct SortOutContacts {
   }
 };
 
-/// Second pass; item k is contact to_collide[k], or counts from the list's other end.
+/// Second pass; item k is contact to_collide[k], or counts from the list's other end. A contact that would begin and
+/// finds no room for its manifold is left as it was, and deferred.
 template <bool only_boxes>
 struct CollideShapes {
   static constexpr std::uint32_t group_size = 64;  // few heavy items: small groups reach more compute units
@@ -173,7 +184,7 @@ struct CollideShapes {
   FATHOM_HD void operator()(std::uint32_t k) const {
     const BodyArrays& bodies = changes.bodies;
     const ContactArrays& contacts = changes.contacts;
-    const std::uint32_t index = contacts.to_collide[only_boxes ? k : contacts.capacity - 1 - k];
+    const std::uint32_t index = contacts.to_collide[at(k)];
     Contact c = contacts.contacts[index];
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
@@ -182,8 +193,13 @@ struct CollideShapes {
     if (fresh.count == 0) {
       if (c.touching()) changes.end(c);
     } else {
-      ContactManifold& m = contacts.manifolds[index];
       const bool begins = !c.touching();
+      if (begins) c.manifold = changes.take_manifold();
+      if (c.manifold == none) {
+        contacts.found[at(exec::atomic_add(changes.counters->deferred[only_boxes ? 0 : 1], 1u))] = {index, none};
+        return;
+      }
+      ContactManifold& m = contacts.manifolds[c.manifold];
       if (begins) {
         m = ContactManifold{};
         changes.mix(c, m);
@@ -195,12 +211,45 @@ struct CollideShapes {
   }
 
  private:
+  FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
+
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin) const {
     if constexpr (only_boxes)
       return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
     else
       return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
+  }
+};
+
+/// Takes up a step that stopped for want of manifolds.
+struct ResumeStep {
+  BodyArrays bodies;
+  Counters* counters;
+  std::uint32_t contact_group_size;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    c.stopped = no_stop;
+    for (std::uint32_t k = 0; k < 2; ++k) {
+      c.to_collide[k] = c.deferred[k];
+      c.deferred[k] = 0;
+    }
+    c.live_bodies = c.waking = c.bodies;
+    c.live_contacts = c.contacts;
+    c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
+    c.recolouring = wants_recolouring(c);
+  }
+};
+
+/// The deferred contacts, which are to collide once more.
+struct ListDeferred {
+  ContactArrays contacts;
+  std::uint32_t kind;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const std::uint32_t place = kind == 0 ? k : contacts.capacity - 1 - k;
+    contacts.to_collide[place] = contacts.found[place].a;
   }
 };
 

@@ -47,6 +47,14 @@ struct PublishedSettings {
   std::uint32_t rounds = 0;  ///< of marking
 };
 
+/// How much the buffers hold.
+struct PublishedRoom {
+  std::size_t bodies = 0, contacts = 0, constraints = 0;
+  std::uint32_t slots = 0;  ///< overlaps of a body
+
+  bool operator==(const PublishedRoom&) const = default;
+};
+
 /// Memory of the strategies that are in use. `D` decides how much scratch its scan needs.
 template <exec::Device D>
 class PublishedMemory {
@@ -75,34 +83,31 @@ class PublishedMemory {
   exec::PinnedBuffer<PublishedReport> reports;
   exec::Buffer<std::uint64_t> order;  ///< outlives a step
 
-  /// Whether there is not yet room for just so many bodies and contacts and `slots` overlaps a body.
-  bool needs(const PublishedSettings& settings, std::size_t bodies, std::size_t contacts, std::uint32_t slots) const {
-    if (!settings.sweep && !settings.cells) return false;
-    return bodies != bodies_ || contacts != contacts_capacity_ || slots != slots_per_body_;
+  /// Whether there is not yet room for just so much.
+  bool needs(const PublishedSettings& settings, const PublishedRoom& room) const {
+    return (settings.sweep || settings.cells) && room != room_;
   }
-  void reserve(const PublishedSettings& settings, std::size_t bodies, std::size_t contacts, std::uint32_t slots) {
-    if (!needs(settings, bodies, contacts, slots)) return;
-    bodies_ = bodies;
-    contacts_capacity_ = contacts;
-    slots_per_body_ = slots;
+  void reserve(const PublishedSettings& settings, const PublishedRoom& room) {
+    if (!needs(settings, room)) return;
+    room_ = room;
     if (settings.sweep) {
-      order.grow(std::max<std::size_t>(std::bit_ceil(bodies), sort_block));
-      overlaps_.grow(bodies * slots);
-      counts_.grow(bodies);
-      wide_.grow(bodies);
-      pairs_.grow(std::bit_ceil(2 * contacts));
+      order.grow(std::max<std::size_t>(std::bit_ceil(room.bodies), sort_block));
+      overlaps_.grow(room.bodies * room.slots);
+      counts_.grow(room.bodies);
+      wide_.grow(room.bodies);
+      pairs_.grow(std::bit_ceil(2 * room.contacts));
     }
     if (settings.cells) {
-      most_work_groups_ = plan_cells(std::uint64_t{bodies} * slots).work_groups;
-      list_of_.grow(contacts);
-      members_.grow(contacts);
-      slots_.grow(contacts);
+      most_work_groups_ = plan_cells(std::uint64_t{room.bodies} * room.slots).work_groups;
+      list_of_.grow(room.constraints);
+      members_.grow(room.constraints);
+      slots_.grow(room.constraints);
       lists_.grow(std::size_t{5} * most_lists());
-      marks_.grow(cell_groups * bodies);
+      marks_.grow(cell_groups * room.bodies);
       scratch_.reserve(std::max(device_.scan_scratch_bytes(most_lists()), exec::reduce_scratch_bytes<WorldExtents>()));
     }
   }
-  std::uint32_t slots_per_body() const { return slots_per_body_; }
+  std::uint32_t slots_per_body() const { return room_.slots; }
   std::uint32_t most_work_groups() const { return most_work_groups_; }
   std::uint32_t most_lists() const { return cell_groups * most_work_groups_; }
   exec::Scratch& scratch() { return scratch_; }
@@ -116,7 +121,7 @@ class PublishedMemory {
             .wide = wide_.data(),
             .pairs = pairs_.data(),
             .counters = sweep_counters_.data(),
-            .slots = slots_per_body_,
+            .slots = room_.slots,
             .pair_mask = static_cast<std::uint32_t>(pairs_.size() - 1),
             .axis = settings.axis,
             .wide_length = settings.wide_length};
@@ -134,14 +139,14 @@ class PublishedMemory {
             .used = lists_.data() + 3 * n,
             .batches = lists_.data() + 4 * n,
             .marks = marks_.data(),
-            .body_capacity = static_cast<std::uint32_t>(bodies_),
+            .body_capacity = static_cast<std::uint32_t>(room_.bodies),
             .rounds = settings.rounds};
   }
 
  private:
   D& device_;
-  std::size_t bodies_ = 0, contacts_capacity_ = 0;
-  std::uint32_t slots_per_body_ = 0, most_work_groups_ = 0;
+  PublishedRoom room_;
+  std::uint32_t most_work_groups_ = 0;
   exec::Buffer<std::uint32_t> overlaps_, counts_, wide_;
   exec::Buffer<std::uint64_t> pairs_;
   exec::Buffer<SweepCounters> sweep_counters_;

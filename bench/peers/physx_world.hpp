@@ -1,0 +1,55 @@
+// PhysX's scene and bodies made from ours: what its CPU and GPU adapters share.
+#pragma once
+
+#include <PxPhysicsAPI.h>
+
+#include <string>
+#include <vector>
+
+#include "engine.hpp"
+
+namespace fathom::peers {
+
+inline physx::PxVec3 to_physx(Vec3 v) { return {v.x, v.y, v.z}; }
+inline Vec3 from_physx(const physx::PxVec3& v) { return {v.x, v.y, v.z}; }
+inline Pose from_physx(const physx::PxTransform& t) { return {from_physx(t.p), 0, {t.q.w, t.q.x, t.q.y, t.q.z}}; }
+
+/// PhysX's own objects of which a process has one each.
+physx::PxFoundation& physx_foundation();
+physx::PxPhysics& physx_physics();
+std::string physx_version();
+
+class PhysxWorld {
+ public:
+  /// What both adapters begin with: PhysX's defaults, and the gravity of the scene.
+  static physx::PxSceneDesc description(const Scene& scene);
+  /// Takes its dispatcher's threads from `threads`: with one, tasks run on the caller's.
+  PhysxWorld(const Scene& scene, int threads, physx::PxSceneDesc desc);
+  ~PhysxWorld();
+  PhysxWorld(const PhysxWorld&) = delete;
+  PhysxWorld& operator=(const PhysxWorld&) = delete;
+
+  void step();
+  physx::PxScene& scene() { return *scene_; }
+  /// In the order of Scene::bodies.
+  const std::vector<physx::PxRigidActor*>& actors() const { return actors_; }
+  /// Poses and velocities that the actors themselves know.
+  void read(std::span<Pose> poses, std::span<Velocity> velocities) const;
+  void set_velocity(std::size_t body, const Velocity& velocity);
+  /// The first error that PhysX reported since this world was made.
+  std::string trouble() const;
+
+ private:
+  void create(const BodyDef& def);
+  physx::PxShape& shape_of(const BodyDef& def);
+
+  float dt_;
+  physx::PxDefaultCpuDispatcher* dispatcher_;
+  physx::PxScene* scene_;
+  std::vector<physx::PxRigidActor*> actors_;
+  physx::PxShape* shape_ = nullptr;  // bodies of one shape and material share it
+  Vec3 last_half_extents_;
+  float last_friction_ = 0, last_restitution_ = 0;
+};
+
+}  // namespace fathom::peers
