@@ -215,12 +215,20 @@ void ContactGraph::enlist(std::uint32_t index) {
   ++unit_sizes_[domains_.unit(c)];
 }
 
+std::vector<Domains::Link> ContactGraph::links() const {
+  std::vector<Domains::Link> links;
+  links.reserve(between_);
+  for (const Contact& c : contacts_)
+    if (c.in_use && c.colour != no_colour && !c.fixed_a) links.push_back({c.a, c.b});
+  return links;
+}
+
 void ContactGraph::divide(std::span<const std::uint32_t> slots) {
   ++colouring_;
   if (slots.empty())
     domains_.clear();
   else
-    domains_.divide(slots, between_, state_);
+    domains_.divide(slots, links(), state_);
   colours_.resize(domains_.units() * (overflow_colour + 1));
   for (std::vector<std::uint32_t>& list : colours_) list.clear();
   unit_sizes_.assign(domains_.units(), 0);

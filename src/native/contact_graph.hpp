@@ -21,10 +21,6 @@
 
 namespace fathom::native {
 
-inline constexpr int colour_count = 32;
-inline constexpr int first_fixed_colour = 24;
-inline constexpr std::uint8_t overflow_colour = 32;
-
 class ContactGraph {
  public:
   ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state), colours_(overflow_colour + 1) {}
@@ -113,6 +109,7 @@ class ContactGraph {
   static void for_each_owner(ThreadPool& pool, const Act& act);
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
+  std::vector<Domains::Link> links() const;
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }

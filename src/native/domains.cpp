@@ -15,9 +15,14 @@ namespace {
 constexpr std::uint32_t key_bits = 11;  // a coordinate
 constexpr std::uint32_t key_range = 1u << key_bits;
 
-// What a body weighs in a domain: its contacts, and a little for those to come.
-float weight(const BodyState& state, std::uint32_t slot) {
-  return 0.125f + static_cast<float>(std::popcount(state.colour_mask[slot]));
+// For the contacts that a body may yet get.
+constexpr float least_weight = 0.125f;
+
+float contacts_of(const BodyState& state, std::uint32_t slot) {
+  return static_cast<float>(std::popcount(state.colour_mask[slot]));
+}
+float contacts_with_fixed(const BodyState& state, std::uint32_t slot) {
+  return static_cast<float>(std::popcount(state.colour_mask[slot] >> first_fixed_colour));
 }
 
 /// Mean and standard deviation along each axis.
@@ -89,10 +94,10 @@ void Domains::sort() {
   }
 }
 
-void Domains::divide(std::span<const std::uint32_t> slots, std::size_t contacts, const BodyState& state) {
+void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state) {
   // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
   std::size_t count = 16;
-  while (count < 128 && contacts > 1600 * count) count *= 2;
+  while (count < 128 && links.size() > 1600 * count) count *= 2;
 
   const Spread spread = spread_of(slots, state);
   int first = 0, second = 1;
@@ -101,8 +106,6 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::size_t contacts,
   if (third == 1) second = 2;
   if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
 
-  float total = 0;
-  for (const std::uint32_t slot : slots) total += weight(state, slot);
   const auto sorted_by = [&](int major, int minor) {
     order_.clear();
     make_room(order_, slots.size());
@@ -114,36 +117,52 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::size_t contacts,
     sort();
     return order_;
   };
-  const std::vector<Place> by_first = sorted_by(first, second), by_second = sorted_by(second, first);
+  const Orders orders{sorted_by(first, second), sorted_by(second, first)};
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
   // Borders of the second division are midway between those of the first; the third has half as many, midway again.
   const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
   const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
   set_counts({size(fine), size(fine), size(coarse)});
-  divide(0, fine, 0, total, state, by_first, by_second);
-  divide(1, fine, 0.5f, total, state, by_first, by_second);
-  divide(2, coarse, 0.125f, total, state, by_first, by_second);
+  weights_.assign(ids_.size(), 0);
+  for (const std::uint32_t slot : slots) weights_[slot] = least_weight + contacts_of(state, slot);
+  divide(0, fine, 0, orders);
+  balance_first(links, orders, state);
+  divide(0, fine, 0, orders);
+  divide(1, fine, 0.5f, orders);
+  divide(2, coarse, 0.125f, orders);
 }
 
-void Domains::divide(std::size_t division, Grid grid, float shift, float total, const BodyState& state,
-                     const std::vector<Place>& by_first, const std::vector<Place>& by_second) {
+void Domains::divide(std::size_t division, Grid grid, float shift, const Orders& orders) {
   std::vector<float> seen(grid.columns + 1, 0.0f), of_column(grid.columns, 0.0f);
-  float sum = 0;
-  for (const Place& place : by_first) {
-    const float w = weight(state, place.slot);
+  float total = 0, sum = 0;
+  for (const Place& place : orders.by_first) total += weights_[place.slot];
+  for (const Place& place : orders.by_first) {
+    const float w = weights_[place.slot];
     const std::size_t column = part((sum + 0.5f * w) / total, shift, grid.columns);
     sum += w;
     of_column[column] += w;
     ids_[place.slot][division] = static_cast<std::uint8_t>(column);
   }
-  for (const Place& place : by_second) {
-    const float w = weight(state, place.slot);
+  for (const Place& place : orders.by_second) {
+    const float w = weights_[place.slot];
     const std::size_t column = ids_[place.slot][division];
     const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], shift, grid.rows);
     seen[column] += w;
     ids_[place.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
   }
+}
+
+// Domains at the rim of a heap lose fewer of their bodies' contacts to borders, and get fewer bodies for it.
+void Domains::balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state) {
+  std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
+  for (const Place& place : orders.by_first) {
+    weight[home(place.slot)] += weights_[place.slot];
+    work[home(place.slot)] += least_weight + contacts_with_fixed(state, place.slot);
+  }
+  for (const Link link : links)
+    if (home(link.a) == home(link.b)) work[home(link.a)] += 1;
+  for (const Place& place : orders.by_first) weights_[place.slot] *= work[home(place.slot)] / weight[home(place.slot)];
 }
 
 void Domains::restore(ByteReader& in, std::size_t slots) {

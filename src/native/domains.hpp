@@ -47,13 +47,19 @@ class Domains {
   }
   std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
 
-  /// Divides the bodies `slots` anew for about `contacts` contacts between them.
-  void divide(std::span<const std::uint32_t> slots, std::size_t contacts, const BodyState& state);
+  struct Link {
+    std::uint32_t a, b;
+  };
+  /// Divides the bodies `slots` anew, whose contacts with each other are `links`, given the colours of all contacts.
+  void divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state);
   void clear();
   /// New bodies belong to the first domains.
   void resize(std::size_t slots) { ids_.resize(slots, Ids{}); }
 
-  std::size_t memory_bytes() const { return ids_.capacity() * sizeof(Ids) + order_.capacity() * 2 * sizeof(Place); }
+  std::size_t memory_bytes() const {
+    return ids_.capacity() * sizeof(Ids) + (order_.capacity() + sorted_.capacity()) * sizeof(Place) +
+           weights_.capacity() * sizeof(float);
+  }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
@@ -71,16 +77,22 @@ class Domains {
     std::size_t columns = 1, rows = 1;
   };
 
+  /// Slots in the order of a first coordinate and of a second.
+  struct Orders {
+    std::vector<Place> by_first, by_second;
+  };
+
   static Grid grid(std::size_t count, float aspect);
   void set_counts(const std::array<std::uint32_t, divisions>& counts);
   void sort();
-  void divide(std::size_t division, Grid grid, float shift, float total, const BodyState& state,
-              const std::vector<Place>& by_first, const std::vector<Place>& by_second);
+  void divide(std::size_t division, Grid grid, float shift, const Orders& orders);
+  void balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state);
 
   std::vector<Ids> ids_;  // by slot
   std::array<std::uint32_t, divisions> counts_{};
   std::array<std::size_t, divisions + 1> first_units_{};
   std::vector<Place> order_, sorted_;
+  std::vector<float> weights_;  // by slot, in the division being made
 };
 
 }  // namespace fathom::native
