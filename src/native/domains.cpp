@@ -120,26 +120,33 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
   const Orders orders{sorted_by(first, second), sorted_by(second, first)};
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
-  // Borders of the second division are midway between those of the first; the third has half as many, midway again.
+  // Borders of the second division are midway between those of the first, those of the third midway again; both have
+  // fewer contacts, and so fewer domains.
   const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
+  const Grid middle = count > 16 ? Grid{(fine.columns + 1) / 2, fine.rows} : fine;
   const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
-  set_counts({size(fine), size(fine), size(coarse)});
+  set_counts({size(fine), size(middle), size(coarse)});
   weights_.assign(ids_.size(), 0);
   for (const std::uint32_t slot : slots) weights_[slot] = least_weight + contacts_of(state, slot);
-  divide(0, fine, 0, orders);
+  divide(0, fine, fine, 0, orders);
   balance_first(links, orders, state);
-  divide(0, fine, 0, orders);
-  divide(1, fine, 0.5f, orders);
-  divide(2, coarse, 0.125f, orders);
+  divide(0, fine, fine, 0, orders);
+  divide(1, middle, fine, 0.5f, orders);
+  divide(2, coarse, fine, 0.25f, orders);
 }
 
-void Domains::divide(std::size_t division, Grid grid, float shift, const Orders& orders) {
+// Borders lie `offset` cells of the finest grid before that grid's.
+void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders) {
+  const auto shift = [offset](std::size_t parts, std::size_t of_finest) {
+    return offset * static_cast<float>(parts) / static_cast<float>(of_finest);
+  };
+  const float column_shift = shift(grid.columns, finest.columns), row_shift = shift(grid.rows, finest.rows);
   std::vector<float> seen(grid.columns + 1, 0.0f), of_column(grid.columns, 0.0f);
   float total = 0, sum = 0;
   for (const Place& place : orders.by_first) total += weights_[place.slot];
   for (const Place& place : orders.by_first) {
     const float w = weights_[place.slot];
-    const std::size_t column = part((sum + 0.5f * w) / total, shift, grid.columns);
+    const std::size_t column = part((sum + 0.5f * w) / total, column_shift, grid.columns);
     sum += w;
     of_column[column] += w;
     ids_[place.slot][division] = static_cast<std::uint8_t>(column);
@@ -147,7 +154,7 @@ void Domains::divide(std::size_t division, Grid grid, float shift, const Orders&
   for (const Place& place : orders.by_second) {
     const float w = weights_[place.slot];
     const std::size_t column = ids_[place.slot][division];
-    const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], shift, grid.rows);
+    const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], row_shift, grid.rows);
     seen[column] += w;
     ids_[place.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
   }
