@@ -111,6 +111,17 @@ struct HullArrays {
   }
 };
 
+/// The constraints of a body that are first and last: where it has two, both.
+struct Neighbours {
+  std::uint32_t first = none, last = 0;
+};
+struct ColumnRange {
+  std::uint32_t first, count;  ///< in `column_contacts`
+};
+struct ColumnContact {
+  std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
+};
+
 struct BodyArrays {
   // Given by the application.
   BodyConstants* constants;
@@ -136,6 +147,11 @@ struct BodyArrays {
   std::uint32_t* parent;        ///< of the forest that islands are found with
   std::uint32_t* island_slow;   ///< least slow time of the island, as bits
   std::uint32_t* island_woken;  ///< number of the step that woke it
+
+  // Columns, as long as constraints are laid out as they are.
+  Neighbours* neighbours;
+  ColumnRange* columns;  ///< at most half as many as bodies
+  ColumnContact* column_contacts;
 
   // Of bodies in contact, within a step.
   SolverBody* solver;

@@ -25,6 +25,9 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_woken_(m),
       parent_(m),
       island_slow_(m),
+      neighbours_(m),
+      columns_(m),
+      column_contacts_(m),
       solver_(m),
       motion_(m),
       warm_(m),
@@ -32,13 +35,16 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(parent_), act(island_slow_), act(recoloured_);
+  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(neighbours_);
   act(motion_), act(warm_), act(inertia_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
+  // Like the layout of constraints that they follow.
+  columns_.grow(bodies / 2 + 1, exec::Contents::keep);
+  column_contacts_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
@@ -62,6 +68,9 @@ BodyArrays BodyMemory::arrays() {
           .parent = parent_.data(),
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
+          .neighbours = neighbours_.data(),
+          .columns = columns_.data(),
+          .column_contacts = column_contacts_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),

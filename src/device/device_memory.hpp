@@ -66,6 +66,9 @@ class BodyMemory {
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
+  exec::Buffer<Neighbours> neighbours_;
+  exec::Buffer<ColumnRange> columns_;
+  exec::Buffer<ColumnContact> column_contacts_;
   exec::Buffer<SolverBody> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;

@@ -1,7 +1,7 @@
 // The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
 //
 // Places in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
-// mirror are made anew; hulls get new indices.
+// mirror are made anew, columns are found anew; hulls get new indices.
 #pragma once
 
 #include <utility>
@@ -91,6 +91,9 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   if (on_device) {
     for (const BodyId id : bodies.living())
       if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
+    in.require(counters.contacts <= in.left() / sizeof(Contact) &&
+               counters.manifolds <= in.left() / sizeof(ContactManifold));
+    counters.columns_due = 1;
     wanted_contacts_ = counters.contacts;
     wanted_manifolds_ = counters.manifolds;
     make_room();

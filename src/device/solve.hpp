@@ -216,7 +216,7 @@ struct SolveConstraints {
 
   struct Plan {
     Stretch schedule[schedule_size];
-    std::uint32_t sweeps, overflow, bodies, bounces;
+    std::uint32_t sweeps, overflow, bodies, bounces, columns;
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
@@ -240,9 +240,12 @@ struct SolveConstraints {
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
+    plan.columns = counters->columns;
   }
 
-  FATHOM_HD std::uint32_t phases(const Plan& plan) const {
+  /// Where there are columns SolveWithColumns is due.
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.columns ? 0 : all_phases(plan); }
+  FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
     return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
   }

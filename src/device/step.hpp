@@ -1,15 +1,17 @@
 // The step of the device simulator, told once: the order in which kernels are submitted.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "device/build_constraints.hpp"
 #include "device/device_memory.hpp"
+#include "device/find_columns.hpp"
 #include "device/find_pairs.hpp"
 #include "device/finish.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
-#include "device/solve.hpp"
+#include "device/solve_columns.hpp"
 #include "device/update_manifolds.hpp"
 #include "exec/device.hpp"
 
@@ -131,6 +133,9 @@ class Step {
       published_.partition(constraints());
     else
       device_.parallel_for({&counters_->overflow, contacts_.manifold_capacity}, OrderOverflow{constraints_, counters_});
+    if (has_columns())
+      device_.parallel_phases(3, std::max(body_capacity_, contacts_.manifold_capacity),
+                              FindColumns{bodies_, contacts_, constraints_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups({&counters_->constraint_groups,
                              (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
@@ -156,6 +161,7 @@ class Step {
       published_.solve(solver, settings_.bounces, constraints());
     else
       device_.parallel_phases(most_phases, body_capacity_, solver);
+    if (has_columns()) device_.parallel_phases(most_phases + 2 * p.substeps, body_capacity_, SolveWithColumns{solver});
     device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
   }
 
@@ -171,6 +177,7 @@ class Step {
     device_.parallel_for(1, EndStep{counters_, reports_, report_count_});
   }
 
+  bool has_columns() const { return settings_.solve.soft && !settings_.published.cells; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, counters_, settings_.restitution_threshold}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }

@@ -31,7 +31,8 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
       pool_(pool),
       wide_(wide_kernels()),
       single_(single_kernels()),
-      layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)) {}
+      layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
+      columns_(bodies, state, graph) {}
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
@@ -60,6 +61,13 @@ class ContactSolver::Everything {
     for (std::size_t i = 0; i < s_.layout_.stretches().size(); ++i)
       s_.layout_.for_each_part(
           i, [&](std::size_t begin, std::size_t end) { kernel(s_.wide_, s_.wide_blocks_, begin, end); });
+  }
+  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
+    const std::span<const Columns::Column> columns = s_.columns_.all();
+    if (columns.empty()) return;
+    s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
+      s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
+    });
   }
 
  private:
@@ -93,6 +101,15 @@ class ContactSolver::InDomains {
       for_each_unit(division, [&](const Unit& unit) { run(kernel, unit.between); });
     run(kernel, layout_.units()[domains_.rest()].between);
     put_off([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
+  }
+
+  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
+    const std::span<const Columns::Column> columns = s_.columns_.all();
+    if (columns.empty()) return;
+    for_each_first([](const Unit&) {});  // columns go through domains, and come after all of a sweep
+    s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
+      s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
+    });
   }
 
   /// What waits, then act(unit) for each of the first division.
@@ -156,6 +173,11 @@ class ContactSolver::OneGroup {
     for (const auto& stretch : s_.layout_.stretches(group_))
       kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
   }
+  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
+    if (s_.columns_.all().empty()) return;
+    const auto width = static_cast<std::size_t>(s_.wide_.width);
+    s_.brace(s_.columns_.within(group_.blocks.begin * width, group_.blocks.end * width), pushes_out, parameters);
+  }
 
  private:
   ContactSolver& s_;
@@ -177,6 +199,8 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
+  if (has_moved && def_.solver.method == Solver::soft)
+    columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)});
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
   if (!layout_.groups().empty()) return;
@@ -362,8 +386,10 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     });
     begin_impulses(work, substep == 0);
     sweep(work, &SolverKernels::solve, soft);
+    work.brace_columns(true, soft);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     sweep(work, &SolverKernels::relax, soft);
+    work.brace_columns(false, soft);
   }
   if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, soft);
 }
@@ -408,6 +434,12 @@ void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const Sw
   work.colours([this, pass, parameters](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
   });
+}
+
+void ContactSolver::brace(std::span<const Columns::Column> columns, bool pushes_out,
+                          const SweepParameters& parameters) {
+  for (const Columns::Column& c : columns)
+    wide_.brace(wide_blocks_, columns_.contacts(c), c.contacts, view(), pushes_out, parameters);
 }
 
 }  // namespace fathom::native

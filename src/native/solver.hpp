@@ -17,6 +17,7 @@
 #include <functional>
 #include <vector>
 
+#include "native/columns.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
@@ -47,7 +48,7 @@ class ContactSolver {
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes();
+    return blocks_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() + columns_.memory_bytes();
   }
 
  private:
@@ -83,6 +84,7 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  void brace(std::span<const Columns::Column> columns, bool pushes_out, const SweepParameters& parameters);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;
@@ -99,6 +101,7 @@ class ContactSolver {
   std::size_t single_count_ = 0;
   std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
+  Columns columns_;
   // Counted by all threads, who read what is above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };

@@ -26,6 +26,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "native/column_view-inl.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
@@ -425,6 +426,7 @@ SolverKernels make_kernels(const char* name) {
           sweep<Pass::relax, D>,
           restitute<D>,
           sweep<Pass::iterate, D>,
+          brace<D>,
           store<D>};
 }
 

@@ -52,6 +52,13 @@ struct BlockHeader {
   bool restitution = false;     ///< some lane bounces
 };
 
+/// A contact of a column, between the body below and the one above.
+struct ColumnContact {
+  std::uint32_t contact, lane;  ///< `lane` counts lanes of all blocks
+  std::uint32_t below, above;   ///< slots
+  bool upward;                  ///< B is above
+};
+
 struct SolverKernels {
   const char* name;  ///< of the instruction set
   int width;         ///< lanes
@@ -73,6 +80,9 @@ struct SolverKernels {
                     const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  /// Braces a column (dynamics/columns.hpp).
+  void (*brace)(BlockArray blocks, const ColumnContact* column, std::uint32_t contacts, const BodiesView& view,
+                bool pushes_out, const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained);
 };

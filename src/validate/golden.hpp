@@ -16,7 +16,7 @@ struct Hashes {
 };
 
 struct Golden {
-  const char* environment;
+  const char* environment;  ///< or `columns`
   std::int64_t bodies;
   int steps;
   Solver solver;

@@ -1,0 +1,50 @@
+// Which contacts make columns (dynamics/columns.hpp), and where the solver keeps them.
+//
+// A column begins with a body that has one contact, its top, and goes on through bodies that have two, to one that
+// cannot be pushed or has one contact; it ends before a body with three or more. Columns share no body that can be
+// pushed and may therefore be braced at once. Rows that are held at both ends, as arches are, are none.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "native/contact_graph.hpp"
+
+namespace fathom::native {
+
+class Columns {
+ public:
+  struct Column {
+    std::uint32_t lane;             ///< of its first contact
+    std::uint32_t first, contacts;  ///< in the list of all
+  };
+
+  Columns(const BodyTable& bodies, const BodyState& state, const ContactGraph& graph)
+      : bodies_(bodies), state_(state), graph_(graph) {}
+
+  /// Finds them among the bodies `in_contact`. `lanes`: contact of each lane, or `none`.
+  void update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes);
+
+  /// In the order of lanes.
+  std::span<const Column> all() const { return columns_; }
+  /// Those whose contacts are in lanes [begin, end).
+  std::span<const Column> within(std::size_t begin, std::size_t end) const;
+  const ColumnContact* contacts(const Column& c) const { return contacts_.data() + c.first; }
+  std::size_t memory_bytes() const;
+
+ private:
+  int contacts_of(std::uint32_t slot) const;
+  std::uint32_t next_contact(std::uint32_t slot, std::uint32_t contact) const;
+  void follow_from(std::uint32_t top);
+  void find_lanes(std::span<const std::uint32_t> lanes);
+
+  const BodyTable& bodies_;
+  const BodyState& state_;
+  const ContactGraph& graph_;
+  std::vector<Column> columns_;
+  std::vector<ColumnContact> contacts_;
+  std::vector<std::uint32_t> lane_of_;  // by contact
+};
+
+}  // namespace fathom::native
