@@ -21,6 +21,12 @@ const Measurement* median_round(std::vector<const Measurement*> rounds) {
   return rounds[rounds.size() / 2];
 }
 
+/// A label without its set of algorithms: both sets of a simulator are drawn in one colour.
+std::string_view simulator_in(std::string_view label) {
+  constexpr std::string_view published = ", published";
+  return label.ends_with(published) ? label.substr(0, label.size() - published.size()) : label;
+}
+
 template <class T>
 void add_once(std::vector<T>& list, const T& value) {
   if (std::ranges::find(list, value) == list.end()) list.push_back(value);
@@ -55,7 +61,8 @@ View::View(const Campaign& campaign) : campaign_(campaign) {
   }
   for (const std::string& environment : environments())
     for (const std::int64_t bodies : sizes(environment))
-      for (const Measurement* run : table_runs(environment, bodies)) add_once(labels_, label_of(run->what));
+      for (const Measurement* run : table_runs(environment, bodies))
+        add_once(simulators_, std::string(simulator_in(label_of(run->what))));
 }
 
 std::vector<std::string> View::environments() const {
@@ -104,7 +111,9 @@ const Measurement* View::fastest_native(const std::string& environment, std::int
 }
 
 int View::colour(const std::string& label) const {
-  return static_cast<int>((std::ranges::find(labels_, label) - labels_.begin()) % 8);
+  const std::string_view simulator = simulator_in(label);
+  const auto index = static_cast<int>(std::ranges::find(simulators_, simulator) - simulators_.begin());
+  return index % 8 + (simulator == label ? 0 : 8);
 }
 
 std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage) {

@@ -45,7 +45,7 @@ class View {
  private:
   const Campaign& campaign_;
   std::vector<const Measurement*> runs_;
-  std::vector<std::string> labels_;
+  std::vector<std::string> simulators_;  ///< in order of appearance, by their labels
   int table_threads_ = 1;
 };
 

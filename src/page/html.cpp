@@ -21,7 +21,7 @@ td.n,th.n{text-align:right}tr.published td{color:var(--faint)}tr.group td{border
 .pass{color:var(--pass)}.fail{color:var(--fail);font-weight:600}.known{color:var(--known)}
 figure{margin:.4rem 0}svg{width:100%;max-width:42rem;background:var(--card);border-radius:6px;margin:.4rem 0}
 svg text{font:11px system-ui,sans-serif;fill:var(--faint)}svg .title{font-weight:600;fill:var(--text)}
-.grid{stroke:var(--line)}.c4,.c5,.c6,.c7{stroke-dasharray:7 2}.curve{fill:none;stroke-width:1.8}.reference{stroke-width:1.2;stroke-dasharray:2 4}
+.grid{stroke:var(--line)}.c4,.c5,.c6,.c7{stroke-dasharray:7 2}.curve{fill:none;stroke-width:1.8}.again{stroke-dasharray:2 2.5}.mark{stroke-dasharray:none}.reference{stroke-width:1.2;stroke-dasharray:2 4}
 .c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}.c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}
 .panels{display:grid;grid-template-columns:repeat(3,1fr);gap:.4rem}.panels svg{margin:0;max-width:none}
 .legend{display:flex;flex-wrap:wrap;gap:.1rem 1.2rem;color:var(--faint);font-size:.85rem;margin:.4rem 0}

@@ -10,7 +10,8 @@ namespace fathom::page {
 struct Curve {
   std::string name;
   std::vector<double> x, y;
-  int colour = -1;         ///< of the page's palette of eight, where curves of several plots belong together
+  int colour = -1;         ///< of the page's palette of eight, where curves of several plots belong together;
+                           ///< from 8 on the same once more, dotted
   bool reference = false;  ///< a line to compare with, drawn thin and dashed
 
   void add(double px, double py) { x.push_back(px), y.push_back(py); }

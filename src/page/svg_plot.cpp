@@ -76,21 +76,21 @@ std::string path_of(const Curve& curve, const Axis& x, const Axis& y) {
 }
 
 std::string classes(const Curve& curve, std::size_t index) {
-  return fmt::format("curve c{}{}", curve.colour >= 0 ? curve.colour : static_cast<int>(index % 8),
-                     curve.reference ? " reference" : "");
+  const int colour = curve.colour >= 0 ? curve.colour : static_cast<int>(index);
+  return fmt::format("curve c{}{}{}", colour % 8, colour >= 8 ? " again" : "", curve.reference ? " reference" : "");
 }
 
 /// A shape a curve, so that they are told apart without colour.
 std::string mark(int kind, double x, double y, const std::string& classes) {
   switch (kind % 4) {
     case 0:
-      return fmt::format("<circle class='{}' cx='{:.1f}' cy='{:.1f}' r='3.2'/>", classes, x, y);
+      return fmt::format("<circle class='{} mark' cx='{:.1f}' cy='{:.1f}' r='3.2'/>", classes, x, y);
     case 1:
-      return fmt::format("<rect class='{}' x='{:.1f}' y='{:.1f}' width='6' height='6'/>", classes, x - 3, y - 3);
+      return fmt::format("<rect class='{} mark' x='{:.1f}' y='{:.1f}' width='6' height='6'/>", classes, x - 3, y - 3);
     case 2:
-      return fmt::format("<path class='{}' d='M{:.1f} {:.1f}l3.6 6.4h-7.2z'/>", classes, x, y - 4);
+      return fmt::format("<path class='{} mark' d='M{:.1f} {:.1f}l3.6 6.4h-7.2z'/>", classes, x, y - 4);
     default:
-      return fmt::format("<path class='{}' d='M{:.1f} {:.1f}l4 4l-4 4l-4 -4z'/>", classes, x, y - 4);
+      return fmt::format("<path class='{} mark' d='M{:.1f} {:.1f}l4 4l-4 4l-4 -4z'/>", classes, x, y - 4);
   }
 }
 
