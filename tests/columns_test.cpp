@@ -114,6 +114,34 @@ TEST(Columns, ThatStandOnNothingFixedKeepTheirMomentum) {
   EXPECT_GT(world.velocity(ids.back()).linear.z, 15) << "the slab carries the column up";
 }
 
+// Many columns, which groups of islands hold, and beside a pyramid that all threads share.
+TEST(Columns, DoNotDependOnThreads) {
+  for (const int layers : {0, 12}) {
+    std::uint64_t expected = 0;
+    for (const int threads : {1, 2, 5}) {
+      WorldDef def = quiet_world(threads);
+      World world(def);
+      world.add(ground());
+      for (int i = 0; i < 800; ++i) {
+        const auto column = static_cast<float>(i / 16), storey = static_cast<float>(i % 16);
+        world.add(cube({3 * column, 0.01f * static_cast<float>(i % 3), 1 + storey}));
+        if (i % 64 != 0) continue;
+        BodyDef ball = dynamic(sphere(0.4f), {3 * column, -3, 8}, 2);
+        ball.velocity.linear = {0, 4, 2};
+        world.add(ball);
+      }
+      for (int l = 0; l < layers; ++l)
+        for (int i = 0; i < (layers - l) * (layers - l); ++i)
+          world.add(cube({1.05f * (static_cast<float>(i % (layers - l)) + 0.5f * static_cast<float>(l)),
+                          10 + 1.05f * (static_cast<float>(i / (layers - l)) + 0.5f * static_cast<float>(l)),
+                          1 + static_cast<float>(l)}));
+      for (int i = 0; i < 90; ++i) world.step();
+      if (threads == 1) expected = world.state_hash();
+      EXPECT_EQ(world.state_hash(), expected) << threads << " threads, " << layers << " layers";
+    }
+  }
+}
+
 TEST(Columns, ContinueBitForBitFromASnapshot) {
   const auto build = [](World& world) {
     world.add(ground());

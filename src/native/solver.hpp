@@ -2,13 +2,14 @@
 //
 // Soft step (Catto, "Solver2D", box2d.org 2024; Box2D v3): in every substep velocities are integrated, last step's
 // impulses act, one sweep pushes bodies apart softly, positions are integrated, and one sweep without bias takes
-// the push-out velocity away again. Two things are ours:
+// the push-out velocity away again. Three things are ours:
 //
 // * Warm starting costs one sweep a step, not one a substep. The impulses that a contact would apply again in
 //   the next substep are the accumulated ones, so all contacts of a body together would change its velocity by what
 //   they changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
 //   acceleration. For a body without contacts it is exactly zero.
 // * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
+// * After every sweep, columns are braced by a direct solution (dynamics/columns.hpp).
 #pragma once
 
 #include <atomic>

@@ -1,0 +1,66 @@
+// Commands, each beside the world's own function.
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <utility>
+
+#include "engine/command_runner.hpp"
+#include "engine_fixture.hpp"
+
+namespace fathom::engine::test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
+  const Vec3 a{0.3f, -0.2f, 0.5f}, b{0.1f, 0.4f, -0.3f};
+  const Quat turned = fathom::test::axis_angle({1, 2, 3}, 0.4f);
+  World by_command(fathom::test::quiet_world()), direct(fathom::test::quiet_world());
+  const BodyId id = by_command.add(cube({0, 0, 5}));
+  direct.add(cube({0, 0, 5}));
+  CommandRunner runner(by_command);
+  const BodyHandle handle = runner.handle(id);
+  using enum CommandKind;
+  const std::pair<CommandKind, std::function<void()>> pairs[] = {
+      {set_pose,
+       [&] {
+         direct.set_pose(id, {a, 0, turned});
+       }},
+      {set_velocity, [&] { direct.set_velocity(id, a, b); }},
+      {add_velocity, [&] { direct.add_velocity(id, a, b); }},
+      {force, [&] { direct.apply_force(id, a); }},
+      {force_at, [&] { direct.apply_force_at(id, a, b); }},
+      {torque, [&] { direct.apply_torque(id, a); }},
+      {impulse, [&] { direct.apply_impulse(id, a); }},
+      {impulse_at, [&] { direct.apply_impulse_at(id, a, b); }},
+      {angular_impulse, [&] { direct.apply_angular_impulse(id, a); }},
+      {wake, [&] { direct.wake(id); }},
+      {set_gravity, [&] { direct.set_gravity(a); }},
+      {set_gravity_scale, [&] { direct.set_gravity_scale(id, a.x); }},
+      {set_damping, [&] { direct.set_damping(id, a.x, 0.2f); }},
+      {set_material,
+       [&] {
+         direct.set_material(id, {a.x, 0.2f});
+       }},
+  };
+  std::uint64_t before = direct.state_hash();
+  for (const auto& [kind, act] : pairs) {
+    const bool of_scalars = kind == set_damping || kind == set_material;
+    CommandList list;
+    list.push({kind, handle, of_scalars ? Vec3{a.x, 0.2f, 0} : a, b, turned, 0});
+    runner.run(list);
+    act();
+    by_command.step();
+    direct.step();
+    EXPECT_EQ(by_command.state_hash(), direct.state_hash()) << "command " << static_cast<int>(kind);
+    EXPECT_NE(direct.state_hash(), std::exchange(before, direct.state_hash()));
+  }
+  CommandList removal;
+  removal.push({remove, handle, {}, {}, {}, 0});
+  runner.run(removal);
+  EXPECT_EQ(by_command.body_count(), 0u);
+  EXPECT_THAT(refusal([&] { runner.run(removal); }), HasSubstr("body"));
+}
+
+}  // namespace
+}  // namespace fathom::engine::test
