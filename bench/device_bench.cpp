@@ -4,13 +4,14 @@
 //
 //     --device D  --ahead N  --copy  --threads N  --gpu|--native|--hybrid  --name TEXT
 //     --preset fathom|published  --broad-phase tree|sweep  --partition colours|cells  --solver soft|impulse
-//     --warm-start on|off  --rounds N  --push-out M/S
+//     --warm-start on|off  --rounds N  --push-out M/S  --series FILE
 //
 // Options hold for the scenes behind them; a preset decides all algorithms, the options behind it change some.
 // `unbatched` is the mean of all steps, `overlaps` the most that one body had.
 // A step's duration is `Profile::interval`. Results are
 // left on the device; with --copy they are copied to the host after every step. The first 60 steps count as start-up,
 // except for scenes shorter than 120 steps. Spikes are steps compared with the median of the 61 steps around them.
+// `--series` appends every such step: scene, bodies, step, ms, each stage's ms, pairs, manifolds, colours.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -35,6 +36,7 @@ struct Options {
   int threads = 0;
   WorldDef algorithms;  ///< of which only what presets decide counts
   std::string name = "fathom";
+  std::string series_file;
 };
 
 struct Run {
@@ -79,6 +81,14 @@ void print_head() {
       "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm displ.m energy.J below bad | hash\n");
 }
 
+/// One line for each step.
+void append(const std::string& file, const std::string& text) {
+  std::FILE* const out = std::fopen(file.c_str(), "a");
+  if (!out) throw Error(ErrorCode::invalid_argument, "cannot write '" + file + "': choose another --series");
+  std::fputs(text.c_str(), out);
+  std::fclose(out);
+}
+
 void take_algorithms(const WorldDef& from, WorldDef& to) {
   to.broad_phase = from.broad_phase;
   to.partition = from.partition;
@@ -101,6 +111,7 @@ void measure(const Run& run) {
   SceneInstance instance(scene, world);
   std::vector<double> series, stages[5];
   std::uint64_t seen = 0;
+  std::string lines;
   double unbatched = 0, overlaps = 0;
   Profile last;
   for (std::uint64_t step = 0; step < run.steps; ++step) {
@@ -118,10 +129,18 @@ void measure(const Run& run) {
       const StageTimes& t = p.times;
       const double values[5] = {t.find_pairs, t.update_manifolds, t.build_constraints, t.solve, t.finish};
       for (int k = 0; k < 5; ++k) stages[k].push_back(values[k]);
+      if (!options.series_file.empty()) {
+        char line[200];
+        std::snprintf(line, sizeof line, "%s %zu %llu %.4f %.4f %.4f %.4f %.4f %.4f %u %u %u\n", run.name.c_str(),
+                      dynamic_body_count(scene), static_cast<unsigned long long>(p.step), series.back(), values[0],
+                      values[1], values[2], values[3], values[4], p.counts.pairs, p.counts.manifolds, p.counts.colours);
+        lines += line;
+      }
     }
     last = p;
   }
   world.wait();
+  if (!lines.empty()) append(options.series_file, lines);
   last = world.profile();
   const Quality q = measure_quality(scene, instance, world);
   const std::vector<double> ratio = ratios(series);
@@ -182,6 +201,8 @@ int main(int argc, char** argv) {
         options.algorithms.solver.marking_rounds = std::atoi(value().c_str());
       else if (argument == "--push-out")
         options.algorithms.solver.push_out_velocity = static_cast<float>(std::atof(value().c_str()));
+      else if (argument == "--series")
+        options.series_file = value();
       else if (argument == "--name")
         options.name = value();
       else {

@@ -12,6 +12,7 @@ namespace fathom::native {
 struct StageFixture {
   explicit StageFixture(Scene made) : scene(std::move(made)) {
     state.resize(scene.bodies.size());
+    graph.resize(scene.bodies.size());
     for (const BodyDef& def : scene.bodies) {
       const std::uint32_t slot = bodies.add(def).index;
       const BodyInfo& info = bodies[slot];
@@ -25,7 +26,7 @@ struct StageFixture {
     }
   }
 
-  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, set_changed}; }
+  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, true, set_changed}; }
 
   /// Finds all pairs, makes their manifolds and colours them, as a first step does.
   void make_contacts() {

@@ -34,7 +34,7 @@ struct Boxes {
     const Vec3 c{uniform(-space, space), uniform(-space, space), uniform(-space, space)};
     return {c, c + Vec3{uniform(0, size), uniform(0, size), uniform(0, size)}};
   }
-  BroadPhaseInput input(bool set_changed) { return {bodies, state, known, changed, set_changed}; }
+  BroadPhaseInput input(bool set_changed) { return {bodies, state, known, changed, true, set_changed}; }
 
   void change_all() {
     changed.clear();

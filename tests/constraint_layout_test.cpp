@@ -40,10 +40,10 @@ struct Contacts {
   ConstraintLayout lay_out(ThreadPool& pool, std::size_t width) {
     in_contact.clear();
     for (std::uint32_t slot = 1; slot < state.size(); ++slot)
-      if (graph.in_contact(slot)) in_contact.push_back(slot);
+      if (state.is_to_solve(slot)) in_contact.push_back(slot);
     std::vector<std::uint32_t> all;
     std::vector<std::vector<Pair>> found;
-    broad_phase->find({bodies, state, graph.pairs(), all, true}, pool, found);
+    broad_phase->find({bodies, state, graph.pairs(), all, true, true}, pool, found);
     neighbourhood.update(*broad_phase, state.size());
     ConstraintLayout layout(state, graph, pool, width);
     EXPECT_TRUE(layout.update({in_contact, 1}, neighbourhood));
@@ -55,6 +55,7 @@ struct Contacts {
   void add(const BodyDef& def, std::uint8_t flags) {
     const std::uint32_t slot = bodies.add(def).index;
     state.resize(slot + 1);
+    graph.resize(slot + 1);
     state.clear(slot);
     state.poses[slot] = def.pose;
     state.flags[slot] = flags;
@@ -66,7 +67,7 @@ struct Contacts {
 void check(const ConstraintLayout& layout, const Contacts& c, std::size_t width) {
   std::multiset<std::uint32_t> expected, seen;
   for (int colour = 0; colour < colour_count; ++colour)
-    expected.insert(c.graph.of_colour(colour).begin(), c.graph.of_colour(colour).end());
+    c.graph.for_each_of_colour(colour, [&](std::uint32_t index) { expected.insert(index); });
   std::size_t blocks = 0;
   for (const auto& stretch : layout.stretches())
     for (std::size_t block = stretch.first; block < stretch.end; ++block, ++blocks) {
@@ -145,6 +146,47 @@ TEST(ConstraintLayout, KinematicBodiesRuleGroupsOut) {
   EXPECT_FALSE(c.lay_out(pool, 8).groups().empty());
   c.state.flags[17] |= kinematic;
   EXPECT_TRUE(c.lay_out(pool, 8).groups().empty());
+}
+
+TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
+  Contacts c(3200);
+  for (std::uint32_t i = 1; i + 41 <= 3200; ++i) {
+    c.touch(0, i);
+    for (const std::uint32_t other : {i + 1, i + 40, i + 41})
+      if (other % 40 != 0 || other == i + 40) c.touch(i, other);
+  }
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t slot = 1; slot <= 3200; ++slot) all.push_back(slot);
+  c.graph.divide(all);
+  const Domains& domains = c.graph.domains();
+  ASSERT_TRUE(domains.in_use());
+  ThreadPool pool(3);
+  const ConstraintLayout layout = c.lay_out(pool, 8);
+  check(layout, c, 8);
+  ASSERT_EQ(layout.units().size(), domains.units());
+  for (std::size_t division = 0; division < Domains::divisions; ++division) {
+    std::map<std::uint32_t, std::size_t> unit_of;
+    std::size_t largest = 0, sum = 0;
+    for (std::size_t u = domains.first_unit(division); u < domains.first_unit(division + 1); ++u) {
+      const ConstraintLayout::Unit& unit = layout.units()[u];
+      for (std::size_t lane = unit.blocks.begin * 8; lane < unit.blocks.end * 8; ++lane) {
+        if (layout.lanes()[lane] == none) continue;
+        const Contact& contact = c.graph[layout.lanes()[lane]];
+        EXPECT_EQ(unit_of.emplace(contact.b, u).first->second, u);
+        EXPECT_TRUE(contact.fixed_a || unit_of.emplace(contact.a, u).first->second == u);
+      }
+      for (const std::uint32_t slot : layout.bodies(unit)) EXPECT_TRUE(division == 0 && domains.home(slot) == u);
+      largest = std::max(largest, c.graph.size_of_unit(u));
+      sum += c.graph.size_of_unit(u);
+    }
+    if (division == 0) {
+      EXPECT_LT(largest * domains.count(0), sum * 5 / 4);
+    }
+  }
+  EXPECT_LT(c.graph.size_of_unit(domains.rest()), c.graph.between() / 50);
+  c.graph.divide({});
+  EXPECT_FALSE(domains.in_use());
+  check(c.lay_out(pool, 8), c, 8);
 }
 
 }  // namespace

@@ -59,6 +59,34 @@ TEST(Determinism, ThreadsDoNotMatterInTheEnvironments) {
   check("layers", [] { return layers(1000); });
   check("spread", [] { return spread(900); });
   check("pyramid", [] { return pyramid(8); });
+  check("pyramid in domains", [] { return pyramid(18); });
+}
+
+// Heaps large enough for domains: one that falls together, drawing them anew on the way, and one with a kinematic body,
+// which forbids them while it is there.
+TEST(Determinism, ThreadsDoNotMatterInLargeHeaps) {
+  const auto hash = [](int threads) {
+    Scene scene = layers(3000);
+    scene.world.threads = threads;
+    World world(scene.world);
+    SceneInstance instance(scene, world);
+    BodyId plough{};
+    for (int step = 0; step < 200; ++step) {
+      if (step == 170) {
+        BodyDef def;
+        def.motion = MotionType::kinematic;
+        def.shape = box({1, 1, 1});
+        def.pose.position = {-8, 0, 1.5f};
+        def.velocity.linear = {10, 0, 0};
+        plough = world.add(def);
+      }
+      if (step == 185) world.remove(plough);
+      world.step();
+    }
+    return world.state_hash();
+  };
+  const std::uint64_t expected = hash(1);
+  for (const int threads : {2, 5}) EXPECT_EQ(hash(threads), expected) << threads;
 }
 
 // A kinematic body under many islands moves while they are solved; a body that is not finite stays in their contacts.

@@ -154,6 +154,34 @@ TEST(DeviceSimulator, DevicesThatAreNotThereAreErrors) {
   }
 }
 
+// Edits of many bodies go to the device while more are made, and are followed in the bodies' own order: neither that
+// order nor a body's later edit may get lost.
+TEST(DeviceSimulator, EditsOfManyBodiesAreAppliedInTheirOrder) {
+  const Scene scene = drift(5000);
+  const auto hash = [&](int ahead, const std::function<void(World&, const std::vector<BodyId>&)>& edit) {
+    WorldDef def = on_device(scene.world);
+    def.ahead = ahead;
+    World world(def);
+    SceneInstance instance(scene, world);
+    for (int i = 0; i < 6; ++i) {
+      world.step();
+      edit(world, instance.ids());
+    }
+    world.step();
+    return world.state_hash();
+  };
+  const Vec3 v{1, 2, 3}, w{0.5f, 0, -1}, more{-0.25f, 1, 0};
+  const auto once = [&](World& world, const std::vector<BodyId>& ids) {
+    for (const BodyId id : ids) world.set_velocity(id, v + more, w + more);
+  };
+  const std::uint64_t expected = hash(0, once);
+  EXPECT_EQ(expected, hash(2, once));
+  EXPECT_EQ(expected, hash(2, [&](World& world, const std::vector<BodyId>& ids) {
+              for (auto id = ids.rbegin(); id != ids.rend(); ++id) world.set_velocity(*id, v, w);
+              for (const BodyId id : ids) world.add_velocity(id, more, more);
+            }));
+}
+
 TEST(DeviceSimulator, MemoryStaysInBounds) {
   Scene scene = pyramid(12);
   scene.world = on_device(scene.world);

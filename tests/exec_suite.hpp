@@ -2,6 +2,9 @@
 // library. A program includes it and instantiates it for its device, after giving make_device.
 #pragma once
 
+#include <cstring>
+
+#include "exec/load.hpp"
 #include "exec/reduce.hpp"
 #include "exec_fixture.hpp"
 
@@ -255,6 +258,76 @@ TYPED_TEST_P(ExecTest, PhasesFollowEachOther) {
   }
 }
 
+/// Pairs of a butterfly: item k of a phase mixes two of 2·`pairs` quads, whose last elements count phases.
+struct Butterfly {
+  struct alignas(16) Quad {
+    float x, y, z, w;
+  };
+  struct Plan {
+    std::uint32_t phases;
+  };
+  struct Fetched {
+    std::uint32_t salt;
+  };
+  using Place = std::uint32_t;
+  static constexpr std::uint32_t plan_parts = 1, group_size = 64;
+
+  Quad* quads;
+  const std::uint32_t* salts;  ///< one a pair
+  std::uint32_t pairs, most_phases;
+  bool by_data;  ///< where the device can, pairs wait for their quads alone
+
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.phases = most_phases; }
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.phases; }
+  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
+  FATHOM_HD std::uint32_t items(const Plan&, Place) const { return pairs; }
+  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
+  FATHOM_HD bool needs_barriers(const Plan&) const { return !(can_wait_for_data && by_data); }
+  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t k, Fetched& f) const { f.salt = salts[k]; }
+
+  FATHOM_HD void operator()(const Plan& plan, Place phase, std::uint32_t k, const Fetched& f) const {
+    const std::uint32_t bit = std::uint32_t{1} << phase % 10;
+    const std::uint32_t first = (k & (bit - 1)) | (k & ~(bit - 1)) << 1, second = first | bit;
+    Quad a, b;
+    do {
+      a = load_shared_quad(quads[first]);
+      b = load_shared_quad(quads[second]);
+    } while (!needs_barriers(plan) && !all_ready(count(a) == phase && count(b) == phase));
+    store_shared_quad(quads[first], mixed(a, b, f.salt, phase + 1));
+    store_shared_quad(quads[second], mixed(b, a, f.salt + 1, phase + 1));
+  }
+
+  FATHOM_HD static std::uint32_t count(const Quad& q) { return __builtin_bit_cast(std::uint32_t, q.w); }
+  FATHOM_HD static Quad mixed(const Quad& a, const Quad& b, std::uint32_t salt, std::uint32_t phases) {
+    const float s = static_cast<float>(salt % 16);
+    return {0.5f * (a.x - b.y) + s, 0.5f * (a.y + b.z) - s, 0.25f * (a.z + b.x), __builtin_bit_cast(float, phases)};
+  }
+};
+
+TYPED_TEST_P(ExecTest, ItemsOfPhasesMayWaitForWhatTheyRead) {
+  for (const std::uint32_t pairs : {1024u, 65'536u}) {
+    const std::uint32_t phases = 70;
+    std::vector<Butterfly::Quad> input(2 * pairs);
+    for (std::uint32_t i = 0; i < input.size(); ++i)
+      input[i] = {static_cast<float>(i % 37), static_cast<float>(i % 11), static_cast<float>(i % 5), 0};
+    const auto salts = random_numbers<std::uint32_t>(pairs, 0);
+    std::vector<Butterfly::Quad> expected = input;
+    const Butterfly on_host{expected.data(), salts.data(), pairs, phases, false};
+    for (std::uint32_t phase = 0; phase < phases; ++phase)
+      for (std::uint32_t k = 0; k < pairs; ++k) on_host({phases}, phase, k, {salts[k]});
+    const Buffer<std::uint32_t> salts_on_device = to_device(this->device(), salts);
+    for (const bool by_data : {false, true}) {
+      Buffer<Butterfly::Quad> quads = to_device(this->device(), input);
+      this->device().parallel_phases(phases, pairs,
+                                     Butterfly{quads.data(), salts_on_device.data(), pairs, phases, by_data});
+      const auto result = to_host(this->device(), quads);
+      ASSERT_EQ(std::memcmp(result.data(), expected.data(), sizeof(Butterfly::Quad) * expected.size()), 0)
+          << pairs << " pairs, " << (by_data ? "by data" : "phase by phase");
+    }
+  }
+}
+
 template <class Key, class D>
 void expect_sorted_like_the_standard_library(D& device, std::uint32_t n, std::uint32_t capacity, std::uint64_t below,
                                              int bits) {
@@ -437,9 +510,9 @@ TYPED_TEST_P(ExecTest, RootsOfAllMantissasAreCorrectlyRounded) {
 REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDeviceMemoryAreCutToTheCapacity,
                             FillsAndZeroes, BuffersGrowWithOrWithoutContents, AtomicsLoseNothing,
                             SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, SectionsMayBeInNestedLoops,
-                            PhasesFollowEachOther, SortIsStableAndEqualsTheStandardLibrary,
-                            SortTakesItsCountFromTheDevice, ScanEqualsTheStandardLibrary, SelectKeepsTheOrder,
-                            ReducesToMinimaMaximaAndStructs, FloatsHaveTheHostsBits,
-                            RootsOfAllMantissasAreCorrectlyRounded);
+                            PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead,
+                            SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
+                            ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
+                            FloatsHaveTheHostsBits, RootsOfAllMantissasAreCorrectlyRounded);
 
 }  // namespace fathom::exec::test

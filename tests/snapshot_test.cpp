@@ -47,6 +47,8 @@ std::vector<Case> cases() {
   all.back().scene.world.sleep.enabled = true;
   all.push_back(on_published);
   all.push_back(on_hybrid);
+  all.push_back({"pyramid in domains", pyramid(18), 20, 20});
+  all.push_back({"heap in domains", layers(3000), 150, 40});
   all[4].scene.world.sleep.enabled = true;
   all[5].scene.world.broad_phase = BroadPhase::sweep;
   all[6].scene.world.solver.method = Solver::impulse;

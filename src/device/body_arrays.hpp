@@ -58,6 +58,7 @@ enum BodyFlags : std::uint32_t {
   awake_flag = 1,
   isolated_flag = 2,  ///< stopped because its state was not finite
   forced_flag = 4,    ///< `forces` holds something for the next step
+  edited_flag = 8,    ///< its velocity is new, its boxes are not yet
 };
 
 /// Where the published flags hold the body's island, of which 28 bits tell apart as many as there can be bodies.
@@ -90,6 +91,35 @@ FATHOM_HD NotedBox no_box() {
 
 struct Force {
   Vec3 force, torque;
+};
+
+struct alignas(16) Quad {
+  float x, y, z, w;
+
+  FATHOM_HD Vec3 xyz() const { return {x, y, z}; }
+};
+
+FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
+
+/// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
+/// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
+struct alignas(64) SolverQuads {
+  Quad linear, angular, moved, turned;
+
+  SolverQuads() = default;
+  FATHOM_HD explicit SolverQuads(const SolverBody& b)
+      : linear(quad(b.linear, 0)),
+        angular(quad(b.angular, 0)),
+        moved(quad(b.moved, b.inverse_mass)),
+        turned(quad(b.turned, b.inverse_inertia)) {}
+
+  /// Before the solver begins.
+  FATHOM_HD SolverBody body() const {
+    SolverBody b;
+    b.linear = linear.xyz(), b.angular = angular.xyz(), b.moved = moved.xyz(), b.turned = turned.xyz();
+    b.inverse_mass = moved.w, b.inverse_inertia = turned.w;
+    return b;
+  }
 };
 
 /// Hulls of all shapes, in device memory.
@@ -154,7 +184,7 @@ struct BodyArrays {
   ColumnContact* column_contacts;
 
   // Of bodies in contact, within a step.
-  SolverBody* solver;
+  SolverQuads* solver;
   BodyMotion* motion;
   WarmStart* warm;
   WorldInertia* inertia;

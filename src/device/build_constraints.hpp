@@ -148,6 +148,7 @@ struct BeginLayout {
 
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
+    c.any_kinematic = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
       c.taken_manifolds -= c.deferred[0] + c.deferred[1];
@@ -306,7 +307,7 @@ FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h
 /// What the solver knows of bodies in contact.
 struct LoadBodies {
   BodyArrays bodies;
-  const Counters* counters;
+  Counters* counters;
   float h;  ///< s, a substep
 
   FATHOM_HD void operator()(std::uint32_t i) const {
@@ -317,19 +318,21 @@ struct LoadBodies {
     if (!solved) return;
     SolverBody body;
     if (!bodies.is_awake(i)) {
-      bodies.solver[i] = body;
+      bodies.solver[i] = SolverQuads(body);
+      bodies.motion[i] = {};
       return;
     }
+    if (c.motion() != MotionType::fixed && c.inverse_mass == 0) exec::atomic_store(counters->any_kinematic, 1u);
     const Velocity v = bodies.velocities[i];
     body.linear = v.linear;
     body.angular = v.angular;
     body.inverse_mass = c.inverse_mass;
     body.inverse_inertia = c.inverse_inertia;
-    bodies.solver[i] = body;
+    bodies.solver[i] = SolverQuads(body);
     BodyMotion motion;
     if (c.is_dynamic()) {
       motion.acceleration = c.gravity_scale * counters->gravity;
-      motion.linear_damping = damping_factor(c.linear_damping, h);
+      motion.linear_damping = c.inverse_mass > 0 ? damping_factor(c.linear_damping, h) : 0.0f;
       motion.angular_damping = damping_factor(c.angular_damping, h);
       const Quat q = bodies.poses[i].rotation;
       if (bodies.flags[i] & forced_flag) {

@@ -121,6 +121,7 @@ struct Counters {
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
   std::uint32_t constraint_groups = 0;
+  std::uint32_t any_kinematic = 0;  ///< 1: some body that contacts cannot push moves
 
   // For the report.
   std::uint32_t active = 0;  ///< where bodies may sleep
@@ -171,12 +172,8 @@ struct alignas(16) ConstraintHead {
   std::uint32_t unused;
 };
 
-struct alignas(16) Quad {
-  float x, y, z, w;
-};
-
-/// Rows of a constraint: its frame, its points, its impulses.
-inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_row = 10, row_count = 12;
+/// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.
+inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_row = 10, mass_row = 12, row_count = 13;
 /// Constraints whose rows lie together: as many as work-items load at once, so that each row of a tile is one stretch
 /// of memory, and all rows of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;

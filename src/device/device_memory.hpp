@@ -69,7 +69,7 @@ class BodyMemory {
   exec::Buffer<Neighbours> neighbours_;
   exec::Buffer<ColumnRange> columns_;
   exec::Buffer<ColumnContact> column_contacts_;
-  exec::Buffer<SolverBody> solver_;
+  exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
   exec::Buffer<WorldInertia> inertia_;

@@ -76,6 +76,7 @@ class DeviceSimulator final : public Simulator {
     std::uint64_t number = 0;
     std::vector<Edit> edits;
     std::vector<BodyData> data;
+    std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
     exec::Traffic traffic;
     bool was_idle = false;     ///< the device had nothing to do when it came
     bool set_changed = false;  ///< bodies were added or removed before it
@@ -135,8 +136,9 @@ class DeviceSimulator final : public Simulator {
   void reserve_results(Lane& lane);
   void submit_results(Lane& lane);
   SlotResults& publish(SlotResults& results);
-  void stage_edits(const Flight& flight);
+  void stage_edits(Flight& flight);
   void upload_edits(const Flight& flight);
+  void upload_ahead();
   void upload_slots();
   void upload_gravity();
   void add_edit(Edit edit);
@@ -211,6 +213,8 @@ class DeviceSimulator final : public Simulator {
   bool gravity_is_current_ = false;
 
   std::vector<Edit> edits_;               // since the last submission
+  std::size_t uploaded_ = 0;              // of them, in the next step's lane
+  bool uploads_ahead_ = true;             // no edit of this batch was changed after its upload
   std::vector<BodyData> data_;            // that they bring
   std::vector<std::uint32_t> last_edit_;  // of each index, in `edits_`
   std::deque<Flight> flights_;            // submitted and not retired

@@ -57,7 +57,9 @@ void DeviceSimulator<D>::step() {
   flight.number = ++submitted_;
   flight.edits = std::move(edits_);
   flight.data = std::move(data_);
+  flight.uploaded = std::exchange(uploaded_, 0);
   flight.set_changed = std::exchange(set_changed_, false);
+  uploads_ahead_ = true;
   edits_.clear();
   data_.clear();
   for (const Edit& e : flight.edits) last_edit_[e.index] = none;
@@ -68,6 +70,7 @@ void DeviceSimulator<D>::step() {
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
     list_last_edits();
+    uploads_ahead_ = false;
     set_changed_ = flight.set_changed;
     flights_.pop_back();
     --submitted_;
@@ -260,16 +263,20 @@ SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
 
 /// Copies edits to where the device can take them from.
 template <exec::Device D>
-void DeviceSimulator<D>::stage_edits(const Flight& flight) {
+void DeviceSimulator<D>::stage_edits(Flight& flight) {
   Lane& lane = lane_of(flight.number);
-  const auto stage = [&](auto& staging, auto& buffer, const auto& list) {
+  const auto stage = [&](auto& staging, auto& buffer, const auto& list, std::size_t done) {
     using Staging = std::decay_t<decltype(staging)>;
-    if (staging.size() < list.size()) staging = Staging(device_, list.size() + list.size() / 4);
-    if (buffer.size() < list.size()) buffer.grow(list.size() + list.size() / 4);
-    std::copy(list.begin(), list.end(), staging.begin());
+    if (std::min(staging.size(), buffer.size()) < list.size()) {
+      done = 0;
+      staging = Staging(device_, list.size() + list.size() / 4);
+      buffer.grow(list.size() + list.size() / 4);
+    }
+    std::copy(list.begin() + static_cast<std::ptrdiff_t>(done), list.end(), staging.begin() + done);
+    return done;
   };
-  stage(lane.staged_edits, lane.edits, flight.edits);
-  stage(lane.staged_data, lane.data, flight.data);
+  flight.uploaded = stage(lane.staged_edits, lane.edits, flight.edits, flight.uploaded);
+  stage(lane.staged_data, lane.data, flight.data, 0);
 }
 
 /// Edits come while the steps before still run.
@@ -277,11 +284,21 @@ template <exec::Device D>
 void DeviceSimulator<D>::upload_edits(const Flight& flight) {
   if (flight.edits.empty()) return;
   Lane& lane = lane_of(flight.number);
-  device_.copy_to_device_aside(lane.edits.data(), lane.staged_edits.data(), flight.edits.size());
+  device_.copy_to_device_aside(lane.edits.data() + flight.uploaded, lane.staged_edits.data() + flight.uploaded,
+                               flight.edits.size() - flight.uploaded);
   if (!flight.data.empty()) device_.copy_to_device_aside(lane.data.data(), lane.staged_data.data(), flight.data.size());
-  device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()),
-                       ApplyEdits{body_memory_.arrays(), grid_memory_.grid(grid_base_), counters_.data(),
-                                  lane.edits.data(), lane.data.data(), def.dt});
+  // Looking at every body pays where many are edited.
+  const auto bodies_count = static_cast<std::uint32_t>(slot_of_.size());
+  const bool follows = 8 * flight.edits.size() > bodies_count;
+  const ApplyEdits apply{body_memory_.arrays(),
+                         grid_memory_.grid(grid_base_),
+                         counters_.data(),
+                         lane.edits.data(),
+                         lane.data.data(),
+                         def.dt,
+                         follows};
+  device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()), apply);
+  if (follows) device_.parallel_for(bodies_count, FollowEdits{apply});
 }
 
 template <exec::Device D>

@@ -42,7 +42,7 @@ struct MoveBodies {
     Pose pose = before;
     Velocity v = bodies.velocities[i];
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
-      const SolverBody s = bodies.solver[i];
+      const SolverBody s = bodies.solver[i].body();
       v.linear = s.linear;
       v.angular = s.angular;
       pose.position = pose.position + s.moved;

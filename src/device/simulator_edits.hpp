@@ -5,6 +5,9 @@
 
 namespace fathom::device {
 
+/// Edits that go to the device at once while the application still makes more.
+inline constexpr std::size_t edits_at_once = 4096;
+
 template <exec::Device D>
 void DeviceSimulator<D>::add_edit(Edit edit) {
   if (last_edit_.size() < slot_of_.size()) last_edit_.resize(slot_of_.size() + slot_of_.size() / 2, none);
@@ -13,10 +16,29 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   if (last != none) {
     edits_[last].next = place;
     edit.later = 1;
+    if (last < uploaded_) {
+      uploaded_ = last;
+      uploads_ahead_ = false;
+    }
   }
   last = place;
   edits_.push_back(edit);
   if (bodies_are_current_) mirror(edit, data_);
+  if (edits_.size() >= uploaded_ + edits_at_once) upload_ahead();
+}
+
+/// Uploads what waits, where the next step's lane is free and has room: a million bodies' changes take a while to make,
+/// and to copy.
+template <exec::Device D>
+void DeviceSimulator<D>::upload_ahead() {
+  if (!uploads_ahead_ || submitted_ == 0 || flights_.size() >= lanes_count_) return;
+  Lane& lane = lane_of(submitted_ + 1);
+  if (edits_.size() > std::min(lane.staged_edits.size(), lane.edits.size())) return;
+  std::copy(edits_.begin() + static_cast<std::ptrdiff_t>(uploaded_), edits_.end(),
+            lane.staged_edits.begin() + uploaded_);
+  device_.copy_to_device_aside(lane.edits.data() + uploaded_, lane.staged_edits.data() + uploaded_,
+                               edits_.size() - uploaded_);
+  uploaded_ = edits_.size();
 }
 
 /// The last edit of each body among those that wait.

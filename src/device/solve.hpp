@@ -21,7 +21,22 @@ enum ConstraintBits : std::uint32_t {
   bounces_bit = 8,
   anisotropic_bit = 16,
   pushes_fixed_bit = 32,  ///< A cannot be pushed
+  // Which of its contacts this is for a body, and how many it has, of those with a colour.
+  rank_a_shift = 6,
+  rank_b_shift = 12,
+  rank_bits = 63,
+  count_a_shift = 18,
+  count_b_shift = 25,
+  count_bits = 127,
 };
+
+FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popcll(bits));
+#else
+  return static_cast<std::uint32_t>(__builtin_popcountll(bits));
+#endif
+}
 
 // Constraints by component ---------------------------------------------------------------------------------------
 
@@ -72,12 +87,12 @@ FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
 // Bodies ---------------------------------------------------------------------------------------------------------
 
 template <class Inertia>
-FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
+FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, float inverse_mass, float inverse_inertia) {
   if constexpr (std::is_same_v<Inertia, float>) {
-    return body.inverse_inertia;
+    return inverse_inertia;
   } else {
-    if (body.inverse_mass == 0) return {};
-    if (body.inverse_inertia > 0) return {body.inverse_inertia, body.inverse_inertia, body.inverse_inertia, 0, 0, 0};
+    if (inverse_mass == 0) return {};
+    if (inverse_inertia > 0) return {inverse_inertia, inverse_inertia, inverse_inertia, 0, 0, 0};
     const WorldInertia w = bodies.inertia[i];
     return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
   }
@@ -85,14 +100,13 @@ FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, const
 
 template <class Inertia>
 FATHOM_HD ContactBody<Inertia> contact_body(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
-  return {body.linear, body.angular, body.inverse_mass, world_inertia<Inertia>(bodies, i, body)};
+  return {body.linear, body.angular, body.inverse_mass,
+          world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia)};
 }
 
-template <class Inertia>
-FATHOM_HD void store_velocity(const BodyArrays& bodies, std::uint32_t i, const ContactBody<Inertia>& body) {
-  bodies.solver[i].linear = body.linear;
-  bodies.solver[i].angular = body.angular;
-}
+/// How often a quad of SolverQuads was written by the solver.
+FATHOM_HD std::uint32_t writes_of(const Quad& q) { return __builtin_bit_cast(std::uint32_t, q.w); }
+FATHOM_HD Quad written(Vec3 v, std::uint32_t writes) { return quad(v, __builtin_bit_cast(float, writes)); }
 
 /// Rows of every constraint, from its manifold and its bodies.
 struct PrepareConstraints {
@@ -120,7 +134,7 @@ struct PrepareConstraints {
  private:
   FATHOM_HD void prepare(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
-    const SolverBody a = bodies.solver[pair.a], b = bodies.solver[pair.b];
+    const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
     const auto anisotropic = [](const SolverBody& s) { return s.inverse_mass > 0 && s.inverse_inertia == 0; };
     if (anisotropic(a) || anisotropic(b))
       prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
@@ -145,6 +159,7 @@ struct PrepareConstraints {
       if (i < count) store_point(rows, i, points[i]);
     store_normal_impulses(rows, impulses);
     store_friction_impulses(rows, impulses);
+    rows[mass_row * tile_width] = {a.inverse_mass, solver_a.inverse_inertia, b.inverse_mass, solver_b.inverse_inertia};
     if (m.restitution > 0) {
       bits |= bounces_bit;
       const ContactAxes f(frame);
@@ -157,7 +172,12 @@ struct PrepareConstraints {
         if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
       constraints.bounces[k] = row;
     }
-    if (contacts.contacts[constraints.contact[k]].fixed_a()) bits |= pushes_fixed_bit;
+    const Contact& contact = contacts.contacts[constraints.contact[k]];
+    if (contact.fixed_a()) bits |= pushes_fixed_bit;
+    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % colour_count) - 1;
+    const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
+    bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
+    bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
   }
 };
@@ -202,6 +222,13 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 ///
 /// A constraint is always one work-item's, which therefore may load its rows and impulses while it waits for the phase
 /// before; only bodies are read after the barrier.
+///
+/// Most steps need no barrier at all on devices that can do without (`Plan::by_data`). A body's quads say how often
+/// they were written, and a constraint knows how often that must be when its turn comes: once for each integration
+/// before, once for each sweep and contact of the body, and once for each of its contacts with an earlier colour. So it
+/// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
+/// where the overflow is solved in an order of its own, where bouncing skips contacts, or where contacts read bodies
+/// that move without being told by them.
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
@@ -212,11 +239,19 @@ struct SolveConstraints {
     std::uint32_t colour;
     std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
     std::uint32_t substep;
+    std::uint32_t integrations = 0, sweeps = 0, moves = 0;  ///< ended before: all, over all colours, of positions
+    Stretch stretch = {0, 0};                               ///< the phase's constraints, or bodies
+    bool serial = false;                                    ///< it is the overflow
+    // Of the plan, in registers.
+    bool by_data = false;
+    std::uint32_t colours = 0;
   };
 
   struct Plan {
     Stretch schedule[schedule_size];
     std::uint32_t sweeps, overflow, bodies, bounces, columns;
+    bool any_kinematic;
+    bool by_data;  ///< items wait for what they read, not for the phase before
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
@@ -241,7 +276,12 @@ struct SolveConstraints {
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
     plan.columns = counters->columns;
+    plan.any_kinematic = counters->any_kinematic;
+    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns;
   }
+  /// Where memory is what takes time, looking for data that is not there yet takes more of it.
+  FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
+  FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
   /// Where there are columns SolveWithColumns is due.
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.columns ? 0 : all_phases(plan); }
@@ -252,19 +292,67 @@ struct SolveConstraints {
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
     Place place{integrate_first_v, 0, 0, 0};
+    place.stretch = {0, plan.bodies};
+    place.by_data = plan.by_data;
+    place.colours = plan.sweeps;
     for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
     return place;
   }
 
   FATHOM_HD Place next(const Plan& plan, Place place) const {
-    if (is_sweep(place) && place.colour + 1 < plan.sweeps) {
-      ++place.colour;
+    if (is_sweep(place) && place.colour + 1 < place.colours) {
+      place.stretch = plan.schedule[++place.colour];
+      place.serial = false;
       return place;
     }
+    begin_round(place);
     place.colour = 0;
+    place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
+    place.serial = is_sweep(place) && plan.overflow > 0;
+    return place;
+  }
+
+  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
+    return place.serial ? plan.overflow : place.stretch.count;
+  }
+  FATHOM_HD bool is_serial(const Plan&, Place place) const { return place.serial; }
+
+  // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
+  // does without is loaded from another row, which costs less than a branch.
+  FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
+    if (!is_sweep(place)) return fetch_body(place, i, f);
+    const std::uint32_t k = constraint(place, i);
+    const Quad* const rows = rows_of(constraints, k);
+    const bool friction = with_friction(place.what);
+    f.head = exec::load_unchanging(constraints.heads[k]);
+    for (std::uint32_t r = 0; r < impulse_row; ++r)
+      f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
+    f.rows[impulse_row] = rows[impulse_row * tile_width];
+    f.rows[impulse_row + 1] = rows[(friction ? impulse_row + 1 : impulse_row) * tile_width];
+    f.rows[mass_row] = exec::load_unchanging(rows[mass_row * tile_width]);
+  }
+
+  FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
+    if (place.what == integrate_v || place.what == integrate_first_v)
+      integrate_velocity(place, i, fetched);
+    else if (place.what == integrate_x)
+      integrate_position(plan, place, i, fetched);
+    else
+      sweep(place, constraint(place, i), fetched);
+  }
+
+ private:
+  FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
+  /// What follows all of the bodies, or all colours.
+  FATHOM_HD void begin_round(Place& place) const {
+    if (is_sweep(place))
+      ++place.sweeps;
+    else
+      ++place.integrations;
+    if (place.what == integrate_x) ++place.moves;
     if (place.what == integrate_first_v && p.warm_start) {
       place.what = warm;
-      return place;
+      return;
     }
     ++place.round;
     const std::uint32_t moving = 1 + p.sweeps_before, rounds = moving + 1 + p.sweeps_after;
@@ -277,46 +365,10 @@ struct SolveConstraints {
     if (place.round == 1 && !p.warm_start) place.what = push_first;
     if (place.round == moving) place.what = integrate_x;
     if (place.substep == p.substeps) place.what = bounce;
-    return place;
   }
 
-  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    if (!is_sweep(place)) return plan.bodies;
-    return is_serial(plan, place) ? plan.overflow : plan.schedule[place.colour].count;
-  }
-  /// The overflow.
-  FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
-    return is_sweep(place) && plan.overflow && place.colour == 0;
-  }
-
-  // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
-  // does without is loaded from another row, which costs less than a branch.
-  FATHOM_HD_INLINED void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (!is_sweep(place)) return;
-    const std::uint32_t k = constraint(plan, place, i);
-    const Quad* const rows = rows_of(constraints, k);
-    const bool friction = with_friction(place.what);
-    f.head = exec::load_unchanging(constraints.heads[k]);
-    for (std::uint32_t r = 0; r < impulse_row; ++r)
-      f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
-    f.rows[impulse_row] = rows[impulse_row * tile_width];
-    f.rows[impulse_row + 1] = rows[(friction ? impulse_row + 1 : impulse_row) * tile_width];
-  }
-
-  FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (place.what == integrate_v || place.what == integrate_first_v)
-      integrate_velocity(i, place.what == integrate_first_v);
-    else if (place.what == integrate_x)
-      integrate_position(i);
-    else
-      sweep(place, constraint(plan, place, i), fetched);
-  }
-
- private:
-  FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
-  FATHOM_HD std::uint32_t constraint(const Plan& plan, Place place, std::uint32_t i) const {
-    if (is_serial(plan, place)) return constraints.overflow_order[i];
-    return plan.schedule[place.colour].first + i;
+  FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
+    return place.serial ? constraints.overflow_order[i] : place.stretch.first + i;
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
@@ -329,32 +381,57 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
-    const bool last = ends_substep(place);
     if (place.what == push || place.what == push_first)
-      sweep_as<push>(k, f, last, place.what == push_first);
+      sweep_as<push>(place, k, f);
     else if (place.what == relax)
-      sweep_as<relax>(k, f, last);
+      sweep_as<relax>(place, k, f);
     else if (place.what == warm)
-      sweep_as<warm>(k, f, last);
+      sweep_as<warm>(place, k, f);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(k, f, last);
+      sweep_as<bounce>(place, k, f);
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(std::uint32_t k, const Fetched& f, bool last, bool from_zero = false) const {
+  FATHOM_HD_INLINED void sweep_as(Place place, std::uint32_t k, const Fetched& f) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(k, f, last, from_zero);
+      sweep_with<what, SymMat3>(place, k, f);
     else
-      sweep_with<what, float>(k, f, last, from_zero);
+      sweep_with<what, float>(place, k, f);
+  }
+
+  /// Whether quads have been written as often as they must have been; those of bodies that cannot be pushed never are.
+  FATHOM_HD static bool is_due(const Quad& linear, const Quad& angular, std::uint32_t writes) {
+    return writes_of(linear) == writes && writes_of(angular) == writes;
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(std::uint32_t k, const Fetched& fetched, [[maybe_unused]] bool last,
-                                    bool from_zero) const {
+  FATHOM_HD_INLINED void sweep_with(Place place, std::uint32_t k, const Fetched& fetched) const {
     const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& pair = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
-    const SolverBody solver_a = bodies.solver[pair.a], solver_b = bodies.solver[pair.b];
+    const Quad masses = fetched.rows[mass_row];
+    const bool pushes_a = masses.x > 0, pushes_b = masses.z > 0;
+    const auto due = [&](std::uint32_t count_shift, std::uint32_t rank_shift) {
+      return place.integrations + place.sweeps * (bits >> count_shift & count_bits) + (bits >> rank_shift & rank_bits);
+    };
+    const std::uint32_t due_a = due(count_a_shift, rank_a_shift), due_b = due(count_b_shift, rank_b_shift);
+    SolverQuads &at_a = bodies.solver[pair.a], &at_b = bodies.solver[pair.b];
+    SolverQuads quads_a, quads_b;
+    for (;;) {
+      quads_a.linear = exec::load_shared_quad(at_a.linear), quads_b.linear = exec::load_shared_quad(at_b.linear);
+      quads_a.angular = exec::load_shared_quad(at_a.angular), quads_b.angular = exec::load_shared_quad(at_b.angular);
+      if constexpr (moves_matter(what)) {
+        quads_a.moved = exec::load_shared_quad(at_a.moved), quads_b.moved = exec::load_shared_quad(at_b.moved);
+        quads_a.turned = exec::load_shared_quad(at_a.turned), quads_b.turned = exec::load_shared_quad(at_b.turned);
+      }
+      if (!place.by_data) break;
+      bool ready = (!pushes_a || is_due(quads_a.linear, quads_a.angular, due_a)) &&
+                   (!pushes_b || is_due(quads_b.linear, quads_b.angular, due_b));
+      if (moves_matter(what) && place.moves > 0)
+        ready = ready && (!pushes_a || is_due(quads_a.moved, quads_a.turned, place.moves)) &&
+                (!pushes_b || is_due(quads_b.moved, quads_b.turned, place.moves));
+      if (exec::all_ready(ready)) break;
+    }
     const ContactFrame frame = frame_of(fetched.rows);
     const ContactAxes axes(frame);
     PointRow points[max_manifold_points];
@@ -363,24 +440,26 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
+    const bool from_zero = place.what == push_first;
     if (from_zero) impulses = impulses.cleared();
     Quad* const rows = rows_of(constraints, k);
-    auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
-    auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
+    ContactBody<Inertia> a{quads_a.linear.xyz(), quads_a.angular.xyz(), masses.x,
+                           world_inertia<Inertia>(bodies, pair.a, masses.x, masses.y)};
+    ContactBody<Inertia> b{quads_b.linear.xyz(), quads_b.angular.xyz(), masses.z,
+                           world_inertia<Inertia>(bodies, pair.b, masses.z, masses.w)};
     if constexpr (what == warm) {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
     } else if constexpr (what == bounce) {
       const BounceRow row = constraints.bounces[k];
       restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.manifold[k]].restitution,
                         p.restitution_threshold, row, impulses, a, b);
-      store_normal_impulses(rows, impulses);
-      store_friction_impulses(rows, impulses);
     } else {
-      const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
+      const NormalMotion moved =
+          axes.motion(quads_a.moved.xyz(), quads_a.turned.xyz(), quads_b.moved.xyz(), quads_b.turned.xyz());
       const bool fixed = bits & pushes_fixed_bit;
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
-      if (is_uneven(solver_a.inverse_mass, solver_b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
+      if (is_uneven(masses.x, masses.z)) step.softness.impulse_scale *= uneven_share;
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved, impulses, a, b);
@@ -391,13 +470,25 @@ struct SolveConstraints {
         solve_friction(frame, axes, impulses, a, b);
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
       }
-      store_normal_impulses(rows, impulses);
-      if (last) impulses.step += impulses.sum();
-      if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
+    }
+    // Velocities first: others wait for them.
+    if (pushes_b) store_velocity(pair.b, b.linear, b.angular, due_b + 1);
+    if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
+    if constexpr (what == warm) return;
+    store_normal_impulses(rows, impulses);
+    if constexpr (what != bounce) {
+      if (ends_substep(place)) impulses.step += impulses.sum();
       if (bits & bounces_bit) keep_peaks(k, impulses);
     }
-    store_velocity(bodies, pair.b, b);
-    if (!(bits & pushes_fixed_bit)) store_velocity(bodies, pair.a, a);
+    if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
+  }
+
+  /// Whether a sweep asks how far the bodies have moved.
+  FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax; }
+
+  FATHOM_HD void store_velocity(std::uint32_t i, Vec3 linear, Vec3 angular, std::uint32_t writes) const {
+    exec::store_shared_quad(bodies.solver[i].linear, written(linear, writes));
+    exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
   }
 
   FATHOM_HD void keep_peaks(std::uint32_t k, const ContactImpulses& impulses) const {
@@ -414,46 +505,89 @@ struct SolveConstraints {
     reference = v;
   }
 
-  FATHOM_HD_INLINED void integrate_velocity(std::uint32_t i, bool first) const {
-    if (bodies.touching[i] == 0) return;
-    SolverBody body = bodies.solver[i];
-    if (body.inverse_mass == 0) return;
+  /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
+  /// `rows`: warm start, motion, what it has moved.
+  FATHOM_HD_INLINED void fetch_body(Place place, std::uint32_t i, Fetched& f) const {
+    f.head.a = bodies.touching[i];
+    if (f.head.a == 0) return;
+    if (place.by_data) f.head.b = bit_count(bodies.colours[i]);
     const BodyMotion motion = bodies.motion[i];
-    WarmStart w;
-    if (!first) w = bodies.warm[i];
-    integrate(body.linear, motion.acceleration, motion.linear_damping, p.h, w.linear, w.linear_reference, first);
-    integrate(body.angular, motion.angular_acceleration, motion.angular_damping, p.h, w.angular, w.angular_reference,
-              first);
-    bodies.warm[i] = w;
-    bodies.solver[i].linear = body.linear;
-    bodies.solver[i].angular = body.angular;
+    f.rows[4] = quad(motion.acceleration, motion.linear_damping);
+    f.rows[5] = quad(motion.angular_acceleration, motion.angular_damping);
+    if (place.what == integrate_first_v) return;
+    const WarmStart w = bodies.warm[i];
+    f.rows[0] = quad(w.linear, 0), f.rows[1] = quad(w.angular, 0);
+    f.rows[2] = quad(w.linear_reference, 0), f.rows[3] = quad(w.angular_reference, 0);
+    if (place.what != integrate_x) return;
+    f.rows[6] = bodies.solver[i].moved, f.rows[7] = bodies.solver[i].turned;
+    f.rows[8].x = bodies.constants[i].inverse_inertia;
   }
 
-  FATHOM_HD_INLINED void integrate_position(std::uint32_t i) const {
-    if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
-    SolverBody body = bodies.solver[i];
-    bool touched = true;
-    if (body.inverse_mass > 0) {
-      const WarmStart& w = bodies.warm[i];
-      touched = !(body.linear == w.linear_reference && w.linear == Vec3{});
+  /// Velocities of body i, once they are due; returns how often they were written then.
+  FATHOM_HD_INLINED std::uint32_t load_velocity(Place place, std::uint32_t i, const Fetched& f, Vec3& linear,
+                                                Vec3& angular) const {
+    const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.head.b : 0;
+    for (;;) {
+      const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
+      const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
+      linear = l.xyz(), angular = a.xyz();
+      if (!place.by_data || exec::all_ready(is_due(l, a, due))) return due;
     }
-    const Vec3 acceleration = touched ? Vec3{} : bodies.motion[i].acceleration;
-    body.moved = mul_add(body.moved, p.h, mean_velocity(touched, body.linear, acceleration, p.h));
-    if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+  }
+
+  FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f) const {
+    const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
+    if (f.head.a == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
+    const bool first = place.what == integrate_first_v;
+    Vec3 linear, angular;
+    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
+    WarmStart w;
+    if (!first) {
+      w.linear = f.rows[0].xyz(), w.angular = f.rows[1].xyz();
+      w.linear_reference = f.rows[2].xyz(), w.angular_reference = f.rows[3].xyz();
+    }
+    integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference, first);
+    integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference, first);
+    store_velocity(i, linear, angular, due + 1);
+    bodies.warm[i] = w;
+  }
+
+  FATHOM_HD_INLINED void integrate_position(const Plan& plan, Place place, std::uint32_t i, const Fetched& f) const {
+    if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
+    Vec3 linear, angular;
+    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
+    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{});
+    const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
+    const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
+    Vec3 turned = f.rows[7].xyz();
+    if (f.rows[8].x == 0) {
       // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyTensors t = bodies.tensors[i];
-      const Vec3 before = body.angular;
+      const Vec3 before = angular;
       Quat q = bodies.poses[i].rotation;
-      body.turned += step_torque_free(q, body.angular, t.inertia, t.inverse, p.h);
+      turned += step_torque_free(q, angular, t.inertia, t.inverse, p.h);
       // A body that fails keeps an orientation; its angular velocity tells that it failed.
       if (is_finite(q)) bodies.poses[i].rotation = q;
-      bodies.warm[i].angular_reference += body.angular - before;
-      bodies.solver[i].angular = body.angular;
+      bodies.warm[i].angular_reference += angular - before;
     } else {
-      body.turned = mul_add(body.turned, p.h, body.angular);
+      turned = mul_add(turned, p.h, angular);
     }
-    bodies.solver[i].moved = body.moved;
-    bodies.solver[i].turned = body.turned;
+    // Where nobody counts, inverse mass and inertia stay.
+    const bool counts = place.by_data;
+    const float count = __builtin_bit_cast(float, place.moves + 1);
+    exec::store_shared_quad(bodies.solver[i].moved, quad(moved, counts ? count : f.rows[6].w));
+    exec::store_shared_quad(bodies.solver[i].turned, quad(turned, counts ? count : f.rows[7].w));
+    store_velocity(i, linear, angular, due + 1);
+  }
+
+  /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.
+  FATHOM_HD void move_unpushed(const Plan& plan, std::uint32_t i) const {
+    if (!plan.any_kinematic) return;
+    if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
+    SolverQuads& body = bodies.solver[i];
+    const Vec3 v = mean_velocity(true, body.linear.xyz(), {}, p.h);
+    body.moved = quad(mul_add(body.moved.xyz(), p.h, v), body.moved.w);
+    body.turned = quad(mul_add(body.turned.xyz(), p.h, body.angular.xyz()), body.turned.w);
   }
 };
 

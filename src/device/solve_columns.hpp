@@ -44,24 +44,26 @@ struct ColumnView {
     const ConstraintHead& pair = constraints.heads[c.constraint];
     return (j > 0) == static_cast<bool>(c.upward) ? pair.b : pair.a;
   }
-  FATHOM_HD SolverBody body(std::uint32_t j) const { return bodies.solver[index(j)]; }
+  FATHOM_HD SolverBody body(std::uint32_t j) const { return bodies.solver[index(j)].body(); }
   FATHOM_HD Vec3 acceleration(std::uint32_t j) const { return bodies.motion[index(j)].acceleration; }
   FATHOM_HD Mat3 inertia(std::uint32_t j) const {
     const std::uint32_t i = index(j);
-    const float inverse = bodies.solver[i].inverse_inertia;
+    const float inverse = bodies.solver[i].turned.w;
     if (inverse > 0) return column_inertia(inverse, {});
     const WorldInertia w = bodies.inertia[i];
     return column_inertia(0, {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz});
   }
   FATHOM_HD void set_velocity(std::uint32_t j, Vec3 linear, Vec3 angular) const {
-    SolverBody& body = bodies.solver[index(j)];
-    body.linear = linear;
-    body.angular = angular;
+    SolverQuads& body = bodies.solver[index(j)];
+    body.linear = quad(linear, 0);
+    body.angular = quad(angular, 0);
   }
 };
 
 struct SolveWithColumns {
-  static constexpr std::uint32_t group_size = SolveConstraints::group_size;
+  // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
+  static constexpr std::uint32_t group_size = 224;
+  static constexpr bool wants_registers = true;
   static constexpr std::uint32_t plan_parts = SolveConstraints::plan_parts;
   using Plan = SolveConstraints::Plan;
   using Fetched = SolveConstraints::Fetched;

@@ -49,6 +49,10 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
 /// `next(plan, place)` what the one behind it does. An item may load what no other item writes before its phase begins:
 /// `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
 /// `is_serial(plan, place)`, one work-item runs all items in order.
+///
+/// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
+/// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
+/// true.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&
@@ -112,6 +116,17 @@ template <class K>
 constexpr bool has_few_items() {
   if constexpr (requires { K::has_few_items; }) {
     return K::has_few_items;
+  } else {
+    return false;
+  }
+}
+
+/// Whether a phase kernel is better off with registers than with company on a compute unit: `static constexpr bool
+/// wants_registers`.
+template <class K>
+constexpr bool wants_registers() {
+  if constexpr (requires { K::wants_registers; }) {
+    return K::wants_registers;
   } else {
     return false;
   }

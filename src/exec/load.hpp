@@ -30,4 +30,56 @@ FATHOM_HD T load_unchanging(const T& x) {
 #endif
 }
 
+/// Whether work-items may wait for what others write while the kernel runs: where all of them are resident, and 16
+/// bytes arrive at once.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+inline constexpr bool can_wait_for_data = true;
+#else
+inline constexpr bool can_wait_for_data = false;
+#endif
+
+/// A quad that another work-item may be writing: all of it is from one store.
+template <class Quad>
+FATHOM_HD Quad load_shared_quad(const Quad& from) {
+  static_assert(sizeof(Quad) == 16 && alignof(Quad) == 16);
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  Quad q;
+  asm volatile(
+      "{ .reg .b128 all; .reg .b64 low, high;"
+      "ld.relaxed.gpu.global.b128 all, [%4]; mov.b128 {low, high}, all;"
+      "mov.b64 {%0, %1}, low; mov.b64 {%2, %3}, high; }"
+      : "=f"(q.x), "=f"(q.y), "=f"(q.z), "=f"(q.w)
+      : "l"(&from)
+      : "memory");
+  return q;
+#else
+  return from;
+#endif
+}
+
+/// Whether all work-items that run together are ready. One that waited for others' data alone would come out of step
+/// with its warp, and never back.
+FATHOM_HD bool all_ready(bool ready) {
+#if defined(__CUDA_ARCH__)
+  return __all_sync(__activemask(), ready);
+#else
+  return ready;
+#endif
+}
+
+template <class Quad>
+FATHOM_HD void store_shared_quad(Quad& to, const Quad& q) {
+  static_assert(sizeof(Quad) == 16 && alignof(Quad) == 16);
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  asm volatile(
+      "{ .reg .b128 all; .reg .b64 low, high;"
+      "mov.b64 low, {%1, %2}; mov.b64 high, {%3, %4}; mov.b128 all, {low, high};"
+      "st.relaxed.gpu.global.b128 [%0], all; }" ::"l"(&to),
+      "f"(q.x), "f"(q.y), "f"(q.z), "f"(q.w)
+      : "memory");
+#else
+  to = q;
+#endif
+}
+
 }  // namespace fathom::exec

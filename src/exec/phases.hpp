@@ -32,43 +32,61 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
   }
 }
 
-/// All phases, once the plan is made, as work-item `first` of `stride` sees them. `wait_for_all()` returns
-/// when every work-item has called it.
+/// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
+/// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
+/// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read: then it is
+/// `barrier.pass()`.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
-template <bool ends_at_empty, class Kernel, class WaitForAll>
+template <bool ends_at_empty, class Kernel, class Barrier>
 FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t most_phases,
                            std::uint32_t most_items, const Kernel& kernel, const typename Kernel::Plan& plan,
-                           const WaitForAll& wait_for_all) {
+                           Barrier& barrier) {
   const std::uint32_t planned_phases = kernel.phases(plan);
   const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
   if (phases == 0) return;
   // How many items a phase without a plan has may be what the phase before has counted.
   constexpr bool is_planned = Kernel::plan_parts > 0;
+  bool waits = true;
+  if constexpr (requires { kernel.needs_barriers(plan); }) waits = kernel.needs_barriers(plan);
   auto place = kernel.place(plan, 0);
   ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
-  typename Kernel::Fetched fetched;
-  if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
-  for (std::uint32_t phase = 0;; ++phase) {
+  std::uint32_t i = share.first;
+  bool begins = false;
+  // One call of `fetch` and one of the kernel, in one loop over items and phases: their code is long, every copy of it
+  // would be fetched anew, and where two loads meet, a register may have to be copied, which waits for its load.
+  for (std::uint32_t phase = 0;;) {
     if (ends_at_empty && share.end == 0) return;
-    // One call of the kernel: its code is long, and every copy of it would be fetched anew. It comes last: with the
-    // next load behind it LLVM makes a loop of the kernel's early returns (SYCL, a million adrift: 4.05 ms in place
-    // of 2.07).
-    for (std::uint32_t i = share.first; i < share.end; i += share.stride) {
-      if (i != share.first) kernel.fetch(plan, place, i, fetched);
-      kernel(plan, place, i, fetched);
+    typename Kernel::Fetched fetched;
+    if (i < share.end) kernel.fetch(plan, place, i, fetched);
+    if (begins) {
+      begins = false;
+      if (waits)
+        barrier.wait();
+      else
+        barrier.pass();
+      if constexpr (!is_planned) {
+        place = kernel.next(plan, place);
+        share = share_of(kernel, plan, place, first, stride, most_items);
+        i = share.first;
+        if (ends_at_empty && share.end == 0) return;
+      }
     }
-    if (phase + 1 == phases) return;
+    if (i < share.end) {
+      kernel(plan, place, i, fetched);
+      if (share.end - i > share.stride) {
+        i += share.stride;
+        continue;
+      }
+    }
+    if (++phase == phases) return;
+    if (waits) barrier.arrive();
+    begins = true;
     if constexpr (is_planned) {
       place = kernel.next(plan, place);
       share = share_of(kernel, plan, place, first, stride, most_items);
-      if (share.first < share.end) kernel.fetch(plan, place, share.first, fetched);
-    }
-    wait_for_all();
-    if constexpr (!is_planned) {
-      place = kernel.next(plan, place);
-      share = share_of(kernel, plan, place, first, stride, most_items);
+      i = share.first;
     }
   }
 }

@@ -127,8 +127,8 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
 void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
   const device::CollideResult* const results = portion.jobs > 0 ? detection_->results(number) : nullptr;
   pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
-    ChunkOfChanges& chunk = chunks_of_changes_[(portion.begin + begin) / contact_grain];
-    chunk.clear();
+    const std::size_t chunk = (portion.begin + begin) / contact_grain;
+    clear_chunk(chunk);
     for (auto i = static_cast<std::uint32_t>(portion.begin + begin); i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
       Change change = seen.change;
@@ -136,10 +136,10 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
         Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
         c.axis = result.axis;
-        change =
-            take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr, chunk.begun);
+        change = take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr,
+                               chunks_of_changes_[chunk].begun);
       }
-      chunk.note(i, change);
+      note(chunk, i, change);
     }
   });
 }

@@ -14,6 +14,7 @@ void BodyState::for_each_array(const Act& act) {
 
 void BodyState::resize(std::size_t slots) {
   for_each_array([&](auto& array, std::size_t extra) { grow_to(array, slots + extra); });
+  grow_to(to_solve, (slots + 63) / 64);
 }
 
 void BodyState::reserve(std::size_t slots) {
@@ -23,10 +24,11 @@ void BodyState::reserve(std::size_t slots) {
 void BodyState::clear(std::uint32_t slot) {
   for_each_array([&](auto& array, std::size_t extra) { array[slot + extra] = {}; });
   first_contact[slot] = none;
+  note_to_solve(slot);
 }
 
 std::size_t BodyState::memory_bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = to_solve.capacity() * sizeof(to_solve[0]);
   const_cast<BodyState*>(this)->for_each_array(
       [&](const auto& array, std::size_t) { sum += array.capacity() * sizeof(array[0]); });
   return sum;

@@ -34,6 +34,7 @@ struct BodyState {
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
   std::vector<Force> forces;
+  std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 
   // Used only between two steps' ends, by bodies in contact.
   std::vector<SolverBody> solver;  ///< entry 0 stands for "no body"; slot s is entry s + 1
@@ -53,6 +54,14 @@ struct BodyState {
 
   void resize(std::size_t slots);
   void reserve(std::size_t slots);
+  bool is_to_solve(std::uint32_t slot) const { return to_solve[slot / 64] >> slot % 64 & 1; }
+  /// Brings the bit of `to_solve` up to date.
+  void note_to_solve(std::uint32_t slot) {
+    const std::uint64_t bit = std::uint64_t{1} << slot % 64;
+    const bool is = (colour_mask[slot] | overflow_count[slot]) != 0 || (flags[slot] & kinematic);
+    to_solve[slot / 64] = is ? to_solve[slot / 64] | bit : to_solve[slot / 64] & ~bit;
+  }
+
   /// Back to what an unused slot looks like.
   void clear(std::uint32_t slot);
   std::size_t size() const { return poses.size(); }

@@ -16,7 +16,7 @@ class TreeBroadPhase : public BroadPhase {
  public:
   std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
-    constexpr std::size_t grain = 16;
+    constexpr std::size_t grain = 8;
     const std::size_t chunks = (input.changed.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
     if (hits_.size() < chunks) hits_.resize(chunks);
@@ -29,10 +29,15 @@ class TreeBroadPhase : public BroadPhase {
     return chunks;
   }
 
+  bool lists_pairs_once() const override { return true; }
+
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const Aabb* boxes = input.state.fat_boxes.data();
-    bool moving_changed = false, fixed_changed = false;
-    for (const std::uint32_t slot : input.changed) (is_fixed(input, slot) ? fixed_changed : moving_changed) = true;
+    bool moving_changed = !input.changed.empty(), fixed_changed = false;
+    if (input.changed_at_rest) {
+      moving_changed = false;
+      for (const std::uint32_t slot : input.changed) (is_fixed(input, slot) ? fixed_changed : moving_changed) = true;
+    }
     if (input.set_changed) {
       sort_bodies_out(input);
       moving_.build(moving_slots_, boxes, pool);

@@ -23,6 +23,7 @@ struct BroadPhaseInput {
   const BodyState& state;
   const PairSet& known;
   std::span<const std::uint32_t> changed;  ///< ascending slots
+  bool changed_at_rest;                    ///< some of them are not awake, and may be fixed
   bool set_changed;                        ///< bodies were added or removed
 
   bool is_changed(std::uint32_t slot) const { return state.flags[slot] & box_changed; }
@@ -36,6 +37,9 @@ class BroadPhase {
   /// Writes the new pairs into the first lists of `found`, one per chunk of work, and returns how many lists these are.
   /// The pairs and their order do not depend on threads.
   virtual std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) = 0;
+
+  /// True where no pair is ever listed twice.
+  virtual bool lists_pairs_once() const { return false; }
 
   // Queries see the boxes as of the last `find` or `refresh`.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;

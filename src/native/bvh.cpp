@@ -9,11 +9,14 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include "native/prefetch.hpp"
+
 namespace fathom::native {
 
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
+using Lanes = hn::CappedTag<float, 8>;  // children of a node
 
 // 21 bits to every third bit of 63.
 std::uint64_t spread_bits(std::uint64_t x) {
@@ -124,65 +127,115 @@ void Bvh::set_child(Node& node, std::size_t child, const Aabb& box) {
   }
 }
 
-Aabb Bvh::box_of(const Node& node) {
-  Vec3 lower{infinity, infinity, infinity}, upper{-infinity, -infinity, -infinity};
-  for (std::size_t c = 0; c < width; ++c) {
-    lower = min(lower, {node.lower[0][c], node.lower[1][c], node.lower[2][c]});
-    upper = max(upper, {node.upper[0][c], node.upper[1][c], node.upper[2][c]});
+// Other threads have read the node: only what changed is written, so that the rest stays in their caches.
+void Bvh::replace(Node& node, const Node& by) {
+  const Lanes d;
+  float *to = node.lower[0], *end = to + 6 * width;
+  for (const float* from = by.lower[0]; to != end; to += hn::Lanes(d), from += hn::Lanes(d)) {
+    const auto value = hn::Load(d, from);
+    if (!hn::AllTrue(d, hn::Eq(value, hn::Load(d, to)))) hn::Store(value, d, to);
   }
-  return {lower, upper};
+}
+
+Aabb Bvh::box_of(const Node& node) {
+  const Lanes d;
+  float lower[3], upper[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    auto low = hn::Load(d, node.lower[axis]), high = hn::Load(d, node.upper[axis]);
+    for (std::size_t c = hn::Lanes(d); c < width; c += hn::Lanes(d)) {
+      low = hn::Min(low, hn::Load(d, node.lower[axis] + c));
+      high = hn::Max(high, hn::Load(d, node.upper[axis] + c));
+    }
+    lower[axis] = hn::GetLane(hn::MinOfLanes(d, low));
+    upper[axis] = hn::GetLane(hn::MaxOfLanes(d, high));
+  }
+  return {{lower[0], lower[1], lower[2]}, {upper[0], upper[1], upper[2]}};
 }
 
 namespace {
 
 constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+constexpr std::size_t least_subtrees = 2;
 constexpr std::size_t node_grain = 16;
+constexpr std::size_t nodes_ahead = 2;
 
 }  // namespace
 
+// Subtrees of two levels by all threads, each with its box in the node above, and then what little there is above.
 void Bvh::refit(const Aabb* boxes, ThreadPool& pool) {
   if (leaves_.empty()) return;
-  areas_.assign(levels_[0].count / node_grain + 1, 0.0);
-  pool.for_each_chunk(levels_[0].count, node_grain,
-                      [&](std::size_t begin, std::size_t end) { refit_parents(boxes, begin, end); });
+  const std::size_t subtrees = (levels_[0].count + width - 1) / width;
+  areas_.assign(subtrees, 0.0);
+  pool.for_each_part(subtrees, least_subtrees, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) refit_subtree(boxes, i);
+  });
   area_ = 0;
   for (const double area : areas_) area_ += area;
-  for (std::size_t level = 1; level < levels_.size(); ++level)
+  for (std::size_t level = 3; level < levels_.size(); ++level)
     pool.for_each_chunk(levels_[level].count, node_grain,
                         [&](std::size_t begin, std::size_t end) { refit_level(level, begin, end); });
 }
 
+// `root` is a node of level 1, if there is one.
+void Bvh::refit_subtree(const Aabb* boxes, std::size_t root) {
+  areas_[root] = refit_parents(boxes, root * width, std::min((root + 1) * width, levels_[0].count));
+  if (levels_.size() == 1) return;
+  refit_level(1, root, root + 1);
+  if (levels_.size() == 2) return;
+  const std::size_t parent = root / width;
+  Node& above = nodes_[levels_[2].first + parent];
+  set_child(above, root % width, box_of(nodes_[levels_[1].first + root]));
+  if (root + 1 == levels_[1].count)
+    for (std::size_t c = root % width + 1; c < width; ++c) set_child(above, c, empty_box);
+}
+
 // Nodes whose children are leaves. Their area tells how loose the tree has become.
-void Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
+double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
   double area = 0;
+  static_assert(sizeof(Aabb) == 6 * sizeof(float));
+  const Lanes d;
+  const hn::RebindToSigned<Lanes> indices;
+  Node node;
   for (std::size_t n = begin; n < end; ++n) {
-    Aabb whole = empty_box;
-    for (std::size_t c = 0; c < width; ++c) {
-      const std::size_t leaf = n * width + c;
-      const Aabb& box = leaf < leaves_.size() ? boxes[leaves_[leaf]] : empty_box;
-      set_child(nodes_[n], c, box);
-      whole = merged(whole, box);
+    for (std::size_t leaf = (n + nodes_ahead) * width; leaf < std::min((n + nodes_ahead + 1) * width, leaves_.size());
+         ++leaf)
+      prefetch_to_read(&boxes[leaves_[leaf]]);
+    if ((n + 1) * width <= leaves_.size()) {
+      const float* const base = &boxes[0].lower.x;
+      for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {
+        const auto leaf = hn::LoadU(indices, reinterpret_cast<const std::int32_t*>(&leaves_[n * width + c]));
+        const auto at = hn::Add(hn::ShiftLeft<2>(leaf), hn::ShiftLeft<1>(leaf));
+        for (int axis = 0; axis < 3; ++axis) {
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis))), d, node.lower[axis] + c);
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis + 3))), d, node.upper[axis] + c);
+        }
+      }
+    } else {
+      for (std::size_t c = 0; c < width; ++c)
+        set_child(node, c, n * width + c < leaves_.size() ? boxes[leaves_[n * width + c]] : empty_box);
     }
-    area += static_cast<double>(surface_area(whole));
+    replace(nodes_[n], node);
+    area += static_cast<double>(surface_area(box_of(node)));
   }
-  areas_[begin / node_grain] = area;
+  return area;
 }
 
 void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
   const Level below = levels_[level - 1];
+  Node node;
   for (std::size_t n = begin; n < end; ++n) {
     for (std::size_t c = 0; c < width; ++c) {
       const std::size_t child = n * width + c;
-      set_child(nodes_[levels_[level].first + n], c,
-                child < below.count ? box_of(nodes_[below.first + child]) : empty_box);
+      set_child(node, c, child < below.count ? box_of(nodes_[below.first + child]) : empty_box);
     }
+    replace(nodes_[levels_[level].first + n], node);
   }
 }
 
 void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
   if (leaves_.empty()) return;
-  const hn::CappedTag<float, width> d;
-  constexpr std::size_t lanes = hn::MaxLanes(hn::CappedTag<float, width>());
+  const Lanes d;
+  constexpr std::size_t lanes = hn::MaxLanes(Lanes());
   const auto lower_x = hn::Set(d, box.lower.x), lower_y = hn::Set(d, box.lower.y), lower_z = hn::Set(d, box.lower.z);
   const auto upper_x = hn::Set(d, box.upper.x), upper_y = hn::Set(d, box.upper.y), upper_z = hn::Set(d, box.upper.z);
   struct Entry {

@@ -69,16 +69,18 @@ class Bvh {
   }
   void sort_keys();
   void lay_out_levels();
+  static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
-  void refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);
+  double refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);
   void refit_level(std::size_t level, std::size_t begin, std::size_t end);
+  void refit_subtree(const Aabb* boxes, std::size_t root);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
   std::vector<Node> nodes_;            // level by level, leaves' parents first
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
-  std::vector<double> areas_;  // per chunk of nodes
+  std::vector<double> areas_;  // per subtree of two levels
   std::uint64_t times_built_ = 0;
   double area_ = 0;
   double area_when_built_ = 0;

@@ -60,7 +60,7 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
   };
   places_.clear();
   for (int colour = 0; colour <= overflow_colour; ++colour)
-    for (const std::uint32_t contact : graph_.of_colour(colour)) places_.push_back({0, contact});
+    graph_.for_each_of_colour(colour, [&](std::uint32_t contact) { places_.push_back({0, contact}); });
   pool_.for_each_chunk(places_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Contact& c = graph_[places_[i].contact];

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "dynamics/columns.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -15,8 +16,15 @@ int Columns::contacts_of(std::uint32_t slot) const {
 void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes) {
   columns_.clear();
   contacts_.clear();
-  for (const std::uint32_t slot : in_contact)
+  constexpr std::size_t ahead = 16;  // contacts lie anywhere in memory, in other cores' caches above all
+  for (std::size_t i = 0; i < in_contact.size(); ++i) {
+    if (i + ahead < in_contact.size()) {
+      const std::uint32_t first = state_.first_contact[in_contact[i + ahead]];
+      if (first != none) prefetch_to_read(&graph_[first >> 1]);
+    }
+    const std::uint32_t slot = in_contact[i];
     if (contacts_of(slot) == 1 && bodies_[slot].motion == MotionType::dynamic) follow_from(slot);
+  }
   if (!columns_.empty()) find_lanes(lanes);
 }
 
@@ -41,6 +49,7 @@ void Columns::follow_from(std::uint32_t top) {
     contacts_.push_back({contact, none, below, above, c.b == above});
     uneven |= is_uneven(bodies_[below].inverse_mass, bodies_[above].inverse_mass);
     above = below;
+    if (!stands && contacts_of(below) == 1) break;  // its other end
   }
   // Without anything fixed it may have two free ends and be found from both.
   const bool is_mine = stands || above < top || contacts_of(above) == 2;

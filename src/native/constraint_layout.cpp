@@ -1,7 +1,9 @@
 #include "native/constraint_layout.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -9,10 +11,13 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
+constexpr std::size_t body_grain = 512;
+constexpr std::size_t least_stretches = 16;  // to copy in several threads
 constexpr std::size_t least_to_group = 256;  // bodies
 constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
+constexpr std::size_t ahead = 16;            // contacts fetched before their turn
 constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
@@ -28,7 +33,7 @@ std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
 bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
   const bool same_bodies = version_ == in_contact.version;
   const bool same_colours = colouring_ == graph_.colouring() && threads_ == threads();
-  if (same_colours && (same_bodies || groups_.empty())) {
+  if (same_colours && (same_bodies || (groups_.empty() && units_.empty()))) {
     if (!same_bodies) order_bodies(in_contact.slots, neighbourhood);
     version_ = in_contact.version;
     return false;
@@ -37,11 +42,15 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   colouring_ = graph_.colouring();
   threads_ = threads();
   colours_ = 0;
-  for (int colour = 0; colour < colour_count; ++colour) colours_ += !graph_.of_colour(colour).empty();
+  for (int colour = 0; colour < colour_count; ++colour) colours_ += graph_.size_of(colour) > 0;
   groups_.clear();
+  units_.clear();
   stretches_.clear();
   blocks_ = 0;
-  if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
+  if (may_use_domains(in_contact.slots)) {
+    fill_by_unit();
+    place_bodies_by_unit(in_contact.slots);
+  } else if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
     place_bodies(in_contact.slots);
     fill_by_group();
   } else {
@@ -56,7 +65,7 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
 void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   colour_of_.clear();
   for (int colour = 0; colour < colour_count; ++colour) {
-    const std::size_t contacts = graph_.of_colour(colour).size();
+    const std::size_t contacts = graph_.size_of(colour);
     if (contacts == 0) continue;
     stretches_.push_back({blocks_, blocks_ + blocks_of(contacts, width_), 1});
     colour_of_.push_back(colour);
@@ -65,7 +74,10 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   grow_to(lanes_, blocks_ * width_);
   offsets_.resize(threads() > 1 ? stretches_.size() : 0);
   const auto fill = [&](std::size_t s) {
-    const std::vector<std::uint32_t>& contacts = graph_.of_colour(colour_of_[s]);
+    std::vector<std::uint32_t> of_all_units;
+    if (graph_.domains().in_use())
+      graph_.for_each_of_colour(colour_of_[s], [&](std::uint32_t index) { of_all_units.push_back(index); });
+    const std::vector<std::uint32_t>& contacts = graph_.domains().in_use() ? of_all_units : graph_.of(0, colour_of_[s]);
     const std::span<std::uint32_t> lanes{lanes_.data() + stretches_[s].first * width_,
                                          lanes_.data() + stretches_[s].end * width_};
     if (threads() > 1)
@@ -129,18 +141,81 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
   }
 }
 
+// --- in domains ----------------------------------------------------------------------------------------------
+
+// A kinematic body moves on while several domains touch it, and the overflow knows no domains.
+bool ConstraintLayout::may_use_domains(std::span<const std::uint32_t> in_contact) const {
+  return graph_.domains().in_use() && graph_.size_of(overflow_colour) == 0 && !any_kinematic(in_contact);
+}
+
+bool ConstraintLayout::any_kinematic(std::span<const std::uint32_t> in_contact) const {
+  return std::any_of(in_contact.begin(), in_contact.end(),
+                     [&](std::uint32_t slot) { return state_.flags[slot] & kinematic; });
+}
+
+void ConstraintLayout::fill_by_unit() {
+  const auto add_stretches = [&](std::size_t unit, int first, int end) {
+    Range range{stretches_.size(), stretches_.size()};
+    for (int colour = first; colour < end; ++colour) {
+      const std::size_t blocks = blocks_of(graph_.of(unit, colour).size(), width_);
+      if (blocks == 0) continue;
+      stretches_.push_back({blocks_, blocks_ + blocks, 1});
+      lists_.push_back(&graph_.of(unit, colour));
+      blocks_ += blocks;
+    }
+    range.end = stretches_.size();
+    return range;
+  };
+  lists_.clear();
+  for (std::size_t i = 0; i < graph_.domains().units(); ++i) {
+    Unit unit;
+    unit.blocks.begin = blocks_;
+    unit.between = add_stretches(i, 0, first_fixed_colour);
+    unit.on_fixed = add_stretches(i, first_fixed_colour, colour_count);
+    unit.blocks.end = blocks_;
+    units_.push_back(unit);
+  }
+  grow_to(lanes_, blocks_ * width_);
+  pool_.for_each_part(stretches_.size(), least_stretches, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const auto rest = std::copy(lists_[s]->begin(), lists_[s]->end(),
+                                  lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].first * width_));
+      std::fill(rest, lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].end * width_), none);
+    }
+  });
+}
+
+void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
+  const Domains& domains = graph_.domains();
+  const std::size_t count = domains.count(0), chunks = blocks_of(in_contact.size(), body_grain);
+  grow_to(bodies_, in_contact.size());
+  grow_to(next_body_, chunks * count);
+  std::fill(next_body_.begin(), next_body_.end(), 0);
+  // Two passes, so that several threads know where to write.
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const counts = &next_body_[begin / body_grain * count];
+    for (std::size_t i = begin; i < end; ++i) ++counts[domains.home(in_contact[i])];
+  });
+  std::uint32_t next = 0;
+  for (std::size_t u = 0; u < count; ++u) {
+    units_[u].bodies.begin = next;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) next += std::exchange(next_body_[chunk * count + u], next);
+    units_[u].bodies.end = next;
+  }
+  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const places = &next_body_[begin / body_grain * count];
+    for (std::size_t i = begin; i < end; ++i) bodies_[places[domains.home(in_contact[i])]++] = in_contact[i];
+  });
+}
+
 // --- in groups -----------------------------------------------------------------------------------------------
 
 // Many islands can be expected where there are fewer contacts between bodies than bodies. A kinematic body may touch
 // several islands and moves on while they are solved, and the overflow knows no islands: then all is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
   if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
-  if (!graph_.of_colour(overflow_colour).empty()) return false;
-  std::size_t between = 0;
-  for (int colour = 0; colour < first_fixed_colour; ++colour) between += graph_.of_colour(colour).size();
-  return between < in_contact.size() && std::none_of(in_contact.begin(), in_contact.end(), [&](std::uint32_t slot) {
-           return state_.flags[slot] & kinematic;
-         });
+  if (graph_.size_of(overflow_colour) > 0 || graph_.domains().in_use()) return false;
+  return graph_.between() < in_contact.size() && !any_kinematic(in_contact);
 }
 
 // Path halving; the smaller root wins.
@@ -152,13 +227,16 @@ std::uint32_t ConstraintLayout::root(std::uint32_t slot) {
 void ConstraintLayout::join_islands() {
   grow_to(island_, state_.size());
   links_.clear();
-  for (std::uint32_t colour = 0; colour < colour_count; ++colour)
-    for (const std::uint32_t index : graph_.of_colour(static_cast<int>(colour))) {
-      const Contact& c = graph_[index];
+  for (std::uint32_t colour = 0; colour < colour_count; ++colour) {
+    const std::vector<std::uint32_t>& contacts = graph_.of(0, static_cast<int>(colour));
+    make_room(links_, links_.size() + contacts.size());
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (i + ahead < contacts.size()) prefetch_to_read(&graph_[contacts[i + ahead]]);
+      const Contact& c = graph_[contacts[i]];
       for (const std::uint32_t slot : {c.a, c.b}) island_[slot] = {slot, 0, none};
-      make_room(links_, links_.size() + 1);
-      links_.push_back({index, colour, c.b, c.a});
+      links_.push_back({contacts[i], colour, c.b, c.a});
     }
+  }
   for (const Link& link : links_) {
     if (link.colour >= first_fixed_colour) break;
     const std::uint32_t a = root(link.root), b = root(link.b);
@@ -173,7 +251,10 @@ void ConstraintLayout::join_islands() {
 // Islands make groups in the order of their first bodies. False where that leaves too much to one thread.
 bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   join_islands();
-  const std::size_t full = std::clamp(links_.size() / (threads() * groups_a_thread), least_weight, most_weight);
+  // Where several groups a thread would leave lanes empty, one.
+  const std::size_t several = links_.size() / (threads() * groups_a_thread);
+  const std::size_t full = several < least_weight ? std::max(least_weight / 4, blocks_of(links_.size(), threads()))
+                                                  : std::min(several, most_weight);
   std::size_t weight = 0, largest = 0;
   groups_.push_back({});
   grow_to(group_of_body_, in_contact.size());
@@ -234,7 +315,8 @@ void ConstraintLayout::fill_by_group() {
 }
 
 std::size_t ConstraintLayout::memory_bytes() const {
-  return (lanes_.capacity() + bodies_.capacity() + group_of_body_.capacity() + next_lane_.capacity()) *
+  return (lanes_.capacity() + bodies_.capacity() + next_body_.capacity() + group_of_body_.capacity() +
+          next_lane_.capacity()) *
              sizeof(std::uint32_t) +
          links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
          offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +

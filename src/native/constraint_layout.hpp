@@ -1,6 +1,7 @@
 // Which constraint goes to which lane of which block, and which thread works on it. All of this is for speed: within a
-// colour any order gives the same result, and so does any order of islands.
+// colour any order gives the same result, and so does any order of islands, or of a division's domains.
 //
+// Large heaps come in units (domains.hpp), each with blocks and bodies of its own.
 // Where contacts are few, bodies fall into many islands, which know nothing of each other. Islands that lie together
 // then make a group, and one thread takes a group through all sweeps without waiting for the others. Otherwise all
 // threads work on one colour after the other; each has its share of every colour, at the same place in all of them as
@@ -39,6 +40,12 @@ class ConstraintLayout {
     Range bodies, stretches, blocks;
   };
 
+  /// Of `bodies`, `stretches` and blocks; only units of the first division have bodies and contacts with what cannot be
+  /// pushed.
+  struct Unit {
+    Range bodies{0, 0}, between{0, 0}, on_fixed{0, 0}, blocks{0, 0};
+  };
+
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
@@ -54,14 +61,21 @@ class ConstraintLayout {
   int colours() const { return colours_; }
   std::span<const Stretch> stretches() const { return stretches_; }
 
+  /// By number (`Domains::unit`); empty where there are no domains, or something forbids to use them.
+  std::span<const Unit> units() const { return units_; }
+  std::span<const std::uint32_t> bodies(const Unit& unit) const {
+    return {bodies_.data() + unit.bodies.begin, unit.bodies.end - unit.bodies.begin};
+  }
+  std::span<const Stretch> stretches(const Range& range) const {
+    return {stretches_.data() + range.begin, range.end - range.begin};
+  }
+
   /// Empty where all bodies are one group, shared by all threads.
   std::span<const Group> groups() const { return groups_; }
   std::span<const std::uint32_t> bodies(const Group& group) const {
     return {bodies_.data() + group.bodies.begin, group.bodies.end - group.bodies.begin};
   }
-  std::span<const Stretch> stretches(const Group& group) const {
-    return {stretches_.data() + group.stretches.begin, group.stretches.end - group.stretches.begin};
-  }
+  std::span<const Stretch> stretches(const Group& group) const { return stretches(group.stretches); }
 
   /// Calls act(begin, end) for parts of the stretch's blocks, or of the bodies in contact, on the threads whose shares
   /// they are.
@@ -92,6 +106,11 @@ class ConstraintLayout {
   void share_out();
   void share_out_bodies(const Neighbourhood& neighbourhood);
 
+  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
+  bool any_kinematic(std::span<const std::uint32_t> in_contact) const;
+  void fill_by_unit();
+  void place_bodies_by_unit(std::span<const std::uint32_t> in_contact);
+
   bool may_group(std::span<const std::uint32_t> in_contact) const;
   void join_islands();
   bool form_groups(std::span<const std::uint32_t> in_contact);
@@ -119,6 +138,11 @@ class ConstraintLayout {
   std::vector<int> colour_of_;                   // by stretch
   std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
   std::vector<std::size_t> cuts_, body_cuts_, place_cuts_;
+
+  // In domains.
+  std::vector<Unit> units_;
+  std::vector<const std::vector<std::uint32_t>*> lists_;  // by stretch
+  std::vector<std::uint32_t> next_body_;                  // by chunk and unit
 
   // In groups.
   struct Island {  // of a body; what is not `parent`, of the root alone

@@ -13,6 +13,9 @@ namespace fathom::native {
 
 inline constexpr std::uint32_t none = 0xffffffffu;
 inline constexpr std::uint8_t no_colour = 0xff;
+inline constexpr int colour_count = 32;
+inline constexpr int first_fixed_colour = 24;        ///< of contacts with a body that cannot be pushed
+inline constexpr std::uint8_t overflow_colour = 32;  ///< of contacts that found no colour
 
 struct Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A

@@ -11,17 +11,29 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t ahead = 8, far_ahead = 16;  // contacts that are fetched before their turn
-constexpr std::size_t least_manifolds = 8;        // worth another thread
+constexpr std::size_t least_manifolds = 12;       // worth another thread
 
 }  // namespace
 
 void NativeSimulator::take_over_changes() {
   profile.counts.recycled = 0;
   parted_.clear();
-  for (const ChunkOfChanges& chunk : chunks_of_changes_) {
-    profile.counts.recycled += chunk.recycled;
-    make_room(parted_, parted_.size() + chunk.parted.size());
-    parted_.insert(parted_.end(), chunk.parted.begin(), chunk.parted.end());
+  std::size_t begun = 0;
+  for (const ChunkCounts counts : chunk_counts_) begun += counts.begun;
+  give_back_room(fresh_, begun);
+  give_back_room(meetings_, begun);
+  make_room(fresh_, begun);
+  for (std::size_t i = 0; i < chunk_counts_.size(); ++i) {
+    const ChunkCounts counts = chunk_counts_[i];
+    profile.counts.recycled += counts.recycled;
+    if (counts.parted != 0) {
+      const std::vector<PartedContact>& parted = chunks_of_changes_[i].parted;
+      make_room(parted_, parted_.size() + parted.size());
+      parted_.insert(parted_.end(), parted.begin(), parted.end());
+    }
+    if (counts.begun != 0) {
+      for (const NewManifold& fresh : chunks_of_changes_[i].begun) fresh_.push_back(&fresh);
+    }
   }
   end_contacts();
   begin_contacts();
@@ -30,30 +42,25 @@ void NativeSimulator::take_over_changes() {
 void NativeSimulator::end_contacts() {
   for (std::size_t i = 0; i < parted_.size(); ++i) {
     if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
-    if (i + ahead < parted_.size()) graph_.prefetch_neighbours(parted_[i + ahead].contact);
-    if (parted_[i].gone)
-      drop_contact(parted_[i].contact, ended_);
-    else
-      end_touching(parted_[i].contact);
+    if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
   }
+  graph_.remove(parted_, pool_);
 }
 
 void NativeSimulator::begin_contacts() {
-  std::size_t count = 0;
-  for (const ChunkOfChanges& chunk : chunks_of_changes_) {
-    count += chunk.begun.size();
-    for (const NewManifold& fresh : chunk.begun) begin_touching(fresh);
+  const std::size_t count = fresh_.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i + 2 * far_ahead < count) __builtin_prefetch(fresh_[i + 2 * far_ahead]);
+    if (i + far_ahead < count) graph_.prefetch(fresh_[i + far_ahead]->contact);
+    if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
+    begin_touching(*fresh_[i]);
   }
-  if (count == 0) return;
-  const std::size_t chunks = chunks_of_changes_.size();
-  pool_.for_each_part(chunks, std::max<std::size_t>(1, chunks * least_manifolds / count),
-                      [&](std::size_t begin, std::size_t end) {
-                        for (std::size_t i = begin; i < end; ++i)
-                          for (NewManifold& fresh : chunks_of_changes_[i].begun) first_manifold(fresh);
-                      });
-  for (const ChunkOfChanges& chunk : chunks_of_changes_)
-    for (const NewManifold& fresh : chunk.begun)
-      if (fresh.meeting_speed > def.solver.restitution_threshold) hits_.push_back(hit(graph_[fresh.contact]));
+  grow_to(meetings_, count);
+  pool_.for_each_part(count, least_manifolds, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) meetings_[i] = first_manifold(*fresh_[i]);
+  });
+  for (const HitEvent& meeting : meetings_)
+    if (meeting.approach_speed > def.solver.restitution_threshold) hits_.push_back(meeting);
 }
 
 void NativeSimulator::begin_touching(const NewManifold& fresh) {
@@ -70,13 +77,13 @@ void NativeSimulator::begin_touching(const NewManifold& fresh) {
   begun_.push_back(event(c));
 }
 
-void NativeSimulator::first_manifold(NewManifold& fresh) {
+HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
   const Contact& c = graph_[fresh.contact];
   ContactManifold& manifold = graph_.manifold(c);
   manifold = {};
   graph_.mix_materials(c);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
-  fresh.meeting_speed = hit(c).approach_speed;
+  return hit(c);
 }
 
 void NativeSimulator::end_touching(std::uint32_t index) {

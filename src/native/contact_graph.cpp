@@ -7,6 +7,7 @@
 
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/softness.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -15,6 +16,9 @@ namespace {
 
 // Contacts that are linked, looked up and coloured one by one lie anywhere in memory, so they are fetched ahead.
 constexpr std::size_t ahead = 8, far_ahead = 16;
+
+constexpr std::size_t least_to_share = 128;      // pairs to add or to remove, in several threads
+constexpr std::uint32_t slots_of_an_owner = 16;  // a cache line of heads of lists
 
 }  // namespace
 
@@ -49,16 +53,91 @@ std::uint32_t ContactGraph::add(Pair pair) {
     contacts_[index] = {};
   }
   Contact& c = contacts_[index];
+  fill(c, pair);
+  link(index, 0);
+  link(index, 1);
+  pairs_.insert(c.a, c.b);
+  return index;
+}
+
+void ContactGraph::fill(Contact& c, Pair pair) const {
   c.a = std::min(pair.a, pair.b);
   c.b = std::max(pair.a, pair.b);
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
   c.recycle_distance = recycle_distance(bodies_[c.a].radius, bodies_[c.b].radius);
-  link(index, 0);
-  link(index, 1);
-  pairs_.insert(c.a, c.b);
-  return index;
+}
+
+// A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
+template <class Act>
+void ContactGraph::for_each_owner(ThreadPool& pool, const Act& act) {
+  const auto owners = static_cast<std::size_t>(pool.thread_count());
+  pool.for_each_part(owners, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t owner = begin; owner < end; ++owner)
+      act([=](std::uint32_t slot) { return slot / slots_of_an_owner % owners == owner; },
+          [=](std::size_t table) { return table % owners == owner; });
+  });
+}
+
+void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
+  if (pool.thread_count() == 1 || pairs.size() < least_to_share) return add(pairs, added);
+  // The places that one thread would have taken.
+  const std::size_t old = std::min(free_.size(), pairs.size());
+  grow_to(new_contacts_, pairs.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    new_contacts_[i] = i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(contacts_.size() + i - old);
+  free_.resize(free_.size() - old);
+  grow_to(contacts_, contacts_.size() + pairs.size() - old);
+  pool.for_each_part(pairs.size(), least_to_share / 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + far_ahead < end) {
+        prefetch_to_write(&contacts_[new_contacts_[i + far_ahead]]);
+        for (const std::uint32_t slot : {pairs[i + far_ahead].a, pairs[i + far_ahead].b})
+          prefetch_to_read(&bodies_[slot]);
+      }
+      contacts_[new_contacts_[i]] = {};
+      fill(contacts_[new_contacts_[i]], pairs[i]);
+    }
+  });
+  for_each_owner(pool, [&](const auto& owns, const auto& owns_table) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const Pair pair = pairs[i];
+      if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
+      if (!owns(pair.a) && !owns(pair.b)) continue;
+      const std::uint32_t index = new_contacts_[i];
+      const Contact& c = contacts_[index];
+      if (owns(c.a)) link(index, 0);
+      if (owns(c.b)) link(index, 1);
+    }
+  });
+  if (added) added->insert(added->end(), new_contacts_.begin(), new_contacts_.end());
+}
+
+void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& pool) {
+  if (pool.thread_count() == 1 || parted.size() < least_to_share) {
+    for (std::size_t i = 0; i < parted.size(); ++i) {
+      if (i + ahead < parted.size()) prefetch_neighbours(parted[i + ahead].contact);
+      if (parted[i].gone) remove(parted[i].contact);
+    }
+    return;
+  }
+  for_each_owner(pool, [&](const auto& owns, const auto& owns_table) {
+    for (std::size_t i = 0; i < parted.size(); ++i) {
+      if (i + far_ahead < parted.size()) prefetch(parted[i + far_ahead].contact);
+      if (!parted[i].gone) continue;
+      const std::uint32_t index = parted[i].contact;
+      const Contact& c = contacts_[index];
+      if (owns(c.a)) unlink(index, 0);
+      if (owns(c.b)) unlink(index, 1);
+      if (owns_table(PairSet::table(c.a, c.b))) pairs_.erase(c.a, c.b);
+    }
+  });
+  for (std::size_t i = 0; i < parted.size(); ++i) {
+    if (!parted[i].gone) continue;
+    contacts_[parted[i].contact].in_use = false;
+    free_.push_back(parted[i].contact);
+  }
 }
 
 void ContactGraph::remove(std::uint32_t index) {
@@ -116,15 +195,54 @@ void ContactGraph::colour(std::uint32_t index) {
     ++state_.overflow_count[c.b];
     if (!c.fixed_a) ++state_.overflow_count[c.a];
   }
-  c.colour_slot = static_cast<std::uint32_t>(colours_[c.colour].size());
-  make_room(colours_[c.colour], colours_[c.colour].size() + 1);
-  colours_[c.colour].push_back(index);
+  state_.note_to_solve(c.b);
+  if (!c.fixed_a) state_.note_to_solve(c.a);
+  ++sizes_[c.colour];
+  between_ += !c.fixed_a;
+  enlist(index);
+}
+
+std::vector<std::uint32_t>& ContactGraph::list_of(const Contact& c) {
+  return colours_[domains_.unit(c) * (overflow_colour + 1) + c.colour];
+}
+
+void ContactGraph::enlist(std::uint32_t index) {
+  Contact& c = contacts_[index];
+  std::vector<std::uint32_t>& list = list_of(c);
+  c.colour_slot = static_cast<std::uint32_t>(list.size());
+  make_room(list, list.size() + 1);
+  list.push_back(index);
+  ++unit_sizes_[domains_.unit(c)];
+}
+
+std::vector<Domains::Link> ContactGraph::links() const {
+  std::vector<Domains::Link> links;
+  links.reserve(between_);
+  for (const Contact& c : contacts_)
+    if (c.in_use && c.colour != no_colour && !c.fixed_a) links.push_back({c.a, c.b});
+  return links;
+}
+
+void ContactGraph::divide(std::span<const std::uint32_t> slots) {
+  ++colouring_;
+  if (slots.empty())
+    domains_.clear();
+  else
+    domains_.divide(slots, links(), state_);
+  colours_.resize(domains_.units() * (overflow_colour + 1));
+  for (std::vector<std::uint32_t>& list : colours_) list.clear();
+  unit_sizes_.assign(domains_.units(), 0);
+  for (std::uint32_t index = 0; index < contacts_.size(); ++index)
+    if (contacts_[index].in_use && contacts_[index].colour != no_colour) enlist(index);
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
   ++colouring_;
   Contact& c = contacts_[index];
-  std::vector<std::uint32_t>& list = colours_[c.colour];
+  std::vector<std::uint32_t>& list = list_of(c);
+  --sizes_[c.colour];
+  --unit_sizes_[domains_.unit(c)];
+  between_ -= !c.fixed_a;
   contacts_[list.back()].colour_slot = c.colour_slot;
   list[c.colour_slot] = list.back();
   list.pop_back();
@@ -136,6 +254,8 @@ void ContactGraph::uncolour(std::uint32_t index) {
     state_.colour_mask[c.b] &= ~bit;
     if (!c.fixed_a) state_.colour_mask[c.a] &= ~bit;
   }
+  state_.note_to_solve(c.b);
+  if (!c.fixed_a) state_.note_to_solve(c.a);
   c.colour = no_colour;
 }
 
@@ -173,9 +293,18 @@ void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
   }
 }
 
+void ContactGraph::prefetch_bodies(std::uint32_t index) const {
+  for (const std::uint32_t slot : {contacts_[index].a, contacts_[index].b}) {
+    __builtin_prefetch(&state_.colour_mask[slot]);
+    __builtin_prefetch(&state_.flags[slot]);
+    __builtin_prefetch(&bodies_[slot]);
+  }
+}
+
 std::size_t ContactGraph::memory_bytes() const {
   std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
-                    pairs_.memory_bytes() + (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
+                    pairs_.memory_bytes() + domains_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
+                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -4,7 +4,7 @@
 // its bodies when it begins to touch and keeps it until it ends. Contacts with a body that cannot be pushed
 // block only the other body and have colours of their own, solved last because the ground is the firmer side. A
 // contact that finds no colour goes to the overflow list, which is solved one by one. Changes are made by one thread in
-// the order of contacts, so colours do not depend on timing.
+// the order of contacts, so colours do not depend on timing. Colours are listed by unit (domains.hpp).
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,16 @@
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
+#include "native/domains.hpp"
+#include "native/narrow_phase.hpp"
 #include "native/pair_set.hpp"
 #include "native/solver_kernels.hpp"
 
 namespace fathom::native {
 
-inline constexpr int colour_count = 32;
-inline constexpr int first_fixed_colour = 24;
-inline constexpr std::uint8_t overflow_colour = 32;
-
 class ContactGraph {
  public:
-  ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state) {}
+  ContactGraph(BodyTable& bodies, BodyState& state) : bodies_(bodies), state_(state), colours_(overflow_colour + 1) {}
 
   Contact& operator[](std::uint32_t index) { return contacts_[index]; }
   const Contact& operator[](std::uint32_t index) const { return contacts_[index]; }
@@ -41,7 +39,11 @@ class ContactGraph {
 
   /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
+  /// The same for pairs that are all new and no two of them equal, on all threads.
+  void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
+  /// Removes the contacts of all pairs marked `gone`, on all threads; they must not be touching any more.
+  void remove(std::span<const PartedContact> parted, ThreadPool& pool);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);
   void end(std::uint32_t index);
@@ -52,14 +54,32 @@ class ContactGraph {
   /// hangs on it.
   void prefetch(std::uint32_t index) const;
   void prefetch_neighbours(std::uint32_t index) const;
+  /// What colouring it will need, once the contact is there.
+  void prefetch_bodies(std::uint32_t index) const;
 
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
-  const std::vector<std::uint32_t>& of_colour(int colour) const { return colours_[colour]; }
+  const std::vector<std::uint32_t>& of(std::size_t unit, int colour) const {
+    return colours_[unit * (overflow_colour + 1) + static_cast<std::size_t>(colour)];
+  }
+  std::size_t size_of(int colour) const { return sizes_[colour]; }
+  std::size_t size_of_unit(std::size_t unit) const { return unit_sizes_[unit]; }
+  template <class Act>
+  void for_each_of_colour(int colour, const Act& act) const {
+    for (std::size_t unit = 0; unit < domains_.units(); ++unit)
+      for (const std::uint32_t index : of(unit, colour)) act(index);
+  }
+  /// Contacts between two bodies that can be pushed.
+  std::size_t between() const { return between_; }
+
+  const Domains& domains() const { return domains_; }
+  /// Divides the bodies `slots` anew and lists all contacts by their domains; no bodies, no domains.
+  void divide(std::span<const std::uint32_t> slots);
+  void resize(std::size_t slots) { domains_.resize(slots); }
+
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
-  bool in_contact(std::uint32_t slot) const { return (state_.colour_mask[slot] | state_.overflow_count[slot]) != 0; }
 
   /// Calls act(index) for each contact of the body; `act` may remove that contact.
   template <class Act>
@@ -75,14 +95,21 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_);
-    for (auto& list : s.colours_) a(list);
+    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
 
  private:
   std::uint32_t add(Pair pair);
+  void fill(Contact& c, Pair pair) const;
+  /// Calls act(owns) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and with
+  /// owns_table(table) for every part of the set of pairs.
+  template <class Act>
+  static void for_each_owner(ThreadPool& pool, const Act& act);
+  std::vector<std::uint32_t>& list_of(const Contact& c);
+  void enlist(std::uint32_t index);
+  std::vector<Domains::Link> links() const;
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
@@ -95,7 +122,12 @@ class ContactGraph {
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;
-  std::vector<std::uint32_t> colours_[colour_count + 1];
+  std::vector<std::uint32_t> new_contacts_;  // of `add_new`
+  Domains domains_;
+  std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
+  std::vector<std::size_t> unit_sizes_ = {0};
+  std::size_t sizes_[overflow_colour + 1] = {};
+  std::size_t between_ = 0;
   std::uint64_t colouring_ = 1;
 };
 

@@ -15,21 +15,21 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
   slow_time_.resize(state_.size());
   for (const std::uint32_t slot : active) parent_[slot] = slot;
   for (int colour = 0; colour <= overflow_colour; ++colour) {
-    for (const std::uint32_t index : graph_.of_colour(colour)) {
+    graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
       const Contact& c = graph_[index];
       if (c.fixed_a) {
         // A body that something moving pushes stays awake.
         const Velocity& v = state_.velocities[c.a];
         if (length_squared(v.linear) + length_squared(v.angular) > 0) state_.slow_time[c.b] = 0;
-        continue;
+        return;
       }
-      if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) continue;  // one of them is quarantined
+      if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) return;  // one of them is quarantined
       const std::uint32_t a = root(c.a), b = root(c.b);
       if (a < b)
         parent_[b] = a;
       else
         parent_[a] = b;
-    }
+    });
   }
 }
 

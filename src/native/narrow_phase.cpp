@@ -23,7 +23,7 @@ Change take_manifold(std::uint32_t index, const Manifold& fresh, const Pose& b_i
                      std::vector<NewManifold>& begun) {
   if (fresh.count == 0) return manifold ? Change::ended : Change::nothing;
   if (!manifold) {
-    begun.push_back({index, b_in_a, fresh, 0});
+    begun.push_back({index, b_in_a, fresh});
     return Change::began;
   }
   set_manifold(*manifold, fresh, b_in_a);

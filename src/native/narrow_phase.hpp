@@ -21,7 +21,6 @@ struct NewManifold {
   std::uint32_t contact;
   Pose b_in_a;
   Manifold manifold;
-  float meeting_speed = 0;  ///< m/s, once its place is filled
 };
 
 /// A contact that `ended`, or is `gone`.

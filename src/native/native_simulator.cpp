@@ -1,7 +1,8 @@
 #include "native/native_simulator.hpp"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
+#include <bit>
 #include <chrono>
 #include <cstring>
 #include <thread>
@@ -23,9 +24,9 @@ namespace native {
 namespace {
 
 constexpr std::size_t body_grain = 512;
-constexpr std::size_t least_bodies = 64;  // worth another thread
+constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
+constexpr std::size_t least_bodies = 64;         // worth another thread
 constexpr std::uint32_t prefetch_distance = 8;
-constexpr std::size_t pair_burst = 1024;
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -93,49 +94,53 @@ void NativeSimulator::find_pairs() {
   collect_changed();
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
-  pairs_to_add_.clear();
   std::size_t count = 0;
   for (std::size_t i = 0; i < lists; ++i) count += new_pairs_[i].size();
-  // The room that a burst needed, as a scene's first step, is not kept.
-  if (pairs_to_add_.capacity() > pair_burst && 8 * count < pairs_to_add_.capacity())
-    std::vector<Pair>().swap(pairs_to_add_);
+  give_back_room(pairs_to_add_, count);
   make_room(pairs_to_add_, count);
   for (std::size_t i = 0; i < lists; ++i)
     pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
   added_.clear();
-  graph_.add(pairs_to_add_, lists_added_ ? &added_ : nullptr);
+  std::vector<std::uint32_t>* const added = lists_added_ ? &added_ : nullptr;
+  if (broad_phase_->lists_pairs_once())
+    graph_.add_new(pairs_to_add_, pool_, added);
+  else
+    graph_.add(pairs_to_add_, added);
 }
 
 void NativeSimulator::make_room_for_changes() {
-  grow_to(chunks_of_changes_, (graph_.size() + contact_grain - 1) / contact_grain);
+  const std::size_t chunks = (graph_.size() + contact_grain - 1) / contact_grain;
+  grow_to(chunks_of_changes_, chunks);
+  grow_to(chunk_counts_, chunks);
 }
 
 void NativeSimulator::update_manifolds() {
   const auto size = static_cast<std::uint32_t>(graph_.size());
   make_room_for_changes();
   pool_.for_each_chunk(size, contact_grain, [&](std::size_t begin, std::size_t end) {
-    ChunkOfChanges& chunk = chunks_of_changes_[begin / contact_grain];
-    chunk.clear();
+    const std::size_t chunk = begin / contact_grain;
+    clear_chunk(chunk);
     for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
       if (i + prefetch_distance < size) prefetch_bodies(graph_[i + prefetch_distance]);
       Contact& c = graph_[i];
       if (!c.in_use || !is_active(c)) continue;
       ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      chunk.note(i, update_contact(i, c, manifold, bodies, state_, def.dt, chunk.begun));
+      note(chunk, i, update_contact(i, c, manifold, bodies, state_, def.dt, chunks_of_changes_[chunk].begun));
     }
   });
 }
 
 void NativeSimulator::build_constraints() {
   take_over_changes();
-  for (const std::uint32_t slot : changed_) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
+  for (const std::uint32_t slot : changed()) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
-  if (!in_contact_is_current_) sort_active();
+  if (!in_contact_is_current_) list_in_contact();
   if (cell_solver_) {
     cell_solver_->build(in_contact_);
     return;
   }
-  if (pool_.thread_count() > 1) neighbourhood_.update(*broad_phase_, state_.size());
+  divide_if_worth_while();
+  if (pool_.thread_count() > 1 && !graph_.domains().in_use()) neighbourhood_.update(*broad_phase_, state_.size());
   solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
@@ -143,31 +148,17 @@ void NativeSimulator::solve() {
   if (cell_solver_) {
     cell_solver_->solve(in_contact_);
     cell_solver_->store();
+    pool_.for_each_part(in_contact_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+      move_part<true>(std::span(in_contact_).subspan(begin, end - begin));
+    });
   } else {
-    solver_.solve();
-    solver_.store();
+    solver_.solve([&](std::span<const std::uint32_t> slots) { move_part<true>(slots); });
   }
 }
 
 void NativeSimulator::finish() {
-  MoveParameters parameters{.gravity = def.gravity,
-                            .dt = def.dt,
-                            .substeps = def.solver.substeps,
-                            .max_linear_speed = def.solver.max_linear_speed,
-                            .sleeping = def.sleep.enabled,
-                            .slow_below = def.sleep.linear_speed,
-                            .scattered = pool_.thread_count() > 1};
-  std::atomic<std::size_t> failed = 0;
-  const auto move = [&](std::span<const std::uint32_t> slots, auto move_part) {
-    pool_.for_each_part(slots.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-      if (const std::size_t count = move_part(slots.subspan(begin, end - begin), bodies, state_, parameters))
-        failed += count;
-    });
-  };
-  move(cell_solver_ ? in_contact_ : solver_.bodies(), move_bodies<true>);
-  parameters.scattered = false;
-  move(free_, move_bodies<false>);
-  if (failed > 0) quarantine_failed();
+  move_free();
+  if (failed_.exchange(0, std::memory_order_relaxed) > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
     state_.flags[slot] &= static_cast<std::uint8_t>(~has_force);
@@ -177,6 +168,18 @@ void NativeSimulator::finish() {
 }
 
 // --- parts of the step ---------------------------------------------------------------------------------------
+
+template <bool in_contact>
+void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
+  const MoveParameters parameters{.gravity = def.gravity,
+                                  .dt = def.dt,
+                                  .substeps = def.solver.substeps,
+                                  .max_linear_speed = def.solver.max_linear_speed,
+                                  .sleeping = def.sleep.enabled,
+                                  .slow_below = def.sleep.linear_speed,
+                                  .scattered = pool_.thread_count() > 1};
+  if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
+}
 
 void NativeSimulator::prefetch_bodies(const Contact& c) const {
   if (!c.in_use) return;
@@ -197,63 +200,112 @@ void NativeSimulator::list_active() {
 }
 
 BroadPhaseInput NativeSimulator::broad_phase_input() const {
-  return {bodies, state_, graph_.pairs(), changed_, set_changed_};
+  return {bodies, state_, graph_.pairs(), changed(), changed_at_rest_, set_changed_};
 }
 
-// Bodies in contact and bodies without, each ascending.
-void NativeSimulator::sort_active() {
-  const auto is_solved = [&](std::uint32_t slot) {
-    // Kinematic bodies go with the solver, which must see them move.
-    return (int{graph_.in_contact(slot)} | (state_.flags[slot] & kinematic)) != 0;
-  };
-  ++contact_sorting_;
-  in_contact_is_current_ = true;
-  if (pool_.thread_count() == 1) {
-    in_contact_.clear();
-    free_.clear();
-    for (const std::uint32_t slot : active_) (is_solved(slot) ? in_contact_ : free_).push_back(slot);
+// Large heaps have domains, which are drawn anew when bodies have moved so much that a sweep has become a quarter
+// longer, or there are twice or half as many contacts.
+void NativeSimulator::divide_if_worth_while() {
+  const std::size_t contacts = graph_.between();
+  if (!graph_.domains().in_use()) {
+    if (contacts >= least_to_divide && contacts >= in_contact_.size()) divide();
     return;
   }
-  // Two passes, so that several threads know where to write.
-  grow_to(solved_before_chunk_, (active_.size() + body_grain - 1) / body_grain);
-  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += is_solved(active_[i]);
-    solved_before_chunk_[begin / body_grain] = count;
-  });
-  std::uint32_t solved = 0;
-  for (std::uint32_t& count : solved_before_chunk_) solved += std::exchange(count, solved);
-  grow_to(in_contact_, solved);
-  grow_to(free_, active_.size() - solved);
-  pool_.for_each_chunk(active_.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    const std::size_t in_contact = solved_before_chunk_[begin / body_grain];
-    std::uint32_t* next[2] = {free_.data() + begin - in_contact, in_contact_.data() + in_contact};
-    for (std::size_t i = begin; i < end; ++i) *next[is_solved(active_[i])]++ = active_[i];
+  if (2 * contacts < least_to_divide || 2 * contacts < in_contact_.size()) {
+    graph_.divide({});
+    return;
+  }
+  const Cost now = cost_of_domains(), then = cost_when_divided_;
+  if (now.contacts > 2 * then.contacts || 2 * now.contacts < then.contacts ||
+      4 * now.sweep * then.contacts > 5 * then.sweep * now.contacts)
+    divide();
+}
+
+void NativeSimulator::divide() {
+  graph_.divide(active_);
+  cost_when_divided_ = cost_of_domains();
+}
+
+// A sweep's length in contacts of one thread, were there as many threads as domains, times their number.
+NativeSimulator::Cost NativeSimulator::cost_of_domains() const {
+  const Domains& domains = graph_.domains();
+  Cost cost{0, graph_.between()};
+  for (std::size_t division = 0; division < Domains::divisions; ++division) {
+    std::size_t largest = 0;
+    for (std::size_t i = 0; i < domains.count(division); ++i)
+      largest = std::max(largest, graph_.size_of_unit(domains.first_unit(division) + i));
+    cost.sweep += largest * domains.count(0);
+  }
+  cost.sweep += graph_.size_of_unit(domains.rest()) * domains.count(0);
+  return cost;
+}
+
+// Awake bodies that the solver moves, ascending.
+void NativeSimulator::list_in_contact() {
+  ++contact_sorting_;
+  in_contact_is_current_ = true;
+  in_contact_.clear();
+  for (std::size_t i = 0; i < state_.to_solve.size(); ++i)
+    for (std::uint64_t bits = state_.to_solve[i]; bits != 0; bits &= bits - 1) {
+      const auto slot = static_cast<std::uint32_t>(64 * i) + static_cast<std::uint32_t>(std::countr_zero(bits));
+      if (state_.flags[slot] & awake) in_contact_.push_back(slot);
+    }
+}
+
+void NativeSimulator::move_free() {
+  pool_.for_each_part(active_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    std::array<std::uint32_t, least_bodies> free;
+    while (begin < end) {
+      std::size_t count = 0;
+      for (; begin < end && count < free.size(); ++begin) {
+        free[count] = active_[begin];
+        count += !state_.is_to_solve(active_[begin]);
+      }
+      move_part<false>({free.data(), count});
+    }
   });
 }
 
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
 void NativeSimulator::collect_changed() {
   const std::vector<std::uint8_t>& flags = state_.flags;
-  std::size_t count = 0;
-  // Without branches, which nobody could predict.
-  const auto look_at = [&](std::size_t begin, std::size_t end) {
-    if (count + end - begin > changed_.size()) grow_to(changed_, count + end - begin);
-    for (std::size_t slot = begin; slot < end; ++slot) {
-      changed_[count] = static_cast<std::uint32_t>(slot);
-      count += (flags[slot] & box_changed) != 0;
-    }
-  };
-  // Eight at a time, because mostly none of them has.
-  constexpr std::uint64_t any_changed = box_changed * 0x0101010101010101u;
-  std::size_t slot = 0;
-  for (; slot + 8 <= flags.size(); slot += 8) {
-    std::uint64_t eight;
-    std::memcpy(&eight, &flags[slot], 8);
-    if (eight & any_changed) look_at(slot, slot + 8);
+  const std::size_t chunks = (flags.size() + body_grain - 1) / body_grain;
+  if (changed_.size() < flags.size()) {
+    grow_to(changed_, flags.size());
+    grow_to(changed_in_chunk_, chunks);
   }
-  look_at(slot, flags.size());
-  changed_.resize(count);
+  pool_.for_each_chunk(flags.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    ChangedBodies found;
+    std::uint32_t* const slots = &changed_[begin];
+    // Without branches, which nobody could predict.
+    const auto look_at = [&](std::size_t first, std::size_t last) {
+      for (std::size_t slot = first; slot < last; ++slot) {
+        const std::uint8_t f = flags[slot];
+        slots[found.count] = static_cast<std::uint32_t>(slot);
+        found.count += (f & box_changed) != 0;
+        found.at_rest |= (f & (box_changed | awake)) == box_changed;
+      }
+    };
+    // Eight at a time, because mostly none of them has.
+    constexpr std::uint64_t any_changed = box_changed * 0x0101010101010101u;
+    std::size_t slot = begin;
+    for (; slot + 8 <= end; slot += 8) {
+      std::uint64_t eight;
+      std::memcpy(&eight, &flags[slot], 8);
+      if (eight & any_changed) look_at(slot, slot + 8);
+    }
+    look_at(slot, end);
+    changed_in_chunk_[begin / body_grain] = found;
+  });
+  std::size_t count = 0;
+  changed_at_rest_ = false;
+  for (std::size_t i = 0; i < chunks; ++i) {
+    const auto first = changed_.begin() + static_cast<std::ptrdiff_t>(i * body_grain);
+    std::copy_n(first, changed_in_chunk_[i].count, changed_.begin() + static_cast<std::ptrdiff_t>(count));
+    count += changed_in_chunk_[i].count;
+    changed_at_rest_ |= changed_in_chunk_[i].at_rest;
+  }
+  changed_count_ = count;
 }
 
 // Between steps the tree may not know of boxes that the last step or the application changed.
@@ -294,9 +346,11 @@ void NativeSimulator::quarantine_failed() {
 }
 
 std::size_t NativeSimulator::list_bytes() const {
-  std::size_t bytes = chunks_of_changes_.capacity() * sizeof(ChunkOfChanges) + pairs_to_add_.capacity() * sizeof(Pair) +
-                      parted_.capacity() * sizeof(PartedContact) + neighbourhood_.memory_bytes();
-  for (const auto* list : {&active_, &in_contact_, &free_, &changed_, &forced_, &solved_before_chunk_, &added_})
+  std::size_t bytes = chunks_of_changes_.capacity() * (sizeof(ChunkOfChanges) + sizeof(ChunkCounts)) +
+                      fresh_.capacity() * (sizeof(NewManifold*) + sizeof(HitEvent)) +
+                      pairs_to_add_.capacity() * sizeof(Pair) + parted_.capacity() * sizeof(PartedContact) +
+                      neighbourhood_.memory_bytes();
+  for (const auto* list : {&active_, &in_contact_, &changed_, &forced_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }
@@ -308,14 +362,14 @@ void NativeSimulator::count() {
   counts.pairs = static_cast<std::uint32_t>(graph_.pair_count());
   counts.manifolds = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour)
-    counts.manifolds += static_cast<std::uint32_t>(graph_.of_colour(colour).size());
+    counts.manifolds += static_cast<std::uint32_t>(graph_.size_of(colour));
   if (cell_solver_) {
     counts.points = static_cast<std::uint32_t>(cell_solver_->point_count());
     counts.work_groups = static_cast<std::uint32_t>(cell_solver_->cell_count());
   } else {
     counts.points = static_cast<std::uint32_t>(solver_.point_count());
     counts.colours = static_cast<std::uint32_t>(solver_.colours_in_use());
-    counts.overflow = static_cast<std::uint32_t>(graph_.of_colour(overflow_colour).size());
+    counts.overflow = static_cast<std::uint32_t>(graph_.size_of(overflow_colour));
   }
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
@@ -328,7 +382,10 @@ void NativeSimulator::count() {
 
 void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
   queries_are_current_ = false;
-  if (slot >= state_.size()) state_.resize(slot + 1);
+  if (slot >= state_.size()) {
+    state_.resize(slot + 1);
+    graph_.resize(slot + 1);
+  }
   state_.clear(slot);
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;
@@ -337,6 +394,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], velocity.linear, def.dt);
   state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
+  state_.note_to_solve(slot);
   set_changed_ = true;
   active_is_current_ = false;
 }

@@ -1,6 +1,7 @@
 // The native simulator: rigid bodies on the CPU's cores and vector lanes.
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <vector>
 
@@ -55,7 +56,7 @@ class NativeSimulator : public Simulator {
   NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase);
   void set_broad_phase(std::unique_ptr<BroadPhase> broad_phase) { broad_phase_ = std::move(broad_phase); }
 
-  static constexpr std::size_t contact_grain = 128;
+  static constexpr std::size_t contact_grain = 32;
 
   // The verbs of a step.
   void find_pairs();
@@ -65,20 +66,27 @@ class NativeSimulator : public Simulator {
 
   /// What one chunk of contacts met in the narrow phase.
   struct ChunkOfChanges {
-    std::uint32_t recycled = 0;
     std::vector<NewManifold> begun;
     std::vector<PartedContact> parted;
-
-    void clear() {
-      recycled = 0;
-      begun.clear();
-      parted.clear();
-    }
-    void note(std::uint32_t contact, Change change) {
-      recycled += change == Change::recycled;
-      if (change == Change::ended || change == Change::gone) parted.push_back({contact, change == Change::gone});
-    }
   };
+  /// How much of it there is: whoever takes changes over reads these and only the chunks that hold something.
+  struct ChunkCounts {
+    std::uint16_t recycled = 0, begun = 0, parted = 0;
+  };
+  void clear_chunk(std::size_t chunk) {
+    chunk_counts_[chunk] = {};
+    chunks_of_changes_[chunk].begun.clear();
+    chunks_of_changes_[chunk].parted.clear();
+  }
+  /// What `contact` of the chunk has met; a first manifold is in `begun` already.
+  void note(std::size_t chunk, std::uint32_t contact, Change change) {
+    ChunkCounts& counts = chunk_counts_[chunk];
+    if (change == Change::recycled) ++counts.recycled;
+    if (change == Change::began) ++counts.begun;
+    if (change != Change::ended && change != Change::gone) return;
+    ++counts.parted;
+    chunks_of_changes_[chunk].parted.push_back({contact, change == Change::gone});
+  }
 
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
 
@@ -88,24 +96,36 @@ class NativeSimulator : public Simulator {
   bool lists_added_ = false;          // for those who ask for it
   std::vector<std::uint32_t> added_;  // contacts that this step's search found
   std::vector<ChunkOfChanges> chunks_of_changes_;
+  std::vector<ChunkCounts> chunk_counts_;
 
  private:
   void build_constraints();
   void solve();
   void finish();
 
+  /// Moves bodies by what the solver found, or by gravity alone.
+  template <bool in_contact>
+  void move_part(std::span<const std::uint32_t> slots);
+  /// All that the solver does not move.
+  void move_free();
   int threads_worth_while() const;
   BroadPhaseInput broad_phase_input() const;
   void prefetch_bodies(const Contact& c) const;
   void collect_changed();
   void list_active();
   void refresh_for_queries();
-  void sort_active();
+  void list_in_contact();
+  struct Cost {
+    std::uint64_t sweep = 0, contacts = 0;
+  };
+  void divide_if_worth_while();
+  void divide();
+  Cost cost_of_domains() const;
   void take_over_changes();
   void end_contacts();
   void begin_contacts();
   void begin_touching(const NewManifold& fresh);
-  void first_manifold(NewManifold& fresh);
+  HitEvent first_manifold(const NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(const Contact& c) const;
@@ -122,18 +142,28 @@ class NativeSimulator : public Simulator {
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
   std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
-  std::vector<std::uint32_t> free_;        // and the others
   Neighbourhood neighbourhood_;
+  std::atomic<std::size_t> failed_ = 0;  // bodies whose new state is not finite
+  Cost cost_when_divided_;               // into domains
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
-  bool set_changed_ = false;                  // bodies added or removed since the broad phase last ran
-  std::vector<std::uint32_t> changed_;        // bodies with new fat boxes
+  bool set_changed_ = false;  // bodies added or removed since the broad phase last ran
+  struct ChangedBodies {
+    std::uint32_t count = 0;
+    bool at_rest = false;
+  };
+  std::vector<std::uint32_t> changed_;  // bodies with new fat boxes, and room for them all
+  std::size_t changed_count_ = 0;
+  std::span<const std::uint32_t> changed() const { return {changed_.data(), changed_count_}; }
+  std::vector<ChangedBodies> changed_in_chunk_;
+  bool changed_at_rest_ = false;              // some of them are not awake
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;
   std::vector<PartedContact> parted_;  // of all chunks
-  std::vector<std::uint32_t> solved_before_chunk_;
+  std::vector<const NewManifold*> fresh_;
+  std::vector<HitEvent> meetings_;     // of `fresh_`
   std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
 
   std::vector<ContactEvent> begun_, ended_, ended_by_removal_;

@@ -15,10 +15,14 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
         first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
   resize(slots);
+  for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
 }
 
 void ContactGraph::restore(ByteReader& in) {
+  domains_.restore(in, state_.size());
   archive(*this, in);
+  in.require(colours_.size() == domains_.units() * (overflow_colour + 1));
+  unit_sizes_.assign(domains_.units(), 0);
   const std::size_t slots = state_.size(), contacts = contacts_.size();
   const auto is_link = [&](std::uint32_t link) { return link == none || (link >> 1) < contacts; };
   for (const std::uint32_t head : state_.first_contact) in.require(is_link(head));
@@ -34,8 +38,12 @@ void ContactGraph::restore(ByteReader& in) {
     pairs_.insert(c.a, c.b);
     if (c.colour == no_colour) continue;
     ++coloured;
-    in.require(c.touching() && c.colour <= overflow_colour && c.colour_slot < colours_[c.colour].size());
-    in.require(&contacts_[colours_[c.colour][c.colour_slot]] == &c);
+    in.require(c.touching() && c.colour <= overflow_colour);
+    const std::vector<std::uint32_t>& list = list_of(c);
+    in.require(c.colour_slot < list.size() && list[c.colour_slot] == static_cast<std::uint32_t>(&c - contacts_.data()));
+    ++sizes_[c.colour];
+    ++unit_sizes_[domains_.unit(c)];
+    between_ += !c.fixed_a;
   }
   for (const std::vector<std::uint32_t>& list : colours_) {
     in.require(list.size() <= coloured);
@@ -71,7 +79,9 @@ void Bvh::restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool)
 
 void NativeSimulator::save(ByteWriter& write) const {
   BodyState::archive(state_, write);
+  Domains::archive(graph_.domains(), write);
   ContactGraph::archive(graph_, write);
+  write(cost_when_divided_);
   Islands::archive(islands_, write);
   broad_phase_->save(write);
   write(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
@@ -80,6 +90,7 @@ void NativeSimulator::save(ByteWriter& write) const {
 void NativeSimulator::restore(ByteReader& in) {
   state_.restore(in, bodies.slot_count());
   graph_.restore(in);
+  in(cost_when_divided_);
   islands_.restore(in);
   broad_phase_->restore(in, state_.fat_boxes, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);

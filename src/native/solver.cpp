@@ -1,7 +1,9 @@
 #include "native/solver.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <type_traits>
 
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
@@ -13,6 +15,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t alignment = 64;
+constexpr std::size_t least_blocks = 4;
 constexpr std::size_t least_bodies = 64;  // worth another thread
 
 float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
@@ -77,6 +80,85 @@ class ContactSolver::Everything {
   ContactSolver& s_;
 };
 
+/// A sweep is a loop over the domains of each division. What concerns single bodies, and contacts with what cannot be
+/// pushed, which come last in a sweep because that is the firmer side, waits for the next loop over the first division.
+class ContactSolver::InDomains {
+ public:
+  explicit InDomains(ContactSolver& solver) : s_(solver), layout_(solver.layout_), domains_(solver.graph_.domains()) {}
+
+  template <class Act>
+  void bodies(const Act& act) const {
+    put_off([this, act](const Unit& unit) {
+      const Act mine = act;  // where no other thread can see it, and the compiler knows
+      for (const std::uint32_t slot : layout_.bodies(unit)) mine(slot);
+    });
+  }
+
+  template <class Kernel>
+  void colours(const Kernel& kernel) const {
+    for_each_first([&](const Unit& unit) { run(kernel, unit.between); });
+    for (std::size_t division = 1; division < Domains::divisions; ++division)
+      for_each_unit(division, [&](const Unit& unit) { run(kernel, unit.between); });
+    run(kernel, layout_.units()[domains_.rest()].between);
+    put_off([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
+  }
+
+  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
+    const std::span<const Columns::Column> columns = s_.columns_.all();
+    if (columns.empty()) return;
+    for_each_first([](const Unit&) {});  // columns go through domains, and come after all of a sweep
+    s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
+      s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
+    });
+  }
+
+  /// What waits, then act(unit) for each of the first division.
+  template <class Act>
+  void for_each_first(const Act& act) const {
+    for_each_unit(0, [&](const Unit& unit) {
+      for (std::size_t i = 0; i < waiting_; ++i) put_off_[i].call(put_off_[i].closure, unit);
+      act(unit);
+    });
+    waiting_ = 0;
+  }
+
+ private:
+  // A closure of the solver's; no std::function, because steps do not allocate.
+  struct PutOff {
+    alignas(16) std::byte closure[160];
+    void (*call)(const void* closure, const Unit& unit);
+  };
+
+  template <class Closure>
+  void put_off(const Closure& closure) const {
+    static_assert(std::is_trivially_copyable_v<Closure> && sizeof closure <= sizeof PutOff::closure);
+    PutOff& place = put_off_.at(waiting_++);
+    std::memcpy(place.closure, &closure, sizeof closure);
+    place.call = [](const void* of, const Unit& unit) { (*static_cast<const Closure*>(of))(unit); };
+  }
+
+  template <class Kernel>
+  void run(const Kernel& kernel, const ConstraintLayout::Range& stretches) const {
+    for (const auto& stretch : layout_.stretches(stretches))
+      kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
+  }
+
+  template <class Act>
+  void for_each_unit(std::size_t division, const Act& act) const {
+    const std::span<const Unit> units =
+        layout_.units().subspan(domains_.first_unit(division), domains_.count(division));
+    s_.pool_.for_each_part(units.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) act(units[i]);
+    });
+  }
+
+  ContactSolver& s_;
+  const ConstraintLayout& layout_;
+  const Domains& domains_;
+  mutable std::array<PutOff, 4> put_off_;
+  mutable std::size_t waiting_ = 0;
+};
+
 class ContactSolver::OneGroup {
  public:
   OneGroup(ContactSolver& solver, const Group& group) : s_(solver), group_(group) {}
@@ -120,16 +202,35 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   if (has_moved && def_.solver.method == Solver::soft)
     columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)});
   point_count_ = 0;
-  if (layout_.groups().empty()) {
-    Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
-    layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
-    point_count_ += single_.prepare(single_blocks_, 0, single_count_, graph_.of_colour(overflow_colour).data(),
-                                    graph_.constrained(), view());
-  } else {
-    for_each_group([&](const Group& group) {
-      OneGroup(*this, group).bodies([&](std::uint32_t slot) { load_body(slot); });
-      prepare(group.blocks.begin, group.blocks.end);
-    });
+  if (!layout_.units().empty()) return build_in_domains();
+  if (!layout_.groups().empty()) return;
+  Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
+  layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
+  point_count_ += single_.prepare(single_blocks_, 0, single_count_, overflow_.data(), graph_.constrained(), view());
+}
+
+void ContactSolver::build_in_domains() {
+  const InDomains work(*this);
+  work.for_each_first([&](const Unit& unit) {
+    load_group(layout_.bodies(unit));
+    prepare(unit.blocks.begin, unit.blocks.end);
+  });
+  const std::size_t first = layout_.units()[graph_.domains().first_unit(1)].blocks.begin;
+  pool_.for_each_part(layout_.blocks() - first, least_blocks,
+                      [&](std::size_t begin, std::size_t end) { prepare(first + begin, first + end); });
+}
+
+void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    constexpr std::size_t ahead = 4;
+    if (i + ahead < slots.size()) {
+      const std::uint32_t slot = slots[i + ahead];
+      prefetch_to_read(&bodies_[slot]);
+      prefetch_to_read(&state_.velocities[slot]);
+      prefetch_to_write(&state_.solver_bodies()[slot]);
+      prefetch_to_write(&state_.motion[slot]);
+    }
+    load_body(slots[i]);
   }
 }
 
@@ -191,13 +292,16 @@ std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
 
 void ContactSolver::make_room_for_blocks() {
   const std::size_t wide_count = layout_.blocks();
-  single_count_ = graph_.of_colour(overflow_colour).size();
+  overflow_.clear();
+  graph_.for_each_of_colour(overflow_colour, [&](std::uint32_t index) { overflow_.push_back(index); });
+  single_count_ = overflow_.size();
   wide_blocks_.stride = block_bytes(wide_);
   single_blocks_.stride = block_bytes(single_);
   const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride + alignment;
   if (blocks_.size() < bytes) {
     blocks_.clear();
-    grow_to(blocks_, bytes);
+    make_room(blocks_, bytes);
+    blocks_.resize(blocks_.capacity());  // not to be cleared again with every step that needs a little more
   }
   const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
   wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
@@ -220,15 +324,46 @@ BodyIntegration ContactSolver::integration(float h) {
   return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
 }
 
-void ContactSolver::solve() {
-  if (layout_.groups().empty())
-    solve(Everything(*this));
-  else
-    for_each_group([&](const Group& group) { solve(OneGroup(*this, group)); });
+void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act) {
+  if (!layout_.units().empty()) return solve_in_domains(act);
+  const Constrained constrained = graph_.constrained();
+  if (!layout_.groups().empty()) {
+    // One thread does everything there is to do with a group, while it is in its cache.
+    for_each_group([&](const Group& group) {
+      load_group(layout_.bodies(group));
+      prepare(group.blocks.begin, group.blocks.end);
+      substeps(OneGroup(*this, group));
+      wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, constrained);
+      act(layout_.bodies(group));
+    });
+    return;
+  }
+  substeps(Everything(*this));
+  layout_.for_each_part_of_all(
+      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, constrained); });
+  single_.store(single_blocks_, 0, single_count_, constrained);
+  layout_.for_each_part_of_bodies(
+      [&](std::size_t begin, std::size_t end) { act(layout_.bodies().subspan(begin, end - begin)); });
+}
+
+template <class Act>
+void ContactSolver::solve_in_domains(const Act& act) {
+  const InDomains work(*this);
+  substeps(work);
+  // Each domain of the first division hands back its own impulses, and a share of those across borders.
+  const std::size_t count = graph_.domains().count(0);
+  const Unit* const units = layout_.units().data();
+  const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
+  work.for_each_first([&](const Unit& unit) {
+    const auto i = static_cast<std::size_t>(&unit - units);
+    wide_.store(wide_blocks_, unit.blocks.begin, unit.blocks.end, graph_.constrained());
+    wide_.store(wide_blocks_, first + i * across / count, first + (i + 1) * across / count, graph_.constrained());
+    act(layout_.bodies(unit));
+  });
 }
 
 template <class Work>
-void ContactSolver::solve(const Work& work) {
+void ContactSolver::substeps(const Work& work) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if (def_.solver.method == Solver::soft)
     solve_soft(work, h);
@@ -286,7 +421,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
 template <class Work>
 void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
   if (def_.solver.warm_start && !first_substep) return;
-  work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
+  work.colours([this](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     if (def_.solver.warm_start)
       k.warm_start(blocks, begin, end, state_.solver_bodies());
     else
@@ -296,7 +431,7 @@ void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
 
 template <class Work>
 void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters) {
-  work.colours([&](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
+  work.colours([this, pass, parameters](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
   });
 }
@@ -305,18 +440,6 @@ void ContactSolver::brace(std::span<const Columns::Column> columns, bool pushes_
                           const SweepParameters& parameters) {
   for (const Columns::Column& c : columns)
     wide_.brace(wide_blocks_, columns_.contacts(c), c.contacts, view(), pushes_out, parameters);
-}
-
-void ContactSolver::store() {
-  const auto store_blocks = [&](std::size_t begin, std::size_t end) {
-    wide_.store(wide_blocks_, begin, end, graph_.constrained());
-  };
-  if (layout_.groups().empty()) {
-    layout_.for_each_part_of_all(store_blocks);
-    single_.store(single_blocks_, 0, single_count_, graph_.constrained());
-  } else {
-    for_each_group([&](const Group& group) { store_blocks(group.blocks.begin, group.blocks.end); });
-  }
 }
 
 }  // namespace fathom::native

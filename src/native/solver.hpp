@@ -15,6 +15,7 @@
 #include <atomic>
 #include <cstddef>
 #include <fathom/world.hpp>
+#include <functional>
 #include <vector>
 
 #include "native/columns.hpp"
@@ -38,15 +39,13 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Gathers what the sweeps read: bodies `in_contact` and blocks of constraints by colour, neighbours together.
+  /// Lays out blocks of constraints, neighbours together, and gathers what the sweeps read unless `solve` will do
+  /// that group by group.
   void build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
-  /// All substeps. Afterwards `BodyState::solver` holds velocities and movement of the step.
-  void solve();
-  /// Hands the impulses back to the contacts.
-  void store();
+  /// All substeps; hands the impulses back to the contacts and calls act(slots), by any thread, for parts of the bodies
+  /// in contact, for which `BodyState::solver` then holds velocities and movement of the step.
+  void solve(const std::function<void(std::span<const std::uint32_t>)>& act);
 
-  /// Bodies in contact, in the order in which threads take them.
-  std::span<const std::uint32_t> bodies() const { return layout_.bodies(); }
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
@@ -56,9 +55,12 @@ class ContactSolver {
  private:
   using Sweep = void (*)(BlockArray, std::size_t, std::size_t, SolverBody*, const SweepParameters&);
   using Group = ConstraintLayout::Group;
+  using Unit = ConstraintLayout::Unit;
 
-  /// What a solver goes over in every substep: all bodies and colours, by all threads, or those of a group.
+  /// What a solver goes over in every substep: all bodies and colours, by all threads, in domains or colour by colour,
+  /// or those of a group.
   class Everything;
+  class InDomains;
   class OneGroup;
 
   template <class Act>
@@ -67,9 +69,13 @@ class ContactSolver {
   void make_room_for_blocks();
   BodiesView view();
   void load_body(std::uint32_t slot);
+  void load_group(std::span<const std::uint32_t> slots);
   void prepare(std::size_t begin, std::size_t end);
+  void build_in_domains();
+  template <class Act>
+  void solve_in_domains(const Act& act);
   template <class Work>
-  void solve(const Work& work);
+  void substeps(const Work& work);
   template <class Work>
   void solve_soft(const Work& work, float h);
   template <class Work>
@@ -94,9 +100,11 @@ class ContactSolver {
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
+  std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
   Columns columns_;
-  std::atomic<std::size_t> point_count_ = 0;
+  // Counted by all threads, who read what is above.
+  alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };
 
 }  // namespace fathom::native

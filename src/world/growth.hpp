@@ -19,4 +19,14 @@ void grow_to(std::vector<T>& array, std::size_t size) {
   array.resize(size);
 }
 
+/// Gives back the room that a burst needed, as a scene's first step, where `size` is far less. Clears the array.
+template <class T>
+void give_back_room(std::vector<T>& array, std::size_t size) {
+  constexpr std::size_t burst = 1024;
+  if (array.capacity() > burst && 8 * size < array.capacity())
+    std::vector<T>().swap(array);
+  else
+    array.clear();
+}
+
 }  // namespace fathom

@@ -15,7 +15,12 @@ struct IntegrateBodies {
   SolveConstraints solver;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    solver(SolveConstraints::Plan{}, {what, 0, 0, 0}, i, SolveConstraints::Fetched{});
+    SolveConstraints::Plan plan{};
+    plan.any_kinematic = true;  // perhaps: bodies are asked
+    const SolveConstraints::Place place{what, 0, 0, 0};
+    SolveConstraints::Fetched fetched;
+    solver.fetch(plan, place, i, fetched);
+    solver(plan, place, i, fetched);
   }
 };
 
@@ -57,6 +62,7 @@ struct SolveCells {
   FATHOM_HD void sweep(std::uint32_t constraint) const {
     SolveConstraints::Plan plan;
     plan.overflow = 0;
+    plan.by_data = false;
     plan.schedule[0] = {0, 0};
     const SolveConstraints::Place place{what, 0, round, 0};
     SolveConstraints::Fetched fetched;

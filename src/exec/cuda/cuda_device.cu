@@ -71,15 +71,17 @@ CudaDevice::CudaDevice(int index, Where where) {
 void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                                 const Where& where) {
   const std::uint32_t blocks = std::bit_ceil(std::min(wanted, cluster_blocks_));
-  cudaLaunchAttribute attribute{};
-  attribute.id = cudaLaunchAttributeClusterDimension;
-  attribute.val.clusterDim = {blocks, 1, 1};
+  cudaLaunchAttribute attributes[2]{};
+  attributes[0].id = cudaLaunchAttributeClusterDimension;
+  attributes[0].val.clusterDim = {blocks, 1, 1};
+  attributes[1].id = cudaLaunchAttributeProgrammaticStreamSerialization;
+  attributes[1].val.programmaticStreamSerializationAllowed = 1;
   cudaLaunchConfig_t config{};
   config.gridDim = dim3(blocks);
-  config.blockDim = dim3(size);
+  config.blockDim = dim3(size + cuda::warp_size);
   config.stream = stream_;
-  config.attrs = &attribute;
-  config.numAttrs = 1;
+  config.attrs = attributes;
+  config.numAttrs = follows_early() ? 2 : 1;
   // More than 8 blocks are not promised on every GPU with clusters.
   if (blocks > 8)
     cuda::check(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1), "sizing a cluster",
@@ -87,16 +89,17 @@ void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::u
   cuda::check(cudaLaunchKernelExC(&config, kernel, arguments), "launching parallel_phases", where);
 }
 
-void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
-                                      const Where& where) {
+void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_clerk,
+                                      void** arguments, const Where& where) {
+  const std::uint32_t threads = size + (has_clerk ? cuda::warp_size : 0);
   int resident = 0;  // blocks that a multiprocessor can hold at once
-  cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(size), 0),
+  cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(threads), 0),
               "sizing parallel_phases", where);
   // More blocks wait longer for each other; they pay where they hide the latency of much memory.
-  const bool many = wanted > 4 * info_.compute_units * size / 32;
+  const bool many = wanted > most_warps_of_few(size);
   const std::uint32_t most_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
   cuda::check(
-      cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(size), arguments, 0, stream_),
+      cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(threads), arguments, 0, stream_),
       "launching parallel_phases", where);
 }
 
@@ -171,12 +174,14 @@ void* CudaDevice::do_allocate_pinned(std::size_t bytes, const Where& where) {
 void CudaDevice::do_release(void* memory) noexcept {
   bind();
   (void)cudaStreamSynchronize(stream_);
+  (void)cudaStreamSynchronize(ahead_);
   (void)cudaFree(memory);
 }
 
 void CudaDevice::release_pinned(void* memory) noexcept {
   bind();
   (void)cudaStreamSynchronize(stream_);
+  (void)cudaStreamSynchronize(ahead_);
   (void)cudaFreeHost(memory);
 }
 

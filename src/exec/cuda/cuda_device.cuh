@@ -57,8 +57,7 @@ class CudaDevice final : public Memory {
     if (range.capacity == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
     start_launch();
-    cuda::run_items<<<blocks_for(range, size), size, 0, stream_>>>(range, kernel);
-    cuda::check(cudaGetLastError(), "launching parallel_for", where);
+    launch_kernel(cuda::run_items<Kernel>, blocks_for(range, size), size, where, range, kernel);
   }
 
   template <GroupKernel Kernel>
@@ -66,8 +65,7 @@ class CudaDevice final : public Memory {
     check_items(groups.capacity, where);
     if (groups.capacity == 0) return;
     start_launch();
-    cuda::run_groups<<<blocks_for(groups, 1), Kernel::group_size, 0, stream_>>>(groups, kernel);
-    cuda::check(cudaGetLastError(), "launching parallel_groups", where);
+    launch_kernel(cuda::run_groups<Kernel>, blocks_for(groups, 1), Kernel::group_size, where, groups, kernel);
   }
 
   template <PhaseKernel Kernel>
@@ -82,12 +80,16 @@ class CudaDevice final : public Memory {
     void* arguments[] = {&most_phases, &most_items, &barrier_, &with_plan};
     // One cluster waits half as long as a grid, and has an eighth of its multiprocessors.
     const std::uint32_t warps = (most_items + 31) / 32;
+    constexpr bool ends_at_empty = ends_at_empty_phase<Kernel>();
     if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || most_items <= size * cluster_blocks_)) {
-      const auto kernel_function = cuda::run_phases<cuda::ClusterBarrier, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cluster(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
+      const auto function = cuda::run_phases<cuda::ClusterBarrier, Planned, size, ends_at_empty>;
+      launch_cluster(reinterpret_cast<const void*>(function), warps, size, arguments, where);
+    } else if (warps <= most_warps_of_few(size)) {
+      const auto function = cuda::run_phases<cuda::GridBarrier<true>, Planned, size, ends_at_empty>;
+      launch_cooperatively(reinterpret_cast<const void*>(function), warps, size, true, arguments, where);
     } else {
-      const auto kernel_function = cuda::run_phases<cuda::GridBarrier, Planned, size, ends_at_empty_phase<Kernel>()>;
-      launch_cooperatively(reinterpret_cast<const void*>(kernel_function), warps, size, arguments, where);
+      const auto function = cuda::run_phases<cuda::GridBarrier<false>, Planned, size, ends_at_empty>;
+      launch_cooperatively(reinterpret_cast<const void*>(function), warps, size, false, arguments, where);
     }
   }
 
@@ -174,8 +176,28 @@ class CudaDevice final : public Memory {
   /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
   void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                       const Where& where);
-  void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
-                            const Where& where);
+  void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_clerk,
+                            void** arguments, const Where& where);
+  /// Items of a phase in warps up to which blocks wait for each other more than for memory.
+  std::uint32_t most_warps_of_few(std::uint32_t size) const { return 4 * info_.compute_units * size / cuda::warp_size; }
+
+  /// Whether a kernel may be set up while the one before still runs.
+  bool follows_early() const { return cluster_blocks_ > 0; }  // compute capability 9.0 has both
+
+  template <class... Arguments>
+  void launch_kernel(void (*function)(Arguments...), std::uint32_t blocks, std::uint32_t size, const Where& where,
+                     Arguments... arguments) {
+    cudaLaunchAttribute attribute{};
+    attribute.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    attribute.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(blocks);
+    config.blockDim = dim3(size);
+    config.stream = stream_;
+    config.attrs = &attribute;
+    config.numAttrs = follows_early() ? 1 : 0;
+    cuda::check(cudaLaunchKernelEx(&config, function, arguments...), "launching a kernel", where);
+  }
   void submit_copy(void* to, const void* from, std::size_t bytes, cudaMemcpyKind kind, const Where& where);
   void submit_copy_ahead(void* to, const void* from, std::size_t bytes, const Where& where);
   void submit_copy_aside(void* to, const void* from, std::size_t bytes, const Where& where);

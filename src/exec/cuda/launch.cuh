@@ -10,9 +10,21 @@
 
 namespace fathom::exec::cuda {
 
+inline constexpr std::uint32_t warp_size = 32;
+
+/// Lets the next kernel of the queue be set up beside this one, and waits until the one before has ended and what it
+/// wrote can be read ("programmatic dependent launch").
+__device__ inline void follow() {
+#if __CUDA_ARCH__ >= 900
+  asm volatile("griddepcontrol.launch_dependents;" ::: "memory");
+  asm volatile("griddepcontrol.wait;" ::: "memory");
+#endif
+}
+
 template <class Kernel>
 __global__ __launch_bounds__(items_per_group<Kernel>()) void run_items(const __grid_constant__ Range range,
                                                                        const __grid_constant__ Kernel kernel) {
+  follow();
   const std::uint32_t n = range.size();
   const std::uint32_t stride = gridDim.x * blockDim.x;
   for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < n; i += stride) kernel(i);
@@ -22,6 +34,7 @@ template <class Kernel>
 __global__ __launch_bounds__(Kernel::group_size) void run_groups(const __grid_constant__ Range groups,
                                                                  const __grid_constant__ Kernel kernel) {
   __shared__ typename Kernel::Local local;
+  follow();
   const std::uint32_t n = groups.size();
   // Every section ends with a barrier, so the next group may reuse the local memory.
   for (std::uint32_t i = blockIdx.x; i < n; i += gridDim.x) kernel(CudaGroup<Kernel::group_size>(i), local);
@@ -30,29 +43,75 @@ __global__ __launch_bounds__(Kernel::group_size) void run_groups(const __grid_co
 /// Blocks of the largest cluster that a kernel may ask for.
 inline constexpr std::uint32_t most_cluster_blocks = 16;
 
+/// Named barriers of a block: 0 is that of __syncthreads.
+enum BlockBarrier : std::uint32_t { all_arrived = 1, all_may_go = 2 };
+
+__device__ inline void arrive_at(BlockBarrier barrier) {
+  asm volatile("barrier.cta.arrive.aligned %0, %1;" ::"r"(static_cast<std::uint32_t>(barrier)), "r"(blockDim.x)
+               : "memory");
+}
+__device__ inline void wait_at(BlockBarrier barrier) {
+  asm volatile("barrier.cta.sync.aligned %0, %1;" ::"r"(static_cast<std::uint32_t>(barrier)), "r"(blockDim.x)
+               : "memory");
+}
+
 /// A barrier of all resident blocks. Together they add 2³¹ to the word, so its highest bit turns when the last one has
 /// arrived and the others are as they were: nothing is ever reset, and nobody waits for the answer to an addition,
 /// which cooperative_groups does. The word starts as 0, and belongs to one launch at a time.
+///
+/// With a clerk, a block's last warp does nothing but tell the others' arrival and listen for all, so that they load
+/// meanwhile.
+template <bool has_clerk>
 class GridBarrier {
  public:
-  __device__ explicit GridBarrier(std::uint32_t* word) : word_(word), turned_(~load() & turning_bit) {}
+  static constexpr bool with_clerk = has_clerk;
+  __device__ GridBarrier(std::uint32_t* word, bool is_clerk)
+      : word_(word), turned_(~load() & turning_bit), is_clerk_(is_clerk) {}
 
-  __device__ void wait_for_all() {
-    __syncthreads();
-    if (threadIdx.x == 0) {
-      const std::uint32_t share = blockIdx.x == 0 ? turning_bit - (gridDim.x - 1) : 1;
-      asm volatile("red.release.gpu.global.add.u32 [%0], %1;" ::"l"(word_), "r"(share) : "memory");
-    }
-    if (threadIdx.x == 0)
-      while ((load() & turning_bit) != turned_) {
+  __device__ void arrive() {
+    if constexpr (has_clerk) {
+      __syncwarp();
+      if (is_clerk_) {
+        wait_at(all_arrived);
+        if (threadIdx.x % warp_size == 0) tell();
+      } else {
+        arrive_at(all_arrived);
       }
-    turned_ ^= turning_bit;
-    __syncthreads();
+    }
   }
+
+  __device__ void wait() {
+    if constexpr (has_clerk) {
+      if (is_clerk_) {
+        if (threadIdx.x % warp_size == 0) listen();
+        turned_ ^= turning_bit;
+        __syncwarp();
+      }
+      wait_at(all_may_go);
+    } else {
+      __syncthreads();
+      if (threadIdx.x == 0) {
+        tell();
+        listen();
+      }
+      turned_ ^= turning_bit;
+      __syncthreads();
+    }
+  }
+
+  __device__ void pass() const { __syncwarp(); }
 
  private:
   static constexpr std::uint32_t turning_bit = 0x8000'0000u;
 
+  __device__ void tell() const {
+    const std::uint32_t share = blockIdx.x == 0 ? turning_bit - (gridDim.x - 1) : 1;
+    asm volatile("red.release.gpu.global.add.u32 [%0], %1;" ::"l"(word_), "r"(share) : "memory");
+  }
+  __device__ void listen() const {
+    while ((load() & turning_bit) != turned_) {
+    }
+  }
   __device__ std::uint32_t load() const {
     std::uint32_t value;
     asm volatile("ld.acquire.gpu.global.u32 %0, [%1];" : "=r"(value) : "l"(word_) : "memory");
@@ -61,41 +120,67 @@ class GridBarrier {
 
   std::uint32_t* word_;
   std::uint32_t turned_;  ///< the bit when all have arrived
+  bool is_clerk_;
 };
 
 /// The barrier of a thread block cluster, which is in hardware.
 class ClusterBarrier {
  public:
-  __device__ explicit ClusterBarrier(std::uint32_t*) {}
+  static constexpr bool with_clerk = true;
+  __device__ ClusterBarrier(std::uint32_t*, bool is_clerk) : is_clerk_(is_clerk) {}
 
-  __device__ void wait_for_all() {
+  // One thread's fence makes the whole block's writes visible, as in a grid's barrier: the one that the cluster's
+  // barrier comes with would be every thread's. It is the clerk's, so that the others load meanwhile.
+  __device__ void arrive() {
 #if __CUDA_ARCH__ >= 900
-    // One thread's fence makes the whole block's writes visible, as in a grid's barrier: the one that the cluster's
-    // barrier comes with would be every thread's.
-    __syncthreads();
-    if (threadIdx.x == 0) asm volatile("fence.acq_rel.cluster;" ::: "memory");
+    __syncwarp();
+    if (is_clerk_) {
+      wait_at(all_arrived);
+      if (threadIdx.x % warp_size == 0) asm volatile("fence.acq_rel.cluster;" ::: "memory");
+      __syncwarp();
+    } else {
+      arrive_at(all_arrived);
+    }
     asm volatile("barrier.cluster.arrive.relaxed.aligned;" ::: "memory");
+#endif
+  }
+
+  __device__ void wait() {
+#if __CUDA_ARCH__ >= 900
     asm volatile("barrier.cluster.wait.acquire.aligned;" ::: "memory");
 #endif
   }
+
+  __device__ void pass() const { __syncwarp(); }
+
+ private:
+  bool is_clerk_;
 };
 
 /// All phases, once the plan is made.
 template <class Barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
-__global__ __launch_bounds__(Size) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
-                                                   std::uint32_t* barrier_word, const __grid_constant__ Kernel kernel) {
+__global__ __launch_bounds__(Size + (Barrier::with_clerk ? warp_size : 0),
+                             Barrier::with_clerk || wants_registers<Kernel>()
+                                 ? 1
+                                 : 2) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
+                                                      std::uint32_t* barrier_word,
+                                                      const __grid_constant__ Kernel kernel) {
+  follow();
   __shared__ typename Kernel::Plan plan;
   if constexpr (Kernel::plan_parts > 0) {
     for (std::uint32_t k = threadIdx.x; k < Kernel::plan_parts; k += blockDim.x) kernel.plan_part(plan, k);
+    if constexpr (!Barrier::with_clerk && requires { kernel.keep_barriers(plan); })
+      if (threadIdx.x == 0) kernel.keep_barriers(plan);
     __syncthreads();
   }
-  Barrier barrier(barrier_word);
+  const bool is_clerk = threadIdx.x >= Size;
+  if constexpr (requires { kernel.needs_barriers(plan); })
+    if (is_clerk && !kernel.needs_barriers(plan)) return;
+  Barrier barrier(barrier_word, is_clerk);
   // Warps take turns between the blocks: a phase of few items then has as many multiprocessors to itself as it has
   // warps.
-  constexpr std::uint32_t warp_size = 32;
   const std::uint32_t first = (threadIdx.x / warp_size * gridDim.x + blockIdx.x) * warp_size + threadIdx.x % warp_size;
-  run_planned<ends_at_empty>(first, gridDim.x * blockDim.x, most_phases, most_items, kernel, plan,
-                             [&] { barrier.wait_for_all(); });
+  run_planned<ends_at_empty>(is_clerk ? ~0u : first, gridDim.x * Size, most_phases, most_items, kernel, plan, barrier);
 }
 
 }  // namespace fathom::exec::cuda

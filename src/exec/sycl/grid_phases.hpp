@@ -27,7 +27,11 @@ class GridBarrier {
   GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word)
       : work_item_(work_item), word_(word), turned_(~adaptive_cpp::load_acquire(*word) & turning_bit) {}
 
-  void wait_for_all() {
+  /// Nothing may follow it but loads before `wait`, which does all.
+  void arrive() {}
+  void pass() {}
+
+  void wait() {
     const auto group = work_item_.get_group();
     const auto groups = static_cast<std::uint32_t>(work_item_.get_group_range(0));
     sycl::group_barrier(group);
@@ -71,8 +75,7 @@ void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, 
     for (std::uint32_t k = local; k < Kernel::plan_parts; k += size) kernel.plan_part(plan_of_group, k);
     sycl::group_barrier(work_item.get_group());
   }
-  run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group,
-                             [&] { barrier.wait_for_all(); });
+  run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group, barrier);
 }
 
 }  // namespace fathom::exec

@@ -1,0 +1,185 @@
+#include "native/domains.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "native/body_state.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::uint32_t key_bits = 11;  // a coordinate
+constexpr std::uint32_t key_range = 1u << key_bits;
+
+// For the contacts that a body may yet get.
+constexpr float least_weight = 0.125f;
+
+float contacts_of(const BodyState& state, std::uint32_t slot) {
+  return static_cast<float>(std::popcount(state.colour_mask[slot]));
+}
+float contacts_with_fixed(const BodyState& state, std::uint32_t slot) {
+  return static_cast<float>(std::popcount(state.colour_mask[slot] >> first_fixed_colour));
+}
+
+/// Mean and standard deviation along each axis.
+struct Spread {
+  double mean[3] = {}, deviation[3] = {};
+};
+
+Spread spread_of(std::span<const std::uint32_t> slots, const BodyState& state) {
+  Spread spread;
+  double squares[3] = {};
+  const double n = static_cast<double>(slots.size());
+  for (const std::uint32_t slot : slots)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = static_cast<double>(state.poses[slot].position[axis]);
+      spread.mean[axis] += x / n;
+      squares[axis] += x * x / n;
+    }
+  for (int axis = 0; axis < 3; ++axis)
+    spread.deviation[axis] = std::sqrt(std::max(squares[axis] - spread.mean[axis] * spread.mean[axis], 1e-6));
+  return spread;
+}
+
+/// The coordinate in `key_range` steps over four deviations to either side.
+std::uint32_t quantised(double x, double mean, double deviation) {
+  const double step = (x - mean) / (8 * deviation) + 0.5;
+  return static_cast<std::uint32_t>(std::clamp(step, 0.0, 1.0) * (key_range - 1));
+}
+
+/// Which of `count` equal parts the share `at` of the whole falls into, `shift` parts on, the last and the first being
+/// one where the shift divides it.
+std::size_t part(float at, float shift, std::size_t count) {
+  const float place = at * static_cast<float>(count) + shift;
+  const auto index = static_cast<std::size_t>(place);
+  return index >= count ? index - count : index;
+}
+
+}  // namespace
+
+// As square as whole numbers of parts allow.
+Domains::Grid Domains::grid(std::size_t count, float aspect) {
+  Grid best{count, 1};
+  for (Grid g{count, 1}; g.columns >= 1; g = {g.columns / 2, g.rows * 2}) {
+    const auto badness = [&](Grid of) {
+      return std::abs(std::log2(static_cast<float>(of.columns) / static_cast<float>(of.rows) / aspect));
+    };
+    if (badness(g) < badness(best)) best = g;
+    if (g.columns == 1) break;
+  }
+  return best;
+}
+
+void Domains::set_counts(const std::array<std::uint32_t, divisions>& counts) {
+  counts_ = counts;
+  for (std::size_t i = 0; i < divisions; ++i) first_units_[i + 1] = first_units_[i] + counts_[i];
+}
+
+void Domains::clear() { set_counts({}); }
+
+// Radix sort by key, stable.
+void Domains::sort() {
+  sorted_.resize(order_.size());
+  for (std::uint32_t shift = 0; shift < 2 * key_bits; shift += key_bits) {
+    std::array<std::uint32_t, key_range> start{};
+    for (const Place& place : order_) ++start[place.key >> shift & (key_range - 1)];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& s : start) sum += std::exchange(s, sum);
+    for (const Place& place : order_) sorted_[start[place.key >> shift & (key_range - 1)]++] = place;
+    order_.swap(sorted_);
+  }
+}
+
+void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state) {
+  // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
+  std::size_t count = 16;
+  while (count < 128 && links.size() > 1600 * count) count *= 2;
+
+  const Spread spread = spread_of(slots, state);
+  int first = 0, second = 1;
+  const int third = static_cast<int>(std::min_element(spread.deviation, spread.deviation + 3) - spread.deviation);
+  if (third == 0) first = 1, second = 2;
+  if (third == 1) second = 2;
+  if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
+
+  const auto sorted_by = [&](int major, int minor) {
+    order_.clear();
+    make_room(order_, slots.size());
+    const auto key = [&](std::uint32_t slot, int axis) {
+      return quantised(static_cast<double>(state.poses[slot].position[axis]), spread.mean[axis],
+                       spread.deviation[axis]);
+    };
+    for (const std::uint32_t slot : slots) order_.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
+    sort();
+    return order_;
+  };
+  const Orders orders{sorted_by(first, second), sorted_by(second, first)};
+  std::fill(ids_.begin(), ids_.end(), Ids{});
+  const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
+  // Borders of the second division are midway between those of the first, those of the third midway again; both have
+  // fewer contacts, and so fewer domains.
+  const Grid fine = grid(count, aspect), coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2};
+  const Grid middle = count > 16 ? Grid{(fine.columns + 1) / 2, fine.rows} : fine;
+  const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
+  set_counts({size(fine), size(middle), size(coarse)});
+  weights_.assign(ids_.size(), 0);
+  for (const std::uint32_t slot : slots) weights_[slot] = least_weight + contacts_of(state, slot);
+  divide(0, fine, fine, 0, orders);
+  balance_first(links, orders, state);
+  divide(0, fine, fine, 0, orders);
+  divide(1, middle, fine, 0.5f, orders);
+  divide(2, coarse, fine, 0.25f, orders);
+}
+
+// Borders lie `offset` cells of the finest grid before that grid's.
+void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders) {
+  const auto shift = [offset](std::size_t parts, std::size_t of_finest) {
+    return offset * static_cast<float>(parts) / static_cast<float>(of_finest);
+  };
+  const float column_shift = shift(grid.columns, finest.columns), row_shift = shift(grid.rows, finest.rows);
+  std::vector<float> seen(grid.columns + 1, 0.0f), of_column(grid.columns, 0.0f);
+  float total = 0, sum = 0;
+  for (const Place& place : orders.by_first) total += weights_[place.slot];
+  for (const Place& place : orders.by_first) {
+    const float w = weights_[place.slot];
+    const std::size_t column = part((sum + 0.5f * w) / total, column_shift, grid.columns);
+    sum += w;
+    of_column[column] += w;
+    ids_[place.slot][division] = static_cast<std::uint8_t>(column);
+  }
+  for (const Place& place : orders.by_second) {
+    const float w = weights_[place.slot];
+    const std::size_t column = ids_[place.slot][division];
+    const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], row_shift, grid.rows);
+    seen[column] += w;
+    ids_[place.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
+  }
+}
+
+// Domains at the rim of a heap lose fewer of their bodies' contacts to borders, and get fewer bodies for it.
+void Domains::balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state) {
+  std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
+  for (const Place& place : orders.by_first) {
+    weight[home(place.slot)] += weights_[place.slot];
+    work[home(place.slot)] += least_weight + contacts_with_fixed(state, place.slot);
+  }
+  for (const Link link : links)
+    if (home(link.a) == home(link.b)) work[home(link.a)] += 1;
+  for (const Place& place : orders.by_first) weights_[place.slot] *= work[home(place.slot)] / weight[home(place.slot)];
+}
+
+void Domains::restore(ByteReader& in, std::size_t slots) {
+  archive(*this, in);
+  in.require(ids_.size() == slots);
+  for (const std::uint32_t count : counts_) in.require(count <= 128 && (count > 0) == in_use());
+  set_counts(std::array(counts_));
+  if (!in_use()) return;
+  for (const Ids& ids : ids_)
+    for (std::size_t division = 0; division < divisions; ++division) in.require(ids[division] < counts_[division]);
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,98 @@
+// Bodies in large heaps, divided into domains that threads can work on without waiting for each other.
+//
+// Three divisions of the same bodies are kept, with their borders at different places. A contact is solved in the first
+// division that has both of its bodies in one domain; domains of one division share no body, so all of them are
+// solved at once, and a sweep is three loops, whatever the number of colours. Contacts that every division cuts (few,
+// where two borders cross) are left to one thread. Bodies that cannot be pushed belong to all domains.
+//
+// Unlike colours' blocks, domains decide in which order contacts are solved. So they are a function of bodies and
+// contacts, never of threads, and part of a snapshot.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <fathom/math.hpp>
+#include <span>
+#include <vector>
+
+#include "native/contact.hpp"
+#include "world/archive.hpp"
+
+namespace fathom::native {
+
+struct BodyState;
+
+/// Where contacts are solved together: a domain of one of the divisions, or, last, all that is cut by every division.
+/// Without domains there is one unit.
+class Domains {
+ public:
+  static constexpr std::size_t divisions = 3;
+
+  bool in_use() const { return counts_[0] > 0; }
+  std::size_t count(std::size_t division) const { return counts_[division]; }
+  std::size_t first_unit(std::size_t division) const { return first_units_[division]; }
+  /// The unit of what all divisions cut.
+  std::size_t rest() const { return first_units_[divisions]; }
+  std::size_t units() const { return rest() + 1; }
+
+  std::size_t unit(const Contact& c) const {
+    if (!in_use()) return 0;
+    const Ids& b = ids_[c.b];
+    if (c.fixed_a) return b[0];
+    const Ids& a = ids_[c.a];
+    for (std::size_t division = 0; division < divisions; ++division)
+      if (a[division] == b[division]) return first_units_[division] + a[division];
+    return rest();
+  }
+  std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
+
+  struct Link {
+    std::uint32_t a, b;
+  };
+  /// Divides the bodies `slots` anew, whose contacts with each other are `links`, given the colours of all contacts.
+  void divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state);
+  void clear();
+  /// New bodies belong to the first domains.
+  void resize(std::size_t slots) { ids_.resize(slots, Ids{}); }
+
+  std::size_t memory_bytes() const {
+    return ids_.capacity() * sizeof(Ids) + (order_.capacity() + sorted_.capacity()) * sizeof(Place) +
+           weights_.capacity() * sizeof(float);
+  }
+
+  template <class Self, class Archive>
+  static void archive(Self& s, Archive& a) {
+    a(s.ids_, s.counts_);
+  }
+  /// For `slots` bodies.
+  void restore(ByteReader& in, std::size_t slots);
+
+ private:
+  using Ids = std::array<std::uint8_t, divisions>;
+  struct Place {
+    std::uint32_t key, slot;
+  };
+  struct Grid {
+    std::size_t columns = 1, rows = 1;
+  };
+
+  /// Slots in the order of a first coordinate and of a second.
+  struct Orders {
+    std::vector<Place> by_first, by_second;
+  };
+
+  static Grid grid(std::size_t count, float aspect);
+  void set_counts(const std::array<std::uint32_t, divisions>& counts);
+  void sort();
+  void divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders);
+  void balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state);
+
+  std::vector<Ids> ids_;  // by slot
+  std::array<std::uint32_t, divisions> counts_{};
+  std::array<std::size_t, divisions + 1> first_units_{};
+  std::vector<Place> order_, sorted_;
+  std::vector<float> weights_;  // by slot, in the division being made
+};
+
+}  // namespace fathom::native
