@@ -13,7 +13,9 @@ std::string millimetres(double metres) { return figure(1e3 * metres); }
 std::string row_of(const Measurement& run, bool ground, bool rests) {
   const Quality& q = run.end();
   const Spikes& s = run.summary.spikes;
-  std::string html = fmt::format("<tr><td>{}</td><td class='n'>{}</td>", escaped(label_of(run.what)),
+  const std::string steps =
+      run.cut_short ? fmt::format(" † {} steps", grouped(static_cast<std::int64_t>(run.steps))) : std::string();
+  std::string html = fmt::format("<tr><td>{}{}</td><td class='n'>{}</td>", escaped(label_of(run.what)), steps,
                                  figure(run.summary.stages.total.mean));
   html += fmt::format("<td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>", s.p99, s.max);
   html += fmt::format("<td class='n'>{}</td><td class='n'>{}</td>", rests ? millimetres(q.displacement_max) : "–",
@@ -33,7 +35,7 @@ std::string quality_section(const View& view) {
       "(where it should rest), how deep one is in the ground, kinetic energy. Spikes are single steps over the median "
       "of "
       "the 61 around them, the first second left out. What should rest and moved a tenth of a body's size gave way; "
-      "what is a hundredth of it in the ground sank in.</p>\n";
+      "what is a hundredth of it in the ground sank in. † cut short: its end is earlier than the others'.</p>\n";
   for (const std::string& environment : view.environments()) {
     const bool ground = environment != "drift", rests = environment == "spread" || environment == "pyramid";
     html += fmt::format(
