@@ -180,7 +180,8 @@ struct BodyArrays {
 
   // Columns, as long as constraints are laid out as they are.
   Neighbours* neighbours;
-  ColumnRange* columns;  ///< at most half as many as bodies
+  ColumnRange* columns;       ///< at most half as many as bodies
+  ColumnRange* calm_columns;  ///< of these, those that are braced in this step
   ColumnContact* column_contacts;
 
   // Of bodies in contact, within a step.

@@ -209,6 +209,7 @@ struct ScheduleColours {
     Counters& c = *counters;
     c.column_bodies = c.layout_dirty || c.columns_due ? c.live_bodies : 0;
     if (c.column_bodies) c.columns_due = c.columns = c.column_contacts = 0;
+    c.calm_columns = 0;
     if (c.live_bodies == 0) {
       c.sweeps = c.constraints = c.constraint_groups = 0;
       c.layout_dirty = 1;

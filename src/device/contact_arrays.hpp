@@ -116,7 +116,7 @@ struct Counters {
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
   std::uint32_t column_bodies = 0;                      ///< `live_bodies` where columns are to be found anew, else 0
   std::uint32_t columns_due = 0;                        ///< 1: they are to be found although the layout stays
-  std::uint32_t columns = 0, column_contacts = 0;
+  std::uint32_t columns = 0, calm_columns = 0, column_contacts = 0;
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;

@@ -27,6 +27,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_slow_(m),
       neighbours_(m),
       columns_(m),
+      calm_columns_(m),
       column_contacts_(m),
       solver_(m),
       motion_(m),
@@ -44,6 +45,7 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   // Like the layout of constraints that they follow.
   columns_.grow(bodies / 2 + 1, exec::Contents::keep);
+  calm_columns_.grow(bodies / 2 + 1);
   column_contacts_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
@@ -70,6 +72,7 @@ BodyArrays BodyMemory::arrays() {
           .island_woken = island_woken_.data(),
           .neighbours = neighbours_.data(),
           .columns = columns_.data(),
+          .calm_columns = calm_columns_.data(),
           .column_contacts = column_contacts_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),

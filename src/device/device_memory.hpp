@@ -67,7 +67,7 @@ class BodyMemory {
   exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
   exec::Buffer<Neighbours> neighbours_;
-  exec::Buffer<ColumnRange> columns_;
+  exec::Buffer<ColumnRange> columns_, calm_columns_;
   exec::Buffer<ColumnContact> column_contacts_;
   exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;

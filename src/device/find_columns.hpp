@@ -11,8 +11,10 @@
 
 namespace fathom::device {
 
-/// Three phases, none where the layout of constraints is as it was: no neighbours, neighbours, columns.
+/// Four phases: no neighbours, neighbours, columns, and those that are to be braced. Where the layout of constraints is
+/// as it was, so are columns, and the last phase alone is left.
 struct FindColumns {
+  static constexpr bool ends_at_empty_phase = true;
   static constexpr std::uint32_t group_size = 256;
 
   BodyArrays bodies;
@@ -20,13 +22,19 @@ struct FindColumns {
   ConstraintArrays constraints;
   Counters* counters;
 
-  FATHOM_HD std::uint32_t phases() const { return counters->column_bodies ? 3 : 0; }
+  FATHOM_HD std::uint32_t phases() const {
+    if (counters->column_bodies) return 4;
+    return counters->live_bodies && counters->columns ? 1 : 0;
+  }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    if (phase + 1 == phases()) return counters->columns;
     return phase == 1 ? counters->constraints : counters->column_bodies;
   }
 
   FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t i) const {
-    if (phase == 0) {
+    if (phase + 1 == phases()) {
+      choose(bodies.columns[i]);
+    } else if (phase == 0) {
       bodies.neighbours[i] = {};
     } else if (phase == 1) {
       const PairRecord pair = constraints.bodies[i];
@@ -74,6 +82,16 @@ struct FindColumns {
       k = n.first == k ? n.last : n.first;
     }
     return walk;
+  }
+
+  FATHOM_HD void choose(const ColumnRange& column) const {
+    const auto linear = [&](std::uint32_t k, bool upper) {
+      const ColumnContact c = bodies.column_contacts[column.first + k];
+      const PairRecord pair = constraints.bodies[c.constraint];
+      return bodies.velocities[static_cast<bool>(c.upward) == upper ? pair.b : pair.a].linear;
+    };
+    if (is_calm(linear(column.count - 1, true), linear(0, false)))
+      bodies.calm_columns[exec::atomic_add(counters->calm_columns, 1u)] = column;
   }
 
   FATHOM_HD void add(std::uint32_t top, std::uint32_t count) const {

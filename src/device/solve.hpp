@@ -275,7 +275,7 @@ struct SolveConstraints {
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.columns = counters->columns;
+    plan.columns = counters->calm_columns;
     plan.any_kinematic = counters->any_kinematic;
     plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns;
   }

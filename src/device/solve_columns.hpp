@@ -101,7 +101,7 @@ struct SolveWithColumns {
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
     if (place.braces) {
-      const ColumnRange range = solver.bodies.columns[i];
+      const ColumnRange range = solver.bodies.calm_columns[i];
       const ColumnView column{solver.bodies, solver.constraints, solver.p, solver.bodies.column_contacts + range.first};
       ColumnBrace<ColumnView>(column, range.count, place.in_solve.what != SolveConstraints::relax)();
     } else if (place.in_solve.what == SolveConstraints::bounce) {

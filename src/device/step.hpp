@@ -134,7 +134,7 @@ class Step {
     else
       device_.parallel_for({&counters_->overflow, contacts_.manifold_capacity}, OrderOverflow{constraints_, counters_});
     if (has_columns())
-      device_.parallel_phases(3, std::max(body_capacity_, contacts_.manifold_capacity),
+      device_.parallel_phases(4, std::max(body_capacity_, contacts_.manifold_capacity),
                               FindColumns{bodies_, contacts_, constraints_, counters_});
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups({&counters_->constraint_groups,

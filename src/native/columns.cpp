@@ -71,16 +71,24 @@ void Columns::find_lanes(std::span<const std::uint32_t> lanes) {
   std::sort(columns_.begin(), columns_.end(), [](const Column& a, const Column& b) { return a.lane < b.lane; });
 }
 
+void Columns::choose() {
+  calm_.clear();
+  for (const Column& c : columns_) {
+    const Velocity& top = state_.velocities[contacts_[c.first + c.contacts - 1].above];
+    if (is_calm(top.linear, state_.velocities[contacts_[c.first].below].linear)) calm_.push_back(c);
+  }
+}
+
 std::span<const Columns::Column> Columns::within(std::size_t begin, std::size_t end) const {
   const auto at = [&](std::size_t lane) {
-    return std::lower_bound(columns_.begin(), columns_.end(), lane,
+    return std::lower_bound(calm_.begin(), calm_.end(), lane,
                             [](const Column& c, std::size_t value) { return c.lane < value; });
   };
   return {at(begin), at(end)};
 }
 
 std::size_t Columns::memory_bytes() const {
-  return columns_.capacity() * sizeof(Column) + contacts_.capacity() * sizeof(ColumnContact) +
+  return (columns_.capacity() + calm_.capacity()) * sizeof(Column) + contacts_.capacity() * sizeof(ColumnContact) +
          lane_of_.capacity() * sizeof(std::uint32_t);
 }
 

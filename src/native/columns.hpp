@@ -26,9 +26,12 @@ class Columns {
   /// Finds them among the bodies `in_contact`. `lanes`: contact of each lane, or `none`.
   void update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes);
 
-  /// In the order of lanes.
-  std::span<const Column> all() const { return columns_; }
-  /// Those whose contacts are in lanes [begin, end).
+  /// Looks which of them are to be braced in this step.
+  void choose();
+
+  /// Those to be braced, in the order of lanes.
+  std::span<const Column> all() const { return calm_; }
+  /// Of these, those whose contacts are in lanes [begin, end).
   std::span<const Column> within(std::size_t begin, std::size_t end) const;
   const ColumnContact* contacts(const Column& c) const { return contacts_.data() + c.first; }
   std::size_t memory_bytes() const;
@@ -42,7 +45,7 @@ class Columns {
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
-  std::vector<Column> columns_;
+  std::vector<Column> columns_, calm_;
   std::vector<ColumnContact> contacts_;
   std::vector<std::uint32_t> lane_of_;  // by contact
 };

@@ -201,6 +201,7 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
     columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)});
+  columns_.choose();
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
   if (!layout_.groups().empty()) return;
