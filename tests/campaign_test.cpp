@@ -53,6 +53,7 @@ TEST(CampaignPlan, SyclOnAGpuIsAGpuAndOnAProcessorATest) {
   };
   EXPECT_EQ(planned(Form::full, "sycl:0"), planned(Form::full, "sycl:1"));
   EXPECT_GT(planned(Form::huge, "sycl:0"), planned(Form::huge, "sycl:1"));
+  EXPECT_EQ(planned(Form::huge, "sycl:1"), planned(Form::full, "sycl:1"));
 }
 
 TEST(CampaignPlan, RoundsTakeTurns) {

@@ -31,8 +31,8 @@ const std::vector<Sizes>& sizes() {
 }
 
 /// On one machine everything of a scene that is worth its time in this form.
-std::vector<Case> cases_of_scene(const Case& scene, Form form, const Offer& offer) {
-  const bool quick = form == Form::quick, large = scene.bodies > 1'240, huge = scene.bodies > 10'000;
+std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const Offer& offer) {
+  const bool quick = form == Form::quick, large = scene.bodies > 1'240;
   const int all = table_threads(offer.threads);
   std::vector<Case> cases;
   const auto add = [&](std::string_view simulator, const std::string& device, int threads, std::string_view set) {
@@ -94,11 +94,14 @@ std::vector<Case> plan(Form form, const Offer& offer, int rounds) {
   std::vector<Case> all;
   for (const Sizes& environment : sizes()) {
     std::vector<std::int64_t> bodies = environment.published;
+    const auto is_published = [&](std::int64_t size) {
+      return std::ranges::find(environment.published, size) != environment.published.end();
+    };
     if (form == Form::huge) bodies.insert(bodies.end(), environment.huge.begin(), environment.huge.end());
     for (const std::int64_t size : bodies) {
       Case scene;
       scene.environment = environment.environment, scene.bodies = size;
-      const std::vector<Case> once = cases_of_scene(scene, form, offer);
+      const std::vector<Case> once = cases_of_scene(scene, !is_published(size), form, offer);
       for (int round = 1; round <= rounds; ++round)
         for (Case c : once) c.round = round, all.push_back(c);
     }
