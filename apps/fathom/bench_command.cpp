@@ -84,9 +84,11 @@ int report_command(const std::string& folder) {
 }
 
 int peers_command(PeersOptions options) {
+  // The report shows what its folder holds.
+  if (!options.peers.json.empty()) return peers::run(options.peers) ? finished : failed;
   const Store store(options.out);
   store.create();
-  if (options.peers.json.empty()) options.peers.json = store.path(peers_file);
+  options.peers.json = store.path(peers_file);
   const bool good = peers::run(options.peers);
   fmt::print("{}\n", write_report(store));
   return good ? finished : failed;

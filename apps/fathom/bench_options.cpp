@@ -72,7 +72,9 @@ void declare_bench(CLI::App& command, BenchOptions& options) {
   declare_campaign(*campaign, options.campaign);
   options.campaign_command = campaign;
   CLI::App* peers = command.add_subcommand("peers", "Set Fathom beside other engines on the same scenes");
-  peers->add_option("--out", options.peers.out, "Folder for peers.json and the report (fathom-campaign)")
+  peers
+      ->add_option("--out", options.peers.out,
+                   "Folder for peers.json and the report, unless --json names a file (fathom-campaign)")
       ->type_name("DIR");
   peers::declare(*peers, options.peers.peers);
   options.peers_command = peers;

@@ -5,7 +5,7 @@
 // follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
 //
 // Manifolds, constraints and events have a capacity of their own: of pairs whose fat boxes overlap, a quarter touches,
-// and what a touching one needs (480 bytes) is ten times a pair's.
+// and what a touching one needs (some 500 bytes) is ten times a pair's.
 #pragma once
 
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include "device/find_columns.hpp"
 #include "device/find_pairs.hpp"
 #include "device/finish.hpp"
+#include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
 #include "device/solve_columns.hpp"

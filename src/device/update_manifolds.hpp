@@ -7,6 +7,7 @@
 
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
+#include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
@@ -78,22 +79,11 @@ struct ContactChanges {
 
  private:
   FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
-    const Pose &pa = bodies.poses[c.a], &pb = bodies.poses[c.b];
-    const Velocity &va = bodies.velocities[c.a], &vb = bodies.velocities[c.b];
-    const Vec3 normal = rotate(pa.rotation, m.normal);
-    float fastest = 0;
-    Vec3 where;
-    for (int i = 0; i < m.point_count(); ++i) {
-      const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
-      const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
-      if (-dot(speed, normal) > fastest) {
-        fastest = -dot(speed, normal);
-        where = pa.position + arm_a;
-      }
-    }
-    if (fastest <= restitution_threshold) return;
-    contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, where, normal,
-                                                                                               fastest};
+    const Hit hit =
+        fastest_hit(m, bodies.poses[c.a], bodies.poses[c.b], bodies.velocities[c.a], bodies.velocities[c.b]);
+    if (hit.speed <= restitution_threshold) return;
+    contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, hit.point,
+                                                                                               hit.normal, hit.speed};
   }
 };
 

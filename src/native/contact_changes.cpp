@@ -2,6 +2,7 @@
 // events and colours they bring. Whatever depends on that order is done by one thread.
 #include <algorithm>
 
+#include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "native/native_simulator.hpp"
 #include "world/growth.hpp"
@@ -105,21 +106,11 @@ ContactEvent NativeSimulator::event(const Contact& c) const {
   return {bodies.id(std::min(c.a, c.b)), bodies.id(std::max(c.a, c.b))};
 }
 
-/// Where and how fast the bodies meet.
 HitEvent NativeSimulator::hit(const Contact& c) const {
-  const ContactManifold& m = graph_.manifold(c);
-  const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
-  const Velocity &va = state_.velocities[c.a], &vb = state_.velocities[c.b];
-  const Vec3 normal = rotate(pa.rotation, m.normal);
-  float fastest = 0;
-  Vec3 where;
-  for (int i = 0; i < m.point_count(); ++i) {
-    const Vec3 arm_a = rotate(pa.rotation, m.points[i].anchor_a), arm_b = rotate(pb.rotation, m.points[i].anchor_b);
-    const Vec3 speed = (vb.linear + cross(vb.angular, arm_b)) - (va.linear + cross(va.angular, arm_a));
-    if (-dot(speed, normal) > fastest) fastest = -dot(speed, normal), where = pa.position + arm_a;
-  }
+  const Hit hit = fastest_hit(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b], state_.velocities[c.a],
+                              state_.velocities[c.b]);
   const ContactEvent ids = event(c);
-  return {ids.a, ids.b, where, c.b < c.a ? -normal : normal, fastest};
+  return {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed};
 }
 
 }  // namespace fathom::native

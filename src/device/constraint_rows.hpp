@@ -1,0 +1,100 @@
+// How constraints and bodies lie in the solver's memory: rows of quads, and what their bits say.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "device/contact_arrays.hpp"
+
+namespace fathom::device {
+
+/// `ConstraintHead::bits`: the number of points in the low bits, and
+enum ConstraintBits : std::uint32_t {
+  point_bits = 7,
+  bounces_bit = 8,
+  anisotropic_bit = 16,
+  pushes_fixed_bit = 32,  ///< A cannot be pushed
+  // Which of its contacts this is for a body, and how many it has, of those with a colour.
+  rank_a_shift = 6,
+  rank_b_shift = 12,
+  rank_bits = 63,
+  count_a_shift = 18,
+  count_b_shift = 25,
+  count_bits = 127,
+};
+
+FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popcll(bits));
+#else
+  return static_cast<std::uint32_t>(__builtin_popcountll(bits));
+#endif
+}
+
+/// Where the rows of constraint k begin; row r is 32·r quads further.
+FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
+  return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);
+}
+
+FATHOM_HD void store_frame(Quad* rows, const ContactFrame& f) {
+  rows[0] = {f.normal.x, f.normal.y, f.normal.z, f.tangent.x};
+  rows[1 * tile_width] = {f.tangent.y, f.tangent.z, f.arm_a.x, f.arm_a.y};
+  rows[2 * tile_width] = {f.arm_a.z, f.arm_b.x, f.arm_b.y, f.arm_b.z};
+  rows[3 * tile_width] = {f.nn, f.n1, f.n2, f.k11};
+  rows[4 * tile_width] = {f.k12, f.k22, f.friction, f.patch_radius};
+  rows[5 * tile_width] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
+}
+
+FATHOM_HD ContactFrame frame_of(const Quad* q) {
+  ContactFrame f;
+  f.normal = {q[0].x, q[0].y, q[0].z};
+  f.tangent = {q[0].w, q[1].x, q[1].y};
+  f.arm_a = {q[1].z, q[1].w, q[2].x};
+  f.arm_b = {q[2].y, q[2].z, q[2].w};
+  f.nn = q[3].x, f.n1 = q[3].y, f.n2 = q[3].z, f.k11 = q[3].w;
+  f.k12 = q[4].x, f.k22 = q[4].y, f.friction = q[4].z, f.patch_radius = q[4].w;
+  f.slide_11 = q[5].x, f.slide_12 = q[5].y, f.slide_22 = q[5].z, f.twist_mass = q[5].w;
+  return f;
+}
+
+FATHOM_HD void store_point(Quad* rows, int i, const PointRow& p) {
+  rows[(first_point_row + static_cast<std::uint32_t>(i)) * tile_width] = {p.x, p.y, p.separation, p.mass};
+}
+FATHOM_HD void store_normal_impulses(Quad* rows, const ContactImpulses& p) {
+  rows[impulse_row * tile_width] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
+}
+FATHOM_HD void store_friction_impulses(Quad* rows, const ContactImpulses& p) {
+  rows[(impulse_row + 1) * tile_width] = {p.slide_1, p.slide_2, p.twist, p.step};
+}
+
+FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
+  const Quad n = rows[impulse_row], f = rows[impulse_row + 1];
+  ContactImpulses p;
+  p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
+  p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
+  return p;
+}
+
+template <class Inertia>
+FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, float inverse_mass, float inverse_inertia) {
+  if constexpr (std::is_same_v<Inertia, float>) {
+    return inverse_inertia;
+  } else {
+    if (inverse_mass == 0) return {};
+    if (inverse_inertia > 0) return {inverse_inertia, inverse_inertia, inverse_inertia, 0, 0, 0};
+    const WorldInertia w = bodies.inertia[i];
+    return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+  }
+}
+
+template <class Inertia>
+FATHOM_HD ContactBody<Inertia> contact_body(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
+  return {body.linear, body.angular, body.inverse_mass,
+          world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia)};
+}
+
+/// How often a quad of SolverQuads was written by the solver.
+FATHOM_HD std::uint32_t writes_of(const Quad& q) { return __builtin_bit_cast(std::uint32_t, q.w); }
+FATHOM_HD Quad written(Vec3 v, std::uint32_t writes) { return quad(v, __builtin_bit_cast(float, writes)); }
+
+}  // namespace fathom::device

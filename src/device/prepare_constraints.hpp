@@ -1,0 +1,85 @@
+// The last of build_constraints: what sweeps read of contacts.
+#pragma once
+
+#include "device/build_constraints.hpp"
+#include "device/constraint_rows.hpp"
+#include "exec/atomic.hpp"
+#include "exec/kernel.hpp"
+
+namespace fathom::device {
+
+/// Rows of every constraint, from its manifold and its bodies.
+struct PrepareConstraints {
+  static constexpr std::uint32_t group_size = constraint_group_size;
+  struct Local {
+    std::uint32_t points;
+  };
+
+  BodyArrays bodies;
+  ContactArrays contacts;
+  ConstraintArrays constraints;
+  Counters* counters;
+
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.once([&] { local.points = 0; });
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t k = group.index() * group_size + item;
+      if (k >= counters->constraints) return;
+      prepare(k);
+      exec::atomic_add(local.points, constraints.heads[k].bits & point_bits);
+    });
+    group.once([&] { exec::atomic_add(counters->points, local.points); });
+  }
+
+ private:
+  FATHOM_HD void prepare(std::uint32_t k) const {
+    const PairRecord pair = constraints.bodies[k];
+    const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
+    const auto anisotropic = [](const SolverBody& s) { return s.inverse_mass > 0 && s.inverse_inertia == 0; };
+    if (anisotropic(a) || anisotropic(b))
+      prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
+    else
+      prepare<float>(k, pair, a, b, 0);
+  }
+
+  template <class Inertia>
+  FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
+                         std::uint32_t bits) const {
+    const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
+    const auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
+    const auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
+    ContactFrame frame;
+    PointRow points[max_manifold_points];
+    ContactImpulses impulses;
+    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], a, b, frame, points, impulses);
+    const int count = m.point_count();
+    Quad* const rows = rows_of(constraints, k);
+    store_frame(rows, frame);
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (i < count) store_point(rows, i, points[i]);
+    store_normal_impulses(rows, impulses);
+    store_friction_impulses(rows, impulses);
+    rows[mass_row * tile_width] = {a.inverse_mass, solver_a.inverse_inertia, b.inverse_mass, solver_b.inverse_inertia};
+    if (m.restitution > 0) {
+      bits |= bounces_bit;
+      const ContactAxes f(frame);
+      const NormalMotion before = f.motion(a.linear, a.angular, b.linear, b.angular);
+      const Vec3 still;
+      BounceRow row;
+      row.pull = dot(f.n, (b.inverse_mass > 0 ? bodies.motion[pair.b].acceleration : still) -
+                              (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
+      for (int i = 0; i < max_manifold_points; ++i)
+        if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
+      constraints.bounces[k] = row;
+    }
+    const Contact& contact = contacts.contacts[constraints.contact[k]];
+    if (contact.fixed_a()) bits |= pushes_fixed_bit;
+    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % colour_count) - 1;
+    const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
+    bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
+    bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
+  }
+};
+
+}  // namespace fathom::device
