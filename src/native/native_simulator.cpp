@@ -71,17 +71,30 @@ void NativeSimulator::step() {
   times.build_constraints = timed([&] { build_constraints(); });
   times.solve = timed([&] { solve(); });
   times.finish = timed([&] { finish(); });
+  thread_choice_.took(1e-3 * times.total());
   queries_are_current_ = false;
   profile.step = ++steps;
   count();
 }
 
-// Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch.
-int NativeSimulator::threads_worth_while() const {
+// Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch, and threads
+// wait for each other at the end of every loop. This is judged by the last step, and then by measuring.
+int NativeSimulator::threads_worth_while() {
+  if (pool_.size() == 1) return 1;
   const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
-  const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about, judging by the last step
-  constexpr double least = 80e-6, least_a_thread = 20e-6;
-  return work < least ? 1 : static_cast<int>(std::min(1024.0, work / least_a_thread));
+  const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about
+  constexpr double least = 80e-6, least_a_thread = 20e-6, hopeless_a_thread = 10e-6;
+  const double guess = work < std::max(least, 2 * waiting_in_a_heap()) ? 1 : work / least_a_thread;
+  return thread_choice_.next(guess, std::clamp(static_cast<int>(work / hopeless_a_thread), 1, pool_.size()));
+}
+
+// What threads would wait for each other (s), were the last step's contacts a heap solved colour by colour, in a
+// hundred loops or so. Islands and domains have few.
+double NativeSimulator::waiting_in_a_heap() const {
+  if (graph_.between() < in_contact_.size() || graph_.domains().in_use()) return 0;
+  constexpr double a_loop = 2e-6;
+  const std::uint32_t colours = profile.counts.colours;
+  return a_loop * (2.0 * def.solver.substeps * (colours + 1) + colours);
 }
 
 void NativeSimulator::find_pairs() {

@@ -13,6 +13,7 @@
 #include "native/narrow_phase.hpp"
 #include "native/neighbourhood.hpp"
 #include "native/solver.hpp"
+#include "threads/thread_choice.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
 
@@ -108,7 +109,8 @@ class NativeSimulator : public Simulator {
   void move_part(std::span<const std::uint32_t> slots);
   /// All that the solver does not move.
   void move_free();
-  int threads_worth_while() const;
+  int threads_worth_while();
+  double waiting_in_a_heap() const;
   BroadPhaseInput broad_phase_input() const;
   void prefetch_bodies(const Contact& c) const;
   void collect_changed();
@@ -135,6 +137,7 @@ class NativeSimulator : public Simulator {
   void count();
   std::size_t list_bytes() const;
 
+  ThreadChoice thread_choice_;
   std::unique_ptr<BroadPhase> broad_phase_;
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells

@@ -29,6 +29,8 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
+  /// Threads that there are.
+  int size() const { return static_cast<int>(stretches_.size()); }
   /// Threads that loops use.
   int thread_count() const { return static_cast<int>(used()); }
   /// Loops use `threads` threads from now on, or all there are.
