@@ -1,5 +1,9 @@
 #include "native/broad_phase.hpp"
 
+#include <bit>
+
+#include "native/radix_sort.hpp"
+
 namespace fathom::native {
 
 bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
@@ -16,17 +20,9 @@ class TreeBroadPhase : public BroadPhase {
  public:
   std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
-    constexpr std::size_t grain = 8;
-    const std::size_t chunks = (input.changed.size() + grain - 1) / grain;
-    if (found.size() < chunks) found.resize(chunks);
-    if (hits_.size() < chunks) hits_.resize(chunks);
-    pool.for_each_chunk(input.changed.size(), grain, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::uint32_t>& hits = hits_[begin / grain];
-      std::vector<Pair>& pairs = found[begin / grain];
-      pairs.clear();
-      for (std::size_t i = begin; i < end; ++i) search(input, input.changed[i], hits, pairs);
-    });
-    return chunks;
+    // Only bodies that can move are in the tree's order.
+    const bool many = input.changed.size() * least_part > moving_.size() && !input.changed_at_rest;
+    return many ? find_in_order_of_tree(input, pool, found) : find_in_order_of_slots(input, pool, found);
   }
 
   bool lists_pairs_once() const override { return true; }
@@ -90,6 +86,49 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
+  static constexpr std::size_t least_part = 32;
+
+  std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
+                                     std::vector<std::vector<Pair>>& found) {
+    constexpr std::size_t grain = 8;
+    return search_chunks(input.changed.size(), grain, pool, found,
+                         [&](std::size_t i, auto& hits, auto& pairs) { search(input, input.changed[i], hits, pairs); });
+  }
+
+  // Neighbours search the same nodes, most of which their thread has refitted.
+  std::size_t find_in_order_of_tree(const BroadPhaseInput& input, ThreadPool& pool,
+                                    std::vector<std::vector<Pair>>& found) {
+    constexpr std::size_t grain = 64;  // a subtree of two levels
+    const std::span<const std::uint32_t> leaves = moving_.leaves();
+    const std::size_t lists =
+        search_chunks(leaves.size(), grain, pool, found, [&](std::size_t i, auto& hits, auto& pairs) {
+          if (input.is_changed(leaves[i])) search(input, leaves[i], hits, pairs);
+        });
+    for (std::size_t i = 1; i < lists; ++i) {
+      make_room(found[0], found[0].size() + found[i].size());
+      found[0].insert(found[0].end(), found[i].begin(), found[i].end());
+    }
+    radix_sort(found[0], sorted_, static_cast<int>(std::bit_width(input.state.size())),
+               [](Pair pair) { return pair.a; });
+    return 1;
+  }
+
+  /// Calls act(i, hits, pairs) for all i < count, with a list of pairs for each chunk; returns how many these are.
+  template <class Act>
+  std::size_t search_chunks(std::size_t count, std::size_t grain, ThreadPool& pool,
+                            std::vector<std::vector<Pair>>& found, const Act& act) {
+    const std::size_t chunks = (count + grain - 1) / grain;
+    if (found.size() < chunks) found.resize(chunks);
+    if (hits_.size() < chunks) hits_.resize(chunks);
+    pool.for_each_chunk(count, grain, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint32_t>& hits = hits_[begin / grain];
+      std::vector<Pair>& pairs = found[begin / grain];
+      pairs.clear();
+      for (std::size_t i = begin; i < end; ++i) act(i, hits, pairs);
+    });
+    return chunks;
+  }
+
   static bool is_fixed(const BroadPhaseInput& input, std::uint32_t slot) {
     // Flags are near; what is awake is not fixed.
     return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
@@ -119,6 +158,7 @@ class TreeBroadPhase : public BroadPhase {
   Bvh moving_, fixed_;
   std::vector<std::uint32_t> moving_slots_, fixed_slots_;
   std::vector<std::vector<std::uint32_t>> hits_;  // per chunk
+  std::vector<Pair> sorted_;
 };
 
 }  // namespace

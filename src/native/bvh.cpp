@@ -4,12 +4,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <utility>
 
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
 #include "native/prefetch.hpp"
+#include "native/radix_sort.hpp"
 
 namespace fathom::native {
 
@@ -86,27 +86,12 @@ void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadP
     const auto size_class = static_cast<std::uint64_t>(std::clamp((exponent(largest_extent(box)) - median) / 3, 0, 3));
     keys_[i] = {size_class << (3 * morton_bits) | quantise(centre(box)), items[i]};
   }
-  sort_keys();
+  // Equal codes keep the order of the items.
+  radix_sort(keys_, sorted_, 3 * morton_bits + 2, [](const Key& key) { return key.code; });
   for (std::size_t i = 0; i < items.size(); ++i) leaves_[i] = keys_[i].item;
   lay_out_levels();
   refit(boxes, pool);
   area_when_built_ = area_;
-}
-
-// Least-significant-digit radix sort; stable, so equal codes keep the order of the items.
-void Bvh::sort_keys() {
-  constexpr int digit_bits = 11;
-  constexpr std::size_t buckets = 1u << digit_bits;
-  sorted_.resize(keys_.size());
-  for (int shift = 0; shift < 3 * morton_bits + 2; shift += digit_bits) {
-    std::array<std::uint32_t, buckets> start{};
-    for (const Key& key : keys_) ++start[key.code >> shift & (buckets - 1)];
-    if (start[keys_[0].code >> shift & (buckets - 1)] == keys_.size()) continue;
-    std::uint32_t sum = 0;
-    for (std::uint32_t& s : start) sum += std::exchange(s, sum);
-    for (const Key& key : keys_) sorted_[start[key.code >> shift & (buckets - 1)]++] = key;
-    keys_.swap(sorted_);
-  }
 }
 
 void Bvh::lay_out_levels() {

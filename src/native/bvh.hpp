@@ -67,7 +67,6 @@ class Bvh {
   bool has_child(std::uint32_t level, std::size_t child) const {
     return child < (level > 0 ? levels_[level - 1].count : leaves_.size());
   }
-  void sort_keys();
   void lay_out_levels();
   static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);

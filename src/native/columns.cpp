@@ -23,7 +23,7 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const 
       if (first != none) prefetch_to_read(&graph_[first >> 1]);
     }
     const std::uint32_t slot = in_contact[i];
-    if (contacts_of(slot) == 1 && bodies_[slot].motion == MotionType::dynamic) follow_from(slot);
+    if (contacts_of(slot) == 1) follow_from(slot);
   }
   if (!columns_.empty()) find_lanes(lanes);
 }
@@ -40,26 +40,32 @@ std::uint32_t Columns::next_contact(std::uint32_t slot, std::uint32_t contact) c
 void Columns::follow_from(std::uint32_t top) {
   const auto first = static_cast<std::ptrdiff_t>(contacts_.size());
   std::uint32_t above = top, contact = none;
-  bool uneven = false, stands = false;
+  bool stands = false;
   while (!stands && (contact = next_contact(above, contact)) != none) {
     const Contact& c = graph_[contact];
     const std::uint32_t below = c.a == above ? c.b : c.a;
     if (c.colour == overflow_colour || (!c.fixed_a && contacts_of(below) > 2)) break;
     stands = c.fixed_a;
     contacts_.push_back({contact, none, below, above, c.b == above});
-    uneven |= is_uneven(bodies_[below].inverse_mass, bodies_[above].inverse_mass);
     above = below;
     if (!stands && contacts_of(below) == 1) break;  // its other end
   }
   // Without anything fixed it may have two free ends and be found from both.
   const bool is_mine = stands || above < top || contacts_of(above) == 2;
   const auto count = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(contacts_.size()) - first);
-  if (is_mine && is_worth_bracing(count, uneven)) {
+  if (is_mine && is_worth_bracing(count, count < least_column && count > 1 && is_uneven_from(first))) {
     std::reverse(contacts_.begin() + first, contacts_.end());
     columns_.push_back({none, static_cast<std::uint32_t>(first), count});
   } else {
     contacts_.resize(static_cast<std::size_t>(first));
   }
+}
+
+/// True where bodies of very different mass meet in any contact of the list from `first` on.
+bool Columns::is_uneven_from(std::ptrdiff_t first) const {
+  return std::any_of(contacts_.begin() + first, contacts_.end(), [&](const ColumnContact& c) {
+    return is_uneven(bodies_[c.below].inverse_mass, bodies_[c.above].inverse_mass);
+  });
 }
 
 void Columns::find_lanes(std::span<const std::uint32_t> lanes) {

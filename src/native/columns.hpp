@@ -40,6 +40,7 @@ class Columns {
   int contacts_of(std::uint32_t slot) const;
   std::uint32_t next_contact(std::uint32_t slot, std::uint32_t contact) const;
   void follow_from(std::uint32_t top);
+  bool is_uneven_from(std::ptrdiff_t first) const;
   void find_lanes(std::span<const std::uint32_t> lanes);
 
   const BodyTable& bodies_;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "native/body_state.hpp"
+#include "native/radix_sort.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -81,19 +82,6 @@ void Domains::set_counts(const std::array<std::uint32_t, divisions>& counts) {
 
 void Domains::clear() { set_counts({}); }
 
-// Radix sort by key, stable.
-void Domains::sort() {
-  sorted_.resize(order_.size());
-  for (std::uint32_t shift = 0; shift < 2 * key_bits; shift += key_bits) {
-    std::array<std::uint32_t, key_range> start{};
-    for (const Place& place : order_) ++start[place.key >> shift & (key_range - 1)];
-    std::uint32_t sum = 0;
-    for (std::uint32_t& s : start) sum += std::exchange(s, sum);
-    for (const Place& place : order_) sorted_[start[place.key >> shift & (key_range - 1)]++] = place;
-    order_.swap(sorted_);
-  }
-}
-
 void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state) {
   // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
   std::size_t count = 16;
@@ -114,7 +102,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
                        spread.deviation[axis]);
     };
     for (const std::uint32_t slot : slots) order_.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
-    sort();
+    radix_sort(order_, sorted_, 2 * key_bits, [](const Place& place) { return place.key; });
     return order_;
   };
   const Orders orders{sorted_by(first, second), sorted_by(second, first)};

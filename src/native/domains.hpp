@@ -84,7 +84,6 @@ class Domains {
 
   static Grid grid(std::size_t count, float aspect);
   void set_counts(const std::array<std::uint32_t, divisions>& counts);
-  void sort();
   void divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders);
   void balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state);
 
