@@ -9,23 +9,45 @@
 
 namespace fathom::native {
 
+namespace {
+
+constexpr std::size_t body_grain = 128;
+constexpr std::size_t least_lanes = 2048;  // worth another thread
+
+}  // namespace
+
 int Columns::contacts_of(std::uint32_t slot) const {
   return std::popcount(state_.colour_mask[slot]) + static_cast<int>(state_.overflow_count[slot]);
 }
 
-void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes) {
+void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes,
+                     ThreadPool& pool) {
   columns_.clear();
   contacts_.clear();
+  const std::size_t chunks = (in_contact.size() + body_grain - 1) / body_grain;
+  if (found_.size() < chunks) found_.resize(chunks);
+  pool.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+    find(in_contact.subspan(begin, end - begin), found_[begin / body_grain]);
+  });
+  for (std::size_t i = 0; i < chunks; ++i) {
+    const auto before = static_cast<std::uint32_t>(contacts_.size());
+    for (const Column& c : found_[i].columns) columns_.push_back({none, before + c.first, c.contacts});
+    contacts_.insert(contacts_.end(), found_[i].contacts.begin(), found_[i].contacts.end());
+  }
+  if (!columns_.empty()) find_lanes(lanes, pool);
+}
+
+void Columns::find(std::span<const std::uint32_t> slots, Found& found) const {
+  found.columns.clear();
+  found.contacts.clear();
   constexpr std::size_t ahead = 16;  // contacts lie anywhere in memory, in other cores' caches above all
-  for (std::size_t i = 0; i < in_contact.size(); ++i) {
-    if (i + ahead < in_contact.size()) {
-      const std::uint32_t first = state_.first_contact[in_contact[i + ahead]];
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (i + ahead < slots.size()) {
+      const std::uint32_t first = state_.first_contact[slots[i + ahead]];
       if (first != none) prefetch_to_read(&graph_[first >> 1]);
     }
-    const std::uint32_t slot = in_contact[i];
-    if (contacts_of(slot) == 1) follow_from(slot);
+    if (contacts_of(slots[i]) == 1) follow_from(slots[i], found);
   }
-  if (!columns_.empty()) find_lanes(lanes);
 }
 
 /// The body's contact that is solved, of two the one that is not `contact`.
@@ -37,8 +59,9 @@ std::uint32_t Columns::next_contact(std::uint32_t slot, std::uint32_t contact) c
   return next;
 }
 
-void Columns::follow_from(std::uint32_t top) {
-  const auto first = static_cast<std::ptrdiff_t>(contacts_.size());
+void Columns::follow_from(std::uint32_t top, Found& found) const {
+  std::vector<ColumnContact>& contacts = found.contacts;
+  const auto first = static_cast<std::ptrdiff_t>(contacts.size());
   std::uint32_t above = top, contact = none;
   bool stands = false;
   while (!stands && (contact = next_contact(above, contact)) != none) {
@@ -46,32 +69,35 @@ void Columns::follow_from(std::uint32_t top) {
     const std::uint32_t below = c.a == above ? c.b : c.a;
     if (c.colour == overflow_colour || (!c.fixed_a && contacts_of(below) > 2)) break;
     stands = c.fixed_a;
-    contacts_.push_back({contact, none, below, above, c.b == above});
+    contacts.push_back({contact, none, below, above, c.b == above});
     above = below;
     if (!stands && contacts_of(below) == 1) break;  // its other end
   }
   // Without anything fixed it may have two free ends and be found from both.
   const bool is_mine = stands || above < top || contacts_of(above) == 2;
-  const auto count = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(contacts_.size()) - first);
-  if (is_mine && is_worth_bracing(count, count < least_column && count > 1 && is_uneven_from(first))) {
-    std::reverse(contacts_.begin() + first, contacts_.end());
-    columns_.push_back({none, static_cast<std::uint32_t>(first), count});
+  const auto count = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(contacts.size()) - first);
+  const std::span<const ColumnContact> column{contacts.data() + first, count};
+  if (is_mine && is_worth_bracing(count, count > 1 && count < least_column && is_uneven(column))) {
+    std::reverse(contacts.begin() + first, contacts.end());
+    found.columns.push_back({none, static_cast<std::uint32_t>(first), count});
   } else {
-    contacts_.resize(static_cast<std::size_t>(first));
+    contacts.resize(static_cast<std::size_t>(first));
   }
 }
 
-/// True where bodies of very different mass meet in any contact of the list from `first` on.
-bool Columns::is_uneven_from(std::ptrdiff_t first) const {
-  return std::any_of(contacts_.begin() + first, contacts_.end(), [&](const ColumnContact& c) {
-    return is_uneven(bodies_[c.below].inverse_mass, bodies_[c.above].inverse_mass);
+/// True where bodies of very different mass meet in any of them.
+bool Columns::is_uneven(std::span<const ColumnContact> contacts) const {
+  return std::any_of(contacts.begin(), contacts.end(), [&](const ColumnContact& c) {
+    return fathom::is_uneven(bodies_[c.below].inverse_mass, bodies_[c.above].inverse_mass);
   });
 }
 
-void Columns::find_lanes(std::span<const std::uint32_t> lanes) {
+void Columns::find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool) {
   grow_to(lane_of_, graph_.size());
-  for (std::size_t i = 0; i < lanes.size(); ++i)
-    if (lanes[i] != none) lane_of_[lanes[i]] = static_cast<std::uint32_t>(i);
+  pool.for_each_part(lanes.size(), least_lanes, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (lanes[i] != none) lane_of_[lanes[i]] = static_cast<std::uint32_t>(i);
+  });
   for (ColumnContact& c : contacts_) c.lane = lane_of_[c.contact];
   for (Column& c : columns_) c.lane = contacts_[c.first].lane;
   std::sort(columns_.begin(), columns_.end(), [](const Column& a, const Column& b) { return a.lane < b.lane; });
@@ -94,8 +120,11 @@ std::span<const Columns::Column> Columns::within(std::size_t begin, std::size_t 
 }
 
 std::size_t Columns::memory_bytes() const {
-  return (columns_.capacity() + calm_.capacity()) * sizeof(Column) + contacts_.capacity() * sizeof(ColumnContact) +
-         lane_of_.capacity() * sizeof(std::uint32_t);
+  std::size_t bytes = 0;
+  for (const Found& found : found_)
+    bytes += found.columns.capacity() * sizeof(Column) + found.contacts.capacity() * sizeof(ColumnContact);
+  return bytes + (columns_.capacity() + calm_.capacity()) * sizeof(Column) +
+         contacts_.capacity() * sizeof(ColumnContact) + lane_of_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace fathom::native

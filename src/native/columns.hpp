@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "native/contact_graph.hpp"
+#include "threads/thread_pool.hpp"
 
 namespace fathom::native {
 
@@ -24,7 +25,7 @@ class Columns {
       : bodies_(bodies), state_(state), graph_(graph) {}
 
   /// Finds them among the bodies `in_contact`. `lanes`: contact of each lane, or `none`.
-  void update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes);
+  void update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes, ThreadPool& pool);
 
   /// Looks which of them are to be braced in this step.
   void choose();
@@ -39,13 +40,20 @@ class Columns {
  private:
   int contacts_of(std::uint32_t slot) const;
   std::uint32_t next_contact(std::uint32_t slot, std::uint32_t contact) const;
-  void follow_from(std::uint32_t top);
-  bool is_uneven_from(std::ptrdiff_t first) const;
-  void find_lanes(std::span<const std::uint32_t> lanes);
+  /// Columns that begin with some of the bodies; `first` counts from their own list's beginning.
+  struct Found {
+    std::vector<Column> columns;
+    std::vector<ColumnContact> contacts;
+  };
+  void find(std::span<const std::uint32_t> slots, Found& found) const;
+  void follow_from(std::uint32_t top, Found& found) const;
+  bool is_uneven(std::span<const ColumnContact> contacts) const;
+  void find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool);
 
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
+  std::vector<Found> found_;  // by chunk of bodies
   std::vector<Column> columns_, calm_;
   std::vector<ColumnContact> contacts_;
   std::vector<std::uint32_t> lane_of_;  // by contact

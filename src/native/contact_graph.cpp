@@ -17,8 +17,8 @@ namespace {
 // Contacts that are linked, looked up and coloured one by one lie anywhere in memory, so they are fetched ahead.
 constexpr std::size_t ahead = 8, far_ahead = 16;
 
-constexpr std::size_t least_to_share = 128;      // pairs to add or to remove, in several threads
-constexpr std::uint32_t slots_of_an_owner = 16;  // a cache line of heads of lists
+constexpr std::size_t least_to_share = 128;  // pairs to add or to remove, in several threads
+constexpr std::size_t slots_of_a_line = 16;  // heads of lists in a cache line
 
 }  // namespace
 
@@ -70,13 +70,18 @@ void ContactGraph::fill(Contact& c, Pair pair) const {
 }
 
 // A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
+// Neighbours in number are mostly neighbours in space, so that most contacts have one owner.
 template <class Act>
-void ContactGraph::for_each_owner(ThreadPool& pool, const Act& act) {
+void ContactGraph::for_each_owner(ThreadPool& pool, const Act& act) const {
   const auto owners = static_cast<std::size_t>(pool.thread_count());
+  const std::size_t lines = (state_.size() + slots_of_a_line - 1) / slots_of_a_line;
   pool.for_each_part(owners, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t owner = begin; owner < end; ++owner)
-      act([=](std::uint32_t slot) { return slot / slots_of_an_owner % owners == owner; },
+    for (std::size_t owner = begin; owner < end; ++owner) {
+      const std::size_t first = owner * lines / owners * slots_of_a_line;
+      const std::size_t last = (owner + 1) * lines / owners * slots_of_a_line;
+      act([=](std::uint32_t slot) { return slot - first < last - first; },
           [=](std::size_t table) { return table % owners == owner; });
+    }
   });
 }
 

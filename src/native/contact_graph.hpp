@@ -106,7 +106,7 @@ class ContactGraph {
   /// Calls act(owns) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and with
   /// owns_table(table) for every part of the set of pairs.
   template <class Act>
-  static void for_each_owner(ThreadPool& pool, const Act& act);
+  void for_each_owner(ThreadPool& pool, const Act& act) const;
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
   std::vector<Domains::Link> links() const;

@@ -11,6 +11,7 @@
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom {
@@ -196,12 +197,12 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
 
 void NativeSimulator::prefetch_bodies(const Contact& c) const {
   if (!c.in_use) return;
-  __builtin_prefetch(&state_.boxes[c.a]);
-  __builtin_prefetch(&state_.boxes[c.b]);
+  prefetch_both_lines(&state_.boxes[c.a]);
+  prefetch_both_lines(&state_.boxes[c.b]);
   if (!c.touching()) return;
-  __builtin_prefetch(&state_.poses[c.a]);
-  __builtin_prefetch(&state_.poses[c.b]);
-  __builtin_prefetch(&graph_.manifold(c));
+  prefetch_to_read(&state_.poses[c.a]);
+  prefetch_to_read(&state_.poses[c.b]);
+  prefetch_to_read(&graph_.manifold(c));
 }
 
 void NativeSimulator::list_active() {

@@ -200,7 +200,8 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
-    columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)});
+    columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)},
+                    pool_);
   columns_.choose();
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
