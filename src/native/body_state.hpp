@@ -33,6 +33,9 @@ struct BodyState {
   std::vector<std::uint32_t> first_contact;   ///< head of the body's contact list
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
+  /// Exclusive or of the indices of its contacts that are solved: the contact of a body that has one, and the way from
+  /// one to the other in a body that has two.
+  std::vector<std::uint32_t> contacts_xor;
   std::vector<Force> forces;
   std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 

@@ -11,7 +11,7 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t body_grain = 128;
+constexpr std::size_t top_grain = 8;
 constexpr std::size_t least_lanes = 2048;  // worth another thread
 
 }  // namespace
@@ -24,10 +24,13 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const 
                      ThreadPool& pool) {
   columns_.clear();
   contacts_.clear();
-  const std::size_t chunks = (in_contact.size() + body_grain - 1) / body_grain;
+  tops_.clear();
+  for (const std::uint32_t slot : in_contact)
+    if (contacts_of(slot) == 1) tops_.push_back(slot);
+  const std::size_t chunks = (tops_.size() + top_grain - 1) / top_grain;
   if (found_.size() < chunks) found_.resize(chunks);
-  pool.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    find(in_contact.subspan(begin, end - begin), found_[begin / body_grain]);
+  pool.for_each_chunk(tops_.size(), top_grain, [&](std::size_t begin, std::size_t end) {
+    find(std::span(tops_).subspan(begin, end - begin), found_[begin / top_grain]);
   });
   for (std::size_t i = 0; i < chunks; ++i) {
     const auto before = static_cast<std::uint32_t>(contacts_.size());
@@ -37,34 +40,21 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const 
   if (!columns_.empty()) find_lanes(lanes, pool);
 }
 
-void Columns::find(std::span<const std::uint32_t> slots, Found& found) const {
+void Columns::find(std::span<const std::uint32_t> tops, Found& found) const {
   found.columns.clear();
   found.contacts.clear();
-  constexpr std::size_t ahead = 16;  // contacts lie anywhere in memory, in other cores' caches above all
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (i + ahead < slots.size()) {
-      const std::uint32_t first = state_.first_contact[slots[i + ahead]];
-      if (first != none) prefetch_to_read(&graph_[first >> 1]);
-    }
-    if (contacts_of(slots[i]) == 1) follow_from(slots[i], found);
-  }
-}
-
-/// The body's contact that is solved, of two the one that is not `contact`.
-std::uint32_t Columns::next_contact(std::uint32_t slot, std::uint32_t contact) const {
-  std::uint32_t next = none;
-  graph_.for_each_of(slot, [&](std::uint32_t index) {
-    if (index != contact && graph_[index].colour != no_colour) next = index;
-  });
-  return next;
+  // Contacts lie anywhere in memory, in other cores' caches above all.
+  for (const std::uint32_t top : tops) prefetch_both_lines(&graph_[state_.contacts_xor[top]]);
+  for (const std::uint32_t top : tops) follow_from(top, found);
 }
 
 void Columns::follow_from(std::uint32_t top, Found& found) const {
   std::vector<ColumnContact>& contacts = found.contacts;
   const auto first = static_cast<std::ptrdiff_t>(contacts.size());
-  std::uint32_t above = top, contact = none;
+  std::uint32_t above = top, contact = 0;
   bool stands = false;
-  while (!stands && (contact = next_contact(above, contact)) != none) {
+  while (!stands) {
+    contact ^= state_.contacts_xor[above];
     const Contact& c = graph_[contact];
     const std::uint32_t below = c.a == above ? c.b : c.a;
     if (c.colour == overflow_colour || (!c.fixed_a && contacts_of(below) > 2)) break;
@@ -123,7 +113,7 @@ std::size_t Columns::memory_bytes() const {
   std::size_t bytes = 0;
   for (const Found& found : found_)
     bytes += found.columns.capacity() * sizeof(Column) + found.contacts.capacity() * sizeof(ColumnContact);
-  return bytes + (columns_.capacity() + calm_.capacity()) * sizeof(Column) +
+  return bytes + tops_.capacity() * sizeof(std::uint32_t) + (columns_.capacity() + calm_.capacity()) * sizeof(Column) +
          contacts_.capacity() * sizeof(ColumnContact) + lane_of_.capacity() * sizeof(std::uint32_t);
 }
 

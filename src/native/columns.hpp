@@ -39,13 +39,12 @@ class Columns {
 
  private:
   int contacts_of(std::uint32_t slot) const;
-  std::uint32_t next_contact(std::uint32_t slot, std::uint32_t contact) const;
-  /// Columns that begin with some of the bodies; `first` counts from their own list's beginning.
+  /// Columns of some of the tops; `first` counts from their own list's beginning.
   struct Found {
     std::vector<Column> columns;
     std::vector<ColumnContact> contacts;
   };
-  void find(std::span<const std::uint32_t> slots, Found& found) const;
+  void find(std::span<const std::uint32_t> tops, Found& found) const;
   void follow_from(std::uint32_t top, Found& found) const;
   bool is_uneven(std::span<const ColumnContact> contacts) const;
   void find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool);
@@ -53,7 +52,8 @@ class Columns {
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
-  std::vector<Found> found_;  // by chunk of bodies
+  std::vector<std::uint32_t> tops_;  // bodies with one contact
+  std::vector<Found> found_;         // by chunk of `tops_`
   std::vector<Column> columns_, calm_;
   std::vector<ColumnContact> contacts_;
   std::vector<std::uint32_t> lane_of_;  // by contact

@@ -128,21 +128,21 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
     return;
   }
   for_each_owner(pool, [&](const auto& owns, const auto& owns_table) {
+    const auto is_mine = [&](const PartedContact& p) { return p.gone && (owns(p.a) || owns(p.b)); };
     for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + far_ahead < parted.size()) prefetch(parted[i + far_ahead].contact);
-      if (!parted[i].gone) continue;
-      const std::uint32_t index = parted[i].contact;
-      const Contact& c = contacts_[index];
-      if (owns(c.a)) unlink(index, 0);
-      if (owns(c.b)) unlink(index, 1);
-      if (owns_table(PairSet::table(c.a, c.b))) pairs_.erase(c.a, c.b);
+      if (i + far_ahead < parted.size() && is_mine(parted[i + far_ahead])) prefetch(parted[i + far_ahead].contact);
+      const PartedContact& p = parted[i];
+      if (!p.gone) continue;
+      if (owns(p.a)) unlink(p.contact, 0);
+      if (owns(p.b)) {
+        unlink(p.contact, 1);
+        contacts_[p.contact].in_use = false;
+      }
+      if (owns_table(PairSet::table(p.a, p.b))) pairs_.erase(p.a, p.b);
     }
   });
-  for (std::size_t i = 0; i < parted.size(); ++i) {
-    if (!parted[i].gone) continue;
-    contacts_[parted[i].contact].in_use = false;
-    free_.push_back(parted[i].contact);
-  }
+  for (const PartedContact& p : parted)
+    if (p.gone) free_.push_back(p.contact);
 }
 
 void ContactGraph::remove(std::uint32_t index) {
@@ -202,9 +202,16 @@ void ContactGraph::colour(std::uint32_t index) {
   }
   state_.note_to_solve(c.b);
   if (!c.fixed_a) state_.note_to_solve(c.a);
+  note_in_bodies(index);
   ++sizes_[c.colour];
   between_ += !c.fixed_a;
   enlist(index);
+}
+
+void ContactGraph::note_in_bodies(std::uint32_t index) {
+  const Contact& c = contacts_[index];
+  state_.contacts_xor[c.b] ^= index;
+  if (!c.fixed_a) state_.contacts_xor[c.a] ^= index;
 }
 
 std::vector<std::uint32_t>& ContactGraph::list_of(const Contact& c) {
@@ -259,6 +266,7 @@ void ContactGraph::uncolour(std::uint32_t index) {
     state_.colour_mask[c.b] &= ~bit;
     if (!c.fixed_a) state_.colour_mask[c.a] &= ~bit;
   }
+  note_in_bodies(index);
   state_.note_to_solve(c.b);
   if (!c.fixed_a) state_.note_to_solve(c.a);
   c.colour = no_colour;
@@ -301,6 +309,7 @@ void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
 void ContactGraph::prefetch_bodies(std::uint32_t index) const {
   for (const std::uint32_t slot : {contacts_[index].a, contacts_[index].b}) {
     __builtin_prefetch(&state_.colour_mask[slot]);
+    __builtin_prefetch(&state_.contacts_xor[slot]);
     __builtin_prefetch(&state_.flags[slot]);
     __builtin_prefetch(&bodies_[slot]);
   }

@@ -109,6 +109,8 @@ class ContactGraph {
   void for_each_owner(ThreadPool& pool, const Act& act) const;
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
+  /// That the contact is solved from now on, or no more.
+  void note_in_bodies(std::uint32_t index);
   std::vector<Domains::Link> links() const;
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);

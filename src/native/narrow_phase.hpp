@@ -23,9 +23,9 @@ struct NewManifold {
   Manifold manifold;
 };
 
-/// A contact that `ended`, or is `gone`.
+/// A contact that `ended`, or is `gone`, and its bodies.
 struct PartedContact {
-  std::uint32_t contact;
+  std::uint32_t contact, a, b;
   bool gone;
 };
 

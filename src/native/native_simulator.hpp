@@ -86,7 +86,7 @@ class NativeSimulator : public Simulator {
     if (change == Change::began) ++counts.begun;
     if (change != Change::ended && change != Change::gone) return;
     ++counts.parted;
-    chunks_of_changes_[chunk].parted.push_back({contact, change == Change::gone});
+    chunks_of_changes_[chunk].parted.push_back({contact, graph_[contact].a, graph_[contact].b, change == Change::gone});
   }
 
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }

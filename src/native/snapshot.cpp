@@ -27,6 +27,7 @@ void ContactGraph::restore(ByteReader& in) {
   const auto is_link = [&](std::uint32_t link) { return link == none || (link >> 1) < contacts; };
   for (const std::uint32_t head : state_.first_contact) in.require(is_link(head));
   std::size_t in_use = 0, coloured = 0;
+  std::vector<std::uint32_t> colours(slots, 0), overflow(slots, 0);
   for (const Contact& c : contacts_) {
     in.require(is_sound(c.in_use) && is_sound(c.fixed_a));
     if (!c.in_use) continue;
@@ -41,10 +42,19 @@ void ContactGraph::restore(ByteReader& in) {
     in.require(c.touching() && c.colour <= overflow_colour);
     const std::vector<std::uint32_t>& list = list_of(c);
     in.require(c.colour_slot < list.size() && list[c.colour_slot] == static_cast<std::uint32_t>(&c - contacts_.data()));
+    for (const std::uint32_t slot : {c.a, c.b}) {
+      if (slot == c.a && c.fixed_a) continue;
+      const std::uint32_t bit = c.colour == overflow_colour ? 0 : 1u << c.colour;
+      in.require((colours[slot] & bit) == 0);
+      colours[slot] |= bit;
+      overflow[slot] += bit == 0;
+    }
+    note_in_bodies(static_cast<std::uint32_t>(&c - contacts_.data()));
     ++sizes_[c.colour];
     ++unit_sizes_[domains_.unit(c)];
     between_ += !c.fixed_a;
   }
+  in.require(colours == state_.colour_mask && overflow == state_.overflow_count);
   for (const std::vector<std::uint32_t>& list : colours_) {
     in.require(list.size() <= coloured);
     coloured -= list.size();

@@ -300,13 +300,13 @@ void ContactSolver::make_room_for_blocks() {
   wide_blocks_.stride = block_bytes(wide_);
   single_blocks_.stride = block_bytes(single_);
   const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride + alignment;
-  if (blocks_.size() < bytes) {
-    blocks_.clear();
-    make_room(blocks_, bytes);
-    blocks_.resize(blocks_.capacity());  // not to be cleared again with every step that needs a little more
+  if (block_memory_bytes_ < bytes) {
+    block_memory_bytes_ = std::max(bytes, block_memory_bytes_ + block_memory_bytes_ / 4);
+    block_memory_.reset();
+    block_memory_ = std::make_unique_for_overwrite<std::byte[]>(block_memory_bytes_);
   }
-  const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(blocks_.data()) % alignment;
-  wide_blocks_.blocks = blocks_.data() + (misaligned ? alignment - misaligned : 0);
+  const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(block_memory_.get()) % alignment;
+  wide_blocks_.blocks = block_memory_.get() + (misaligned ? alignment - misaligned : 0);
   single_blocks_.blocks = wide_blocks_.blocks + wide_count * wide_blocks_.stride;
   if (!graph_.may_bounce()) {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;
