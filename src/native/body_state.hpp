@@ -34,8 +34,8 @@ struct BodyState {
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
   /// Exclusive or of the indices of its contacts that are solved: the contact of a body that has one, and the way from
-  /// one to the other in a body that has two.
-  std::vector<std::uint32_t> contacts_xor;
+  /// one to the other in a body that has two. The same of the slots of the bodies on their other sides.
+  std::vector<std::uint32_t> contacts_xor, neighbours_xor;
   std::vector<Force> forces;
   std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 

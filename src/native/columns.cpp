@@ -26,7 +26,7 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const 
   contacts_.clear();
   tops_.clear();
   for (const std::uint32_t slot : in_contact)
-    if (contacts_of(slot) == 1) tops_.push_back(slot);
+    if (contacts_of(slot) == 1 && contacts_of(state_.neighbours_xor[slot]) == 2) tops_.push_back(slot);
   const std::size_t chunks = (tops_.size() + top_grain - 1) / top_grain;
   if (found_.size() < chunks) found_.resize(chunks);
   pool.for_each_chunk(tops_.size(), top_grain, [&](std::size_t begin, std::size_t end) {

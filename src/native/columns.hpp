@@ -52,7 +52,7 @@ class Columns {
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
-  std::vector<std::uint32_t> tops_;  // bodies with one contact
+  std::vector<std::uint32_t> tops_;  // bodies whose one contact is with a body that has two
   std::vector<Found> found_;         // by chunk of `tops_`
   std::vector<Column> columns_, calm_;
   std::vector<ColumnContact> contacts_;

@@ -43,6 +43,8 @@ void NativeSimulator::take_over_changes() {
 void NativeSimulator::end_contacts() {
   for (std::size_t i = 0; i < parted_.size(); ++i) {
     if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
+    if (i + ahead < parted_.size() && graph_[parted_[i + ahead].contact].touching())
+      graph_.prefetch_bodies(parted_[i + ahead].contact);
     if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
   }
   graph_.remove(parted_, pool_);

@@ -211,7 +211,10 @@ void ContactGraph::colour(std::uint32_t index) {
 void ContactGraph::note_in_bodies(std::uint32_t index) {
   const Contact& c = contacts_[index];
   state_.contacts_xor[c.b] ^= index;
-  if (!c.fixed_a) state_.contacts_xor[c.a] ^= index;
+  state_.neighbours_xor[c.b] ^= c.a;
+  if (c.fixed_a) return;
+  state_.contacts_xor[c.a] ^= index;
+  state_.neighbours_xor[c.a] ^= c.b;
 }
 
 std::vector<std::uint32_t>& ContactGraph::list_of(const Contact& c) {
@@ -310,6 +313,7 @@ void ContactGraph::prefetch_bodies(std::uint32_t index) const {
   for (const std::uint32_t slot : {contacts_[index].a, contacts_[index].b}) {
     __builtin_prefetch(&state_.colour_mask[slot]);
     __builtin_prefetch(&state_.contacts_xor[slot]);
+    __builtin_prefetch(&state_.neighbours_xor[slot]);
     __builtin_prefetch(&state_.flags[slot]);
     __builtin_prefetch(&bodies_[slot]);
   }
