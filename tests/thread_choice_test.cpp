@@ -14,11 +14,12 @@ using Cost = std::function<double(int threads)>;
 struct Scene {
   ThreadChoice choice;
   int threads = 0, changes = 0;
+  double start = 0;            // 0: the guess
   double spent = 0, best = 0;  // s, and had all steps been taken with `best_threads`
 
   void steps(int count, double guess, int most, int best_threads, const Cost& cost) {
     for (int i = 0; i < count; ++i) {
-      const int now = choice.next(guess, most);
+      const int now = choice.next(guess, start > 0 ? start : guess, most);
       changes += threads != 0 && now != threads;
       threads = now;
       const double seconds = cost(now);
@@ -52,8 +53,21 @@ TEST(ThreadChoice, FindsThatFewerAreFaster) {
 
 TEST(ThreadChoice, FindsThatMoreAreFaster) {
   Scene run;
-  run.steps(1200, 1, 8, 8, amdahl(400e-6, 0, 0));
+  run.start = 1;
+  run.steps(1200, 8, 8, 8, amdahl(400e-6, 0, 0));
   EXPECT_EQ(run.threads, 8);
+}
+
+TEST(ThreadChoice, LeapsOverNumbersThatAreSlower) {
+  // Threads that wait for each other a hundred times a step: two of them are slower than one, eight are not.
+  const Cost heap = [](int threads) { return threads == 1 ? 200e-6 : 200e-6 / threads + 120e-6; };
+  Scene up;
+  up.start = 1;
+  up.steps(1200, 13, 16, 16, heap);
+  EXPECT_GT(up.threads, 4);
+  Scene down;
+  down.steps(2000, 4, 4, 1, [](int threads) { return threads == 1 ? 200e-6 : 200e-6 / threads + 170e-6; });
+  EXPECT_EQ(down.threads, 1);
 }
 
 TEST(ThreadChoice, CostsLittleWhereItIsRight) {
@@ -98,10 +112,18 @@ TEST(ThreadChoice, KeepsWhatItMeasuredWhenTheGuessChanges) {
   Scene run;
   run.steps(600, 4, 16, 2, [](int threads) { return threads == 2 ? 100e-6 : 150e-6; });
   ASSERT_EQ(run.threads, 2);
-  EXPECT_EQ(run.choice.next(4.9, 16), 2);  // not a quarter more
-  EXPECT_EQ(run.choice.next(8, 16), 4);
-  EXPECT_EQ(run.choice.next(100, 16), 8);
-  EXPECT_EQ(run.choice.next(0.1, 16), 1);
+  EXPECT_EQ(run.choice.next(4.9, 4.9, 16), 2);  // not a quarter more
+  EXPECT_EQ(run.choice.next(8, 8, 16), 4);
+  EXPECT_EQ(run.choice.next(100, 100, 16), 16);
+  EXPECT_EQ(run.choice.next(0.1, 1, 16), 1);
+}
+
+TEST(ThreadChoice, TakesAllThreadsAgainWhenThereIsMuchMoreToDo) {
+  Scene run;
+  run.steps(400, 40, 16, 8, [](int threads) { return threads == 8 ? 500e-6 : 600e-6; });
+  ASSERT_EQ(run.threads, 8);
+  run.steps(400, 400, 16, 16, [](int threads) { return 40e-3 / threads; });
+  EXPECT_EQ(run.threads, 16);
 }
 
 TEST(ThreadChoice, UsesNoMoreThanThereAre) {

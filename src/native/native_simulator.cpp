@@ -85,8 +85,10 @@ int NativeSimulator::threads_worth_while() {
   const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
   const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about
   constexpr double least = 80e-6, least_a_thread = 20e-6, hopeless_a_thread = 10e-6;
-  const double guess = work < std::max(least, 2 * waiting_in_a_heap()) ? 1 : work / least_a_thread;
-  return thread_choice_.next(guess, std::clamp(static_cast<int>(work / hopeless_a_thread), 1, pool_.size()));
+  const double guess = std::max(1.0, work / least_a_thread);
+  const bool alone = work < std::max(least, 2 * waiting_in_a_heap());
+  const int most = std::clamp(static_cast<int>(work / hopeless_a_thread), 1, pool_.size());
+  return thread_choice_.next(guess, alone ? 1 : guess, most);
 }
 
 // What threads would wait for each other (s), were the last step's contacts a heap solved colour by colour, in a

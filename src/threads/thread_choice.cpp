@@ -2,29 +2,52 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace fathom {
 
-int ThreadChoice::next(double guess, int most) {
-  follow(std::clamp(guess, 1.0, static_cast<double>(most)), most);
+namespace {
+
+int whole(double threads, int most) { return static_cast<int>(std::lround(std::clamp<double>(threads, 1, most))); }
+
+}  // namespace
+
+int ThreadChoice::next(double guess, double start, int most) {
+  follow(guess, start, most);
   if (phase_ == Phase::steady && wait_ <= 0 && count_ >= samples && median() < longest) begin_trial(most);
   return std::min(phase_ == Phase::trial ? candidate_ : choice_, most);
 }
 
-void ThreadChoice::follow(double guess, int most) {
-  if (std::abs(guess - guess_) > 0.25 * guess_) guess_ = guess;
-  const int choice = std::clamp(static_cast<int>(std::lround(correction_ * guess_)), 1, most);
+void ThreadChoice::follow(double guess, double start, int most) {
+  if (std::abs(guess - guess_) > 0.25 * guess_) {
+    guess_ = guess;
+    if (!measured_) correction_ = start / guess;
+  }
+  const int choice = whole(correction_ * guess_, most);
   if (choice == choice_) return;
   choice_ = choice;
+  way_ = choice > 1 ? Way::half : Way::leap;
   pause_ = wait_ = first_pause;
   enter(Phase::steady);
 }
 
+int ThreadChoice::candidate(int most) const {
+  switch (way_) {
+    case Way::half:
+      return std::max(1, choice_ / 2);
+    case Way::twice:
+      return std::min(most, 2 * choice_);
+    default:
+      return choice_ > 1 ? 1 : whole(guess_, most);
+  }
+}
+
+ThreadChoice::Way ThreadChoice::after(Way way) {
+  return way == Way::half ? Way::twice : way == Way::twice ? Way::leap : Way::half;
+}
+
 void ThreadChoice::begin_trial(int most) {
-  const int less = std::max(1, choice_ / 2), more = std::min(most, 2 * choice_);
-  if (fewer_ ? less == choice_ : more == choice_) fewer_ = !fewer_;
-  candidate_ = fewer_ ? less : more;
+  for (int ways = 0; ways < 3 && candidate(most) == choice_; ++ways) way_ = after(way_);
+  candidate_ = candidate(most);
   if (candidate_ == choice_) return;
   before_ = median();
   enter(Phase::trial);
@@ -32,7 +55,7 @@ void ThreadChoice::begin_trial(int most) {
 
 void ThreadChoice::took(double seconds) {
   if (settling_ > 0) {
-    --settling_;
+    if (--settling_ == 0 && phase_ == Phase::trial && seconds > absurd * before_) end_trial(false);
     return;
   }
   seconds_[count_++ % samples] = seconds;
@@ -53,14 +76,16 @@ void ThreadChoice::took(double seconds) {
   }
 }
 
-// What was worth while is worth going on with; else the other direction is next.
+// What was worth while is worth going on with.
 void ThreadChoice::end_trial(bool successful) {
   if (successful) {
     choice_ = candidate_;
     correction_ = choice_ / guess_;
+    measured_ = true;
     wait_ = first_pause;
+    if (way_ == Way::leap) way_ = after(way_);
   } else {
-    fewer_ = !fewer_;
+    way_ = after(way_);
     wait_ = pause_ = std::clamp(2 * pause_, shortest_pause, longest_pause);
   }
   enter(Phase::steady);

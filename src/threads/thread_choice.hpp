@@ -1,12 +1,12 @@
 // How many threads the same work, done again and again, is fastest with: a first guess, corrected by measuring.
 //
 // What a thread more gains depends on the machine, on what else runs there, and on the scene; no rule knows all three.
-// Now and then some steps are taken with half or twice as many threads, and the choice moves there where those were
-// faster than the steps before and the steps after. Only results that do not depend on the number of threads allow
-// this.
+// Now and then some steps are taken with half or twice as many threads, with one, or, where there is one, with the
+// guess, and the choice moves there where those were faster than the steps before and the steps after. Only results
+// that do not depend on the number of threads allow this.
 //
 // * Trials get rare: each that fails doubles the pause before the next, up to a thousand steps. One that is clearly
-//   slower ends after four steps, so that all of them cost less than 1 % of a long run.
+//   slower ends after two to four steps, so that all of them cost less than 1 % of a long run.
 // * A step that takes long is never tried with other numbers: more threads are worth while then, and half of them would
 //   be a spike.
 // * Medians before and after, and a margin, keep noise from deciding; where two numbers are equally good, it stays.
@@ -19,9 +19,10 @@ namespace fathom {
 
 class ThreadChoice {
  public:
-  /// Threads for the coming step. `guess` > 0 of them seem worth while; `most` ≥ 1 are possible. The guess is followed
-  /// when it changes by more than a quarter; what was measured is kept as its ratio to the guess.
-  int next(double guess, int most);
+  /// Threads for the coming step, of `most` ≥ 1 that are possible. The work is enough for `guess` > 0 of them, which
+  /// may be more than there are; `start` is what to begin with. The guess is followed when it changes by more than a
+  /// quarter; what was measured is kept as the choice's ratio to it.
+  int next(double guess, double start, int most);
   /// That step took `seconds`.
   void took(double seconds);
 
@@ -35,21 +36,28 @@ class ThreadChoice {
   static constexpr int settling = 2;       // steps after a change, in which bodies move to other threads' caches
   static constexpr double margin = 0.95;   // of the time before and after
   static constexpr double hopeless = 1.1;  // of the time before, twice
+  static constexpr double absurd = 1.5;    // of the time before, although not settled
 
   enum class Phase { steady, trial, check };
+  /// A leap, to one thread or to the guess, may land where a few steps would not lead: two threads that wait for each
+  /// other can be slower than one and slower than eight.
+  enum class Way { half, twice, leap };
 
-  void follow(double guess, int most);
+  void follow(double guess, double start, int most);
+  static Way after(Way way);
+  int candidate(int most) const;
   void begin_trial(int most);
   void end_trial(bool successful);
   void enter(Phase phase);
   double median() const;
 
   Phase phase_ = Phase::steady;
+  Way way_ = Way::half;  // of this trial or the next
   int choice_ = 0;
   double guess_ = 0;       // that the choice follows
   double correction_ = 1;  // of the guess, measured
+  bool measured_ = false;  // else it starts with what it is told
   int candidate_ = 0;      // in a trial
-  bool fewer_ = true;      // the next trial's direction
   int pause_ = first_pause, wait_ = first_pause;
   int settling_ = 0;
   std::array<double, samples> seconds_{};  // of the phase's last steps
