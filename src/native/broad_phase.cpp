@@ -20,9 +20,11 @@ class TreeBroadPhase : public BroadPhase {
  public:
   std::size_t find(const BroadPhaseInput& input, ThreadPool& pool, std::vector<std::vector<Pair>>& found) override {
     refresh(input, pool);
-    // Only bodies that can move are in the tree's order.
-    const bool many = input.changed.size() * least_part > moving_.size() && !input.changed_at_rest;
-    return many ? find_in_order_of_tree(input, pool, found) : find_in_order_of_slots(input, pool, found);
+    // Small trees are in the cache anyway, and only bodies that can move are in the tree's order.
+    const std::size_t changed = input.changed.size();
+    const bool many = changed > least_changed && changed * least_part > moving_.size();
+    return many && !input.changed_at_rest ? find_in_order_of_tree(input, pool, found)
+                                          : find_in_order_of_slots(input, pool, found);
   }
 
   bool lists_pairs_once() const override { return true; }
@@ -86,7 +88,7 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
-  static constexpr std::size_t least_part = 32;
+  static constexpr std::size_t least_changed = 256, least_part = 32;
 
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {

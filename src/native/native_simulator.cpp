@@ -72,7 +72,7 @@ void NativeSimulator::step() {
   times.build_constraints = timed([&] { build_constraints(); });
   times.solve = timed([&] { solve(); });
   times.finish = timed([&] { finish(); });
-  thread_choice_.took(1e-3 * times.total());
+  if (pool_.size() > 1) thread_choice_.took(1e-3 * times.total());
   queries_are_current_ = false;
   profile.step = ++steps;
   count();

@@ -1,4 +1,4 @@
-// Least-significant-digit radix sort; stable.
+// Least-significant-digit radix sort, and insertion sort for few items; stable.
 #pragma once
 
 #include <array>
@@ -16,7 +16,16 @@ template <class Item, class Key>
 void radix_sort(std::vector<Item>& items, std::vector<Item>& scratch, int bits, const Key& key) {
   constexpr int digit_bits = 11;
   constexpr std::size_t buckets = 1u << digit_bits;
-  if (items.empty()) return;
+  constexpr std::size_t few = 64;
+  if (items.size() <= few) {
+    for (std::size_t i = 1; i < items.size(); ++i) {
+      const Item item = items[i];
+      std::size_t place = i;
+      for (; place > 0 && key(items[place - 1]) > key(item); --place) items[place] = items[place - 1];
+      items[place] = item;
+    }
+    return;
+  }
   grow_to(scratch, items.size());
   for (int shift = 0; shift < bits; shift += digit_bits) {
     const auto digit = [&](const Item& item) { return static_cast<std::size_t>(key(item) >> shift & (buckets - 1)); };
