@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "native/radix_sort.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::native {
@@ -132,6 +133,38 @@ TEST_P(BroadPhases, FindOnlyNewPairsAsBoxesMove) {
 
 INSTANTIATE_TEST_SUITE_P(TreeAndSweep, BroadPhases, testing::Bool(),
                          [](const auto& parameter) { return parameter.param ? "sweep" : "tree"; });
+
+TEST(TreeBroadPhase, ListsPairsInOneOrderHoweverItSearches) {
+  Boxes boxes;
+  for (int i = 0; i < 900; ++i) boxes.add(MotionType::dynamic, boxes.random_box(7, 2));
+  boxes.change_all();
+  const auto list = [&](bool changed_at_rest, int threads) {
+    BroadPhaseInput input{boxes.bodies, boxes.state, boxes.known, boxes.changed, changed_at_rest, true};
+    ThreadPool pool(threads);
+    std::vector<std::vector<Pair>> lists;
+    lists.resize(make_tree_broad_phase()->find(input, pool, lists));
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+    for (const auto& some : lists)
+      for (const Pair p : some) pairs.emplace_back(p.a, p.b);
+    return pairs;
+  };
+  const auto pairs = list(true, 1);  // those at rest make it search in the order of slots
+  EXPECT_GT(pairs.size(), 1000u);
+  EXPECT_EQ(list(false, 1), pairs);
+  EXPECT_EQ(list(false, 3), pairs);
+}
+
+TEST(RadixSort, SortsAndIsStable) {
+  std::mt19937 random(5);
+  for (const std::size_t size : {0u, 1u, 2u, 64u, 65u, 3000u}) {
+    std::vector<Pair> items, scratch;
+    for (std::uint32_t i = 0; i < size; ++i) items.push_back({static_cast<std::uint32_t>(random() % 5000), i});
+    std::vector<Pair> expected = items;
+    std::stable_sort(expected.begin(), expected.end(), [](Pair x, Pair y) { return x.a < y.a; });
+    radix_sort(items, scratch, 13, [](Pair p) { return p.a; });
+    for (std::size_t i = 0; i < size; ++i) EXPECT_EQ(items[i].b, expected[i].b) << size;
+  }
+}
 
 TEST(PairSet, HoldsWhatASetWouldHold) {
   PairSet set;
