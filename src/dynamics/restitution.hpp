@@ -7,7 +7,7 @@
 namespace fathom {
 
 /// Sweeps of strikes that a substep has at most: a hit passes on through one body a sweep at least.
-inline constexpr std::uint32_t most_strike_sweeps = 16;
+inline constexpr std::uint32_t most_strike_sweeps = 8;
 
 /// Relative speed (m/s, negative: towards each other) with which two points meet that had the relative speed `start`
 /// when the step began and have since closed `gap` ≥ 0 (m) under a relative acceleration (m/s²): v² − 2 a s. A body
