@@ -8,6 +8,7 @@
 
 #include "device/constraint_rows.hpp"
 #include "dynamics/rotation.hpp"
+#include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 #include "exec/load.hpp"
 
@@ -108,7 +109,7 @@ struct SolveConstraints {
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
-  const Counters* counters;
+  Counters* counters;
   std::uint32_t body_capacity;
   SolveParameters p;
 
@@ -165,6 +166,10 @@ struct SolveConstraints {
   // does without is loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(place)) return fetch_body(place, i, f);
+    if (place.what == strike && is_calm(place)) {
+      f = {};
+      return;
+    }
     const std::uint32_t k = constraint(place, i);
     const Quad* const rows = rows_of(constraints, k);
     const bool friction = with_friction(place.what);
@@ -228,6 +233,16 @@ struct SolveConstraints {
   /// How a substep integrates velocities.
   FATHOM_HD What first_of(Place place) const {
     return p.warm_start && place.substep > 0 ? integrate_v : integrate_first_v;
+  }
+
+  FATHOM_HD static std::uint32_t strike_index(Place place) {
+    return place.substep * most_strike_sweeps + place.strikes;
+  }
+  /// Whether nothing struck in an earlier sweep of strikes: then nothing will. What the last one found is not known to
+  /// all before the barrier at its end, which loads for the first colour are ahead of.
+  FATHOM_HD bool is_calm(Place place) const {
+    const std::uint32_t before = place.colour > 0 ? 1 : 2, index = strike_index(place);
+    return place.strikes >= before && index < noted_strikes && !exec::atomic_load(counters->struck[index - before]);
   }
 
   FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
@@ -319,6 +334,7 @@ struct SolveConstraints {
       if (!strike_contact(frame, axes, points, count, constraints.bounces[k], {p.h, p.restitution_threshold}, moved(),
                           impulses, a, b))
         return;
+      if (strike_index(place) < noted_strikes) exec::atomic_store(counters->struck[strike_index(place)], 1u);
     } else {
       const bool fixed = bits & pushes_fixed_bit;
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
