@@ -1,6 +1,7 @@
 // Timers, input, logging, data series and traces, each alone.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
