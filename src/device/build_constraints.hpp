@@ -149,6 +149,7 @@ struct BeginLayout {
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
     c.any_kinematic = 0;
+    for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
       c.taken_manifolds -= c.deferred[0] + c.deferred[1];

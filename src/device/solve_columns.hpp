@@ -95,19 +95,14 @@ struct SolveWithColumns {
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
     return !place.braces && solver.is_serial(plan, place.in_solve);
   }
-  // Restitution follows a brace at once, which writes impulses: its loads have to wait for it.
   FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (!place.braces && place.in_solve.what != SolveConstraints::bounce) solver.fetch(plan, place.in_solve, i, f);
+    if (!place.braces) solver.fetch(plan, place.in_solve, i, f);
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
     if (place.braces) {
       const ColumnRange range = solver.bodies.calm_columns[i];
       const ColumnView column{solver.bodies, solver.constraints, solver.p, solver.bodies.column_contacts + range.first};
       ColumnBrace<ColumnView>(column, range.count, place.in_solve.what != SolveConstraints::relax)();
-    } else if (place.in_solve.what == SolveConstraints::bounce) {
-      Fetched late;
-      solver.fetch(plan, place.in_solve, i, late);
-      solver(plan, place.in_solve, i, late);
     } else {
       solver(plan, place.in_solve, i, fetched);
     }
