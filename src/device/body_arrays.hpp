@@ -101,6 +101,9 @@ struct alignas(16) Quad {
 
 FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
 
+/// Quads of a stored ColumnRung (solve_columns.hpp).
+inline constexpr std::uint32_t rung_quads = 14;
+
 /// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
 /// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
 struct alignas(64) SolverQuads {
@@ -146,10 +149,12 @@ struct Neighbours {
   std::uint32_t first = none, last = 0;
 };
 struct ColumnRange {
-  std::uint32_t first, count;  ///< in `column_contacts`
+  std::uint32_t first;  ///< in `column_contacts`
+  std::uint32_t count : 31, calm : 1;
 };
 struct ColumnContact {
   std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
+  std::uint32_t column;
 };
 
 struct BodyArrays {
@@ -180,9 +185,9 @@ struct BodyArrays {
 
   // Columns, as long as constraints are laid out as they are.
   Neighbours* neighbours;
-  ColumnRange* columns;       ///< at most half as many as bodies
-  ColumnRange* calm_columns;  ///< of these, those that are braced in this step
-  ColumnContact* column_contacts;
+  ColumnRange* columns;            ///< at most half as many as bodies
+  ColumnContact* column_contacts;  ///< at most as many as bodies
+  Quad* column_rungs;              ///< `rung_quads` for each of these
 
   // Of bodies in contact, within a step.
   SolverQuads* solver;

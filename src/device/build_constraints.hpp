@@ -9,6 +9,7 @@
 #pragma once
 
 #include "device/contact_arrays.hpp"
+#include "device/find_columns.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -166,7 +167,8 @@ FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
 }
 
 /// Counts the constraints of each colour. It is also where the last of the freed manifolds move into the gap in their
-/// list: there is one only where a contact began, and then all contacts are looked at.
+/// list: there is one only where a contact began, and then all contacts are looked at. And bodies forget their
+/// neighbours.
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -183,6 +185,7 @@ struct CountColours {
       const std::uint32_t index = group.index() * group_size + item;
       if (index >= counters->live_contacts) return;
       close_gap(index);
+      for (std::uint32_t i = index; i < counters->live_bodies; i += counters->live_contacts) bodies.neighbours[i] = {};
       const Contact& c = contacts.contacts[index];
       if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
     });
@@ -207,9 +210,10 @@ struct ScheduleColours {
 
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
-    c.column_bodies = c.layout_dirty || c.columns_due ? c.live_bodies : 0;
-    if (c.column_bodies) c.columns_due = c.columns = c.column_contacts = 0;
-    c.calm_columns = 0;
+    c.finds_columns = c.layout_dirty;
+    if (c.layout_dirty) c.columns = c.column_contacts = 0;
+    c.column_items = c.layout_dirty || c.live_bodies == 0 ? c.live_bodies : c.columns;
+    c.any_calm_column = 0;
     if (c.live_bodies == 0) {
       c.sweeps = c.constraints = c.constraint_groups = 0;
       c.layout_dirty = 1;
@@ -259,6 +263,7 @@ struct LayOutConstraints {
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
+  bool notes_neighbours;  ///< for columns
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     auto rank = per_item<std::uint32_t>(group);
@@ -281,6 +286,9 @@ struct LayOutConstraints {
       constraints.contact[place] = index;
       constraints.manifold[place] = c.manifold;
       constraints.bodies[place] = {c.a, c.b};
+      if (!notes_neighbours) return;
+      note_neighbour(bodies, c.b, place);
+      if (!c.fixed_a()) note_neighbour(bodies, c.a, place);
     });
   }
 };

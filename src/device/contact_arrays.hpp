@@ -114,9 +114,10 @@ struct Counters {
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
-  std::uint32_t column_bodies = 0;                      ///< `live_bodies` where columns are to be found anew, else 0
-  std::uint32_t columns_due = 0;                        ///< 1: they are to be found although the layout stays
-  std::uint32_t columns = 0, calm_columns = 0, column_contacts = 0;
+  std::uint32_t finds_columns = 0;                      ///< 1: constraints were laid out anew, and so are columns
+  std::uint32_t column_items = 0;                       ///< of FindColumns
+  std::uint32_t columns = 0, column_contacts = 0;
+  std::uint32_t any_calm_column = 0;  ///< 1: some column is braced in this step
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;

@@ -27,8 +27,8 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_slow_(m),
       neighbours_(m),
       columns_(m),
-      calm_columns_(m),
       column_contacts_(m),
+      column_rungs_(m),
       solver_(m),
       motion_(m),
       warm_(m),
@@ -45,8 +45,8 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   // Like the layout of constraints that they follow.
   columns_.grow(bodies / 2 + 1, exec::Contents::keep);
-  calm_columns_.grow(bodies / 2 + 1);
   column_contacts_.grow(bodies, exec::Contents::keep);
+  column_rungs_.grow(bodies * rung_quads);
   capacity_ = std::max(capacity_, bodies);
 }
 
@@ -72,8 +72,8 @@ BodyArrays BodyMemory::arrays() {
           .island_woken = island_woken_.data(),
           .neighbours = neighbours_.data(),
           .columns = columns_.data(),
-          .calm_columns = calm_columns_.data(),
           .column_contacts = column_contacts_.data(),
+          .column_rungs = column_rungs_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),

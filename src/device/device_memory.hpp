@@ -67,8 +67,9 @@ class BodyMemory {
   exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
   exec::Buffer<Neighbours> neighbours_;
-  exec::Buffer<ColumnRange> columns_, calm_columns_;
+  exec::Buffer<ColumnRange> columns_;
   exec::Buffer<ColumnContact> column_contacts_;
+  exec::Buffer<Quad> column_rungs_;
   exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;

@@ -80,7 +80,7 @@ struct SolveConstraints {
 
   struct Plan {
     Stretch schedule[schedule_size];
-    std::uint32_t sweeps, overflow, bodies, bounces, columns;
+    std::uint32_t sweeps, overflow, bodies, bounces, columns, column_contacts;
     bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
   };
@@ -106,7 +106,8 @@ struct SolveConstraints {
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.columns = counters->calm_columns;
+    plan.columns = counters->any_calm_column ? counters->columns : 0;
+    plan.column_contacts = counters->column_contacts;
     plan.any_kinematic = counters->any_kinematic;
     plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns;
   }
