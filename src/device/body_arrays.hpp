@@ -175,8 +175,10 @@ struct BodyArrays {
 
   // Contacts of a body.
   std::uint64_t* colours;       ///< taken by its contacts
+  std::uint64_t* further;       ///< and those from `further_colour` on
   std::uint32_t* touching;      ///< how many they are
-  std::uint64_t* recoloured;    ///< while all choose anew
+  std::uint64_t* recoloured;    ///< `colours` while all choose anew
+  std::uint64_t* refurthered;   ///< `further` meanwhile
   std::uint64_t* best;          ///< priority of the contact that may choose its colour next
   std::uint32_t* island;        ///< while it sleeps: what it shares with all that must wake with it
   std::uint32_t* parent;        ///< of the forest that islands are found with

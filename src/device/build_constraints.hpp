@@ -3,9 +3,10 @@
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
 // it begins to touch and keeps it. Where one thread would go through new contacts in order, here they choose in rounds:
 // whoever has the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
-// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. One that finds no free
-// colour, or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of
-// priorities, and tries again in the next: no contact is ever left out.
+// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. A body's colours are the bits
+// of one word, and of a second one that is looked at only where the first is full. A contact that finds no free colour,
+// or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of priorities,
+// and tries again in the next: no contact is ever left out.
 #pragma once
 
 #include "device/contact_arrays.hpp"
@@ -29,6 +30,33 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
 
 /// Whether contacts have been deferred: then colours wait for them.
 FATHOM_HD bool is_stopping(const Counters& c) { return c.deferred[0] + c.deferred[1] > 0; }
+
+/// The lowest bit that is not set; some bit is not.
+FATHOM_HD std::uint32_t lowest_free(std::uint64_t taken) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(~taken)) - 1);
+#else
+  return static_cast<std::uint32_t>(__builtin_ctzll(~taken));
+#endif
+}
+
+/// A contact between dynamic bodies takes the lowest colour that is free on both, where one is.
+FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* further, Counters& counters) {
+  constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
+  std::uint64_t taken = colours[c.a] | colours[c.b] | fixed;
+  std::uint32_t first = 0;
+  if (~taken == 0) {
+    colours = further;
+    taken = colours[c.a] | colours[c.b];
+    if (~taken == 0) return;
+    first = further_colour;
+    exec::atomic_store(counters.any_further, 1u);
+  }
+  const std::uint32_t free = lowest_free(taken);
+  c.set_colour(first + free);
+  colours[c.a] |= std::uint64_t{1} << free;
+  colours[c.b] |= std::uint64_t{1} << free;
+}
 
 /// All contacts between dynamic bodies choose anew, colour by colour from the last to the first. A colour's contacts
 /// share no body, so they choose at once; the outcome never has more colours, and mostly fewer ("iterated greedy":
@@ -57,9 +85,9 @@ struct RecolourContacts {
       choose(constraints.contact[stretch(phase).first + k],
              counters->any_isolated && phase <= counters->dynamic_sweeps);
     else if (phase == 0)
-      bodies.recoloured[k] = bodies.is_awake(k) ? bodies.colours[k] & fixed : bodies.colours[k];
+      begin(k);
     else
-      bodies.colours[k] = bodies.recoloured[k];
+      end(k);
   }
 
  private:
@@ -71,21 +99,26 @@ struct RecolourContacts {
         ->schedule[counters->first_dynamic + counters->dynamic_sweeps - 1 - (phase - 1) % counters->dynamic_sweeps];
   }
 
+  FATHOM_HD void begin(std::uint32_t i) const {
+    const bool awake = bodies.is_awake(i);
+    bodies.recoloured[i] = awake ? bodies.colours[i] & fixed : bodies.colours[i];
+    if (counters->any_further) bodies.refurthered[i] = awake ? 0 : bodies.further[i];
+  }
+  FATHOM_HD void end(std::uint32_t i) const {
+    bodies.colours[i] = bodies.recoloured[i];
+    if (counters->any_further) bodies.further[i] = bodies.refurthered[i];
+  }
+
   FATHOM_HD void choose(std::uint32_t index, bool keep) const {
     Contact& c = contacts.contacts[index];
-    if (!c.in_use() || !c.touching() || c.colour() >= dynamic_colours) return;
+    if (!c.in_use() || !c.touching() || c.fixed_a() || c.colour() == overflow_colour) return;
     const bool both_awake = bodies.flags[c.a] & bodies.flags[c.b] & awake_flag;
     if (keep == both_awake && counters->any_isolated) return;
-    std::uint32_t colour = c.colour();
-    if (!keep) {
-      const std::uint64_t taken = bodies.recoloured[c.a] | bodies.recoloured[c.b];
-      colour = 0;
-      while (taken >> colour & 1u) ++colour;
-      c.set_colour(colour);
-    }
-    const std::uint64_t bit = std::uint64_t{1} << colour;
-    bodies.recoloured[c.a] |= bit;
-    bodies.recoloured[c.b] |= bit;
+    if (!keep) return choose_colour(c, bodies.recoloured, bodies.refurthered, *counters);
+    std::uint64_t* const taken = c.colour() < further_colour ? bodies.recoloured : bodies.refurthered;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+    taken[c.a] |= bit;
+    taken[c.b] |= bit;
   }
 };
 
@@ -121,17 +154,16 @@ struct ColourContacts {
 
  private:
   FATHOM_HD void choose(Contact& c) const {
-    constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
-    std::uint64_t taken = bodies.colours[c.b];
-    taken |= c.fixed_a() ? ~fixed : bodies.colours[c.a] | fixed;
-    if (~taken == 0) return;
-    std::uint32_t colour = 0;
-    while (taken >> colour & 1u) ++colour;
-    c.set_colour(colour);
-    const std::uint64_t bit = std::uint64_t{1} << colour;
-    bodies.colours[c.b] |= bit;
-    if (!c.fixed_a()) bodies.colours[c.a] |= bit;
-    exec::atomic_store(counters->layout_dirty, 1u);
+    if (c.fixed_a()) {
+      constexpr std::uint64_t dynamic = ~(~std::uint64_t{0} << dynamic_colours);
+      const std::uint64_t taken = bodies.colours[c.b] | dynamic;
+      if (~taken == 0) return;
+      c.set_colour(lowest_free(taken));
+      bodies.colours[c.b] |= std::uint64_t{1} << c.colour();
+    } else {
+      choose_colour(c, bodies.colours, bodies.further, *counters);
+    }
+    if (c.colour() != overflow_colour) exec::atomic_store(counters->layout_dirty, 1u);
   }
 };
 
@@ -203,8 +235,8 @@ struct CountColours {
   }
 };
 
-/// Where each colour begins, and the order of sweeps: the overflow, then colours, those against fixed bodies last
-/// because the ground is the firmer side.
+/// Where each colour begins, and the order of sweeps: the overflow, further colours, the others, those against fixed
+/// bodies last because the ground is the firmer side.
 struct ScheduleColours {
   Counters* counters;
 
@@ -230,20 +262,23 @@ struct ScheduleColours {
     c.overflow = c.per_colour[overflow_colour];
     c.sweeps = 0;
     if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
+    c.first_dynamic = c.sweeps;
     std::uint32_t begin = 0;
-    for (std::uint32_t k = 0; k < schedule_size; ++k) {
-      c.cursor[k] = begin;
-      if (k == overflow_colour)
-        c.first_overflow = begin;
-      else if (c.per_colour[k])
-        c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
-      begin += c.per_colour[k];
-    }
+    const auto place = [&](std::uint32_t first, std::uint32_t end) {
+      for (std::uint32_t k = first; k < end; ++k) {
+        c.cursor[k] = begin;
+        if (c.per_colour[k]) c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
+        begin += c.per_colour[k];
+      }
+    };
+    if (c.any_further) place(further_colour, colour_count);
+    c.further_sweeps = c.sweeps - c.first_dynamic;
+    place(0, dynamic_colours);
+    c.dynamic_sweeps = c.sweeps - c.first_dynamic;
+    place(dynamic_colours, further_colour);
     c.former_sweeps = c.sweeps;
-    c.constraints = begin;
-    c.first_dynamic = c.overflow ? 1 : 0;
-    c.dynamic_sweeps = 0;
-    for (std::uint32_t k = 0; k < dynamic_colours; ++k) c.dynamic_sweeps += c.per_colour[k] > 0;
+    c.first_overflow = c.cursor[overflow_colour] = begin;
+    c.constraints = begin += c.overflow;
     if (c.begun || c.sweeps < before)
       c.recolour_trials = 4;
     else if (c.recolouring && c.recolour_trials)

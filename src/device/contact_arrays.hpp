@@ -16,10 +16,13 @@
 namespace fathom::device {
 
 inline constexpr std::uint32_t dynamic_colours = 56;  ///< then those of contacts with bodies that cannot be pushed
-inline constexpr std::uint32_t colour_count = 64;
-inline constexpr std::uint32_t overflow_colour = 64;
+inline constexpr std::uint32_t further_colour = 64;   ///< then those of contacts that found none of the first
+inline constexpr std::uint32_t colour_count = 128;
+inline constexpr std::uint32_t overflow_colour = 128;
 inline constexpr std::uint32_t schedule_size = colour_count + 1;
-inline constexpr std::uint32_t colouring_rounds = 32;
+/// Every round colours one new contact of a body at most. In the foot of a tower that is crushed bodies begin some
+/// fifty contacts in one step.
+inline constexpr std::uint32_t colouring_rounds = 200;
 
 /// `Contact::bits`; the low byte is the colour.
 enum ContactBits : std::uint32_t {
@@ -111,6 +114,8 @@ struct Counters {
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`
   std::uint32_t former_sweeps = 0;                      ///< of the layout before
   std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< those of colours of contacts between dynamic bodies
+  std::uint32_t any_further = 0;                        ///< 1: some contact ever had a colour from `further_colour` on
+  std::uint32_t further_sweeps = 0;                     ///< of those colours
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use

@@ -18,7 +18,9 @@ BodyMemory::BodyMemory(exec::Memory& m)
       known_(m),
       boxes_(m),
       colours_(m),
+      further_(m),
       recoloured_(m),
+      refurthered_(m),
       best_(m),
       touching_(m),
       island_(m),
@@ -36,7 +38,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(neighbours_);
+  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(neighbours_);
   act(motion_), act(warm_), act(inertia_);
 }
 
@@ -63,8 +65,10 @@ BodyArrays BodyMemory::arrays() {
           .known = known_.data(),
           .boxes = boxes_.data(),
           .colours = colours_.data(),
+          .further = further_.data(),
           .touching = touching_.data(),
           .recoloured = recoloured_.data(),
+          .refurthered = refurthered_.data(),
           .best = best_.data(),
           .island = island_.data(),
           .parent = parent_.data(),

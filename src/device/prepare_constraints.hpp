@@ -74,7 +74,7 @@ struct PrepareConstraints {
     }
     const Contact& contact = contacts.contacts[constraints.contact[k]];
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
-    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % colour_count) - 1;
+    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;

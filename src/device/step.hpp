@@ -146,7 +146,7 @@ class Step {
   void choose_colours() {
     // Sleeping bodies' contacts have colours and are not in the layout.
     if (!settings_.move.sleeping)
-      device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
+      device_.parallel_phases(2 * (dynamic_colours + colour_count - further_colour) + 2, body_capacity_,
                               RecolourContacts{bodies_, contacts_, constraints_, counters_});
     device_.parallel_phases(2 * colouring_rounds, contacts_.manifold_capacity,
                             ColourContacts{bodies_, contacts_, counters_});

@@ -67,6 +67,22 @@ FATHOM_HD bool all_ready(bool ready) {
 #endif
 }
 
+/// How long a work-item waits for data. What never comes, because something has been counted wrongly, must not keep the
+/// GPU for ever: after some seconds the kernel crashes, and the host hears that the device is lost.
+class Patience {
+ public:
+  /// After every look in vain, which takes more than half a microsecond.
+  FATHOM_HD void look_again() {
+#if defined(__CUDA_ARCH__)
+    if (++looks_ == most_looks) __trap();
+#endif
+  }
+
+ private:
+  static constexpr std::uint32_t most_looks = 1u << 22;
+  std::uint32_t looks_ = 0;
+};
+
 template <class Quad>
 FATHOM_HD void store_shared_quad(Quad& to, const Quad& q) {
   static_assert(sizeof(Quad) == 16 && alignof(Quad) == 16);
