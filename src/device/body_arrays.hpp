@@ -152,9 +152,10 @@ struct ColumnRange {
   std::uint32_t first;  ///< in `column_contacts`
   std::uint32_t count : 31, calm : 1;
 };
-struct ColumnContact {
+struct alignas(16) ColumnContact {
   std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
   std::uint32_t column;
+  std::uint32_t below, above;  ///< bodies
 };
 
 struct BodyArrays {

@@ -65,9 +65,6 @@ FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* 
 ///
 /// It works on the layout of the step before: contacts that have ended since, or begun, are not in their colour.
 struct RecolourContacts {
-  static constexpr bool has_few_items = true;
-  static constexpr std::uint32_t group_size = 256;
-
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
@@ -124,10 +121,6 @@ struct RecolourContacts {
 
 /// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
 struct ColourContacts {
-  static constexpr bool ends_at_empty_phase = true;
-  static constexpr bool has_few_items = true;
-  static constexpr std::uint32_t group_size = 256;
-
   BodyArrays bodies;
   ContactArrays contacts;
   Counters* counters;
@@ -167,6 +160,36 @@ struct ColourContacts {
   }
 };
 
+/// Both, one after the other. Sleeping bodies' contacts have colours and are not in the layout, so where bodies sleep
+/// nothing is recoloured.
+struct ChooseColours {
+  static constexpr bool ends_at_empty_phase = true;
+  static constexpr bool has_few_items = true;
+  static constexpr std::uint32_t group_size = 256;
+  static constexpr std::uint32_t most_phases =
+      2 * (dynamic_colours + colour_count - further_colour) + 2 + 2 * colouring_rounds;
+
+  RecolourContacts recolour;
+  ColourContacts colour;
+  bool recolours;
+
+  FATHOM_HD std::uint32_t phases() const { return recolouring_phases() + colour.phases(); }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    const std::uint32_t first = recolouring_phases();
+    return phase < first ? recolour.items(phase) : colour.items(phase - first);
+  }
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
+    const std::uint32_t first = recolouring_phases();
+    if (phase < first)
+      recolour(phase, k);
+    else
+      colour(phase - first, k);
+  }
+
+ private:
+  FATHOM_HD std::uint32_t recolouring_phases() const { return recolours ? recolour.phases() : 0; }
+};
+
 /// Work-items that prepare constraints together.
 inline constexpr std::uint32_t constraint_group_size = 64;
 
@@ -175,32 +198,14 @@ FATHOM_HD bool is_solved(const Contact& c, const BodyArrays& bodies) {
   return c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
 }
 
-/// Whether constraints must be laid out anew; or stops the step where contacts were deferred.
-struct BeginLayout {
-  Counters* counters;
-
-  FATHOM_HD void operator()(std::uint32_t) const {
-    Counters& c = *counters;
-    c.any_kinematic = 0;
-    if (is_stopping(c) && !c.stopped) {
-      c.stopped = no_room_for_manifolds;
-      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
-      c.live_bodies = c.live_contacts = c.contact_groups = 0;
-    }
-    c.layout_groups = c.live_bodies && c.layout_dirty ? c.contact_groups : 0;
-    if (!c.layout_dirty) return;
-    for (std::uint32_t k = 0; k < schedule_size; ++k) c.per_colour[k] = 0;
-  }
-};
-
 /// Of the free places of manifolds, how many were taken.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
   return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
 }
 
-/// Counts the constraints of each colour. It is also where the last of the freed manifolds move into the gap in their
-/// list: there is one only where a contact began, and then all contacts are looked at. And bodies forget their
-/// neighbours.
+/// Counts the constraints of each colour where they must be laid out anew. It is also where the last of the freed
+/// manifolds move into the gap in their list: there is one only where a contact began, and then all contacts are looked
+/// at. And bodies forget their neighbours.
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -212,6 +217,7 @@ struct CountColours {
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
+    if (!counters->layout_dirty || is_stopping(*counters)) return;
     group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
@@ -236,54 +242,96 @@ struct CountColours {
 };
 
 /// Where each colour begins, and the order of sweeps: the overflow, further colours, the others, those against fixed
-/// bodies last because the ground is the firmer side.
+/// bodies last because the ground is the firmer side. Or stops the step where contacts were deferred.
 struct ScheduleColours {
+  static constexpr std::uint32_t group_size = colour_count;
+  struct Local {
+    std::uint32_t constraints[colour_count];  ///< of a place in that order and those before
+    std::uint32_t colours[colour_count];      ///< that have any
+    std::uint32_t lays_out;
+  };
+
   Counters* counters;
 
-  FATHOM_HD void operator()(std::uint32_t) const {
-    Counters& c = *counters;
-    c.finds_columns = c.layout_dirty;
-    if (c.layout_dirty) c.columns = c.column_contacts = 0;
-    c.column_items = c.layout_dirty || c.live_bodies == 0 ? c.live_bodies : c.columns;
-    c.any_calm_column = 0;
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.once([&] { local.lays_out = begin(*counters); });
+    if (!group.broadcast(local.lays_out)) return;
+    group.for_each([&](std::uint32_t item) {
+      local.constraints[item] = counters->per_colour[colour(item)];
+      local.colours[item] = local.constraints[item] > 0;
+    });
+    auto constraints = per_item<std::uint32_t>(group);
+    auto colours = per_item<std::uint32_t>(group);
+    for (std::uint32_t step = 1; step < group_size; step *= 2) {
+      group.for_each([&](std::uint32_t item) {
+        constraints[item] = item < step ? 0 : local.constraints[item - step];
+        colours[item] = item < step ? 0 : local.colours[item - step];
+      });
+      group.for_each([&](std::uint32_t item) {
+        local.constraints[item] += constraints[item];
+        local.colours[item] += colours[item];
+      });
+    }
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t count = counters->per_colour[colour(item)], first = local.constraints[item] - count;
+      counters->per_colour[colour(item)] = 0;
+      counters->cursor[colour(item)] = first;
+      if (count) counters->schedule[counters->first_dynamic + local.colours[item] - 1] = {first, count};
+    });
+    group.once([&] { end(*counters, local); });
+  }
+
+ private:
+  static constexpr std::uint32_t further = colour_count - further_colour;
+
+  /// The colour at a place.
+  FATHOM_HD static std::uint32_t colour(std::uint32_t place) {
+    return place < further ? further_colour + place : place - further;
+  }
+
+  /// Whether constraints must be laid out anew.
+  FATHOM_HD static bool begin(Counters& c) {
+    c.any_kinematic = c.any_calm_column = c.layout_groups = 0;
+    if (is_stopping(c) && !c.stopped) {
+      c.stopped = no_room_for_manifolds;
+      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
+      c.live_bodies = c.live_contacts = c.contact_groups = 0;
+    }
     if (c.live_bodies == 0) {
       c.sweeps = c.constraints = c.constraint_groups = 0;
       c.layout_dirty = 1;
-      return;
+      return false;
     }
-    if (!c.layout_dirty) return;
+    c.finds_columns = c.layout_dirty;
+    if (!c.layout_dirty) return false;
+    c.columns = c.column_contacts = 0;
     c.layout_dirty = 0;
+    c.layout_groups = c.contact_groups;
     const std::uint32_t reused = reused_manifolds(c);
     c.manifolds += c.taken_manifolds - reused;
     c.free_manifolds += c.freed_manifolds - reused;
     c.taken_manifolds = c.freed_manifolds = 0;
-    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
-    const std::uint32_t before = c.former_sweeps;
     c.overflow = c.per_colour[overflow_colour];
-    c.sweeps = 0;
-    if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
-    c.first_dynamic = c.sweeps;
-    std::uint32_t begin = 0;
-    const auto place = [&](std::uint32_t first, std::uint32_t end) {
-      for (std::uint32_t k = first; k < end; ++k) {
-        c.cursor[k] = begin;
-        if (c.per_colour[k]) c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
-        begin += c.per_colour[k];
-      }
-    };
-    if (c.any_further) place(further_colour, colour_count);
-    c.further_sweeps = c.sweeps - c.first_dynamic;
-    place(0, dynamic_colours);
-    c.dynamic_sweeps = c.sweeps - c.first_dynamic;
-    place(dynamic_colours, further_colour);
-    c.former_sweeps = c.sweeps;
+    c.per_colour[overflow_colour] = 0;
+    c.first_dynamic = c.overflow ? 1 : 0;
+    if (c.overflow) c.schedule[0] = {0, 1};
+    return true;
+  }
+
+  FATHOM_HD static void end(Counters& c, const Local& local) {
+    const std::uint32_t begin = local.constraints[group_size - 1];
+    c.sweeps = c.first_dynamic + local.colours[group_size - 1];
+    c.further_sweeps = local.colours[further - 1];
+    c.dynamic_sweeps = local.colours[further + dynamic_colours - 1];
     c.first_overflow = c.cursor[overflow_colour] = begin;
-    c.constraints = begin += c.overflow;
-    if (c.begun || c.sweeps < before)
+    c.constraints = begin + c.overflow;
+    c.constraint_groups = (c.constraints + constraint_group_size - 1) / constraint_group_size;
+    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
+    if (c.begun || c.sweeps < c.former_sweeps)
       c.recolour_trials = 4;
     else if (c.recolouring && c.recolour_trials)
       --c.recolour_trials;
-    c.constraint_groups = (begin + constraint_group_size - 1) / constraint_group_size;
+    c.former_sweeps = c.sweeps;
   }
 };
 
@@ -328,33 +376,18 @@ struct LayOutConstraints {
   }
 };
 
-/// The overflow in the order of priorities. Every constraint counts those before it: they are few.
-struct OrderOverflow {
-  ConstraintArrays constraints;
-  const Counters* counters;
-
-  FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t first = counters->first_overflow;
-    const auto key = [&](std::uint32_t i) {
-      const PairRecord pair = constraints.bodies[first + i];
-      return priority(pair.a, pair.b);
-    };
-    const std::uint64_t mine = key(k);
-    std::uint32_t rank = 0;
-    for (std::uint32_t i = 0; i < counters->overflow; ++i) rank += key(i) < mine;
-    constraints.overflow_order[rank] = first + k;
-  }
-};
-
 FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
-/// What the solver knows of bodies in contact.
+/// What the solver knows of bodies in contact, and of columns.
 struct LoadBodies {
   BodyArrays bodies;
   Counters* counters;
   float h;  ///< s, a substep
+  FindColumns columns;
+  bool has_columns;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
+    if (has_columns) columns(i);
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;

@@ -97,7 +97,7 @@ struct Counters {
   std::uint32_t levels = 1;     ///< of the grid that hold bodies, a bit each
   std::uint32_t changed_levels = 0;
   std::uint32_t search_groups = 0;
-  std::uint32_t coarse_groups = 0;
+  std::uint32_t any_coarse = 0;  ///< 1: some body beyond the finest level has a new box
   std::uint32_t grid_cells = 0;
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
@@ -108,7 +108,7 @@ struct Counters {
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
-  std::uint32_t per_colour[schedule_size] = {};
+  std::uint32_t per_colour[schedule_size] = {};  ///< zero but between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`
@@ -120,7 +120,6 @@ struct Counters {
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
   std::uint32_t finds_columns = 0;                      ///< 1: constraints were laid out anew, and so are columns
-  std::uint32_t column_items = 0;                       ///< of FindColumns
   std::uint32_t columns = 0, column_contacts = 0;
   std::uint32_t any_calm_column = 0;  ///< 1: some column is braced in this step
   std::uint32_t first_overflow = 0;

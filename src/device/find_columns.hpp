@@ -19,7 +19,7 @@ FATHOM_HD void note_neighbour(const BodyArrays& bodies, std::uint32_t body, std:
 }
 
 /// Where constraints have been laid out anew, item i is a body, which may be a column's top; else columns are as they
-/// were, and item i is one of them.
+/// were, and item i is one of them, if there are so many. Part of LoadBodies.
 struct FindColumns {
   BodyArrays bodies;
   ContactArrays contacts;
@@ -27,10 +27,11 @@ struct FindColumns {
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (!counters->finds_columns)
-      choose(bodies.columns[i]);
-    else if (bodies.touching[i] == 1 && bodies.neighbours[i].first != none && bodies.constants[i].is_dynamic())
+    if (!counters->finds_columns) {
+      if (i < counters->columns) choose(bodies.columns[i]);
+    } else if (bodies.touching[i] == 1 && bodies.neighbours[i].first != none && bodies.constants[i].is_dynamic()) {
       look_down(i);
+    }
   }
 
  private:
@@ -69,12 +70,9 @@ struct FindColumns {
   }
 
   FATHOM_HD void choose(ColumnRange& column) const {
-    const auto linear = [&](std::uint32_t k, bool upper) {
-      const ColumnContact c = bodies.column_contacts[column.first + k];
-      const PairRecord pair = constraints.bodies[c.constraint];
-      return bodies.velocities[static_cast<bool>(c.upward) == upper ? pair.b : pair.a].linear;
-    };
-    column.calm = is_calm(linear(column.count - 1, true), linear(0, false));
+    const ColumnContact* const base = bodies.column_contacts + column.first;
+    const std::uint32_t top = base[column.count - 1].above;
+    column.calm = is_calm(bodies.velocities[top].linear, bodies.velocities[base->below].linear);
     if (column.calm) exec::atomic_store(counters->any_calm_column, 1u);
   }
 
@@ -83,7 +81,9 @@ struct FindColumns {
     const std::uint32_t column = exec::atomic_add(counters->columns, 1u);
     std::uint32_t place = first + count;
     follow(top, [&](std::uint32_t k, std::uint32_t above) {
-      bodies.column_contacts[--place] = {k & 0x7fffffffu, constraints.bodies[k].b == above, column};
+      const PairRecord pair = constraints.bodies[k];
+      const bool upward = pair.b == above;
+      bodies.column_contacts[--place] = {k & 0x7fffffffu, upward, column, upward ? pair.a : pair.b, above};
     });
     bodies.columns[column] = {first, count & 0x7fffffffu, 0};
     choose(bodies.columns[column]);

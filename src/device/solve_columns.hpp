@@ -36,12 +36,8 @@ struct ColumnView {
     return {1.0f / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity, false};
   }
 
-  /// The device index of body j, which is the lower one of contact j and the upper one of contact j − 1.
-  FATHOM_HD std::uint32_t index(std::uint32_t j) const {
-    const ColumnContact c = contacts[j == 0 ? 0 : j - 1];
-    const ConstraintHead& pair = constraints.heads[c.constraint];
-    return (j > 0) == static_cast<bool>(c.upward) ? pair.b : pair.a;
-  }
+  /// The device index of body j.
+  FATHOM_HD std::uint32_t index(std::uint32_t j) const { return j == 0 ? contacts[0].below : contacts[j - 1].above; }
   FATHOM_HD SolverBody body(std::uint32_t j) const { return bodies.solver[index(j)].body(); }
   FATHOM_HD Vec3 acceleration(std::uint32_t j) const { return bodies.motion[index(j)].acceleration; }
   FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const {
@@ -188,7 +184,7 @@ struct SolveWithColumns {
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
     if (place.brace == walks) {
       const std::uint32_t spread = column_spread(plan);
-      if (i % spread == 0) walk(solver.bodies.columns[i / spread]);
+      walk(solver.bodies.columns[i / spread], i % spread, spread);
     } else if (place.brace != no_brace) {
       brace(place, i);
     } else if (place.in_solve.what == SolveConstraints::bounce) {
@@ -204,7 +200,7 @@ struct SolveWithColumns {
   FATHOM_HD static bool is_braced(SolveConstraints::What what) {
     return what == SolveConstraints::push || what == SolveConstraints::push_first || what == SolveConstraints::relax;
   }
-  /// Work-items for each column, of which one works: so columns are spread over warps.
+  /// Work-items for each column. One of them walks; before, all bring the rungs near.
   FATHOM_HD static std::uint32_t column_spread(const Plan& plan) {
     const std::uint32_t bodies = plan.bodies / plan.columns;
     return bodies < 32 ? bodies : 32;
@@ -245,10 +241,12 @@ struct SolveWithColumns {
     if (c.moves_base) turn(k, c.base_target);
   }
 
-  FATHOM_HD void walk(const ColumnRange& range) const {
+  FATHOM_HD void walk(const ColumnRange& range, std::uint32_t item, std::uint32_t spread) const {
     if (!range.calm) return;
     const ColumnView column = view(range);
     const StoredRungs stored{column, quads(range)};
+    for (std::uint32_t k = item; k < range.count; k += spread) exec::bring_near<rung_quads>(stored.at(k));
+    if (item > 0) return;
     const ColumnWalk walk(stored, range.count);
     for (std::uint32_t begin = 0; begin < range.count;) {
       const ColumnPiece piece = walk.go_up(begin);

@@ -104,10 +104,7 @@ class Step {
     device_.parallel_for({&counters_->grid_cells, grid_entries_ / 4}, ClearGrid{grid_});
     device_.parallel_for({&counters_->grid_bodies, body_capacity_}, FillGrid{bodies_, grid_, counters_});
     const std::uint32_t groups = (body_capacity_ + search_group_bodies - 1) / search_group_bodies;
-    device_.parallel_groups({&counters_->search_groups, groups},
-                            SearchGrid<false>{bodies_, contacts_, grid_, counters_});
-    device_.parallel_groups({&counters_->coarse_groups, groups},
-                            SearchGrid<true>{bodies_, contacts_, grid_, counters_});
+    device_.parallel_groups({&counters_->search_groups, groups}, SearchGrid{bodies_, contacts_, grid_, counters_});
   }
 
   void update_manifolds() {
@@ -126,30 +123,23 @@ class Step {
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
     if (!settings_.published.cells) choose_colours();
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
-    device_.parallel_for(1, BeginLayout{counters_});
-    device_.parallel_groups(groups, CountColours{bodies_, contacts_, counters_});
-    device_.parallel_for(1, ScheduleColours{counters_});
+    device_.parallel_groups(contact_groups(), CountColours{bodies_, contacts_, counters_});
+    device_.parallel_groups(1, ScheduleColours{counters_});
     device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_, has_columns()});
-    if (settings_.published.cells)
-      published_.partition(constraints());
-    else
-      device_.parallel_for({&counters_->overflow, contacts_.manifold_capacity}, OrderOverflow{constraints_, counters_});
-    if (has_columns())
-      device_.parallel_for({&counters_->column_items, body_capacity_},
-                           FindColumns{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
-    device_.parallel_groups({&counters_->constraint_groups,
-                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-                            PrepareConstraints{bodies_, contacts_, constraints_, counters_});
+    if (settings_.published.cells) published_.partition(constraints());
+    const FindColumns columns{bodies_, contacts_, constraints_, counters_};
+    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, columns, has_columns()});
+    device_.parallel_groups(
+        {&counters_->constraint_groups,
+         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
   }
 
   void choose_colours() {
-    // Sleeping bodies' contacts have colours and are not in the layout.
-    if (!settings_.move.sleeping)
-      device_.parallel_phases(2 * (dynamic_colours + colour_count - further_colour) + 2, body_capacity_,
-                              RecolourContacts{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_phases(2 * colouring_rounds, contacts_.manifold_capacity,
-                            ColourContacts{bodies_, contacts_, counters_});
+    const RecolourContacts recolour{bodies_, contacts_, constraints_, counters_};
+    device_.parallel_phases(
+        ChooseColours::most_phases, std::max(body_capacity_, contacts_.manifold_capacity),
+        ChooseColours{recolour, ColourContacts{bodies_, contacts_, counters_}, !settings_.move.sleeping});
   }
 
   void solve() {
