@@ -97,7 +97,7 @@ struct Counters {
   std::uint32_t levels = 1;     ///< of the grid that hold bodies, a bit each
   std::uint32_t changed_levels = 0;
   std::uint32_t search_groups = 0;
-  std::uint32_t any_coarse = 0;  ///< 1: some body beyond the finest level has a new box
+  std::uint32_t coarse_groups = 0;
   std::uint32_t grid_cells = 0;
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;

@@ -325,7 +325,8 @@ class DeviceDetection final : public Detection {
       const std::uint32_t groups = (slots_ + search_group_bodies - 1) / search_group_bodies;
       device_.parallel_for(grid_.entries() / 4, ClearGrid{grid});
       device_.parallel_for(slots_, FillGrid{arrays, grid, c});
-      device_.parallel_groups(groups, SearchGrid{arrays, contacts, grid, c});
+      device_.parallel_groups(groups, SearchGrid<false>{arrays, contacts, grid, c});
+      device_.parallel_groups({&c->coarse_groups, groups}, SearchGrid<true>{arrays, contacts, grid, c});
     }
     device_.parallel_for(1, WriteSearchReport{c, published_.sweep(settings_).counters, report_.data()});
     copied_ = std::min<std::uint32_t>(prefetched, contacts.capacity);

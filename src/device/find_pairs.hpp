@@ -30,7 +30,7 @@ struct BeginStep {
     c.grid_cells = run && c.changed ? grid_entries / 4 : 0;
     // How much room the stopped step asked for is still to be reported.
     if (run) c.found = 0;
-    c.added = c.any_coarse = c.changed_levels = c.big = 0;
+    c.added = c.coarse_groups = c.changed_levels = c.big = 0;
     c.levels = 1;
     c.to_collide[0] = c.to_collide[1] = 0;
     c.waking = run && c.wake_asked ? c.bodies : 0;
@@ -66,7 +66,8 @@ struct FillGrid {
     if (fat.level > 0) set_once(counters->levels, 1u << fat.level);
     if (fat.changes) {
       set_once(counters->changed_levels, 1u << fat.level);
-      if (fat.level > 0) set_once(counters->any_coarse, 1);
+      if (fat.level > 0 && exec::atomic_load(counters->coarse_groups) == 0)
+        exec::atomic_store(counters->coarse_groups, (counters->bodies + search_group_bodies - 1) / search_group_bodies);
     }
     if (fat.level == big_level) {
       grid.big[exec::atomic_add(counters->big, 1u)] = i;
@@ -77,10 +78,11 @@ struct FillGrid {
   }
 };
 
-/// Bodies with new boxes search their own and all coarser levels. Then bodies without search for coarser ones with new
-/// boxes, since these cannot search among the finer.
+/// Bodies with new boxes search their own and all coarser levels. With `coarse`, bodies without search for coarser ones
+/// with new boxes, since these cannot search among the finer.
 ///
 /// A work-group looks after some bodies: it lists those that search, then its items share out their cells.
+template <bool coarse>
 struct SearchGrid {
   static constexpr std::uint32_t group_size = 128;
   static constexpr std::uint32_t bodies_per_group = search_group_bodies;
@@ -98,24 +100,16 @@ struct SearchGrid {
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
-    search<false>(group, local);
-    if (counters->any_coarse) search<true>(group, local);
-  }
-
- private:
-  template <bool coarse>
-  FATHOM_HD void search(auto group, Local& local) const {
     group.once([&] { local.count = 0; });
     group.for_each(bodies_per_group, [&](std::uint32_t k) {
       const std::uint32_t i = group.index() * bodies_per_group + k;
-      if (i < counters->live_bodies && searches<coarse>(bodies.fat[i]))
-        local.searching[exec::atomic_add(local.count, 1u)] = i;
+      if (i < counters->live_bodies && searches(bodies.fat[i])) local.searching[exec::atomic_add(local.count, 1u)] = i;
     });
     const std::uint32_t n = group.broadcast(local.count);
-    group.for_each(n * lanes, [&](std::uint32_t k) { search<coarse>(local.searching[k / lanes], k % lanes); });
+    group.for_each(n * lanes, [&](std::uint32_t k) { search(local.searching[k / lanes], k % lanes); });
   }
 
-  template <bool coarse>
+ private:
   FATHOM_HD bool searches(const NotedBox& fat) const {
     if (!(fat.lower.x <= fat.upper.x)) return false;
     if constexpr (coarse)
@@ -124,12 +118,11 @@ struct SearchGrid {
       return fat.changes != 0;
   }
 
-  template <bool coarse>
   FATHOM_HD void search(std::uint32_t i, std::uint32_t lane) const {
     const NotedBox fat = bodies.fat[i];
     const std::uint32_t levels = coarse ? counters->changed_levels : counters->levels;
     if (lane == big_lane) {
-      for (std::uint32_t k = 0; k < counters->big; ++k) test<coarse>(i, fat, grid.big[k]);
+      for (std::uint32_t k = 0; k < counters->big; ++k) test(i, fat, grid.big[k]);
       return;
     }
     if (lane > big_lane) return;
@@ -148,23 +141,20 @@ struct SearchGrid {
       if (cell.x < first.x || cell.y < first.y || cell.z < first.z || cell.x > last.x || cell.y > last.y ||
           cell.z > last.z)
         continue;
-      for (std::uint32_t next, j = grid.heads[grid.entry(cell, level)]; j != none; j = next) {
-        next = grid.next[j];
+      for (std::uint32_t j = grid.heads[grid.entry(cell, level)]; j != none; j = grid.next[j]) {
         const NotedBox other = bodies.fat[j];
         // Another cell, or level, may share the table's entry.
         if (!overlaps(fat.box(), other.box()) || other.level != level) continue;
-        if (grid.cell_of(centre(other.box()), level) == cell) take<coarse>(i, fat, j, other);
+        if (grid.cell_of(centre(other.box()), level) == cell) take(i, fat, j, other);
       }
     }
   }
 
-  template <bool coarse>
   FATHOM_HD void test(std::uint32_t i, const NotedBox& fat, std::uint32_t j) const {
     const NotedBox other = bodies.fat[j];
-    if (overlaps(fat.box(), other.box())) take<coarse>(i, fat, j, other);
+    if (overlaps(fat.box(), other.box())) take(i, fat, j, other);
   }
 
-  template <bool coarse>
   FATHOM_HD void take(std::uint32_t i, const NotedBox& fat, std::uint32_t j, const NotedBox& other) const {
     if (i == j) return;
     if constexpr (coarse) {

@@ -102,15 +102,17 @@ struct SolveConstraints {
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
     if (k > 0) return;
+    // All are loaded at once: each load that hangs on another costs every step a microsecond.
+    const std::uint32_t further = counters->further_sweeps, any_calm_column = counters->any_calm_column;
     plan.sweeps = counters->sweeps;
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.columns = counters->any_calm_column ? counters->columns : 0;
+    plan.columns = counters->columns * any_calm_column;
     plan.column_contacts = counters->column_contacts;
     plan.any_kinematic = counters->any_kinematic;
-    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns &&
-                   !counters->further_sweeps;
+    const std::uint32_t any = plan.overflow | plan.bounces | plan.columns | further;
+    plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
   /// Where memory is what takes time, looking for data that is not there yet takes more of it.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }

@@ -104,7 +104,10 @@ class Step {
     device_.parallel_for({&counters_->grid_cells, grid_entries_ / 4}, ClearGrid{grid_});
     device_.parallel_for({&counters_->grid_bodies, body_capacity_}, FillGrid{bodies_, grid_, counters_});
     const std::uint32_t groups = (body_capacity_ + search_group_bodies - 1) / search_group_bodies;
-    device_.parallel_groups({&counters_->search_groups, groups}, SearchGrid{bodies_, contacts_, grid_, counters_});
+    device_.parallel_groups({&counters_->search_groups, groups},
+                            SearchGrid<false>{bodies_, contacts_, grid_, counters_});
+    device_.parallel_groups({&counters_->coarse_groups, groups},
+                            SearchGrid<true>{bodies_, contacts_, grid_, counters_});
   }
 
   void update_manifolds() {

@@ -242,33 +242,54 @@ FATHOM_HD float column_share(Vec3 multipliers, const ColumnRung& r, int i) {
   return fma(-r.x[i], multipliers.z, fma(r.y[i], multipliers.y, multipliers.x));
 }
 
-/// The largest part of a change, `part` at most, that keeps |now + part·change| ≤ limit + part·limit_change.
-FATHOM_HD float part_within(float now_1, float now_2, float change_1, float change_2, float limit, float limit_change,
-                            float part) {
-  const float a = fma(change_1, change_1, change_2 * change_2) - limit_change * limit_change;
-  const float b = fma(now_1, change_1, now_2 * change_2) - limit * limit_change;
-  const float c = min(fma(now_1, now_1, now_2 * now_2) - limit * limit, 0.0f);
-  if (fma(part, fma(part, a, 2 * b), c) <= 0) return part;
-  const float root = b + fathom::sqrt(max(fma(-a, c, b * b), 0.0f));
-  return root > 0 ? clamp(-c / root, 0.0f, part) : part;
-}
+/// Keeps |now + part·change| ≤ limit + part·limit_change, which is part (a part + 2 b) + c ≤ 0.
+struct ColumnCone {
+  float a, b, c;
 
-/// The part of its gain, `part` at most, that a contact can give without pulling or slipping.
-FATHOM_HD float part_possible(const ColumnRung& r, const ColumnGain& gain, Vec3 weight, float part) {
+  ColumnCone() = default;
+  FATHOM_HD ColumnCone(float now_1, float now_2, float change_1, float change_2, float limit, float limit_change)
+      : a(fma(change_1, change_1, change_2 * change_2) - limit_change * limit_change),
+        b(fma(now_1, change_1, now_2 * change_2) - limit * limit_change),
+        c(min(fma(now_1, now_1, now_2 * now_2) - limit * limit, 0.0f)) {}
+
+  /// The largest part of a change, `part` at most, that does.
+  FATHOM_HD float part_within(float part) const {
+    if (fma(part, fma(part, a, 2 * b), c) <= 0) return part;
+    const float root = b + fathom::sqrt(max(fma(-a, c, b * b), 0.0f));
+    return root > 0 ? clamp(-c / root, 0.0f, part) : part;
+  }
+};
+
+/// What a contact can give of its gain without pulling or slipping.
+struct ColumnLimits {
+  float now[max_manifold_points], change[max_manifold_points];  ///< N·s, of the points' impulses
+  float sum, sum_change, most;                                  ///< of all points, and the most that it may be
+  ColumnCone slide, twist;
+
+  /// The part of the gain, `part` at most, that is possible.
+  FATHOM_HD float part_possible(float part) const {
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (fma(part, change[i], now[i]) < 0) part = now[i] / -change[i];
+    if (sum_change > 0 && fma(part, sum_change, sum) > most) part = max(most - sum, 0.0f) / sum_change;
+    return twist.part_within(slide.part_within(part));
+  }
+};
+
+FATHOM_HD ColumnLimits column_limits(const ColumnRung& r, const ColumnGain& gain, Vec3 weight) {
+  ColumnLimits l;
   const Vec3 m = column_multipliers(r, gain), t2 = cross(r.n, r.t1);
   for (int i = 0; i < max_manifold_points; ++i) {
-    if (!r.touches_at(i)) continue;
-    const float now = r.impulses.normal[i], change = column_share(m, r, i) - now;
-    if (fma(part, change, now) < 0) part = now / -change;
+    l.now[i] = r.touches_at(i) ? r.impulses.normal[i] : 0;
+    l.change[i] = r.touches_at(i) ? column_share(m, r, i) - l.now[i] : 0;
   }
   const float now = r.impulses.sum(), change = r.up * dot(gain.linear, r.n);
-  const float most = column_load * max(-r.up * dot(weight, r.n), 0.0f);
-  if (change > 0 && fma(part, change, now) > most) part = max(most - now, 0.0f) / change;
+  l.sum = now, l.sum_change = change;
+  l.most = column_load * max(-r.up * dot(weight, r.n), 0.0f);
   const float mu = r.friction, radius = r.patch_radius;
-  part = part_within(r.impulses.slide_1, r.impulses.slide_2, r.up * dot(gain.linear, r.t1), r.up * dot(gain.linear, t2),
-                     mu * now, mu * change, part);
-  return part_within(r.impulses.twist, 0, r.up * dot(gain.angular, r.n), 0, mu * radius * now, mu * radius * change,
-                     part);
+  l.slide = {r.impulses.slide_1,          r.impulses.slide_2, r.up * dot(gain.linear, r.t1),
+             r.up * dot(gain.linear, t2), mu * now,           mu * change};
+  l.twist = {r.impulses.twist, 0, r.up * dot(gain.angular, r.n), 0, mu * radius * now, mu * radius * change};
+  return l;
 }
 
 /// The contact's impulses with that part of the gain.
@@ -314,7 +335,7 @@ class ColumnBrace {
     const ColumnWalk walk(*this, contacts_);
     float part = 1;
     walk.go_down(piece, [&](std::uint32_t, const ColumnRung& r, const ColumnGain& gain, Vec3) {
-      part = part_possible(r, gain, piece.weight, part);
+      part = column_limits(r, gain, piece.weight).part_possible(part);
     });
     if (!(part > 0)) return;
     const auto turn = [&](std::uint32_t j, Vec3 linear, Vec3 angular, Vec3 target) {
