@@ -12,6 +12,7 @@
 #include "bench/campaign/crossover.hpp"
 #include "bench/campaign/published.hpp"
 #include "bench/campaign/report.hpp"
+#include "bench/campaign/view.hpp"
 #include "scene/environments.hpp"
 #include "test_folder.hpp"
 
@@ -86,6 +87,25 @@ TEST(CampaignCrossover, LiesWhereTheTimesAreEqual) {
   EXPECT_EQ(crossover({{100, 2, 1}, {1000, 2, 1}})->text(), "100 and fewer");
   EXPECT_EQ(crossover({{100, 1, 2}, {1000, 1, 2}})->text(), "not up to 1,000");
   EXPECT_FALSE(crossover({}));
+}
+
+TEST(CampaignView, ARunCutShortIsComparedOverTheStepsItMade) {
+  // Later steps take ten times as long, as where a tower comes down; the slower simulator never gets there.
+  const auto run = [](int threads, double factor, std::uint64_t steps) {
+    Measurement m;
+    m.what = {"layers", 1000, "native", "", threads, "fathom"};
+    m.steps = steps;
+    for (std::uint64_t k = 1; k <= steps; ++k) m.samples.push_back({k, factor * (k > 100 ? 10 : 1)});
+    m.summary = summarise(m.samples);
+    return m;
+  };
+  Campaign campaign;
+  campaign.where.threads = 2;
+  campaign.runs = {run(1, 2, 100), run(2, 1, 300)};
+  const View view(campaign);
+  const auto [one, two] = means_of_common_steps(campaign.runs[0], campaign.runs[1], stages().back());
+  EXPECT_DOUBLE_EQ(one / two, 2);
+  EXPECT_EQ(view.fastest_native("layers", 1000, "fathom"), &campaign.runs[1]);
 }
 
 TEST(CampaignPublished, FiguresAreThoseOfTheTables) {

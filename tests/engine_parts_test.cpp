@@ -1,6 +1,7 @@
 // Timers, input, logging, data series and traces, each alone.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -85,7 +86,7 @@ TEST(EngineTimers, RefuseTimesThatCannotBe) {
   Timers timers;
   EXPECT_THAT(refusal([&] { timers.after(-1, [] {}); }), HasSubstr("the delay is -1"));
   EXPECT_THAT(refusal([&] { timers.every(0, [] {}); }), HasSubstr("greater than 0"));
-  EXPECT_THAT(refusal([&] { timers.after(NAN, [] {}); }), HasSubstr("must be finite"));
+  EXPECT_THAT(refusal([&] { timers.after(std::nan(""), [] {}); }), HasSubstr("must be finite"));
   EXPECT_EQ(timers.count(), 0u);
 }
 

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <thread>
 
 #include "engine/input_tape.hpp"
@@ -187,7 +188,7 @@ TEST(EngineLoop, ASlowMachineSlowsSimulatedTimeAndSaysSo) {
 TEST(EngineLoop, RefusesTimeScalesThatCannotBe) {
   Engine engine(quiet_config());
   EXPECT_THAT(refusal([&] { engine.set_time_scale(-1); }), HasSubstr("set time scale"));
-  EXPECT_THAT(refusal([&] { engine.set_time_scale(NAN); }), HasSubstr("must be finite"));
+  EXPECT_THAT(refusal([&] { engine.set_time_scale(std::nan("")); }), HasSubstr("must be finite"));
 }
 
 TEST(EngineLoop, ErrorsOfTheSimulationReachTheGame) {

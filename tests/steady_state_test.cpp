@@ -25,6 +25,10 @@ FATHOM_COUNTED void* operator new(std::size_t size, std::align_val_t alignment) 
   if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
   throw std::bad_alloc();
 }
+FATHOM_COUNTED void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  ++allocations;
+  return std::malloc(size ? size : 1);
+}
 FATHOM_COUNTED void operator delete(void* memory) noexcept { std::free(memory); }
 FATHOM_COUNTED void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 FATHOM_COUNTED void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }

@@ -161,7 +161,8 @@ std::string threads_section(const View& view) {
       "figures 4.1 to 4.9 ({}).</p>\n{}<div class='panels'>\n{}</div>\n",
       over_time, page::legend_of(legend), rows);
   html +=
-      "<table><caption>Average step (ms), and its share of one thread's</caption><tr><th></th><th "
+      "<table><caption>Average step (ms), and its share of one thread's over the steps that both "
+      "made</caption><tr><th></th><th "
       "class='n'>Bodies</th>";
   std::vector<int> counts;
   for (const Measurement* run : view.runs())
@@ -177,11 +178,13 @@ std::string threads_section(const View& view) {
       html += fmt::format("<tr><td>{}</td><td class='n'>{}</td>", environment, grouped(bodies));
       for (const int count : counts) {
         const auto run = std::ranges::find(runs, count, [](const Measurement* r) { return r->what.threads; });
-        const double one = runs.front()->summary.stages.total.mean;
-        html += run == runs.end()
-                    ? "<td></td>"
-                    : fmt::format("<td class='n'>{} <span class='faint'>{:.2f}</span></td>",
-                                  figure((*run)->summary.stages.total.mean), (*run)->summary.stages.total.mean / one);
+        if (run == runs.end()) {
+          html += "<td></td>";
+          continue;
+        }
+        const auto [one, ours] = means_of_common_steps(*runs.front(), **run, stages().back());
+        html += fmt::format("<td class='n'>{}{} <span class='faint'>{:.2f}</span></td>",
+                            figure((*run)->summary.stages.total.mean), (*run)->cut_short ? " †" : "", ours / one);
       }
       html += "</tr>\n";
     }

@@ -11,17 +11,23 @@ namespace {
 
 using page::escaped;
 
-/// The least of each stage among this machine's runs and among the published ones.
+/// Whose stage is the shortest among this machine's runs, over the steps that all of them made, and the least
+/// published.
 struct Best {
-  double ours[published_stages], published[published_stages];
+  const Measurement* ours[published_stages];
+  double published[published_stages];
 };
 
 Best best_of(const std::vector<const Measurement*>& runs, const std::vector<const PublishedRow*>& published) {
   Best best;
+  const std::uint64_t last = steps_of_all(runs);
   for (std::size_t k = 0; k < published_stages; ++k) {
-    best.ours[k] = best.published[k] = std::numeric_limits<double>::infinity();
-    for (const Measurement* run : runs)
-      if (run->reported()) best.ours[k] = std::min(best.ours[k], (run->summary.stages.*stages()[k].statistics).mean);
+    double least = best.published[k] = std::numeric_limits<double>::infinity();
+    best.ours[k] = nullptr;
+    for (const Measurement* run : runs) {
+      const double mean = run->reported() ? mean_of_first_steps(*run, last, stages()[k]) : least;
+      if (mean < least) best.ours[k] = run, least = mean;
+    }
     for (const PublishedRow* row : published)
       best.published[k] = std::min(best.published[k], stages()[k].published(*row));
   }
@@ -39,7 +45,7 @@ std::string row_of(const Measurement& run, const Best& best) {
                               escaped(run.skipped.empty() ? "refused: " + run.refused : "not run: " + run.skipped));
   for (std::size_t k = 0; k < stages().size(); ++k) {
     const double mean = (run.summary.stages.*stages()[k].statistics).mean;
-    html += cell(mean, k < published_stages && mean == best.ours[k]);
+    html += cell(mean, k < published_stages && &run == best.ours[k]);
   }
   if (!run.failing.empty()) html += fmt::format("<td class='fail'>{}</td>", escaped(run.failing));
   return html + "</tr>\n";
@@ -76,8 +82,9 @@ std::string table_of(const View& view, const std::string& environment) {
 std::string stage_tables_section(const View& view) {
   std::string html = fmt::format(
       "<h2 id='tables'>Average step durations</h2>\n<p>Milliseconds, averages over all steps, in the form of the "
-      "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Bold: the best of each stage on this machine, "
-      "and the best published. The native simulator is shown with {} thread{}{}. The dissertation's environments of "
+      "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Bold: the best of each stage on this machine "
+      "over the steps that all runs made, and the best published. The native simulator is shown with {} thread{}{}. "
+      "The dissertation's environments of "
       "1,000 "
       "spread bodies and ours of 961 (a square) stand side by side. † cut short by the limit on a run's time: the "
       "average is that of the steps made.</p>\n",

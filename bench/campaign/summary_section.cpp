@@ -160,8 +160,9 @@ std::string threads_text(const View& view) {
       const std::vector<const Measurement*> runs = view.native_runs(environment, bodies, "fathom");
       if (runs.size() < 2 || runs.front()->what.threads != 1) continue;
       const Measurement* fastest = view.fastest_native(environment, bodies, "fathom");
-      if (mean(*runs.front()) / mean(*fastest) <= gain) continue;
-      gain = mean(*runs.front()) / mean(*fastest);
+      const auto [one, best_ms] = means_of_common_steps(*runs.front(), *fastest, stages().back());
+      if (one / best_ms <= gain) continue;
+      gain = one / best_ms;
       best = fmt::format("{} {} with {} threads", environment, grouped(bodies), fastest->what.threads);
     }
   return best.empty() ? best

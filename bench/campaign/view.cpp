@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "plan.hpp"
 
@@ -105,8 +106,9 @@ std::vector<const Measurement*> View::native_runs(const std::string& environment
 const Measurement* View::fastest_native(const std::string& environment, std::int64_t bodies,
                                         const std::string& set) const {
   const std::vector<const Measurement*> found = native_runs(environment, bodies, set);
-  const auto fastest =
-      std::ranges::min_element(found, {}, [](const Measurement* run) { return run->summary.stages.total.mean; });
+  const std::uint64_t last = steps_of_all(found);
+  const auto fastest = std::ranges::min_element(
+      found, {}, [&](const Measurement* run) { return mean_of_first_steps(*run, last, stages().back()); });
   return fastest == found.end() ? nullptr : *fastest;
 }
 
@@ -116,15 +118,23 @@ int View::colour(const std::string& label) const {
   return index % 8 + (simulator == label ? 0 : 8);
 }
 
+double mean_of_first_steps(const Measurement& run, std::uint64_t last, const Stage& stage) {
+  double sum = 0, count = 0;
+  for (const Sample& sample : run.samples)
+    if (sample.step <= last) sum += sample.*stage.sample, ++count;
+  return count > 0 ? sum / count : 0.0;
+}
+
+std::uint64_t steps_of_all(const std::vector<const Measurement*>& runs) {
+  std::uint64_t steps = std::numeric_limits<std::uint64_t>::max();
+  for (const Measurement* run : runs)
+    if (run->reported()) steps = std::min(steps, run->steps);
+  return steps;
+}
+
 std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage) {
   const std::uint64_t last = std::min(a.steps, b.steps);
-  const auto mean = [&](const Measurement& run) {
-    double sum = 0, count = 0;
-    for (const Sample& sample : run.samples)
-      if (sample.step <= last) sum += sample.*stage.sample, ++count;
-    return count > 0 ? sum / count : 0.0;
-  };
-  return {mean(a), mean(b)};
+  return {mean_of_first_steps(a, last, stage), mean_of_first_steps(b, last, stage)};
 }
 
 std::string trouble_of(const Measurement& run) {

@@ -36,7 +36,7 @@ class View {
   /// Reported runs of the native simulator, whatever the number of threads.
   std::vector<const Measurement*> native_runs(const std::string& environment, std::int64_t bodies,
                                               const std::string& set) const;
-  /// The fastest of them on the whole step, or null.
+  /// The fastest of them on the whole step, over the steps that all of them made, or null.
   const Measurement* fastest_native(const std::string& environment, std::int64_t bodies, const std::string& set) const;
   int table_threads() const { return table_threads_; }
   /// The same for a simulator all over the report.
@@ -49,7 +49,13 @@ class View {
   int table_threads_ = 1;
 };
 
-/// Mean (ms) of a stage over the steps that both runs made, of each: one of them may have been cut short.
+/// Mean (ms) of a stage over steps 1 to `last`.
+double mean_of_first_steps(const Measurement& run, std::uint64_t last, const Stage& stage);
+
+/// How many steps every reported one of the runs made: what one that was cut short can be compared over.
+std::uint64_t steps_of_all(const std::vector<const Measurement*>& runs);
+
+/// Means (ms) of a stage over the steps that both runs made.
 std::pair<double, double> means_of_common_steps(const Measurement& a, const Measurement& b, const Stage& stage);
 
 /// What is wrong with where a reported run left its bodies, in a few words; empty where nothing is.

@@ -50,7 +50,7 @@ struct SolverSettings {
       36.0f;  ///< stiffness of contacts, capped at 0.15 of the substep rate; twice that against static bodies
   float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
   float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
-  float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces
+  float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces; at least g h, h a substep
   float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
 };
 

@@ -292,6 +292,7 @@ struct ScheduleColours {
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
     c.any_kinematic = c.any_calm_column = c.layout_groups = 0;
+    for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
       c.taken_manifolds -= c.deferred[0] + c.deferred[1];

@@ -71,6 +71,9 @@ struct Stretch {
   std::uint32_t first, count;
 };
 
+/// Sweeps of strikes that are noted: those of the first four substeps.
+inline constexpr std::uint32_t noted_strikes = 4 * most_strike_sweeps;
+
 /// Counts that live on the device from one step to the next.
 struct Counters {
   std::uint32_t bodies = 0;    ///< indices in use, holes included
@@ -108,6 +111,7 @@ struct Counters {
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
+  std::uint32_t struck[noted_strikes] = {};      ///< whether something did in each sweep of strikes
   std::uint32_t per_colour[schedule_size] = {};  ///< zero but between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};

@@ -222,7 +222,8 @@ struct AddContacts {
       c.b = a;
     }
     c.bits = overflow_colour | fresh_bit | (bodies.constants[c.a].is_dynamic() ? 0u : fixed_a_bit);
-    c.recycle_distance = recycle_distance(bodies.constants[c.a].radius, bodies.constants[c.b].radius);
+    const BodyConstants &first = bodies.constants[c.a], &second = bodies.constants[c.b];
+    c.recycle_distance = recycle_distance(first.shape(), first.radius, second.shape(), second.radius);
     contacts.contacts[place] = c;
   }
 };

@@ -78,13 +78,10 @@ struct PrepareConstraints {
     if (m.restitution > 0) {
       bits |= bounces_bit;
       const ContactAxes f(frame);
-      const NormalMotion before = f.motion(a.linear, a.angular, b.linear, b.angular);
       const Vec3 still;
-      BounceRow row;
+      BounceRow row{m.restitution, 0};
       row.pull = dot(f.n, (b.inverse_mass > 0 ? bodies.motion[pair.b].acceleration : still) -
                               (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
-      for (int i = 0; i < max_manifold_points; ++i)
-        if (i < count) row.approach[i] = before.at(points[i].x, points[i].y);
       constraints.bounces[k] = row;
     }
     const Contact& contact = contacts.contacts[constraints.contact[k]];

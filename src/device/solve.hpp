@@ -8,6 +8,7 @@
 
 #include "device/constraint_rows.hpp"
 #include "dynamics/rotation.hpp"
+#include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 #include "exec/load.hpp"
 
@@ -32,7 +33,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.substeps = static_cast<std::uint32_t>(s.substeps);
   p.h = def.dt / static_cast<float>(s.substeps);
   p.push_out_velocity = s.push_out_velocity;
-  p.restitution_threshold = s.restitution_threshold;
+  p.restitution_threshold = strike_threshold(def, p.h);
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;
   if (p.soft) {
@@ -48,8 +49,10 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 /// The phases of a step, each over one colour or over all bodies:
 ///
 ///     integrate velocities, warm start, then for each substep
-///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep
-///     and restitution.
+///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep.
+///
+/// Where something may bounce, velocities are integrated after sweeps of strikes, and what these are not to be part of
+/// is put aside before.
 ///
 /// A constraint is always one work-item's, which therefore may load its rows and impulses while it waits for the phase
 /// before; only bodies are read after the barrier.
@@ -58,18 +61,29 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 /// they were written, and a constraint knows how often that must be when its turn comes: once for each integration
 /// before, once for each sweep and contact of the body, and once for each of its contacts with an earlier colour. So it
 /// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
-/// where the overflow is solved in an order of its own or colours do not fit into one word, where bouncing skips
+/// where the overflow is solved in an order of its own or colours do not fit into one word, where strikes skip
 /// contacts, or where contacts read bodies that move without being told by them.
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
   /// `push_first` is a push that begins without impulses.
-  enum What : std::uint32_t { integrate_first_v, integrate_v, integrate_x, warm, push_first, push, relax, bounce };
+  enum What : std::uint32_t {
+    carry,
+    integrate_first_v,
+    integrate_v,
+    integrate_x,
+    warm,
+    push_first,
+    push,
+    relax,
+    strike
+  };
   struct Place {
     What what;
     std::uint32_t colour;
     std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
     std::uint32_t substep;
+    std::uint32_t strikes = 0;                              ///< sweeps of them that ended in the substep
     std::uint32_t integrations = 0, sweeps = 0, moves = 0;  ///< ended before: all, over all colours, of positions
     Stretch stretch = {0, 0};                               ///< the phase's constraints, or bodies
     bool serial = false;                                    ///< it is the overflow
@@ -95,7 +109,7 @@ struct SolveConstraints {
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
-  const Counters* counters;
+  Counters* counters;
   std::uint32_t body_capacity;
   SolveParameters p;
 
@@ -122,12 +136,14 @@ struct SolveConstraints {
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.columns ? 0 : all_phases(plan); }
   FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
-    return n == 0 ? 0 : (p.warm_start ? n : 0) + p.substeps * of_substep(n) + (plan.bounces ? n : 0);
+    if (n == 0) return 0;
+    const std::uint32_t striking = plan.bounces ? p.substeps * (most_strike_sweeps * n + 1) - 1 : 0;
+    return (p.warm_start ? n : 0) + p.substeps * of_substep(n) + striking;
   }
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{integrate_first_v, 0, 0, 0};
-    place.stretch = {0, plan.bodies};
+    Place place{plan.bounces ? strike : integrate_first_v, 0, 0, 0};
+    begin(plan, place);
     place.by_data = plan.by_data;
     place.colours = plan.sweeps;
     for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
@@ -140,10 +156,8 @@ struct SolveConstraints {
       place.serial = false;
       return place;
     }
-    begin_round(place);
-    place.colour = 0;
-    place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
-    place.serial = is_sweep(place) && plan.overflow > 0;
+    begin_round(plan, place);
+    begin(plan, place);
     return place;
   }
 
@@ -156,6 +170,10 @@ struct SolveConstraints {
   // does without is loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(place)) return fetch_body(place, i, f);
+    if (place.what == strike && is_calm(place)) {
+      f = {};
+      return;
+    }
     const std::uint32_t k = constraint(place, i);
     const Quad* const rows = rows_of(constraints, k);
     const bool friction = with_friction(place.what);
@@ -168,8 +186,10 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (place.what == integrate_v || place.what == integrate_first_v)
-      integrate_velocity(place, i, fetched);
+    if (place.what == carry)
+      carry_impulses(i, fetched);
+    else if (place.what == integrate_v || place.what == integrate_first_v)
+      integrate_velocity(place, i, fetched, plan.bounces > 0);
     else if (place.what == integrate_x)
       integrate_position(plan, place, i, fetched);
     else
@@ -178,8 +198,22 @@ struct SolveConstraints {
 
  private:
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
+  /// The first of what a place does.
+  FATHOM_HD static void begin(const Plan& plan, Place& place) {
+    place.colour = 0;
+    place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
+    place.serial = is_sweep(place) && plan.overflow > 0;
+  }
   /// What follows all of the bodies, or all colours.
-  FATHOM_HD void begin_round(Place& place) const {
+  FATHOM_HD void begin_round(const Plan& plan, Place& place) const {
+    if (place.what == carry) {
+      place.what = strike;
+      return;
+    }
+    if (place.what == strike) {
+      if (++place.strikes == most_strike_sweeps) place.what = first_of(place);
+      return;
+    }
     if (is_sweep(place))
       ++place.sweeps;
     else
@@ -196,10 +230,23 @@ struct SolveConstraints {
       ++place.substep;
     }
     place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = p.warm_start ? integrate_v : integrate_first_v;
+    if (place.round == 0) place.what = plan.bounces ? carry : first_of(place), place.strikes = 0;
     if (place.round == 1 && !p.warm_start) place.what = push_first;
     if (place.round == moving) place.what = integrate_x;
-    if (place.substep == p.substeps) place.what = bounce;
+  }
+  /// How a substep integrates velocities.
+  FATHOM_HD What first_of(Place place) const {
+    return p.warm_start && place.substep > 0 ? integrate_v : integrate_first_v;
+  }
+
+  FATHOM_HD static std::uint32_t strike_index(Place place) {
+    return place.substep * most_strike_sweeps + place.strikes;
+  }
+  /// Whether nothing struck in an earlier sweep of strikes: then nothing will. What the last one found is not known to
+  /// all before the barrier at its end, which loads for the first colour are ahead of.
+  FATHOM_HD bool is_calm(Place place) const {
+    const std::uint32_t before = place.colour > 0 ? 1 : 2, index = strike_index(place);
+    return place.strikes >= before && index < noted_strikes && !exec::atomic_load(counters->struck[index - before]);
   }
 
   FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
@@ -223,7 +270,7 @@ struct SolveConstraints {
     else if (place.what == warm)
       sweep_as<warm>(place, k, f);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(place, k, f);
+      sweep_as<strike>(place, k, f);
   }
 
   template <What what>
@@ -282,28 +329,30 @@ struct SolveConstraints {
                            world_inertia<Inertia>(bodies, pair.a, masses.x, masses.y)};
     ContactBody<Inertia> b{quads_b.linear.xyz(), quads_b.angular.xyz(), masses.z,
                            world_inertia<Inertia>(bodies, pair.b, masses.z, masses.w)};
+    const auto moved = [&] {
+      return axes.motion(quads_a.moved.xyz(), quads_a.turned.xyz(), quads_b.moved.xyz(), quads_b.turned.xyz());
+    };
     if constexpr (what == warm) {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
-    } else if constexpr (what == bounce) {
-      const BounceRow row = constraints.bounces[k];
-      restitute_contact(frame, axes, points, count, contacts.manifolds[constraints.manifold[k]].restitution,
-                        p.restitution_threshold, row, impulses, a, b);
+    } else if constexpr (what == strike) {
+      if (!strike_contact(frame, axes, points, count, constraints.bounces[k], {p.h, p.restitution_threshold}, moved(),
+                          impulses, a, b))
+        return;
+      if (strike_index(place) < noted_strikes) exec::atomic_store(counters->struck[strike_index(place)], 1u);
     } else {
-      const NormalMotion moved =
-          axes.motion(quads_a.moved.xyz(), quads_a.turned.xyz(), quads_b.moved.xyz(), quads_b.turned.xyz());
       const bool fixed = bits & pushes_fixed_bit;
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
       if (is_uneven(masses.x, masses.z)) step.softness.impulse_scale *= uneven_share;
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
-        solve_points<ContactPass::relax>(frame, points, count, step, axes, moved, impulses, a, b);
+        solve_points<ContactPass::relax>(frame, points, count, step, axes, moved(), impulses, a, b);
         solve_friction(frame, axes, impulses, a, b);
       } else if (p.soft) {
-        solve_points<ContactPass::soft>(frame, points, count, step, axes, moved, impulses, a, b);
+        solve_points<ContactPass::soft>(frame, points, count, step, axes, moved(), impulses, a, b);
       } else {
         solve_friction(frame, axes, impulses, a, b);
-        solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved, impulses, a, b);
+        solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
     }
     // Velocities first: others wait for them.
@@ -311,31 +360,26 @@ struct SolveConstraints {
     if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
-    if constexpr (what != bounce) {
-      if (ends_substep(place)) impulses.step += impulses.sum();
-      if (bits & bounces_bit) keep_peaks(k, impulses);
-    }
+    if (what != strike && ends_substep(place)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
   /// Whether a sweep asks how far the bodies have moved.
-  FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax; }
+  FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == strike; }
 
   FATHOM_HD void store_velocity(std::uint32_t i, Vec3 linear, Vec3 angular, std::uint32_t writes) const {
     exec::store_shared_quad(bodies.solver[i].linear, written(linear, writes));
     exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
   }
 
-  FATHOM_HD void keep_peaks(std::uint32_t k, const ContactImpulses& impulses) const {
-    BounceRow row = constraints.bounces[k];
-    for (int i = 0; i < max_manifold_points; ++i) row.peak[i] = max(row.peak[i], impulses.normal[i]);
-    constraints.bounces[k] = row;
+  /// W brought up to date: with what contacts have done since velocities were integrated.
+  FATHOM_HD static void carry_on(WarmStart& w, Vec3 linear, Vec3 angular) {
+    w.linear += linear - w.linear_reference;
+    w.angular += angular - w.angular_reference;
   }
-
-  /// v ← damping · v + h · acceleration + W, with W brought up to date first (native/solver.hpp).
-  FATHOM_HD static void integrate(Vec3& v, Vec3 acceleration, float damping, float h, Vec3& warm_velocity,
-                                  Vec3& reference, bool first) {
-    warm_velocity = first ? Vec3{} : warm_velocity + (v - reference);
+  /// v ← damping · v + h · acceleration + W (native/solver.hpp).
+  FATHOM_HD static void integrate(Vec3& v, Vec3 acceleration, float damping, float h, Vec3 warm_velocity,
+                                  Vec3& reference) {
     v = mul_add(damping * v, h, acceleration) + warm_velocity;
     reference = v;
   }
@@ -370,7 +414,21 @@ struct SolveConstraints {
     }
   }
 
-  FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f) const {
+  FATHOM_HD static WarmStart warm_start_of(const Fetched& f) {
+    WarmStart w;
+    w.linear = f.rows[0].xyz(), w.angular = f.rows[1].xyz();
+    w.linear_reference = f.rows[2].xyz(), w.angular_reference = f.rows[3].xyz();
+    return w;
+  }
+
+  FATHOM_HD_INLINED void carry_impulses(std::uint32_t i, const Fetched& f) const {
+    if (f.head.a == 0 || f.rows[4].w == 0) return;
+    WarmStart w = warm_start_of(f);
+    carry_on(w, bodies.solver[i].linear.xyz(), bodies.solver[i].angular.xyz());
+    bodies.warm[i] = w;
+  }
+
+  FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f, bool carried) const {
     const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
     if (f.head.a == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
     const bool first = place.what == integrate_first_v;
@@ -378,11 +436,11 @@ struct SolveConstraints {
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
     WarmStart w;
     if (!first) {
-      w.linear = f.rows[0].xyz(), w.angular = f.rows[1].xyz();
-      w.linear_reference = f.rows[2].xyz(), w.angular_reference = f.rows[3].xyz();
+      w = warm_start_of(f);
+      if (!carried) carry_on(w, linear, angular);
     }
-    integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference, first);
-    integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference, first);
+    integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference);
+    integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference);
     store_velocity(i, linear, angular, due + 1);
     bodies.warm[i] = w;
   }

@@ -202,10 +202,8 @@ struct SolveWithColumns {
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
     return place.brace == no_brace && solver.is_serial(plan, place.in_solve);
   }
-  // Restitution follows a brace at once, which writes impulses: its loads have to wait for it.
   FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (place.brace == no_brace && place.in_solve.what != SolveConstraints::bounce)
-      solver.fetch(plan, place.in_solve, i, f);
+    if (place.brace == no_brace) solver.fetch(plan, place.in_solve, i, f);
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
     if (is_by_column(place)) {
@@ -214,10 +212,6 @@ struct SolveWithColumns {
       if (range.calm) go_along(place, range, i % spread, spread);
     } else if (place.brace != no_brace) {
       brace(place, i);
-    } else if (place.in_solve.what == SolveConstraints::bounce) {
-      Fetched late;
-      solver.fetch(plan, place.in_solve, i, late);
-      solver(plan, place.in_solve, i, late);
     } else {
       solver(plan, place.in_solve, i, fetched);
     }

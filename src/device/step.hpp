@@ -147,8 +147,8 @@ class Step {
 
   void solve() {
     const SolveParameters& p = settings_.solve;
-    const std::uint32_t most_phases =
-        schedule_size * (2 + p.substeps * (p.sweeps_before + p.sweeps_after)) + 2 * p.substeps;
+    const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
+    const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
     const std::uint32_t brace_phases = SolveWithColumns::brace_phases * 2 * p.substeps;
     const SolveConstraints solver{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve};
     // A colour holds a body once, so it has no more constraints than there are bodies.

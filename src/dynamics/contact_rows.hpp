@@ -62,12 +62,10 @@ struct alignas(16) ContactImpulses {
   FATHOM_HD float sum() const { return ((normal[0] + normal[1]) + normal[2]) + normal[3]; }
 };
 
-/// What bouncing needs beside: the bodies' relative acceleration along the normal, and per point the normal velocity
-/// before the step and the step's largest impulse.
-struct alignas(16) BounceRow {
-  float pull = 0;
-  float approach[max_manifold_points] = {};
-  float peak[max_manifold_points] = {};
+/// What bouncing needs beside.
+struct alignas(8) BounceRow {
+  float restitution = 0;
+  float pull = 0;  ///< the bodies' relative acceleration along the normal (m/s²)
 };
 
 /// One of the two bodies while a contact is solved. `Inertia` is the inverse inertia in world axes: a float for
@@ -270,6 +268,9 @@ FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, C
   impulses.slide_2 = new_2;
 }
 
+/// Rounds over the points of a contact that strike together.
+inline constexpr int strike_rounds = 8;
+
 enum class ContactPass { soft, relax, iterate };
 
 /// What the sweeps need beside rows and bodies.
@@ -278,6 +279,12 @@ struct ContactStep {
   Softness softness;            ///< of this contact
   float push_out_velocity = 0;  ///< m/s
   bool bounces = false;         ///< its restitution is above zero
+};
+
+/// What strikes need beside rows and bodies.
+struct StrikeStep {
+  float substep = 0;    ///< s
+  float threshold = 0;  ///< m/s
 };
 
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
@@ -311,25 +318,46 @@ FATHOM_HD void solve_points(const ContactFrame& frame, const PointRow* points, i
   push_normal(a, b, f, rows.sum);
 }
 
-/// Points that approached fast and were hit leave with e times that speed (Newton's law, applied last).
+/// Points that would meet within the substep, faster than the threshold, leave with e times that speed, at once:
+/// Newton's law, before velocities are integrated, one contact after the other. Says whether any did.
 template <class Inertia>
-FATHOM_HD void restitute_contact(const ContactFrame& frame, const ContactAxes& f, const PointRow* points, int count,
-                                 float e, float threshold, const BounceRow& bounce, ContactImpulses& impulses,
-                                 ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
+FATHOM_HD bool strike_contact(const ContactFrame& frame, const ContactAxes& f, const PointRow* points, int count,
+                              const BounceRow& bounce, const StrikeStep& step, const NormalMotion& moved,
+                              ContactImpulses& impulses, ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
   NormalRows rows{f.motion(a.linear, a.angular, b.linear, b.angular)};
+  float leaving[max_manifold_points];
+  ContactImpulses hit;
+  float struck = 0;
   for (int i = 0; i < max_manifold_points; ++i) {
+    leaving[i] = -1;
     if (i >= count) continue;
-    const PointRow& p = points[i];
-    const float old = impulses.normal[i];
-    const float before = meeting_speed(bounce.approach[i], bounce.pull, max(p.separation, 0.0f));
-    if (!(before < -threshold && bounce.peak[i] > 0 && e > 0)) continue;
-    const float speed = fma(e, before, rows.motion.at(p.x, p.y));
-    rows.add(frame, max(fma(-p.mass, speed, old), 0.0f) - old, p.x, p.y);
-    // What has bounced parts: there is nothing to start from in the next step.
-    impulses.normal[i] = 0;
+    const float separation = points[i].separation + moved.at(points[i].x, points[i].y);
+    leaving[i] = leaving_speed(rows.motion.at(points[i].x, points[i].y), separation, bounce.restitution, bounce.pull,
+                               step.substep, step.threshold);
+    if (leaving[i] >= 0) struck += 1.0f;
   }
-  impulses.step += rows.sum.n;
+  if (struck == 0) return false;
+  // Several points at once: begin with equal shares, so that what falls flat rises flat.
+  const float share = 1.0f / (frame.nn * struck);
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (leaving[i] < 0) continue;
+    const PointRow& p = points[i];
+    hit.normal[i] = (struck > 1.0f ? share : p.mass) * (leaving[i] - rows.motion.at(p.x, p.y));
+  }
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (leaving[i] >= 0) rows.add(frame, hit.normal[i], points[i].x, points[i].y);
+  for (int round = 0; struck > 1.0f && round < strike_rounds; ++round)
+    for (int i = 0; i < max_manifold_points; ++i) {
+      if (leaving[i] < 0) continue;
+      const PointRow& p = points[i];
+      const float impulse = max(fma(p.mass, leaving[i] - rows.motion.at(p.x, p.y), hit.normal[i]), 0.0f);
+      rows.add(frame, impulse - hit.normal[i], p.x, p.y);
+      hit.normal[i] = impulse;
+    }
   push_normal(a, b, f, rows.sum);
+  solve_friction(frame, f, hit, a, b);
+  impulses.step += rows.sum.n;
+  return true;
 }
 
 }  // namespace fathom

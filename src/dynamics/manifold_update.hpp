@@ -6,10 +6,12 @@
 
 namespace fathom {
 
-/// Distance (m) that two bodies with these bounding radii (m) may move against each other before their manifold is
-/// made anew.
-FATHOM_HD float recycle_distance(float radius_a, float radius_b) {
-  return min(0.005f, 0.01f * min(radius_a, radius_b));
+/// Distance (m) that two bodies with these shapes and bounding radii (m) may move against each other before their
+/// manifold is made anew. None where something round may roll: its points stay under it, while anchors in both bodies
+/// would turn away from there, and a load some millimetres off the middle brakes or drives it.
+FATHOM_HD float recycle_distance(ShapeType shape_a, float radius_a, ShapeType shape_b, float radius_b) {
+  const auto rolls = [](ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; };
+  return rolls(shape_a) || rolls(shape_b) ? 0.0f : min(0.005f, 0.01f * min(radius_a, radius_b));
 }
 
 /// True while bodies have moved against each other by less than `distance` (m) and 5 mrad since the manifold was made.

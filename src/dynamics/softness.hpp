@@ -39,6 +39,11 @@ inline ContactSoftness contact_softness(const SolverSettings& settings, float h)
   return {make_soft(hertz, ratio, h), make_soft(2 * hertz, ratio, h)};
 }
 
+/// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
+inline float strike_threshold(const WorldDef& def, float h) {
+  return max(def.solver.restitution_threshold, h * length(def.gravity));
+}
+
 /// True for two bodies that can be pushed, one more than eight times as heavy as the other. Such a contact gives back
 /// half as much of its impulse: the light body's spring carries the heavy one's weight and would give way too far.
 FATHOM_HD bool is_uneven(float inverse_mass_a, float inverse_mass_b) {

@@ -1,6 +1,7 @@
 #include "native/cell_solver.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <type_traits>
 
@@ -108,7 +109,7 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
   row.a = c.a;
   row.b = c.b;
   row.count = m.point_count();
-  row.restitution = m.restitution;
+  row.bounce = {m.restitution, 0};
   row.pushes_fixed = c.fixed_a;
   row.isotropic = !is_anisotropic(state_.solver[c.a + 1]) && !is_anisotropic(state_.solver[c.b + 1]);
   if (row.isotropic)
@@ -121,15 +122,12 @@ template <class Inertia>
 void CellSolver::prepare_as(Row& row, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
   prepare_contact(m, state_.poses[row.a], state_.poses[row.b], a, b, row.frame, row.points, row.impulses);
-  if (row.restitution == 0) return;
+  if (m.restitution == 0) return;
   const ContactAxes axes(row.frame);
-  const NormalMotion before = axes.motion(a.linear, a.angular, b.linear, b.angular);
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {
     return inverse_mass > 0 ? dot(axes.n, state_.motion[slot].acceleration) : 0.0f;
   };
-  row.bounce = {};
   row.bounce.pull = pull(row.b, b.inverse_mass) - pull(row.a, a.inverse_mass);
-  for (int i = 0; i < row.count; ++i) row.bounce.approach[i] = before.at(row.points[i].x, row.points[i].y);
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
@@ -144,7 +142,15 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
     contacts_.dynamic = contacts_.fixed = {baumgarte / h};
   }
   for (int substep = 0; substep < s.substeps; ++substep) {
-    body_solver_.integrate_velocities(in_contact, h, substep == 0 || !s.warm_start);
+    Carry carry = substep == 0 || !s.warm_start ? Carry::nothing : Carry::to_date;
+    if (graph_.may_bounce()) {
+      if (carry == Carry::to_date) {
+        body_solver_.carry_impulses(in_contact, h);
+        carry = Carry::as_is;
+      }
+      strike();
+    }
+    body_solver_.integrate_velocities(in_contact, h, carry);
     if (!s.warm_start)
       sweep<Pass::clear>();
     else if (substep == 0)
@@ -158,7 +164,14 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
     ends_substep_ = true;
     if (soft) sweep<Pass::relax>();
   }
-  if (graph_.may_bounce()) sweep<Pass::bounce>();
+}
+
+void CellSolver::strike() {
+  struck_ = true;
+  for (std::uint32_t i = 0; i < most_strike_sweeps && struck_; ++i) {
+    struck_ = false;
+    sweep<Pass::strike>();
+  }
 }
 
 template <CellSolver::Pass pass>
@@ -174,26 +187,33 @@ void CellSolver::sweep() {
     });
 }
 
+NormalMotion CellSolver::movement(const Row& row, const ContactAxes& axes) const {
+  const SolverBody &a = state_.solver[row.a + 1], &b = state_.solver[row.b + 1];
+  return axes.motion(a.moved, a.turned, b.moved, b.turned);
+}
+
 template <CellSolver::Pass pass, class Inertia>
 void CellSolver::sweep_row(Row& row) {
   if constexpr (pass == Pass::clear) {
     row.impulses = row.impulses.cleared();
     return;
   }
-  if (pass == Pass::bounce && row.restitution == 0) return;
+  if (pass == Pass::strike && row.bounce.restitution == 0) return;
   auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
   const ContactAxes axes(row.frame);
   if constexpr (pass == Pass::warm_start) {
     warm_start_contact(row.frame, axes, row.points, row.count, row.impulses, a, b);
-  } else if constexpr (pass == Pass::bounce) {
-    restitute_contact(row.frame, axes, row.points, row.count, row.restitution, def_.solver.restitution_threshold,
-                      row.bounce, row.impulses, a, b);
+  } else if constexpr (pass == Pass::strike) {
+    const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+    if (!strike_contact(row.frame, axes, row.points, row.count, row.bounce, {h, strike_threshold(def_, h)},
+                        movement(row, axes), row.impulses, a, b))
+      return;
+    struck_.store(true, std::memory_order_relaxed);
   } else {
-    const SolverBody &solver_a = state_.solver[row.a + 1], &solver_b = state_.solver[row.b + 1];
-    const NormalMotion moved = axes.motion(solver_a.moved, solver_a.turned, solver_b.moved, solver_b.turned);
+    const NormalMotion moved = movement(row, axes);
     const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
     ContactStep step{inverse_substep, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic,
-                     def_.solver.push_out_velocity, row.restitution > 0};
+                     def_.solver.push_out_velocity, row.bounce.restitution > 0};
     if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
@@ -205,8 +225,6 @@ void CellSolver::sweep_row(Row& row) {
       solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     }
     if (ends_substep_) row.impulses.step += row.impulses.sum();
-    if (row.restitution > 0)
-      for (int i = 0; i < row.count; ++i) row.bounce.peak[i] = max(row.bounce.peak[i], row.impulses.normal[i]);
   }
   const auto put = [&](std::uint32_t slot, const ContactBody<Inertia>& from) {
     SolverBody& to = state_.solver[slot + 1];

@@ -44,21 +44,23 @@ class CellSolver {
     BounceRow bounce;
     std::uint32_t contact, a, b;
     int count;
-    float restitution;
     bool isotropic, pushes_fixed;
   };
-  enum class Pass { warm_start, clear, push, relax, bounce };
+  enum class Pass { warm_start, clear, push, relax, strike };
 
   void partition(std::span<const std::uint32_t> in_contact);
   void prepare(Row& row, std::uint32_t contact);
   template <class Inertia>
   void prepare_as(Row& row, const ContactManifold& manifold);
+  void strike();
   template <Pass pass>
   void sweep();
   template <Pass pass, class Inertia>
   void sweep_row(Row& row);
   template <class Inertia>
   ContactBody<Inertia> body(std::uint32_t slot) const;
+
+  NormalMotion movement(const Row& row, const ContactAxes& axes) const;
 
   const WorldDef& def_;
   const BodyTable& bodies_;
@@ -72,6 +74,7 @@ class CellSolver {
   std::size_t first_cell_[groups + 1] = {};
   std::atomic<std::size_t> point_count_ = 0;
   ContactSoftness contacts_;
+  std::atomic<bool> struck_ = false;
   bool ends_substep_ = false;  // the sweep under way is its substep's last
 };
 

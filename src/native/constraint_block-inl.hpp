@@ -53,10 +53,8 @@ enum Field : int {
 /// Kept apart, see BlockArray.
 enum BounceField : int {
   restitution,
-  pull,                                   // relative acceleration along the normal
-  approach,                               // normal velocity before the step, one a point
-  peak = approach + max_manifold_points,  // largest impulse of the step, one a point
-  bounce_field_count = peak + max_manifold_points
+  pull,  // relative acceleration along the normal
+  bounce_field_count
 };
 enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };
 
@@ -81,11 +79,9 @@ struct Block {
   }
   HWY_INLINE V get(int field) const { return hn::Load(D(), at(field)); }
   HWY_INLINE void set(int field, V v) const { hn::Store(v, D(), at(field)); }
-  HWY_INLINE V get(BounceField field, int i = 0) const {
-    return hn::Load(D(), bounces + static_cast<std::size_t>(field + i) * width);
-  }
-  HWY_INLINE void set(BounceField field, int i, V v) const {
-    hn::Store(v, D(), bounces + static_cast<std::size_t>(field + i) * width);
+  HWY_INLINE V get(BounceField field) const { return hn::Load(D(), bounces + static_cast<std::size_t>(field) * width); }
+  HWY_INLINE void set(BounceField field, V v) const {
+    hn::Store(v, D(), bounces + static_cast<std::size_t>(field) * width);
   }
   HWY_INLINE Vec3V<V> get3(int field) const { return {get(field), get(field + 1), get(field + 2)}; }
   HWY_INLINE void set3(int field, Vec3V<V> v) const { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); }

@@ -6,6 +6,7 @@
 
 #include "dynamics/rotation.hpp"
 #include "dynamics/solver_body.hpp"
+#include "native/solver.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom::native {
@@ -18,13 +19,15 @@ using Quad = hn::Vec<QuadTag>;
 HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
 HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
 
-/// v ← damping · v + h · acceleration + W, with W brought up to date first (see the head of solver.hpp).
+/// v ← damping · v + h · acceleration + W.
 HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm, Vec3& reference,
-                          bool first) {
+                          Carry carry) {
   const QuadTag d;
   const Quad now = load(v);
   const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
-  const Quad w = first ? hn::Zero(d) : hn::Add(load(warm), hn::Sub(now, load(reference)));
+  const Quad w = carry == Carry::nothing   ? hn::Zero(d)
+                 : carry == Carry::to_date ? hn::Add(load(warm), hn::Sub(now, load(reference)))
+                                           : load(warm);
   const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
   put(warm, w);
   put(v, next);
@@ -49,14 +52,22 @@ struct BodyIntegration {
   Pose* poses;
   float h;  ///< s, a substep
 
-  HWY_INLINE void velocity(std::uint32_t slot, bool first) const {
+  /// W brought up to date, which strikes are not to be part of.
+  HWY_INLINE void carry(std::uint32_t slot) const {
+    const SolverBody& body = bodies[slot];
+    WarmStart& w = warm[slot];
+    put(w.linear, hn::Add(load(w.linear), hn::Sub(load(body.linear), load(w.linear_reference))));
+    put(w.angular, hn::Add(load(w.angular), hn::Sub(load(body.angular), load(w.angular_reference))));
+  }
+
+  HWY_INLINE void velocity(std::uint32_t slot, Carry carry) const {
     SolverBody& body = bodies[slot];
     if (body.inverse_mass == 0) return;
     const BodyMotion& m = motion[slot];
     WarmStart& w = warm[slot];
     // The reference leaves the warm start out in the first substep, where a sweep applies it.
-    integrate(body.linear, m.acceleration, m.linear_damping, h, w.linear, w.linear_reference, first);
-    integrate(body.angular, m.angular_acceleration, m.angular_damping, h, w.angular, w.angular_reference, first);
+    integrate(body.linear, m.acceleration, m.linear_damping, h, w.linear, w.linear_reference, carry);
+    integrate(body.angular, m.angular_acceleration, m.angular_damping, h, w.angular, w.angular_reference, carry);
   }
 
   HWY_INLINE void position(std::uint32_t slot) const {

@@ -226,18 +226,8 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     block.set_inertia(inertia_b, i_b);
   }
   if (block.header().restitution) {
-    block.set(restitution, 0, tangent.w);
-    const Vec3V<V> va = lanes.quad(lanes.body_a, 0).xyz(), wa = lanes.quad(lanes.body_a, 4).xyz();
-    const Vec3V<V> vb = lanes.quad(lanes.body_b, 0).xyz(), wb = lanes.quad(lanes.body_b, 4).xyz();
-    const Twist3<V> before = normal_motion(f, va, wa, vb, wb);
-    const V acceleration =
-        dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w));
-    block.set(pull, 0, acceleration);
-    for (int i = 0; i < max_points; ++i) {
-      block.set(approach, i,
-                at_point(before, block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y))));
-      block.set(peak, i, zero);
-    }
+    block.set(restitution, tangent.w);
+    block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
   }
   return point_count;
 }

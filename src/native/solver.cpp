@@ -5,6 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "dynamics/restitution.hpp"
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
 #include "native/prefetch.hpp"
@@ -53,6 +54,9 @@ class ContactSolver::Everything {
       }
     });
   }
+
+  /// Does what was put off.
+  void complete() const {}
 
   /// The overflow, then colour by colour.
   template <class Kernel>
@@ -106,10 +110,14 @@ class ContactSolver::InDomains {
   void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
     const std::span<const Columns::Column> columns = s_.columns_.all();
     if (columns.empty()) return;
-    for_each_first([](const Unit&) {});  // columns go through domains, and come after all of a sweep
+    complete();  // columns go through domains, and come after all of a sweep
     s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
       s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
     });
+  }
+
+  void complete() const {
+    for_each_first([](const Unit&) {});
   }
 
   /// What waits, then act(unit) for each of the first division.
@@ -168,6 +176,7 @@ class ContactSolver::OneGroup {
     const Act mine = act;
     for (const std::uint32_t slot : s_.layout_.bodies(group_)) mine(slot);
   }
+  void complete() const {}
   template <class Kernel>
   void colours(const Kernel& kernel) const {
     for (const auto& stretch : s_.layout_.stretches(group_))
@@ -241,10 +250,17 @@ void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
   });
 }
 
-void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first) {
+void ContactSolver::carry_impulses(std::span<const std::uint32_t> in_contact, float h) {
   const BodyIntegration integrate = integration(h);
   pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], first);
+    for (std::size_t i = begin; i < end; ++i) integrate.carry(in_contact[i]);
+  });
+}
+
+void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry) {
+  const BodyIntegration integrate = integration(h);
+  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], carry);
   });
 }
 
@@ -376,15 +392,14 @@ template <class Work>
 void ContactSolver::solve_soft(const Work& work, float h) {
   const SolverSettings& settings = def_.solver;
   SweepParameters soft;
+  soft.substep = h;
   soft.inverse_substep = 1 / h;
   soft.contacts = contact_softness(settings, h);
   soft.push_out_velocity = settings.push_out_velocity;
-  soft.restitution_threshold = settings.restitution_threshold;
+  soft.restitution_threshold = strike_threshold(def_, h);
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < settings.substeps; ++substep) {
-    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
-      integrate.velocity(slot, first);
-    });
+    begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     begin_impulses(work, substep == 0);
     sweep(work, &SolverKernels::solve, soft);
     work.brace_columns(true, soft);
@@ -392,7 +407,6 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     sweep(work, &SolverKernels::relax, soft);
     work.brace_columns(false, soft);
   }
-  if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, soft);
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
@@ -400,15 +414,14 @@ void ContactSolver::solve_soft(const Work& work, float h) {
 template <class Work>
 void ContactSolver::solve_impulse(const Work& work, float h) {
   SweepParameters p;
+  p.substep = h;
   p.inverse_substep = 1 / h;
   p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
-  p.restitution_threshold = def_.solver.restitution_threshold;
+  p.restitution_threshold = strike_threshold(def_, h);
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
-    work.bodies([integrate, first = substep == 0 || !def_.solver.warm_start](std::uint32_t slot) {
-      integrate.velocity(slot, first);
-    });
+    begin_substep(work, integrate, p, substep == 0 || !def_.solver.warm_start);
     begin_impulses(work, substep == 0);
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
@@ -416,7 +429,23 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
     }
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
   }
-  if (graph_.may_bounce()) sweep(work, &SolverKernels::restitute, p);
+}
+
+template <class Work>
+void ContactSolver::begin_substep(const Work& work, const BodyIntegration& integrate, SweepParameters parameters,
+                                  bool first) {
+  const Carry carry = first ? Carry::nothing : graph_.may_bounce() ? Carry::as_is : Carry::to_date;
+  if (carry == Carry::as_is) work.bodies([integrate](std::uint32_t slot) { integrate.carry(slot); });
+  if (graph_.may_bounce()) {
+    std::atomic<bool> struck = true;
+    parameters.struck = &struck;
+    for (std::uint32_t i = 0; i < most_strike_sweeps && struck; ++i) {
+      struck = false;
+      sweep(work, &SolverKernels::strike, parameters);
+      work.complete();
+    }
+  }
+  work.bodies([integrate, carry](std::uint32_t slot) { integrate.velocity(slot, carry); });
 }
 
 template <class Work>

@@ -27,6 +27,9 @@ namespace fathom::native {
 
 struct BodyIntegration;
 
+/// What a substep carries over of the impulses before it: nothing, W brought up to date, or W as it is.
+enum class Carry { nothing, to_date, as_is };
+
 /// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
 inline constexpr float baumgarte = 0.2f;
 
@@ -36,7 +39,8 @@ class ContactSolver {
 
   // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
   void load_bodies(std::span<const std::uint32_t> in_contact);
-  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, bool first);
+  void carry_impulses(std::span<const std::uint32_t> in_contact, float h);
+  void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
   /// Lays out blocks of constraints, neighbours together, and gathers what the sweeps read unless `solve` will do
@@ -80,6 +84,9 @@ class ContactSolver {
   void solve_soft(const Work& work, float h);
   template <class Work>
   void solve_impulse(const Work& work, float h);
+  /// Strikes, and velocities integrated.
+  template <class Work>
+  void begin_substep(const Work& work, const BodyIntegration& integrate, SweepParameters parameters, bool first);
   /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
   template <class Work>
   void begin_impulses(const Work& work, bool first_substep);

@@ -177,20 +177,24 @@ HWY_INLINE hn::Vec<D> total_impulse(const Block<D>& block, int count) {
   return sum;
 }
 
-/// Twist about the normal, then sliding, both limited by µ times the points' impulses (Coulomb's cone).
-template <class D, class B>
-HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies) {
-  using V = hn::Vec<D>;
+template <class V>
+struct FrictionImpulses {
+  V slide_1, slide_2, twist;
+};
+
+/// Twist about the normal, then sliding, both limited by µ times `load`, the points' impulses (Coulomb's cone); returns
+/// `old` brought up to date.
+template <class D, class B, class V = hn::Vec<D>>
+HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame<V>& f, B& bodies, V load,
+                                              const FrictionImpulses<V>& old) {
   const D d;
-  const V limit = hn::Mul(block.get(friction), total_impulse(block, block.header().max_points));
+  const V limit = hn::Mul(block.get(friction), load);
 
   const V twist_limit = hn::Mul(limit, block.get(patch_radius));
   const V twist_speed = dot(f.n, bodies.b.angular - bodies.a.angular);
-  const V old_twist = block.get(twist_impulse);
-  const V wanted_twist = hn::NegMulAdd(block.get(twist_mass), twist_speed, old_twist);
+  const V wanted_twist = hn::NegMulAdd(block.get(twist_mass), twist_speed, old.twist);
   const V new_twist = hn::Max(hn::Neg(twist_limit), hn::Min(wanted_twist, twist_limit));
-  block.set(twist_impulse, new_twist);
-  const V twist = hn::Sub(new_twist, old_twist);
+  const V twist = hn::Sub(new_twist, old.twist);
   // The twist's own effect on sliding at c, where c is not above a centre, is left to the next sweep's slide
   // only through the bodies' velocities, which are updated first.
   bodies.twist(scale(twist, f.n));
@@ -198,18 +202,27 @@ HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f
   const Vec3V<V> slide =
       (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
   const V v1 = dot(f.t1, slide), v2 = dot(f.t2, slide);
-  const V old_1 = block.get(friction_impulse_1), old_2 = block.get(friction_impulse_2);
   const V m11 = block.get(slide_11), m12 = block.get(slide_12), m22 = block.get(slide_22);
-  const V wanted_1 = hn::Sub(old_1, hn::MulAdd(m11, v1, hn::Mul(m12, v2)));
-  const V wanted_2 = hn::Sub(old_2, hn::MulAdd(m12, v1, hn::Mul(m22, v2)));
+  const V wanted_1 = hn::Sub(old.slide_1, hn::MulAdd(m11, v1, hn::Mul(m12, v2)));
+  const V wanted_2 = hn::Sub(old.slide_2, hn::MulAdd(m12, v1, hn::Mul(m22, v2)));
   const V size_squared = hn::MulAdd(wanted_1, wanted_1, hn::Mul(wanted_2, wanted_2));
   const auto slips = hn::Gt(size_squared, hn::Mul(limit, limit));
   const V size = hn::Sqrt(hn::Max(size_squared, hn::Set(d, 1e-30f)));
   const V shrink = hn::IfThenElse(slips, hn::Div(limit, size), hn::Set(d, 1.0f));
   const V new_1 = hn::Mul(wanted_1, shrink), new_2 = hn::Mul(wanted_2, shrink);
-  block.set(friction_impulse_1, new_1);
-  block.set(friction_impulse_2, new_2);
-  push_tangential(bodies, f, hn::Sub(new_1, old_1), hn::Sub(new_2, old_2), hn::Zero(d));
+  push_tangential(bodies, f, hn::Sub(new_1, old.slide_1), hn::Sub(new_2, old.slide_2), hn::Zero(d));
+  return {new_1, new_2, new_twist};
+}
+
+/// The same of a sweep, with the impulses accumulated in the block.
+template <class D, class B>
+HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies) {
+  const FrictionImpulses<hn::Vec<D>> old{block.get(friction_impulse_1), block.get(friction_impulse_2),
+                                         block.get(twist_impulse)};
+  const auto now = solve_friction(block, f, bodies, total_impulse(block, block.header().max_points), old);
+  block.set(friction_impulse_1, now.slide_1);
+  block.set(friction_impulse_2, now.slide_2);
+  block.set(twist_impulse, now.twist);
 }
 
 enum class Pass { soft, relax, iterate };
@@ -268,7 +281,6 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
         const auto in_the_air = hn::And(apart, hn::Gt(block.get(restitution), zero));
         impulse = hn::IfThenElse(in_the_air, hn::Min(impulse, old), impulse);
       }
-      block.set(peak, i, hn::Max(block.get(peak, i), impulse));
     }
     block.set(Block<D>::point(i, point_impulse), impulse);
     rows.add(hn::Sub(impulse, old), x, y);
@@ -310,9 +322,23 @@ HWY_INLINE void warm_start_block(const Block<D>& block, SolverBody* all) {
   bodies.store(block.header().lanes);
 }
 
-/// Points that approached fast and were hit leave with e times that speed (Newton's law, applied last).
+/// `fathom::leaving_speed` in lanes.
+template <class V>
+HWY_INLINE V leaving_speed(V speed, V separation, V e, V pull, V h, V threshold) {
+  const hn::DFromV<V> d;
+  const V zero = hn::Zero(d), no = hn::Set(d, -1.0f);
+  const auto meets = hn::Le(hn::MulAdd(hn::MulAdd(pull, h, speed), h, separation), zero);
+  const V gap = hn::Max(separation, zero);
+  const V squared = hn::MulAdd(hn::Mul(hn::Set(d, -2.0f), pull), gap, hn::Mul(speed, speed));
+  const V meeting = hn::IfThenElse(hn::Lt(speed, zero), hn::Neg(hn::Sqrt(hn::Max(squared, zero))), speed);
+  const V e_meeting = hn::Mul(e, meeting);
+  const V left = hn::MulAdd(hn::Mul(hn::Set(d, 2.0f), pull), gap, hn::Mul(e_meeting, e_meeting));
+  return hn::IfThenElse(hn::And(meets, hn::Lt(meeting, hn::Neg(threshold))), hn::Sqrt(hn::Max(left, zero)), no);
+}
+
+/// `fathom::strike_contact` in lanes.
 template <class D, bool fixed_a, bool isotropic>
-HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
+HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   using V = hn::Vec<D>;
   const D d;
   Bodies<D, fixed_a, isotropic> bodies;
@@ -320,25 +346,47 @@ HWY_INLINE void restitute_block(const Block<D>& block, SolverBody* all, const Sw
   bodies.load(block, all);
   f.load(block);
   NormalRows<D> rows(block, normal_motion(f, bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular));
-  const V zero = hn::Zero(d), e = block.get(restitution), threshold = hn::Set(d, -p.restitution_threshold);
-  const V pulled = hn::Mul(hn::Set(d, -2.0f), block.get(pull));
-  for (int i = 0; i < block.header().max_points; ++i) {
+  const Twist3<V> moved = normal_motion(f, bodies.a.moved, bodies.a.turned, bodies.b.moved, bodies.b.turned);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), e = block.get(restitution), pulled = block.get(pull);
+  const V h = hn::Set(d, p.substep), threshold = hn::Set(d, p.restitution_threshold);
+  const int count = block.header().max_points;
+  V leaving[max_manifold_points], hit[max_manifold_points];
+  V struck = zero;
+  for (int i = 0; i < count; ++i) {
     const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
-    const V old = block.get(Block<D>::point(i, point_impulse)), start = block.get(approach, i);
-    // `meeting_speed` in lanes.
-    const V gap = hn::Max(block.get(Block<D>::point(i, point_separation)), zero);
-    const V squared = hn::MulAdd(pulled, gap, hn::Mul(start, start));
-    const V before = hn::IfThenElse(hn::Lt(start, zero), hn::Neg(hn::Sqrt(hn::Max(squared, zero))), start);
-    const auto bounces = hn::And(hn::Lt(before, threshold), hn::Gt(block.get(peak, i), zero));
-    const V speed = hn::MulAdd(e, before, at_point(rows.motion, x, y));
-    const V wanted = hn::Max(hn::NegMulAdd(block.get(Block<D>::point(i, point_mass)), speed, old), zero);
-    const auto acts = hn::And(bounces, hn::Gt(e, zero));
-    rows.add(hn::IfThenElseZero(acts, hn::Sub(wanted, old)), x, y);
-    // What has bounced parts: there is nothing to start from in the next step.
-    block.set(Block<D>::point(i, point_impulse), hn::IfThenZeroElse(acts, old));
+    const V separation = hn::Add(block.get(Block<D>::point(i, point_separation)), at_point(moved, x, y));
+    const auto strikes = hn::And(hn::Gt(e, zero), hn::Gt(block.get(Block<D>::point(i, point_mass)), zero));
+    leaving[i] = hn::IfThenElse(
+        strikes, leaving_speed(at_point(rows.motion, x, y), separation, e, pulled, h, threshold), hn::Set(d, -1.0f));
+    struck = hn::Add(struck, hn::IfThenElseZero(hn::Ge(leaving[i], zero), one));
   }
-  block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
+  if (hn::AllFalse(d, hn::Gt(struck, zero))) return;
+  p.struck->store(true, std::memory_order_relaxed);
+  // Several points at once: begin with equal shares, so that what falls flat rises flat.
+  const auto several = hn::Gt(struck, one);
+  const V share = hn::Div(one, hn::IfThenElse(several, hn::Mul(rows.nn, struck), one));
+  for (int i = 0; i < count; ++i) {
+    const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
+    const V mass = hn::IfThenElse(several, share, block.get(Block<D>::point(i, point_mass)));
+    hit[i] =
+        hn::IfThenElseZero(hn::Ge(leaving[i], zero), hn::Mul(mass, hn::Sub(leaving[i], at_point(rows.motion, x, y))));
+  }
+  for (int i = 0; i < count; ++i)
+    rows.add(hit[i], block.get(Block<D>::point(i, point_x)), block.get(Block<D>::point(i, point_y)));
+  for (int round = 0; !hn::AllFalse(d, several) && round < strike_rounds; ++round) {
+    for (int i = 0; i < count; ++i) {
+      const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
+      const V left = hn::Sub(leaving[i], at_point(rows.motion, x, y));
+      const V wanted = hn::Max(hn::MulAdd(block.get(Block<D>::point(i, point_mass)), left, hit[i]), zero);
+      const V impulse = hn::IfThenElse(hn::And(several, hn::Ge(leaving[i], zero)), wanted, hit[i]);
+      rows.add(hn::Sub(impulse, hit[i]), x, y);
+      hit[i] = impulse;
+    }
+  }
   push_normal(bodies, f, rows.sum);
+  const FrictionImpulses<V> none{zero, zero, zero};
+  solve_friction(block, f, bodies, rows.sum.n, none);
+  block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
   bodies.store(block.header().lanes);
 }
 
@@ -404,11 +452,11 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
 }
 
 template <class D>
-void restitute(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
+void strike(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_kind(block, [&](auto fixed_a, auto isotropic)
-                       HWY_ATTR { restitute_block<D, fixed_a.value, isotropic.value>(block, all, p); });
+                       HWY_ATTR { strike_block<D, fixed_a.value, isotropic.value>(block, all, p); });
   });
 }
 
@@ -424,7 +472,7 @@ SolverKernels make_kernels(const char* name) {
           clear<D>,
           sweep<Pass::soft, D>,
           sweep<Pass::relax, D>,
-          restitute<D>,
+          strike<D>,
           sweep<Pass::iterate, D>,
           brace<D>,
           store<D>};

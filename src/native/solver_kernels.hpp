@@ -1,6 +1,7 @@
 // The loops over blocks of contact constraints, in the widest vectors the machine has.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -11,11 +12,12 @@
 namespace fathom::native {
 
 struct SweepParameters {
-  float inverse_substep = 0;  ///< 1/s
+  float substep = 0, inverse_substep = 0;  ///< s, 1/s
   ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
-  bool ends_substep = false;  ///< of `iterate`: the last sweep of a substep
+  bool ends_substep = false;            ///< of `iterate`: the last sweep of a substep
+  std::atomic<bool>* struck = nullptr;  ///< of `strike`: set where something did
 };
 
 /// What `prepare` reads beside the contacts; all by slot.
@@ -76,8 +78,7 @@ struct SolverKernels {
   void (*clear)(BlockArray blocks, std::size_t begin, std::size_t end);
   void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*restitute)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
-                    const SweepParameters& p);
+  void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Braces a column (dynamics/columns.hpp).

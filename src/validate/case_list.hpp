@@ -18,6 +18,7 @@ void sliding_sphere(const Setup& setup, Record& record);
 void spinning_box(const Setup& setup, Record& record);
 // restitution.cpp
 void rebound(const Setup& setup, Record& record);
+void cradle(const Setup& setup, Record& record);
 // contact_force.cpp
 void stacked_balls(const Setup& setup, Record& record);
 void impulse_balance(const Setup& setup, Record& record);

@@ -29,6 +29,7 @@ constexpr auto table = std::to_array<Case>({
      spinning_box},
     {"restitution", "rebound",
      "Balls rebound to e²h within 2 % at Δt 1/240 s and 5 % at 1/60 s, and never above their start.", rebound},
+    {"restitution", "cradle", "Rows of balls pass a hit on to the last one (Newton's cradle).", cradle},
     {"contact force", "stacked-balls",
      "Eight stacked balls press on the ground with their weight within 1e-3 (Chrono, utest_CH_compute_contact).",
      stacked_balls},

@@ -13,9 +13,11 @@ namespace fathom::device {
 template <SolveConstraints::What what>
 struct IntegrateBodies {
   SolveConstraints solver;
+  bool bounces;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     SolveConstraints::Plan plan{};
+    plan.bounces = bounces;
     plan.any_kinematic = true;  // perhaps: bodies are asked
     const SolveConstraints::Place place{what, 0, 0, 0};
     SolveConstraints::Fetched fetched;
@@ -44,7 +46,7 @@ struct SolveCells {
   SolveConstraints solver;
   CellArrays cells;
   std::uint32_t cell_group;
-  std::uint32_t round;  ///< as in SolveConstraints::Place
+  std::uint32_t round;  ///< as in SolveConstraints::Place; of strikes, which sweep of the step
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -64,7 +66,9 @@ struct SolveCells {
     plan.overflow = 0;
     plan.by_data = false;
     plan.schedule[0] = {0, 0};
-    const SolveConstraints::Place place{what, 0, round, 0};
+    SolveConstraints::Place place{what, 0, round, 0};
+    if constexpr (what == SolveConstraints::What::strike)
+      place.substep = round / most_strike_sweeps, place.strikes = round % most_strike_sweeps;
     SolveConstraints::Fetched fetched;
     solver.fetch(plan, place, constraint, fetched);
     solver(plan, place, constraint, fetched);
@@ -82,20 +86,24 @@ void submit_cell_substeps(D& device, const SolveConstraints& solver, const CellA
   };
   const SolveParameters& p = solver.p;
   for (std::uint32_t substep = 0; substep < p.substeps; ++substep) {
+    if (bounces) {
+      if (substep > 0) device.parallel_for(bodies, IntegrateBodies<What::carry>{solver, bounces});
+      for (std::uint32_t k = 0; k < most_strike_sweeps; ++k)
+        sweep(std::integral_constant<What, What::strike>{}, substep * most_strike_sweeps + k);
+    }
     if (substep == 0 || !warm_start)
-      device.parallel_for(bodies, IntegrateBodies<What::integrate_first_v>{solver});
+      device.parallel_for(bodies, IntegrateBodies<What::integrate_first_v>{solver, bounces});
     else
-      device.parallel_for(bodies, IntegrateBodies<What::integrate_v>{solver});
+      device.parallel_for(bodies, IntegrateBodies<What::integrate_v>{solver, bounces});
     if (!warm_start)
       device.parallel_for(constraints, ClearImpulses{solver.constraints});
     else if (substep == 0)
       sweep(std::integral_constant<What, What::warm>{}, 0);
     for (std::uint32_t k = 1; k <= p.sweeps_before; ++k) sweep(std::integral_constant<What, What::push>{}, k);
-    device.parallel_for(bodies, IntegrateBodies<What::integrate_x>{solver});
+    device.parallel_for(bodies, IntegrateBodies<What::integrate_x>{solver, bounces});
     for (std::uint32_t k = 1; k <= p.sweeps_after; ++k)
       sweep(std::integral_constant<What, What::relax>{}, p.sweeps_before + 1 + k);
   }
-  if (bounces) sweep(std::integral_constant<What, What::bounce>{}, 0);
 }
 
 }  // namespace fathom::device

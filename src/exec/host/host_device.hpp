@@ -67,8 +67,9 @@ class HostDevice : public ClosureQueue {
     launch_step([this, most_phases, most_items, kernel = planned(kernel)] {
       typename decltype(kernel)::Plan plan;
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
+      auto place = kernel.place(plan, 0);
       for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(plan); ++phase) {
-        const auto place = kernel.place(plan, phase);
+        if (phase > 0) place = kernel.next(plan, place);
         const ItemShare all = share_of(kernel, plan, place, 0, 1, most_items);
         if (ends_at_empty_phase<Kernel>() && all.end == 0) return;
         if (kernel.is_serial(plan, place)) {
