@@ -125,18 +125,30 @@ TEST(DeviceSimulator, RunsAheadOfWhatIsRead) {
 }
 
 TEST(DeviceSimulator, ManyBodiesOnOneAreAllHeld) {
-  // More contacts on one dynamic body than there are colours.
-  World world(on_device(test::quiet_world()));
-  world.add(test::ground());
-  const BodyId raft = world.add(test::dynamic(box({6, 6, 0.25f}), {0, 0, 0.75f}, 200));
-  std::vector<BodyId> load;
-  for (int i = 0; i < 81; ++i)
-    load.push_back(world.add(test::dynamic(
-        box({0.3f, 0.3f, 0.3f}), {1.2f * static_cast<float>(i % 9 - 4), 1.2f * static_cast<float>(i / 9 - 4), 1.3f})));
-  test::run(world, 240);
-  EXPECT_GT(world.profile().counts.overflow, 0u);
-  EXPECT_NEAR(world.pose(raft).position.z, 0.75f, 0.01f);
-  for (const BodyId id : load) EXPECT_NEAR(world.pose(id).position.z, 1.3f, 0.01f);
+  // More contacts on one dynamic body than one word has colours, and than there are.
+  for (const int side : {9, 13}) {
+    World world(on_device(test::quiet_world()));
+    world.add(test::ground());
+    const float half = 0.6f * static_cast<float>(side);
+    const BodyId raft = world.add(test::dynamic(box({half, half, 0.25f}), {0, 0, 0.75f}, 4 * half * half));
+    std::vector<BodyId> load;
+    for (int i = 0; i < side * side; ++i)
+      load.push_back(
+          world.add(test::dynamic(box({0.3f, 0.3f, 0.3f}), {1.2f * static_cast<float>(i % side - side / 2),
+                                                            1.2f * static_cast<float>(i / side - side / 2), 1.3f})));
+    world.step();
+    EXPECT_EQ(world.profile().counts.overflow > 0, side == 13);
+    test::run(world, 239);
+    const StepCounts counts = world.profile().counts;
+    EXPECT_EQ(counts.overflow > 0, side == 13);
+    EXPECT_GT(counts.colours, 64u);
+    EXPECT_NEAR(world.pose(raft).position.z, 0.75f, 0.01f);
+    for (const BodyId id : load) EXPECT_NEAR(world.pose(id).position.z, 1.3f, 0.01f);
+    for (const BodyId id : load) world.remove(id);
+    world.step();
+    world.step();
+    EXPECT_LE(world.profile().counts.colours, 1u) << side;
+  }
 }
 
 TEST(DeviceSimulator, SaysWhatItRunsOn) {

@@ -11,13 +11,18 @@
 
 namespace fathom::exec::test {
 
+template <class D>
+void write_nowhere(D& device) {
+  device.fill(static_cast<std::uint32_t*>(nullptr) + 16, 1, 1u);
+}
+
 /// Exits with 0 if the crash is reported by the line that waits and the program goes on.
 template <class D>
-void crash_and_exit() {
+void crash_and_exit(void (*crash)(D&)) {
   const auto device = make_device<D>();
   unsigned line = 0;
   try {
-    device->fill(static_cast<std::uint32_t*>(nullptr) + 16, 1, 1u);
+    crash(*device);
     line = __LINE__ + 1;
     device->wait();
   } catch (const DeviceError& error) {
@@ -28,11 +33,11 @@ void crash_and_exit() {
 }
 
 template <class D>
-void expect_crash_to_be_reported() {
+void expect_crash_to_be_reported(void (*crash)(D&) = write_nowhere<D>) {
   const auto device = make_device<D>();
   if (!device || !device->info().is_gpu) GTEST_SKIP() << "no such GPU on this machine";
   testing::GTEST_FLAG(death_test_style) = "threadsafe";
-  EXPECT_EXIT(crash_and_exit<D>(), testing::ExitedWithCode(0), "the device is lost.*exec_crash.hpp");
+  EXPECT_EXIT(crash_and_exit<D>(crash), testing::ExitedWithCode(0), "the device is lost.*exec_crash.hpp");
 }
 
 }  // namespace fathom::exec::test

@@ -3,7 +3,9 @@
 #include <cstdio>
 
 #include "exec/backends.hpp"
+#include "exec/buffer.hpp"
 #include "exec/cuda/cuda_device.cuh"
+#include "exec/load.hpp"
 #include "exec_crash.hpp"
 #include "exec_queue_suite.hpp"
 #include "exec_suite.hpp"
@@ -18,6 +20,28 @@ INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecTest, CudaDevice);
 INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecQueueTest, CudaDevice);
 
 TEST(CudaDeviceCrash, IsReportedAndTheProgramGoesOn) { expect_crash_to_be_reported<CudaDevice>(); }
+
+/// As the solver's sweeps wait for bodies (device/solve.hpp), for a quad that nobody writes.
+struct WaitForNothing {
+  struct alignas(16) Quad {
+    float x, y, z, w;
+  };
+  const Quad* quad;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    for (Patience patience;; patience.look_again())
+      if (all_ready(load_shared_quad(*quad).w != 0)) return;
+  }
+};
+
+TEST(CudaDeviceCrash, EndsAWaitForDataThatNeverCome) {
+  expect_crash_to_be_reported<CudaDevice>([](CudaDevice& gpu) {
+    static Buffer<WaitForNothing::Quad> quad(gpu);
+    quad.grow(1);
+    gpu.zero(quad.data(), 1);
+    gpu.parallel_for(64, WaitForNothing{quad.data()});
+  });
+}
 
 }  // namespace fathom::exec::test
 

@@ -101,6 +101,9 @@ struct alignas(16) Quad {
 
 FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
 
+/// Quads of a stored ColumnRung (solve_columns.hpp).
+inline constexpr std::uint32_t rung_quads = 20;
+
 /// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
 /// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
 struct alignas(64) SolverQuads {
@@ -146,10 +149,13 @@ struct Neighbours {
   std::uint32_t first = none, last = 0;
 };
 struct ColumnRange {
-  std::uint32_t first, count;  ///< in `column_contacts`
+  std::uint32_t first;  ///< in `column_contacts`
+  std::uint32_t count : 31, calm : 1;
 };
-struct ColumnContact {
+struct alignas(16) ColumnContact {
   std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
+  std::uint32_t column;
+  std::uint32_t below, above;  ///< bodies
 };
 
 struct BodyArrays {
@@ -170,8 +176,10 @@ struct BodyArrays {
 
   // Contacts of a body.
   std::uint64_t* colours;       ///< taken by its contacts
+  std::uint64_t* further;       ///< and those from `further_colour` on
   std::uint32_t* touching;      ///< how many they are
-  std::uint64_t* recoloured;    ///< while all choose anew
+  std::uint64_t* recoloured;    ///< `colours` while all choose anew
+  std::uint64_t* refurthered;   ///< `further` meanwhile
   std::uint64_t* best;          ///< priority of the contact that may choose its colour next
   std::uint32_t* island;        ///< while it sleeps: what it shares with all that must wake with it
   std::uint32_t* parent;        ///< of the forest that islands are found with
@@ -180,9 +188,9 @@ struct BodyArrays {
 
   // Columns, as long as constraints are laid out as they are.
   Neighbours* neighbours;
-  ColumnRange* columns;       ///< at most half as many as bodies
-  ColumnRange* calm_columns;  ///< of these, those that are braced in this step
-  ColumnContact* column_contacts;
+  ColumnRange* columns;            ///< at most half as many as bodies
+  ColumnContact* column_contacts;  ///< at most as many as bodies
+  Quad* column_rungs;              ///< `rung_quads` for each of these
 
   // Of bodies in contact, within a step.
   SolverQuads* solver;

@@ -3,12 +3,14 @@
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
 // it begins to touch and keeps it. Where one thread would go through new contacts in order, here they choose in rounds:
 // whoever has the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
-// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. One that finds no free
-// colour, or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of
-// priorities, and tries again in the next: no contact is ever left out.
+// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. A body's colours are the bits
+// of one word, and of a second one that is looked at only where the first is full. A contact that finds no free colour,
+// or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of priorities,
+// and tries again in the next: no contact is ever left out.
 #pragma once
 
 #include "device/contact_arrays.hpp"
+#include "device/find_columns.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -29,6 +31,33 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
 /// Whether contacts have been deferred: then colours wait for them.
 FATHOM_HD bool is_stopping(const Counters& c) { return c.deferred[0] + c.deferred[1] > 0; }
 
+/// The lowest bit that is not set; some bit is not.
+FATHOM_HD std::uint32_t lowest_free(std::uint64_t taken) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(~taken)) - 1);
+#else
+  return static_cast<std::uint32_t>(__builtin_ctzll(~taken));
+#endif
+}
+
+/// A contact between dynamic bodies takes the lowest colour that is free on both, where one is.
+FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* further, Counters& counters) {
+  constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
+  std::uint64_t taken = colours[c.a] | colours[c.b] | fixed;
+  std::uint32_t first = 0;
+  if (~taken == 0) {
+    colours = further;
+    taken = colours[c.a] | colours[c.b];
+    if (~taken == 0) return;
+    first = further_colour;
+    exec::atomic_store(counters.any_further, 1u);
+  }
+  const std::uint32_t free = lowest_free(taken);
+  c.set_colour(first + free);
+  colours[c.a] |= std::uint64_t{1} << free;
+  colours[c.b] |= std::uint64_t{1} << free;
+}
+
 /// All contacts between dynamic bodies choose anew, colour by colour from the last to the first. A colour's contacts
 /// share no body, so they choose at once; the outcome never has more colours, and mostly fewer ("iterated greedy":
 /// Culberson and Luo, "Exploring the k-colorable landscape with iterated greedy", 1996). Every colour fewer is nine
@@ -36,9 +65,6 @@ FATHOM_HD bool is_stopping(const Counters& c) { return c.deferred[0] + c.deferre
 ///
 /// It works on the layout of the step before: contacts that have ended since, or begun, are not in their colour.
 struct RecolourContacts {
-  static constexpr bool has_few_items = true;
-  static constexpr std::uint32_t group_size = 256;
-
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
@@ -56,9 +82,9 @@ struct RecolourContacts {
       choose(constraints.contact[stretch(phase).first + k],
              counters->any_isolated && phase <= counters->dynamic_sweeps);
     else if (phase == 0)
-      bodies.recoloured[k] = bodies.is_awake(k) ? bodies.colours[k] & fixed : bodies.colours[k];
+      begin(k);
     else
-      bodies.colours[k] = bodies.recoloured[k];
+      end(k);
   }
 
  private:
@@ -70,30 +96,31 @@ struct RecolourContacts {
         ->schedule[counters->first_dynamic + counters->dynamic_sweeps - 1 - (phase - 1) % counters->dynamic_sweeps];
   }
 
+  FATHOM_HD void begin(std::uint32_t i) const {
+    const bool awake = bodies.is_awake(i);
+    bodies.recoloured[i] = awake ? bodies.colours[i] & fixed : bodies.colours[i];
+    if (counters->any_further) bodies.refurthered[i] = awake ? 0 : bodies.further[i];
+  }
+  FATHOM_HD void end(std::uint32_t i) const {
+    bodies.colours[i] = bodies.recoloured[i];
+    if (counters->any_further) bodies.further[i] = bodies.refurthered[i];
+  }
+
   FATHOM_HD void choose(std::uint32_t index, bool keep) const {
     Contact& c = contacts.contacts[index];
-    if (!c.in_use() || !c.touching() || c.colour() >= dynamic_colours) return;
+    if (!c.in_use() || !c.touching() || c.fixed_a() || c.colour() == overflow_colour) return;
     const bool both_awake = bodies.flags[c.a] & bodies.flags[c.b] & awake_flag;
     if (keep == both_awake && counters->any_isolated) return;
-    std::uint32_t colour = c.colour();
-    if (!keep) {
-      const std::uint64_t taken = bodies.recoloured[c.a] | bodies.recoloured[c.b];
-      colour = 0;
-      while (taken >> colour & 1u) ++colour;
-      c.set_colour(colour);
-    }
-    const std::uint64_t bit = std::uint64_t{1} << colour;
-    bodies.recoloured[c.a] |= bit;
-    bodies.recoloured[c.b] |= bit;
+    if (!keep) return choose_colour(c, bodies.recoloured, bodies.refurthered, *counters);
+    std::uint64_t* const taken = c.colour() < further_colour ? bodies.recoloured : bodies.refurthered;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+    taken[c.a] |= bit;
+    taken[c.b] |= bit;
   }
 };
 
 /// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
 struct ColourContacts {
-  static constexpr bool ends_at_empty_phase = true;
-  static constexpr bool has_few_items = true;
-  static constexpr std::uint32_t group_size = 256;
-
   BodyArrays bodies;
   ContactArrays contacts;
   Counters* counters;
@@ -120,18 +147,47 @@ struct ColourContacts {
 
  private:
   FATHOM_HD void choose(Contact& c) const {
-    constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
-    std::uint64_t taken = bodies.colours[c.b];
-    taken |= c.fixed_a() ? ~fixed : bodies.colours[c.a] | fixed;
-    if (~taken == 0) return;
-    std::uint32_t colour = 0;
-    while (taken >> colour & 1u) ++colour;
-    c.set_colour(colour);
-    const std::uint64_t bit = std::uint64_t{1} << colour;
-    bodies.colours[c.b] |= bit;
-    if (!c.fixed_a()) bodies.colours[c.a] |= bit;
-    exec::atomic_store(counters->layout_dirty, 1u);
+    if (c.fixed_a()) {
+      constexpr std::uint64_t dynamic = ~(~std::uint64_t{0} << dynamic_colours);
+      const std::uint64_t taken = bodies.colours[c.b] | dynamic;
+      if (~taken == 0) return;
+      c.set_colour(lowest_free(taken));
+      bodies.colours[c.b] |= std::uint64_t{1} << c.colour();
+    } else {
+      choose_colour(c, bodies.colours, bodies.further, *counters);
+    }
+    if (c.colour() != overflow_colour) exec::atomic_store(counters->layout_dirty, 1u);
   }
+};
+
+/// Both, one after the other. Sleeping bodies' contacts have colours and are not in the layout, so where bodies sleep
+/// nothing is recoloured.
+struct ChooseColours {
+  static constexpr bool ends_at_empty_phase = true;
+  static constexpr bool has_few_items = true;
+  static constexpr std::uint32_t group_size = 256;
+  static constexpr std::uint32_t most_phases =
+      2 * (dynamic_colours + colour_count - further_colour) + 2 + 2 * colouring_rounds;
+
+  RecolourContacts recolour;
+  ColourContacts colour;
+  bool recolours;
+
+  FATHOM_HD std::uint32_t phases() const { return recolouring_phases() + colour.phases(); }
+  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
+    const std::uint32_t first = recolouring_phases();
+    return phase < first ? recolour.items(phase) : colour.items(phase - first);
+  }
+  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t k) const {
+    const std::uint32_t first = recolouring_phases();
+    if (phase < first)
+      recolour(phase, k);
+    else
+      colour(phase - first, k);
+  }
+
+ private:
+  FATHOM_HD std::uint32_t recolouring_phases() const { return recolours ? recolour.phases() : 0; }
 };
 
 /// Work-items that prepare constraints together.
@@ -142,32 +198,14 @@ FATHOM_HD bool is_solved(const Contact& c, const BodyArrays& bodies) {
   return c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
 }
 
-/// Whether constraints must be laid out anew; or stops the step where contacts were deferred.
-struct BeginLayout {
-  Counters* counters;
-
-  FATHOM_HD void operator()(std::uint32_t) const {
-    Counters& c = *counters;
-    c.any_kinematic = 0;
-    for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
-    if (is_stopping(c) && !c.stopped) {
-      c.stopped = no_room_for_manifolds;
-      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
-      c.live_bodies = c.live_contacts = c.contact_groups = 0;
-    }
-    c.layout_groups = c.live_bodies && c.layout_dirty ? c.contact_groups : 0;
-    if (!c.layout_dirty) return;
-    for (std::uint32_t k = 0; k < schedule_size; ++k) c.per_colour[k] = 0;
-  }
-};
-
 /// Of the free places of manifolds, how many were taken.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
   return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
 }
 
-/// Counts the constraints of each colour. It is also where the last of the freed manifolds move into the gap in their
-/// list: there is one only where a contact began, and then all contacts are looked at.
+/// Counts the constraints of each colour where they must be laid out anew. It is also where the last of the freed
+/// manifolds move into the gap in their list: there is one only where a contact began, and then all contacts are looked
+/// at. And bodies forget their neighbours.
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -179,11 +217,13 @@ struct CountColours {
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
+    if (!counters->layout_dirty || is_stopping(*counters)) return;
     group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
       if (index >= counters->live_contacts) return;
       close_gap(index);
+      for (std::uint32_t i = index; i < counters->live_bodies; i += counters->live_contacts) bodies.neighbours[i] = {};
       const Contact& c = contacts.contacts[index];
       if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
     });
@@ -201,51 +241,98 @@ struct CountColours {
   }
 };
 
-/// Where each colour begins, and the order of sweeps: the overflow, then colours, those against fixed bodies last
-/// because the ground is the firmer side.
+/// Where each colour begins, and the order of sweeps: the overflow, further colours, the others, those against fixed
+/// bodies last because the ground is the firmer side. Or stops the step where contacts were deferred.
 struct ScheduleColours {
+  static constexpr std::uint32_t group_size = colour_count;
+  struct Local {
+    std::uint32_t constraints[colour_count];  ///< of a place in that order and those before
+    std::uint32_t colours[colour_count];      ///< that have any
+    std::uint32_t lays_out;
+  };
+
   Counters* counters;
 
-  FATHOM_HD void operator()(std::uint32_t) const {
-    Counters& c = *counters;
-    c.column_bodies = c.layout_dirty || c.columns_due ? c.live_bodies : 0;
-    if (c.column_bodies) c.columns_due = c.columns = c.column_contacts = 0;
-    c.calm_columns = 0;
+  FATHOM_HD void operator()(auto group, Local& local) const {
+    group.once([&] { local.lays_out = begin(*counters); });
+    if (!group.broadcast(local.lays_out)) return;
+    group.for_each([&](std::uint32_t item) {
+      local.constraints[item] = counters->per_colour[colour(item)];
+      local.colours[item] = local.constraints[item] > 0;
+    });
+    auto constraints = per_item<std::uint32_t>(group);
+    auto colours = per_item<std::uint32_t>(group);
+    for (std::uint32_t step = 1; step < group_size; step *= 2) {
+      group.for_each([&](std::uint32_t item) {
+        constraints[item] = item < step ? 0 : local.constraints[item - step];
+        colours[item] = item < step ? 0 : local.colours[item - step];
+      });
+      group.for_each([&](std::uint32_t item) {
+        local.constraints[item] += constraints[item];
+        local.colours[item] += colours[item];
+      });
+    }
+    group.for_each([&](std::uint32_t item) {
+      const std::uint32_t count = counters->per_colour[colour(item)], first = local.constraints[item] - count;
+      counters->per_colour[colour(item)] = 0;
+      counters->cursor[colour(item)] = first;
+      if (count) counters->schedule[counters->first_dynamic + local.colours[item] - 1] = {first, count};
+    });
+    group.once([&] { end(*counters, local); });
+  }
+
+ private:
+  static constexpr std::uint32_t further = colour_count - further_colour;
+
+  /// The colour at a place.
+  FATHOM_HD static std::uint32_t colour(std::uint32_t place) {
+    return place < further ? further_colour + place : place - further;
+  }
+
+  /// Whether constraints must be laid out anew.
+  FATHOM_HD static bool begin(Counters& c) {
+    c.any_kinematic = c.any_calm_column = c.layout_groups = 0;
+    for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
+    if (is_stopping(c) && !c.stopped) {
+      c.stopped = no_room_for_manifolds;
+      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
+      c.live_bodies = c.live_contacts = c.contact_groups = 0;
+    }
     if (c.live_bodies == 0) {
       c.sweeps = c.constraints = c.constraint_groups = 0;
       c.layout_dirty = 1;
-      return;
+      return false;
     }
-    if (!c.layout_dirty) return;
+    c.finds_columns = c.layout_dirty;
+    if (!c.layout_dirty) return false;
+    c.columns = c.column_contacts = 0;
     c.layout_dirty = 0;
+    c.layout_groups = c.contact_groups;
     const std::uint32_t reused = reused_manifolds(c);
     c.manifolds += c.taken_manifolds - reused;
     c.free_manifolds += c.freed_manifolds - reused;
     c.taken_manifolds = c.freed_manifolds = 0;
-    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
-    const std::uint32_t before = c.former_sweeps;
     c.overflow = c.per_colour[overflow_colour];
-    c.sweeps = 0;
-    if (c.overflow) c.schedule[c.sweeps++] = {0, 1};
-    std::uint32_t begin = 0;
-    for (std::uint32_t k = 0; k < schedule_size; ++k) {
-      c.cursor[k] = begin;
-      if (k == overflow_colour)
-        c.first_overflow = begin;
-      else if (c.per_colour[k])
-        c.schedule[c.sweeps++] = {begin, c.per_colour[k]};
-      begin += c.per_colour[k];
-    }
-    c.former_sweeps = c.sweeps;
-    c.constraints = begin;
+    c.per_colour[overflow_colour] = 0;
     c.first_dynamic = c.overflow ? 1 : 0;
-    c.dynamic_sweeps = 0;
-    for (std::uint32_t k = 0; k < dynamic_colours; ++k) c.dynamic_sweeps += c.per_colour[k] > 0;
-    if (c.begun || c.sweeps < before)
+    if (c.overflow) c.schedule[0] = {0, 1};
+    return true;
+  }
+
+  FATHOM_HD static void end(Counters& c, const Local& local) {
+    const std::uint32_t begin = local.constraints[group_size - 1];
+    c.sweeps = c.first_dynamic + local.colours[group_size - 1];
+    c.further_sweeps = local.colours[further - 1];
+    c.dynamic_sweeps = local.colours[further + dynamic_colours - 1];
+    c.first_overflow = c.cursor[overflow_colour] = begin;
+    c.constraints = begin + c.overflow;
+    c.constraint_groups = (c.constraints + constraint_group_size - 1) / constraint_group_size;
+    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
+    if (c.begun || c.sweeps < c.former_sweeps)
       c.recolour_trials = 4;
     else if (c.recolouring && c.recolour_trials)
       --c.recolour_trials;
-    c.constraint_groups = (begin + constraint_group_size - 1) / constraint_group_size;
+    c.former_sweeps = c.sweeps;
   }
 };
 
@@ -260,6 +347,7 @@ struct LayOutConstraints {
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
+  bool notes_neighbours;  ///< for columns
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     auto rank = per_item<std::uint32_t>(group);
@@ -282,37 +370,25 @@ struct LayOutConstraints {
       constraints.contact[place] = index;
       constraints.manifold[place] = c.manifold;
       constraints.bodies[place] = {c.a, c.b};
+      if (!notes_neighbours) return;
+      note_neighbour(bodies, c.b, place);
+      if (!c.fixed_a()) note_neighbour(bodies, c.a, place);
     });
-  }
-};
-
-/// The overflow in the order of priorities. Every constraint counts those before it: they are few.
-struct OrderOverflow {
-  ConstraintArrays constraints;
-  const Counters* counters;
-
-  FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t first = counters->first_overflow;
-    const auto key = [&](std::uint32_t i) {
-      const PairRecord pair = constraints.bodies[first + i];
-      return priority(pair.a, pair.b);
-    };
-    const std::uint64_t mine = key(k);
-    std::uint32_t rank = 0;
-    for (std::uint32_t i = 0; i < counters->overflow; ++i) rank += key(i) < mine;
-    constraints.overflow_order[rank] = first + k;
   }
 };
 
 FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
 
-/// What the solver knows of bodies in contact.
+/// What the solver knows of bodies in contact, and of columns.
 struct LoadBodies {
   BodyArrays bodies;
   Counters* counters;
   float h;  ///< s, a substep
+  FindColumns columns;
+  bool has_columns;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
+    if (has_columns) columns(i);
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;

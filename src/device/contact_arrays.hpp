@@ -16,10 +16,13 @@
 namespace fathom::device {
 
 inline constexpr std::uint32_t dynamic_colours = 56;  ///< then those of contacts with bodies that cannot be pushed
-inline constexpr std::uint32_t colour_count = 64;
-inline constexpr std::uint32_t overflow_colour = 64;
+inline constexpr std::uint32_t further_colour = 64;   ///< then those of contacts that found none of the first
+inline constexpr std::uint32_t colour_count = 128;
+inline constexpr std::uint32_t overflow_colour = 128;
 inline constexpr std::uint32_t schedule_size = colour_count + 1;
-inline constexpr std::uint32_t colouring_rounds = 32;
+/// Every round colours one new contact of a body at most. In the foot of a tower that is crushed bodies begin some
+/// fifty contacts in one step.
+inline constexpr std::uint32_t colouring_rounds = 200;
 
 /// `Contact::bits`; the low byte is the colour.
 enum ContactBits : std::uint32_t {
@@ -108,19 +111,21 @@ struct Counters {
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
-  std::uint32_t struck[noted_strikes] = {};  ///< whether something did in each sweep of strikes
-  std::uint32_t per_colour[schedule_size] = {};
+  std::uint32_t struck[noted_strikes] = {};      ///< whether something did in each sweep of strikes
+  std::uint32_t per_colour[schedule_size] = {};  ///< zero but between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`
   std::uint32_t former_sweeps = 0;                      ///< of the layout before
   std::uint32_t first_dynamic = 0, dynamic_sweeps = 0;  ///< those of colours of contacts between dynamic bodies
+  std::uint32_t any_further = 0;                        ///< 1: some contact ever had a colour from `further_colour` on
+  std::uint32_t further_sweeps = 0;                     ///< of those colours
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
-  std::uint32_t column_bodies = 0;                      ///< `live_bodies` where columns are to be found anew, else 0
-  std::uint32_t columns_due = 0;                        ///< 1: they are to be found although the layout stays
-  std::uint32_t columns = 0, calm_columns = 0, column_contacts = 0;
+  std::uint32_t finds_columns = 0;                      ///< 1: constraints were laid out anew, and so are columns
+  std::uint32_t columns = 0, column_contacts = 0;
+  std::uint32_t any_calm_column = 0;  ///< 1: some column is braced in this step
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;

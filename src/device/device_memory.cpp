@@ -18,7 +18,9 @@ BodyMemory::BodyMemory(exec::Memory& m)
       known_(m),
       boxes_(m),
       colours_(m),
+      further_(m),
       recoloured_(m),
+      refurthered_(m),
       best_(m),
       touching_(m),
       island_(m),
@@ -27,8 +29,8 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_slow_(m),
       neighbours_(m),
       columns_(m),
-      calm_columns_(m),
       column_contacts_(m),
+      column_rungs_(m),
       solver_(m),
       motion_(m),
       warm_(m),
@@ -36,7 +38,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(neighbours_);
+  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(neighbours_);
   act(motion_), act(warm_), act(inertia_);
 }
 
@@ -45,8 +47,8 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   // Like the layout of constraints that they follow.
   columns_.grow(bodies / 2 + 1, exec::Contents::keep);
-  calm_columns_.grow(bodies / 2 + 1);
   column_contacts_.grow(bodies, exec::Contents::keep);
+  column_rungs_.grow(bodies * rung_quads);
   capacity_ = std::max(capacity_, bodies);
 }
 
@@ -63,8 +65,10 @@ BodyArrays BodyMemory::arrays() {
           .known = known_.data(),
           .boxes = boxes_.data(),
           .colours = colours_.data(),
+          .further = further_.data(),
           .touching = touching_.data(),
           .recoloured = recoloured_.data(),
+          .refurthered = refurthered_.data(),
           .best = best_.data(),
           .island = island_.data(),
           .parent = parent_.data(),
@@ -72,8 +76,8 @@ BodyArrays BodyMemory::arrays() {
           .island_woken = island_woken_.data(),
           .neighbours = neighbours_.data(),
           .columns = columns_.data(),
-          .calm_columns = calm_columns_.data(),
           .column_contacts = column_contacts_.data(),
+          .column_rungs = column_rungs_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),

@@ -47,7 +47,8 @@ class BodyMemory {
   template <class Act>
   void for_each_lasting(const Act& act) {
     act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
-    act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(best_), act(touching_), act(island_);
+    act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
+        act(island_);
     act(island_woken_), act(solver_);
   }
 
@@ -64,11 +65,12 @@ class BodyMemory {
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
-  exec::Buffer<std::uint64_t> colours_, recoloured_, best_;
+  exec::Buffer<std::uint64_t> colours_, further_, recoloured_, refurthered_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
   exec::Buffer<Neighbours> neighbours_;
-  exec::Buffer<ColumnRange> columns_, calm_columns_;
+  exec::Buffer<ColumnRange> columns_;
   exec::Buffer<ColumnContact> column_contacts_;
+  exec::Buffer<Quad> column_rungs_;
   exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;

@@ -165,7 +165,7 @@ struct ApplyEdits {
     bodies.velocities[i] = data[e.data].velocity;
     bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
     bodies.slow_time[i] = 0;
-    bodies.colours[i] = bodies.best[i] = 0;
+    bodies.colours[i] = bodies.further[i] = bodies.best[i] = 0;
     bodies.touching[i] = 0;
     bodies.island[i] = i;
     bodies.island_woken[i] = 0;

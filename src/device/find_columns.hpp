@@ -11,40 +11,26 @@
 
 namespace fathom::device {
 
-/// Four phases: no neighbours, neighbours, columns, and those that are to be braced. Where the layout of constraints is
-/// as it was, so are columns, and the last phase alone is left.
-struct FindColumns {
-  static constexpr bool ends_at_empty_phase = true;
-  static constexpr std::uint32_t group_size = 256;
+/// Notes constraint k, which is laid out, with the bodies it can push: the least and the greatest of a body's. Of two
+/// these are both, in whatever order they come.
+FATHOM_HD void note_neighbour(const BodyArrays& bodies, std::uint32_t body, std::uint32_t k) {
+  exec::atomic_min(bodies.neighbours[body].first, k);
+  exec::atomic_max(bodies.neighbours[body].last, k);
+}
 
+/// Where constraints have been laid out anew, item i is a body, which may be a column's top; else columns are as they
+/// were, and item i is one of them, if there are so many. Part of LoadBodies.
+struct FindColumns {
   BodyArrays bodies;
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
 
-  FATHOM_HD std::uint32_t phases() const {
-    if (counters->column_bodies) return 4;
-    return counters->live_bodies && counters->columns ? 1 : 0;
-  }
-  FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
-    if (phase + 1 == phases()) return counters->columns;
-    return phase == 1 ? counters->constraints : counters->column_bodies;
-  }
-
-  FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t i) const {
-    if (phase + 1 == phases()) {
-      choose(bodies.columns[i]);
-    } else if (phase == 0) {
-      bodies.neighbours[i] = {};
-    } else if (phase == 1) {
-      const PairRecord pair = constraints.bodies[i];
-      note(pair.b, i);
-      if (!is_fixed(i)) note(pair.a, i);
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (!counters->finds_columns) {
+      if (i < counters->columns) choose(bodies.columns[i]);
     } else if (bodies.touching[i] == 1 && bodies.neighbours[i].first != none && bodies.constants[i].is_dynamic()) {
-      const Walk walk = follow(i, [](std::uint32_t, std::uint32_t) {});
-      // Without anything fixed it may have two free ends and be found from both.
-      const bool is_mine = walk.stands || walk.end < i || bodies.touching[walk.end] == 2;
-      if (is_mine && is_worth_bracing(walk.contacts, walk.uneven)) add(i, walk.contacts);
+      look_down(i);
     }
   }
 
@@ -54,12 +40,11 @@ struct FindColumns {
     bool stands = false, uneven = false;
   };
 
-  FATHOM_HD bool is_fixed(std::uint32_t k) const { return contacts.contacts[constraints.contact[k]].fixed_a(); }
-
-  // The least and the greatest of a body's constraints: of two both, in whatever order they come.
-  FATHOM_HD void note(std::uint32_t body, std::uint32_t k) const {
-    exec::atomic_min(bodies.neighbours[body].first, k);
-    exec::atomic_max(bodies.neighbours[body].last, k);
+  FATHOM_HD void look_down(std::uint32_t top) const {
+    const Walk walk = follow(top, [](std::uint32_t, std::uint32_t) {});
+    // Without anything fixed it may have two free ends and be found from both.
+    const bool is_mine = walk.stands || walk.end < top || bodies.touching[walk.end] == 2;
+    if (is_mine && is_worth_bracing(walk.contacts, walk.uneven)) add(top, walk.contacts);
   }
 
   /// Calls act(constraint, upper body) from the top down.
@@ -84,23 +69,24 @@ struct FindColumns {
     return walk;
   }
 
-  FATHOM_HD void choose(const ColumnRange& column) const {
-    const auto linear = [&](std::uint32_t k, bool upper) {
-      const ColumnContact c = bodies.column_contacts[column.first + k];
-      const PairRecord pair = constraints.bodies[c.constraint];
-      return bodies.velocities[static_cast<bool>(c.upward) == upper ? pair.b : pair.a].linear;
-    };
-    if (is_calm(linear(column.count - 1, true), linear(0, false)))
-      bodies.calm_columns[exec::atomic_add(counters->calm_columns, 1u)] = column;
+  FATHOM_HD void choose(ColumnRange& column) const {
+    const ColumnContact* const base = bodies.column_contacts + column.first;
+    const std::uint32_t top = base[column.count - 1].above;
+    column.calm = is_calm(bodies.velocities[top].linear, bodies.velocities[base->below].linear);
+    if (column.calm) exec::atomic_store(counters->any_calm_column, 1u);
   }
 
   FATHOM_HD void add(std::uint32_t top, std::uint32_t count) const {
-    std::uint32_t place = exec::atomic_add(counters->column_contacts, count);
-    bodies.columns[exec::atomic_add(counters->columns, 1u)] = {place, count};
-    place += count;
+    const std::uint32_t first = exec::atomic_add(counters->column_contacts, count);
+    const std::uint32_t column = exec::atomic_add(counters->columns, 1u);
+    std::uint32_t place = first + count;
     follow(top, [&](std::uint32_t k, std::uint32_t above) {
-      bodies.column_contacts[--place] = {k & 0x7fffffffu, constraints.bodies[k].b == above};
+      const PairRecord pair = constraints.bodies[k];
+      const bool upward = pair.b == above;
+      bodies.column_contacts[--place] = {k & 0x7fffffffu, upward, column, upward ? pair.a : pair.b, above};
     });
+    bodies.columns[column] = {first, count & 0x7fffffffu, 0};
+    choose(bodies.columns[column]);
   }
 };
 

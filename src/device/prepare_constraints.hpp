@@ -8,7 +8,7 @@
 
 namespace fathom::device {
 
-/// Rows of every constraint, from its manifold and its bodies.
+/// Rows of every constraint, from its manifold and its bodies, and the order of the overflow.
 struct PrepareConstraints {
   static constexpr std::uint32_t group_size = constraint_group_size;
   struct Local {
@@ -19,6 +19,7 @@ struct PrepareConstraints {
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
+  bool orders_overflow;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     group.once([&] { local.points = 0; });
@@ -26,12 +27,26 @@ struct PrepareConstraints {
       const std::uint32_t k = group.index() * group_size + item;
       if (k >= counters->constraints) return;
       prepare(k);
+      if (orders_overflow && k >= counters->first_overflow) order(k);
       exec::atomic_add(local.points, constraints.heads[k].bits & point_bits);
     });
     group.once([&] { exec::atomic_add(counters->points, local.points); });
   }
 
  private:
+  /// By priorities. Every constraint of the overflow counts those before it: they are few.
+  FATHOM_HD void order(std::uint32_t k) const {
+    const std::uint32_t first = counters->first_overflow;
+    const auto key = [&](std::uint32_t i) {
+      const PairRecord pair = constraints.bodies[i];
+      return priority(pair.a, pair.b);
+    };
+    const std::uint64_t mine = key(k);
+    std::uint32_t rank = 0;
+    for (std::uint32_t i = first; i < counters->constraints; ++i) rank += key(i) < mine;
+    constraints.overflow_order[rank] = k;
+  }
+
   FATHOM_HD void prepare(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
     const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
@@ -71,7 +86,7 @@ struct PrepareConstraints {
     }
     const Contact& contact = contacts.contacts[constraints.contact[k]];
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
-    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % colour_count) - 1;
+    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;

@@ -93,7 +93,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
       if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
     in.require(counters.contacts <= in.left() / sizeof(Contact) &&
                counters.manifolds <= in.left() / sizeof(ContactManifold));
-    counters.columns_due = 1;
+    counters.layout_dirty = 1;  // so columns are found
     wanted_contacts_ = counters.contacts;
     wanted_manifolds_ = counters.manifolds;
     make_room();

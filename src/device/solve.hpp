@@ -61,8 +61,8 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 /// they were written, and a constraint knows how often that must be when its turn comes: once for each integration
 /// before, once for each sweep and contact of the body, and once for each of its contacts with an earlier colour. So it
 /// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
-/// where the overflow is solved in an order of its own, where strikes skip contacts, or where contacts read bodies
-/// that move without being told by them.
+/// where the overflow is solved in an order of its own or colours do not fit into one word, where strikes skip
+/// contacts, or where contacts read bodies that move without being told by them.
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
@@ -94,7 +94,7 @@ struct SolveConstraints {
 
   struct Plan {
     Stretch schedule[schedule_size];
-    std::uint32_t sweeps, overflow, bodies, bounces, columns;
+    std::uint32_t sweeps, overflow, bodies, bounces, columns, column_contacts;
     bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
   };
@@ -116,13 +116,17 @@ struct SolveConstraints {
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
     if (k > 0) return;
+    // All are loaded at once: each load that hangs on another costs every step a microsecond.
+    const std::uint32_t further = counters->further_sweeps, any_calm_column = counters->any_calm_column;
     plan.sweeps = counters->sweeps;
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.columns = counters->calm_columns;
+    plan.columns = counters->columns * any_calm_column;
+    plan.column_contacts = counters->column_contacts;
     plan.any_kinematic = counters->any_kinematic;
-    plan.by_data = exec::can_wait_for_data && !plan.overflow && !plan.bounces && !plan.any_kinematic && !plan.columns;
+    const std::uint32_t any = plan.overflow | plan.bounces | plan.columns | further;
+    plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
   /// Where memory is what takes time, looking for data that is not there yet takes more of it.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
@@ -295,7 +299,7 @@ struct SolveConstraints {
     const std::uint32_t due_a = due(count_a_shift, rank_a_shift), due_b = due(count_b_shift, rank_b_shift);
     SolverQuads &at_a = bodies.solver[pair.a], &at_b = bodies.solver[pair.b];
     SolverQuads quads_a, quads_b;
-    for (;;) {
+    for (exec::Patience patience;; patience.look_again()) {
       quads_a.linear = exec::load_shared_quad(at_a.linear), quads_b.linear = exec::load_shared_quad(at_b.linear);
       quads_a.angular = exec::load_shared_quad(at_a.angular), quads_b.angular = exec::load_shared_quad(at_b.angular);
       if constexpr (moves_matter(what)) {
@@ -402,7 +406,7 @@ struct SolveConstraints {
   FATHOM_HD_INLINED std::uint32_t load_velocity(Place place, std::uint32_t i, const Fetched& f, Vec3& linear,
                                                 Vec3& angular) const {
     const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.head.b : 0;
-    for (;;) {
+    for (exec::Patience patience;; patience.look_again()) {
       const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
       const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
       linear = l.xyz(), angular = a.xyz();

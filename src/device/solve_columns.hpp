@@ -9,17 +9,19 @@
 
 namespace fathom::device {
 
-/// A column's constraints and bodies, as ColumnBrace wants them.
+/// A column's constraints and bodies.
 struct ColumnView {
   const BodyArrays& bodies;
   const ConstraintArrays& constraints;
   const SolveParameters& p;
   const ColumnContact* contacts;  ///< of the column, from its base
 
+  FATHOM_HD Quad* rows(std::uint32_t k) const { return rows_of(constraints, contacts[k].constraint); }
+
   FATHOM_HD void load(std::uint32_t k, ColumnContactState& s) const {
-    const Quad* const rows = rows_of(constraints, contacts[k].constraint);
+    const Quad* const from = rows(k);
     Quad q[row_count];
-    for (std::uint32_t r = 0; r < row_count; ++r) q[r] = rows[r * tile_width];
+    for (std::uint32_t r = 0; r < row_count; ++r) q[r] = from[r * tile_width];
     s.frame = frame_of(q);
     s.impulses = impulses_of(q);
     s.count = static_cast<int>(constraints.heads[contacts[k].constraint].bits & point_bits);
@@ -29,28 +31,18 @@ struct ColumnView {
     }
     s.up = contacts[k].upward ? 1.0f : -1.0f;
   }
-  FATHOM_HD void set_impulses(std::uint32_t k, const ContactImpulses& impulses) const {
-    Quad* const rows = rows_of(constraints, contacts[k].constraint);
-    store_normal_impulses(rows, impulses);
-    store_friction_impulses(rows, impulses);
-  }
   FATHOM_HD ContactStep step(std::uint32_t k) const {
     const bool fixed = constraints.heads[contacts[k].constraint].bits & pushes_fixed_bit;
     return {1.0f / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity, false};
   }
 
-  FATHOM_HD std::uint32_t index(std::uint32_t j) const {
-    const ColumnContact c = contacts[j == 0 ? 0 : j - 1];
-    const ConstraintHead& pair = constraints.heads[c.constraint];
-    return (j > 0) == static_cast<bool>(c.upward) ? pair.b : pair.a;
-  }
+  /// The device index of body j.
+  FATHOM_HD std::uint32_t index(std::uint32_t j) const { return j == 0 ? contacts[0].below : contacts[j - 1].above; }
   FATHOM_HD SolverBody body(std::uint32_t j) const { return bodies.solver[index(j)].body(); }
   FATHOM_HD Vec3 acceleration(std::uint32_t j) const { return bodies.motion[index(j)].acceleration; }
-  FATHOM_HD Mat3 inertia(std::uint32_t j) const {
-    const std::uint32_t i = index(j);
-    const float inverse = bodies.solver[i].turned.w;
+  FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const {
     if (inverse > 0) return column_inertia(inverse, {});
-    const WorldInertia w = bodies.inertia[i];
+    const WorldInertia w = bodies.inertia[index(j)];
     return column_inertia(0, {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz});
   }
   FATHOM_HD void set_velocity(std::uint32_t j, Vec3 linear, Vec3 angular) const {
@@ -60,16 +52,129 @@ struct ColumnView {
   }
 };
 
+/// What a contact's two bodies and impulses change by. In memory it takes the place of those parts of a rung that the
+/// walks alone read.
+struct ColumnChange {
+  Vec3 target;  ///< m/s, of the upper body
+  float part;   ///< of the change that is made; 0: none
+  ColumnGain gain;
+  Vec3 spin;         ///< rad/s
+  Vec3 base_target;  ///< of the lower body, if
+  bool moves_base;
+  Vec3 weight;  ///< of the piece; then its place is that of the limits
+};
+
+/// A column's rungs in memory. How often the walks wait for memory is what a brace takes, so each rung is one stretch.
+struct StoredRungs {
+  const ColumnView& column;
+  Quad* quads;  ///< of the column
+
+  FATHOM_HD Quad* at(std::uint32_t k) const { return quads + std::size_t{k} * rung_quads; }
+
+  FATHOM_HD void put(std::uint32_t k, const ColumnRung& r) const {
+    Quad* const q = at(k);
+    const std::uint32_t bits = r.touches | (r.holds ? holds_bit : 0);
+    q[0] = quad(r.n, r.up);
+    q[1] = quad(r.t1, r.friction);
+    q[2] = {r.x[0], r.x[1], r.x[2], r.x[3]};
+    q[3] = {r.y[0], r.y[1], r.y[2], r.y[3]};
+    const ContactImpulses& p = r.impulses;
+    q[4] = {p.normal[0], p.normal[1], p.normal[2], p.normal[3]};
+    q[5] = {p.slide_1, p.slide_2, p.twist, p.step};
+    q[6] = quad(r.distribution.x, r.patch_radius);
+    q[7] = quad(r.distribution.y, __builtin_bit_cast(float, bits));
+    q[8] = quad(r.distribution.z, r.mass);
+    q[9] = quad(r.arm_below, r.speed);
+    q[10] = quad(r.arm_above, r.inverse_inertia);
+    q[11] = quad(r.linear, r.weight_time);
+    q[12] = quad(r.angular, 0);
+    q[13] = quad(r.acceleration, 0);
+  }
+
+  FATHOM_HD ColumnRung rung(std::uint32_t k) const {
+    const Quad* const from = at(k);
+    Quad q[rung_quads];
+    for (std::uint32_t i = 0; i < rung_quads; ++i) q[i] = from[i];
+    ColumnRung r;
+    r.n = q[0].xyz(), r.up = q[0].w;
+    r.t1 = q[1].xyz(), r.friction = q[1].w;
+    r.x[0] = q[2].x, r.x[1] = q[2].y, r.x[2] = q[2].z, r.x[3] = q[2].w;
+    r.y[0] = q[3].x, r.y[1] = q[3].y, r.y[2] = q[3].z, r.y[3] = q[3].w;
+    ContactImpulses& p = r.impulses;
+    p.normal[0] = q[4].x, p.normal[1] = q[4].y, p.normal[2] = q[4].z, p.normal[3] = q[4].w;
+    p.slide_1 = q[5].x, p.slide_2 = q[5].y, p.twist = q[5].z, p.step = q[5].w;
+    r.distribution = {q[6].xyz(), q[7].xyz(), q[8].xyz()};
+    r.patch_radius = q[6].w;
+    const auto bits = __builtin_bit_cast(std::uint32_t, q[7].w);
+    r.touches = bits & ~holds_bit, r.holds = bits & holds_bit;
+    r.mass = q[8].w;
+    r.arm_below = q[9].xyz(), r.speed = q[9].w;
+    r.arm_above = q[10].xyz(), r.inverse_inertia = q[10].w;
+    r.linear = q[11].xyz(), r.weight_time = q[11].w;
+    r.angular = q[12].xyz();
+    r.acceleration = q[13].xyz();
+    return r;
+  }
+  FATHOM_HD SolverBody body(std::uint32_t j) const { return column.body(j); }
+  FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const { return column.inertia(j, inverse); }
+
+  FATHOM_HD void put_change(std::uint32_t k, Vec3 target, const ColumnGain& gain, const ColumnPiece& piece) const {
+    Quad* const q = at(k);
+    q[9] = quad(target, 1);
+    q[10] = quad(gain.linear, 0);
+    q[11] = quad(gain.angular, 0);
+    q[12] = quad(piece.spin, 0);
+    q[14] = quad(piece.weight, 0);
+  }
+  FATHOM_HD void put_part(std::uint32_t k, float part) const { at(k)[9].w = part; }
+  FATHOM_HD void put_base(std::uint32_t k, Vec3 target) const { at(k)[13] = quad(target, 1); }
+
+  FATHOM_HD ColumnChange change(std::uint32_t k) const {
+    const Quad* const q = at(k);
+    return {q[9].xyz(), q[9].w, {q[10].xyz(), q[11].xyz()}, q[12].xyz(), q[13].xyz(), q[13].w != 0, q[14].xyz()};
+  }
+  FATHOM_HD float part(std::uint32_t k) const { return at(k)[9].w; }
+
+  FATHOM_HD void put_limits(std::uint32_t k, const ColumnLimits& l) const {
+    Quad* const q = at(k) + 14;
+    q[0] = {l.now[0], l.now[1], l.now[2], l.now[3]};
+    q[1] = {l.change[0], l.change[1], l.change[2], l.change[3]};
+    q[2] = {l.sum, l.sum_change, l.most, 0};
+    q[3] = {l.slide.a, l.slide.b, l.slide.c, 0};
+    q[4] = {l.twist.a, l.twist.b, l.twist.c, 0};
+  }
+  FATHOM_HD ColumnLimits limits(std::uint32_t k) const {
+    const Quad* const from = at(k) + 14;
+    Quad q[5];
+    for (std::uint32_t i = 0; i < 5; ++i) q[i] = from[i];
+    ColumnLimits l;
+    l.now[0] = q[0].x, l.now[1] = q[0].y, l.now[2] = q[0].z, l.now[3] = q[0].w;
+    l.change[0] = q[1].x, l.change[1] = q[1].y, l.change[2] = q[1].z, l.change[3] = q[1].w;
+    l.sum = q[2].x, l.sum_change = q[2].y, l.most = q[2].z;
+    l.slide.a = q[3].x, l.slide.b = q[3].y, l.slide.c = q[3].z;
+    l.twist.a = q[4].x, l.twist.b = q[4].y, l.twist.c = q[4].z;
+    return l;
+  }
+
+ private:
+  static constexpr std::uint32_t holds_bit = 1u << max_manifold_points;
+};
+
+/// A brace takes five phases. What one work-item does for a column, contact by contact, is what it takes, so that is as
+/// little as can be: the walks, and the part of the change that all contacts can take. The rest is done for all
+/// contacts at the same time: their rungs, their limits and their changes.
 struct SolveWithColumns {
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;
   static constexpr std::uint32_t plan_parts = SolveConstraints::plan_parts;
+  static constexpr std::uint32_t brace_phases = 5;
   using Plan = SolveConstraints::Plan;
   using Fetched = SolveConstraints::Fetched;
+  enum Brace : std::uint32_t { no_brace, rungs, walks, limits, parts, changes };
   struct Place {
     SolveConstraints::Place in_solve;
-    bool braces;  ///< the columns, after the sweep of `in_solve`
+    Brace brace;  ///< of the columns, after the sweep of `in_solve`
   };
 
   SolveConstraints solver;
@@ -77,32 +182,36 @@ struct SolveWithColumns {
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const { solver.plan_part(plan, k); }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = solver.all_phases(plan);
-    return n && plan.columns ? n + 2 * solver.p.substeps : 0;
+    return n && plan.columns ? n + brace_phases * 2 * solver.p.substeps : 0;
   }
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{solver.place(plan, 0), false};
+    Place place{solver.place(plan, 0), no_brace};
     for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
     return place;
   }
   FATHOM_HD Place next(const Plan& plan, Place place) const {
     const SolveConstraints::Place& at = place.in_solve;
-    if (!place.braces && is_braced(at.what) && at.colour + 1 == plan.sweeps) return {at, true};
-    return {solver.next(plan, at), false};
+    if (place.brace == no_brace && is_braced(at.what) && at.colour + 1 == plan.sweeps) return {at, rungs};
+    if (place.brace != no_brace && place.brace != changes) return {at, static_cast<Brace>(place.brace + 1)};
+    return {solver.next(plan, at), no_brace};
   }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    return place.braces ? plan.columns : solver.items(plan, place.in_solve);
+    if (place.brace == no_brace) return solver.items(plan, place.in_solve);
+    return is_by_column(place) ? plan.columns * column_spread(plan) : plan.column_contacts;
   }
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
-    return !place.braces && solver.is_serial(plan, place.in_solve);
+    return place.brace == no_brace && solver.is_serial(plan, place.in_solve);
   }
   FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (!place.braces) solver.fetch(plan, place.in_solve, i, f);
+    if (place.brace == no_brace) solver.fetch(plan, place.in_solve, i, f);
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (place.braces) {
-      const ColumnRange range = solver.bodies.calm_columns[i];
-      const ColumnView column{solver.bodies, solver.constraints, solver.p, solver.bodies.column_contacts + range.first};
-      ColumnBrace<ColumnView>(column, range.count, place.in_solve.what != SolveConstraints::relax)();
+    if (is_by_column(place)) {
+      const std::uint32_t spread = column_spread(plan);
+      const ColumnRange range = solver.bodies.columns[i / spread];
+      if (range.calm) go_along(place, range, i % spread, spread);
+    } else if (place.brace != no_brace) {
+      brace(place, i);
     } else {
       solver(plan, place.in_solve, i, fetched);
     }
@@ -111,6 +220,90 @@ struct SolveWithColumns {
  private:
   FATHOM_HD static bool is_braced(SolveConstraints::What what) {
     return what == SolveConstraints::push || what == SolveConstraints::push_first || what == SolveConstraints::relax;
+  }
+  FATHOM_HD static bool is_by_column(Place place) { return place.brace == walks || place.brace == parts; }
+  /// Work-items for each column. One of them works; before, all bring the rungs near.
+  FATHOM_HD static std::uint32_t column_spread(const Plan& plan) {
+    const std::uint32_t bodies = plan.bodies / plan.columns;
+    return bodies < 32 ? bodies : 32;
+  }
+  FATHOM_HD ColumnView view(const ColumnRange& range) const {
+    return {solver.bodies, solver.constraints, solver.p, solver.bodies.column_contacts + range.first};
+  }
+  FATHOM_HD Quad* quads(const ColumnRange& range) const {
+    return solver.bodies.column_rungs + std::size_t{range.first} * rung_quads;
+  }
+
+  /// Contact i of all columns': its rung, its limits, or its changes.
+  FATHOM_HD void brace(Place place, std::uint32_t i) const {
+    const ColumnRange range = solver.bodies.columns[solver.bodies.column_contacts[i].column];
+    if (!range.calm) return;
+    const ColumnView column = view(range);
+    const StoredRungs stored{column, quads(range)};
+    const std::uint32_t k = i - range.first;
+    const bool pushes_out = place.in_solve.what != SolveConstraints::relax;
+    if (place.brace == rungs)
+      stored.put(k, column_rung(column, k, column.body(k), column.body(k + 1), range.count, pushes_out));
+    else if (place.brace == limits)
+      limit(stored, k);
+    else
+      change(column, stored, k, pushes_out);
+  }
+
+  FATHOM_HD static void limit(const StoredRungs& stored, std::uint32_t k) {
+    const ColumnChange c = stored.change(k);
+    if (c.part > 0) stored.put_limits(k, column_limits(stored.rung(k), c.gain, c.weight));
+  }
+
+  FATHOM_HD void change(const ColumnView& column, const StoredRungs& stored, std::uint32_t k, bool pushes_out) const {
+    const ColumnChange c = stored.change(k);
+    if (!(c.part > 0)) return;
+    const ContactImpulses impulses = column_impulses(stored.rung(k), c.gain, c.part, pushes_out);
+    store_normal_impulses(column.rows(k), impulses);
+    store_friction_impulses(column.rows(k), impulses);
+    const auto turn = [&](std::uint32_t j, Vec3 target) {
+      const SolverBody b = column.body(j);
+      column.set_velocity(j, mul_add(b.linear, c.part, target - b.linear),
+                          mul_add(b.angular, c.part, c.spin - b.angular));
+    };
+    turn(k + 1, c.target);
+    if (c.moves_base) turn(k, c.base_target);
+  }
+
+  FATHOM_HD void go_along(Place place, const ColumnRange& range, std::uint32_t item, std::uint32_t spread) const {
+    const ColumnView column = view(range);
+    const StoredRungs stored{column, quads(range)};
+    for (std::uint32_t k = item; k < range.count; k += spread) exec::bring_near<rung_quads>(stored.at(k));
+    if (item > 0) return;
+    if (place.brace == walks)
+      walk(stored, range.count);
+    else
+      share(stored, range.count);
+  }
+
+  FATHOM_HD static void walk(const StoredRungs& stored, std::uint32_t contacts) {
+    const ColumnWalk walk(stored, contacts);
+    for (std::uint32_t begin = 0; begin < contacts;) {
+      const ColumnPiece piece = walk.go_up(begin);
+      if (piece.end > begin) {
+        const Vec3 base = walk.go_down(piece, [&](std::uint32_t k, const ColumnRung&, const ColumnGain& gain,
+                                                  Vec3 target) { stored.put_change(k, target, gain, piece); });
+        if (stored.body(begin).inverse_mass > 0) stored.put_base(begin, base);
+      }
+      if (piece.end < contacts) stored.put_part(piece.end, 0);
+      begin = piece.end + 1;
+    }
+  }
+
+  /// The part that all contacts of a piece can take, from its top down. Between pieces is a contact without a change.
+  FATHOM_HD static void share(const StoredRungs& stored, std::uint32_t contacts) {
+    for (std::uint32_t end = contacts; end > 0;) {
+      float part = 1;
+      std::uint32_t begin = end;
+      for (; begin > 0 && stored.part(begin - 1) > 0; --begin) part = stored.limits(begin - 1).part_possible(part);
+      for (std::uint32_t k = begin; k < end; ++k) stored.put_part(k, part);
+      end = begin == end ? end - 1 : begin;
+    }
   }
 };
 

@@ -126,43 +126,37 @@ class Step {
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
     if (!settings_.published.cells) choose_colours();
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
-    device_.parallel_for(1, BeginLayout{counters_});
-    device_.parallel_groups(groups, CountColours{bodies_, contacts_, counters_});
-    device_.parallel_for(1, ScheduleColours{counters_});
-    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
-    if (settings_.published.cells)
-      published_.partition(constraints());
-    else
-      device_.parallel_for({&counters_->overflow, contacts_.manifold_capacity}, OrderOverflow{constraints_, counters_});
-    if (has_columns())
-      device_.parallel_phases(4, std::max(body_capacity_, contacts_.manifold_capacity),
-                              FindColumns{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
-    device_.parallel_groups({&counters_->constraint_groups,
-                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-                            PrepareConstraints{bodies_, contacts_, constraints_, counters_});
+    device_.parallel_groups(contact_groups(), CountColours{bodies_, contacts_, counters_});
+    device_.parallel_groups(1, ScheduleColours{counters_});
+    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_, has_columns()});
+    if (settings_.published.cells) published_.partition(constraints());
+    const FindColumns columns{bodies_, contacts_, constraints_, counters_};
+    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, columns, has_columns()});
+    device_.parallel_groups(
+        {&counters_->constraint_groups,
+         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
   }
 
   void choose_colours() {
-    // Sleeping bodies' contacts have colours and are not in the layout.
-    if (!settings_.move.sleeping)
-      device_.parallel_phases(2 * dynamic_colours + 2, body_capacity_,
-                              RecolourContacts{bodies_, contacts_, constraints_, counters_});
-    device_.parallel_phases(2 * colouring_rounds, contacts_.manifold_capacity,
-                            ColourContacts{bodies_, contacts_, counters_});
+    const RecolourContacts recolour{bodies_, contacts_, constraints_, counters_};
+    device_.parallel_phases(
+        ChooseColours::most_phases, std::max(body_capacity_, contacts_.manifold_capacity),
+        ChooseColours{recolour, ColourContacts{bodies_, contacts_, counters_}, !settings_.move.sleeping});
   }
 
   void solve() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
     const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
+    const std::uint32_t brace_phases = SolveWithColumns::brace_phases * 2 * p.substeps;
     const SolveConstraints solver{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (settings_.published.cells)
       published_.solve(solver, settings_.bounces, constraints());
     else
       device_.parallel_phases(most_phases, body_capacity_, solver);
-    if (has_columns()) device_.parallel_phases(most_phases + 2 * p.substeps, body_capacity_, SolveWithColumns{solver});
+    if (has_columns()) device_.parallel_phases(most_phases + brace_phases, body_capacity_, SolveWithColumns{solver});
     device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
   }
 

@@ -32,9 +32,10 @@ struct ContactChanges {
   FATHOM_HD void end(Contact& c) const {
     if (c.colour() != overflow_colour) {
       // The bit is this contact's alone, so subtracting takes it away.
-      const std::uint64_t bit = std::uint64_t{1} << c.colour();
-      exec::atomic_add(bodies.colours[c.b], ~bit + 1);
-      if (!c.fixed_a()) exec::atomic_add(bodies.colours[c.a], ~bit + 1);
+      const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+      std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
+      exec::atomic_add(taken[c.b], ~bit + 1);
+      if (!c.fixed_a()) exec::atomic_add(taken[c.a], ~bit + 1);
     }
     exec::atomic_add(bodies.touching[c.b], ~0u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);

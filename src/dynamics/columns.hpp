@@ -45,47 +45,152 @@ struct ColumnContactState {
   float up = 1;
 };
 
-/// Braces a column after a sweep. `Column` gives access to its contacts, from the base upwards, contact k between
-/// bodies k and k + 1, and to its bodies:
-///
-///     void load(k, ColumnContactState&);  void set_impulses(k, const ContactImpulses&);  ContactStep step(k);
-///     SolverBody body(j);  Vec3 acceleration(j);  Mat3 inertia(j);  void set_velocity(j, linear, angular);
-template <class Column>
-class ColumnBrace {
- public:
-  /// After the soft sweep it pushes out of penetration, after the relax sweep it does not.
-  FATHOM_HD ColumnBrace(const Column& column, std::uint32_t contacts, bool pushes_out)
-      : c_(column), contacts_(contacts), pushes_out_(pushes_out) {}
+/// A contact of a column and its upper body: all that a brace reads of them. It depends on no other contact, so all
+/// can be made at the same time.
+struct ColumnRung {
+  Vec3 n, t1;                                            ///< unit, world axes
+  float up;                                              ///< 1 where B is the upper body, else −1
+  float friction, patch_radius;                          ///< m
+  float x[max_manifold_points], y[max_manifold_points];  ///< m, of the points, along t1 and t2
+  ContactImpulses impulses;                              ///< so far
+  Mat3 distribution;                                     ///< from an impulse (n, t1, t2) to multipliers of points' rows
+  std::uint32_t touches;                                 ///< a bit for each point
+  bool holds;                                            ///< three points or more touch that are not in a line
+  float speed;                                           ///< m/s by which the upper body is to rise from the lower
+  Vec3 arm_below, arm_above;                             ///< m, from the centres to the contact
+  Vec3 linear, angular, acceleration;                    ///< of the upper body
+  float mass, inverse_inertia;                           ///< of the upper body, the latter as in SolverBody
+  float weight_time;                                     ///< kg·s: its mass times a substep
 
-  FATHOM_HD void operator()() const {
-    for (std::uint32_t begin = 0; begin < contacts_;) {
-      const Piece piece = go_up(begin);
-      if (piece.end > begin) hold(piece);
-      begin = piece.end + 1;
+  FATHOM_HD Vec3 rise() const { return (up * speed) * n; }
+  FATHOM_HD bool touches_at(int i) const { return touches >> i & 1u; }
+};
+
+/// What contact k would have to hold if it were welded. `Column` gives access to contacts and bodies, contact k being
+/// between bodies k and k + 1, from the base upwards:
+///
+///     void load(k, ColumnContactState&);  ContactStep step(k);  Vec3 acceleration(j);
+///
+/// After the soft sweep a brace pushes out of penetration, after the relax sweep it does not.
+template <class Column>
+FATHOM_HD ColumnRung column_rung(const Column& c, std::uint32_t k, const SolverBody& below, const SolverBody& above,
+                                 std::uint32_t contacts, bool pushes_out) {
+  ColumnContactState s;
+  c.load(k, s);
+  const ContactAxes axes(s.frame);
+  const bool upward = s.up > 0;
+  const SolverBody &a = upward ? below : above, &b = upward ? above : below;
+  const NormalMotion moved = axes.motion(a.moved, a.turned, b.moved, b.turned);
+  const ContactStep step = c.step(k);
+  ColumnRung r;
+  r.n = axes.n, r.t1 = axes.t1;
+  r.up = s.up;
+  r.friction = s.frame.friction, r.patch_radius = s.frame.patch_radius;
+  r.impulses = s.impulses;
+  r.arm_below = upward ? s.frame.arm_a : s.frame.arm_b;
+  r.arm_above = upward ? s.frame.arm_b : s.frame.arm_a;
+  r.linear = above.linear, r.angular = above.angular;
+  r.acceleration = c.acceleration(k + 1);
+  r.mass = 1.0f / above.inverse_mass;
+  r.inverse_inertia = above.inverse_inertia;
+  r.weight_time = r.mass / step.inverse_substep;
+  r.touches = 0;
+  float n = 0, x1 = 0, y1 = 0, xx = 0, yy = 0, xy = 0, wanted = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    r.x[i] = r.y[i] = 0;
+    if (i >= s.count) continue;
+    const PointRow& p = s.points[i];
+    r.x[i] = p.x, r.y[i] = p.y;
+    const float separation = p.separation + moved.at(p.x, p.y);
+    if (!(s.impulses.normal[i] > 0) && separation > column_reach) continue;
+    r.touches |= 1u << i;
+    n += 1.0f, x1 += p.x, y1 += p.y;
+    xx = fma(p.x, p.x, xx), yy = fma(p.y, p.y, yy), xy = fma(p.x, p.y, xy);
+    wanted = fma(-step.softness.bias_rate, min(separation, 0.0f), wanted);
+  }
+  const float spread = fma(-xy, xy, xx * yy);
+  r.holds = above.inverse_mass > 0 && n >= 3 && spread > 1e-3f * (xx + yy) * (xx + yy);
+  r.speed = 0;
+  r.distribution = Mat3{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  if (!r.holds) return r;
+  r.distribution = inverse(Mat3{{n, y1, -x1}, {y1, yy, -xy}, {-x1, -xy, xx}});
+  const float most = column_push_out * length(r.acceleration) / step.inverse_substep;
+  if (pushes_out) r.speed = min(wanted / n, most / static_cast<float>(contacts));
+  return r;
+}
+
+/// Bodies [begin, end] of a column whose contacts hold, the velocities they are to have, and their weight (N·s a
+/// substep).
+struct ColumnPiece {
+  std::uint32_t begin, end;
+  Vec3 top, spin;  ///< m/s of the top body, rad/s of all
+  Vec3 weight;
+};
+
+/// What the bodies above a contact must gain: momentum, and angular momentum about the contact.
+struct ColumnGain {
+  Vec3 linear, angular;
+};
+
+/// The two walks along a column. `Rungs` has
+///
+///     ColumnRung rung(k);  SolverBody body(j);  Mat3 inertia(j, inverse_inertia);
+///
+/// A walk asks for a rung one before it needs it, so that its loads are under way.
+template <class Rungs>
+class ColumnWalk {
+ public:
+  FATHOM_HD ColumnWalk(const Rungs& rungs, std::uint32_t contacts) : c_(rungs), contacts_(contacts) {}
+
+  /// The piece that begins with body `begin`: going up, each body's velocity follows from the one below.
+  FATHOM_HD ColumnPiece go_up(std::uint32_t begin) const {
+    const SolverBody base = c_.body(begin);
+    const bool stands = base.inverse_mass == 0;
+    ColumnPiece piece{begin, begin, stands ? base.linear : Vec3{}, stands ? base.angular : Vec3{}, {}};
+    Momentum m;
+    Vec3 d;
+    if (!stands)
+      add(m, c_.inertia(begin, base.inverse_inertia), 1.0f / base.inverse_mass, base.linear, base.angular, {}, {});
+    if (begin < contacts_) {
+      ColumnRung next = c_.rung(begin);
+      for (; piece.end < contacts_; ++piece.end) {
+        const ColumnRung r = next;
+        const std::uint32_t above = piece.end + 1;
+        if (above < contacts_) next = c_.rung(above);
+        if (!r.holds) break;
+        const Vec3 arm = r.arm_below - r.arm_above;
+        d += arm;
+        piece.top += cross(piece.spin, arm) + r.rise();
+        piece.weight = mul_add(piece.weight, r.weight_time, r.acceleration);
+        if (!stands) add(m, c_.inertia(above, r.inverse_inertia), r.mass, r.linear, r.angular, piece.top, d);
+      }
     }
+    if (!stands) keep_momentum(m, d, piece);
+    return piece;
+  }
+
+  /// Calls act(k, rung, gain, target of the upper body) from the top; returns the base's target. Going down, the
+  /// momentum that those above must gain is what the contact has to give.
+  template <class Act>
+  FATHOM_HD Vec3 go_down(const ColumnPiece& piece, const Act& act) const {
+    ColumnGain gain;
+    Vec3 target = piece.top, arm;
+    ColumnRung next = c_.rung(piece.end - 1);
+    for (std::uint32_t k = piece.end; k-- > piece.begin;) {
+      const ColumnRung r = next;
+      if (k > piece.begin) next = c_.rung(k - 1);
+      const Vec3 p = r.mass * (target - r.linear);
+      gain.angular += cross(arm - r.arm_above, gain.linear);
+      gain.linear += p;
+      gain.angular += c_.inertia(k + 1, r.inverse_inertia) * (piece.spin - r.angular) - cross(r.arm_above, p);
+      arm = r.arm_below;
+      act(k, r, gain, target);
+      target = target - cross(piece.spin, r.arm_below - r.arm_above) - r.rise();
+    }
+    return target;
   }
 
  private:
-  /// What a contact would have to hold if it were welded.
-  struct Link {
-    ColumnContactState state;
-    ContactAxes axes;
-    Vec3 arm_below, arm_above;
-    bool touches[max_manifold_points];
-    bool holds;         ///< three points or more touch that are not in a line
-    float speed;        ///< by which the upper body is to rise from the lower
-    Mat3 distribution;  ///< from an impulse (n, t1, t2) to multipliers of the points' rows
-  };
-  /// Bodies [begin, end] whose contacts hold, the velocities they are to have, and their weight (N·s a substep).
-  struct Piece {
-    std::uint32_t begin, end;
-    Vec3 top, spin;  ///< m/s of the top body, rad/s of all
-    Vec3 weight;
-  };
-  /// What the bodies above a contact must gain: momentum, and angular momentum about the contact.
-  struct Gain {
-    Vec3 linear, angular;
-  };
   /// Sums over a piece that stands on nothing fixed, about its base.
   struct Momentum {
     float mass = 0;
@@ -94,182 +199,155 @@ class ColumnBrace {
     Mat3 inertia{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
   };
 
-  FATHOM_HD Link link(std::uint32_t k, const SolverBody& below, const SolverBody& above) const {
-    Link l;
-    c_.load(k, l.state);
-    const ColumnContactState& s = l.state;
-    l.axes = ContactAxes(s.frame);
-    const bool upward = s.up > 0;
-    l.arm_below = upward ? s.frame.arm_a : s.frame.arm_b;
-    l.arm_above = upward ? s.frame.arm_b : s.frame.arm_a;
-    const SolverBody &a = upward ? below : above, &b = upward ? above : below;
-    const NormalMotion moved = l.axes.motion(a.moved, a.turned, b.moved, b.turned);
-    const ContactStep step = c_.step(k);
-    float n = 0, x1 = 0, y1 = 0, xx = 0, yy = 0, xy = 0, wanted = 0;
-    for (int i = 0; i < max_manifold_points; ++i) {
-      l.touches[i] = false;
-      if (i >= s.count) continue;
-      const PointRow& p = s.points[i];
-      const float separation = p.separation + moved.at(p.x, p.y);
-      if (!(s.impulses.normal[i] > 0) && separation > column_reach) continue;
-      l.touches[i] = true;
-      n += 1.0f, x1 += p.x, y1 += p.y;
-      xx = fma(p.x, p.x, xx), yy = fma(p.y, p.y, yy), xy = fma(p.x, p.y, xy);
-      wanted = fma(-step.softness.bias_rate, min(separation, 0.0f), wanted);
-    }
-    const float spread = fma(-xy, xy, xx * yy);
-    l.holds = above.inverse_mass > 0 && n >= 3 && spread > 1e-3f * (xx + yy) * (xx + yy);
-    l.speed = 0;
-    if (!l.holds) return l;
-    l.distribution = inverse(Mat3{{n, y1, -x1}, {y1, yy, -xy}, {-x1, -xy, xx}});
-    const float most = column_push_out * length(c_.acceleration(k + 1)) / step.inverse_substep;
-    if (pushes_out_) l.speed = min(wanted / n, most / static_cast<float>(contacts_));
-    return l;
-  }
-
-  FATHOM_HD static Vec3 rise(const Link& l) { return (l.state.up * l.speed) * l.axes.n; }
-  FATHOM_HD static float mass(const SolverBody& b) { return 1.0f / b.inverse_mass; }
   /// dd·1 − d dᵀ
   FATHOM_HD static Mat3 lever(Vec3 d) {
     const float dd = dot(d, d);
     return {Vec3{dd, 0, 0} - d.x * d, Vec3{0, dd, 0} - d.y * d, Vec3{0, 0, dd} - d.z * d};
   }
 
-  FATHOM_HD Piece go_up(std::uint32_t begin) const {
-    SolverBody body = c_.body(begin);
-    const bool stands = body.inverse_mass == 0;
-    Piece piece{begin, begin, stands ? body.linear : Vec3{}, stands ? body.angular : Vec3{}, {}};
-    Momentum m;
-    Vec3 d;
-    if (!stands) add(m, begin, body, {}, {});
-    for (; piece.end < contacts_; ++piece.end) {
-      const std::uint32_t above = piece.end + 1;
-      const SolverBody next = c_.body(above);
-      const Link l = link(piece.end, body, next);
-      if (!l.holds) break;
-      const Vec3 arm = l.arm_below - l.arm_above;
-      d += arm;
-      piece.top += cross(piece.spin, arm) + rise(l);
-      piece.weight = mul_add(piece.weight, mass(next) / c_.step(piece.end).inverse_substep, c_.acceleration(above));
-      if (!stands) add(m, above, next, piece.top, d);
-      body = next;
-    }
-    if (!stands) keep_momentum(m, d, piece);
-    return piece;
-  }
-
-  FATHOM_HD void add(Momentum& m, std::uint32_t j, const SolverBody& body, Vec3 target, Vec3 d) const {
-    const Vec3 p = mass(body) * (body.linear - target);
-    const Mat3 inertia = c_.inertia(j);
-    m.mass += mass(body);
-    m.first = mul_add(m.first, mass(body), d);
+  FATHOM_HD static void add(Momentum& m, const Mat3& inertia, float mass, Vec3 linear, Vec3 angular, Vec3 target,
+                            Vec3 d) {
+    const Vec3 p = mass * (linear - target);
+    m.mass += mass;
+    m.first = mul_add(m.first, mass, d);
     m.linear += p;
-    m.angular += inertia * body.angular + cross(d, p);
-    m.inertia = m.inertia + inertia + mass(body) * lever(d);
+    m.angular += inertia * angular + cross(d, p);
+    m.inertia = m.inertia + inertia + mass * lever(d);
   }
 
   /// The targets so far are relative to the base at rest.
-  FATHOM_HD static void keep_momentum(const Momentum& m, Vec3 top, Piece& piece) {
+  FATHOM_HD static void keep_momentum(const Momentum& m, Vec3 top, ColumnPiece& piece) {
     const Vec3 centre = (1.0f / m.mass) * m.first;
     piece.spin = inverse(m.inertia + -m.mass * lever(centre)) * (m.angular - cross(centre, m.linear));
     piece.top += mul_add(cross(piece.spin, top - centre), 1.0f / m.mass, m.linear);
   }
 
-  FATHOM_HD void hold(const Piece& piece) const {
-    float part = 1;
-    go_down(piece, [&](std::uint32_t, const Link& l, const Gain& gain, const SolverBody&, Vec3) {
-      part = part_possible(l, gain, piece.weight, part);
-    });
-    if (!(part > 0)) return;
-    const auto turn = [&](std::uint32_t j, const SolverBody& b, Vec3 target) {
-      c_.set_velocity(j, mul_add(b.linear, part, target - b.linear), mul_add(b.angular, part, piece.spin - b.angular));
-    };
-    const Vec3 base =
-        go_down(piece, [&](std::uint32_t k, const Link& l, const Gain& gain, const SolverBody& above, Vec3 target) {
-          c_.set_impulses(k, pushed(l, gain, part));
-          turn(k + 1, above, target);
-        });
-    const SolverBody below = c_.body(piece.begin);
-    if (below.inverse_mass > 0) turn(piece.begin, below, base);
-  }
+  const Rungs& c_;
+  const std::uint32_t contacts_;
+};
 
-  /// Calls act(k, link, gain, upper body, its target) from the top; returns the base's target.
-  template <class Act>
-  FATHOM_HD Vec3 go_down(const Piece& piece, const Act& act) const {
-    Gain gain;
-    Vec3 target = piece.top, arm;
-    SolverBody above = c_.body(piece.end);
-    for (std::uint32_t k = piece.end; k-- > piece.begin;) {
-      const SolverBody below = c_.body(k);
-      const Link l = link(k, below, above);
-      const Vec3 p = mass(above) * (target - above.linear);
-      gain.angular += cross(arm - l.arm_above, gain.linear);
-      gain.linear += p;
-      gain.angular += c_.inertia(k + 1) * (piece.spin - above.angular) - cross(l.arm_above, p);
-      arm = l.arm_below;
-      act(k, l, gain, above, target);
-      target = target - cross(piece.spin, l.arm_below - l.arm_above) - rise(l);
-      above = below;
-    }
-    return target;
+/// Multipliers of the points' rows: of all ways to share what the contact should give, the most even one.
+FATHOM_HD Vec3 column_multipliers(const ColumnRung& r, const ColumnGain& gain) {
+  const Vec3 t2 = cross(r.n, r.t1);
+  Vec3 sum = r.up * Vec3{dot(gain.linear, r.n), dot(gain.angular, r.t1), dot(gain.angular, t2)};
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (!r.touches_at(i)) continue;
+    const float p = r.impulses.normal[i];
+    sum += Vec3{p, r.y[i] * p, -r.x[i] * p};
   }
+  return r.distribution * sum;
+}
+/// Normal impulse of point i.
+FATHOM_HD float column_share(Vec3 multipliers, const ColumnRung& r, int i) {
+  return fma(-r.x[i], multipliers.z, fma(r.y[i], multipliers.y, multipliers.x));
+}
 
-  /// Normal impulse of point i: of all ways to share what the contact should give, the most even one.
-  FATHOM_HD static Vec3 multipliers(const Link& l, const Gain& gain) {
-    const ColumnContactState& s = l.state;
-    Vec3 sum = s.up * Vec3{dot(gain.linear, l.axes.n), dot(gain.angular, l.axes.t1), dot(gain.angular, l.axes.t2)};
-    for (int i = 0; i < max_manifold_points; ++i) {
-      if (!l.touches[i]) continue;
-      const float p = s.impulses.normal[i];
-      sum += Vec3{p, s.points[i].y * p, -s.points[i].x * p};
-    }
-    return l.distribution * sum;
-  }
-  FATHOM_HD static float share(Vec3 multipliers, const PointRow& p) {
-    return fma(-p.x, multipliers.z, fma(p.y, multipliers.y, multipliers.x));
-  }
+/// Keeps |now + part·change| ≤ limit + part·limit_change, which is part (a part + 2 b) + c ≤ 0.
+struct ColumnCone {
+  float a, b, c;
 
-  /// The largest part of a change, `part` at most, that keeps |now + part·change| ≤ limit + part·limit_change.
-  FATHOM_HD static float part_within(float now_1, float now_2, float change_1, float change_2, float limit,
-                                     float limit_change, float part) {
-    const float a = fma(change_1, change_1, change_2 * change_2) - limit_change * limit_change;
-    const float b = fma(now_1, change_1, now_2 * change_2) - limit * limit_change;
-    const float c = min(fma(now_1, now_1, now_2 * now_2) - limit * limit, 0.0f);
+  ColumnCone() = default;
+  FATHOM_HD ColumnCone(float now_1, float now_2, float change_1, float change_2, float limit, float limit_change)
+      : a(fma(change_1, change_1, change_2 * change_2) - limit_change * limit_change),
+        b(fma(now_1, change_1, now_2 * change_2) - limit * limit_change),
+        c(min(fma(now_1, now_1, now_2 * now_2) - limit * limit, 0.0f)) {}
+
+  /// The largest part of a change, `part` at most, that does.
+  FATHOM_HD float part_within(float part) const {
     if (fma(part, fma(part, a, 2 * b), c) <= 0) return part;
     const float root = b + fathom::sqrt(max(fma(-a, c, b * b), 0.0f));
     return root > 0 ? clamp(-c / root, 0.0f, part) : part;
   }
+};
 
-  FATHOM_HD static float part_possible(const Link& l, const Gain& gain, Vec3 weight, float part) {
-    const ColumnContactState& s = l.state;
-    const Vec3 m = multipliers(l, gain);
-    for (int i = 0; i < max_manifold_points; ++i) {
-      if (!l.touches[i]) continue;
-      const float now = s.impulses.normal[i], change = share(m, s.points[i]) - now;
-      if (fma(part, change, now) < 0) part = now / -change;
+/// What a contact can give of its gain without pulling or slipping.
+struct ColumnLimits {
+  float now[max_manifold_points], change[max_manifold_points];  ///< N·s, of the points' impulses
+  float sum, sum_change, most;                                  ///< of all points, and the most that it may be
+  ColumnCone slide, twist;
+
+  /// The part of the gain, `part` at most, that is possible.
+  FATHOM_HD float part_possible(float part) const {
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (fma(part, change[i], now[i]) < 0) part = now[i] / -change[i];
+    if (sum_change > 0 && fma(part, sum_change, sum) > most) part = max(most - sum, 0.0f) / sum_change;
+    return twist.part_within(slide.part_within(part));
+  }
+};
+
+FATHOM_HD ColumnLimits column_limits(const ColumnRung& r, const ColumnGain& gain, Vec3 weight) {
+  ColumnLimits l;
+  const Vec3 m = column_multipliers(r, gain), t2 = cross(r.n, r.t1);
+  for (int i = 0; i < max_manifold_points; ++i) {
+    l.now[i] = r.touches_at(i) ? r.impulses.normal[i] : 0;
+    l.change[i] = r.touches_at(i) ? column_share(m, r, i) - l.now[i] : 0;
+  }
+  const float now = r.impulses.sum(), change = r.up * dot(gain.linear, r.n);
+  l.sum = now, l.sum_change = change;
+  l.most = column_load * max(-r.up * dot(weight, r.n), 0.0f);
+  const float mu = r.friction, radius = r.patch_radius;
+  l.slide = {r.impulses.slide_1,          r.impulses.slide_2, r.up * dot(gain.linear, r.t1),
+             r.up * dot(gain.linear, t2), mu * now,           mu * change};
+  l.twist = {r.impulses.twist, 0, r.up * dot(gain.angular, r.n), 0, mu * radius * now, mu * radius * change};
+  return l;
+}
+
+/// The contact's impulses with that part of the gain.
+FATHOM_HD ContactImpulses column_impulses(const ColumnRung& r, const ColumnGain& gain, float part, bool pushes_out) {
+  const Vec3 m = column_multipliers(r, gain), t2 = cross(r.n, r.t1);
+  ContactImpulses p = r.impulses;
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (r.touches_at(i)) p.normal[i] = max(fma(part, column_share(m, r, i) - p.normal[i], p.normal[i]), 0.0f);
+  const float scale = r.up * part;
+  p.slide_1 = fma(scale, dot(gain.linear, r.t1), p.slide_1);
+  p.slide_2 = fma(scale, dot(gain.linear, t2), p.slide_2);
+  p.twist = fma(scale, dot(gain.angular, r.n), p.twist);
+  if (!pushes_out) p.step += p.sum() - r.impulses.sum();
+  return p;
+}
+
+/// Braces a column after a sweep, all of it at once. `Column` is as for `column_rung`, with
+///
+///     void set_impulses(k, const ContactImpulses&);  SolverBody body(j);  Mat3 inertia(j, inverse_inertia);
+///     void set_velocity(j, linear, angular);
+template <class Column>
+class ColumnBrace {
+ public:
+  FATHOM_HD ColumnBrace(const Column& column, std::uint32_t contacts, bool pushes_out)
+      : c_(column), contacts_(contacts), pushes_out_(pushes_out) {}
+
+  FATHOM_HD void operator()() const {
+    for (std::uint32_t begin = 0; begin < contacts_;) {
+      const ColumnPiece piece = ColumnWalk(*this, contacts_).go_up(begin);
+      if (piece.end > begin) hold(piece);
+      begin = piece.end + 1;
     }
-    const float now = s.impulses.sum(), change = s.up * dot(gain.linear, l.axes.n);
-    const float most = column_load * max(-s.up * dot(weight, l.axes.n), 0.0f);
-    if (change > 0 && fma(part, change, now) > most) part = max(most - now, 0.0f) / change;
-    const float mu = s.frame.friction, radius = s.frame.patch_radius;
-    part = part_within(s.impulses.slide_1, s.impulses.slide_2, s.up * dot(gain.linear, l.axes.t1),
-                       s.up * dot(gain.linear, l.axes.t2), mu * now, mu * change, part);
-    return part_within(s.impulses.twist, 0, s.up * dot(gain.angular, l.axes.n), 0, mu * radius * now,
-                       mu * radius * change, part);
   }
 
-  FATHOM_HD ContactImpulses pushed(const Link& l, const Gain& gain, float part) const {
-    const ColumnContactState& s = l.state;
-    const Vec3 m = multipliers(l, gain);
-    ContactImpulses p = s.impulses;
-    for (int i = 0; i < max_manifold_points; ++i)
-      if (l.touches[i]) p.normal[i] = max(fma(part, share(m, s.points[i]) - p.normal[i], p.normal[i]), 0.0f);
-    const float scale = s.up * part;
-    p.slide_1 = fma(scale, dot(gain.linear, l.axes.t1), p.slide_1);
-    p.slide_2 = fma(scale, dot(gain.linear, l.axes.t2), p.slide_2);
-    p.twist = fma(scale, dot(gain.angular, l.axes.n), p.twist);
-    if (!pushes_out_) p.step += p.sum() - s.impulses.sum();
-    return p;
+  FATHOM_HD ColumnRung rung(std::uint32_t k) const {
+    return column_rung(c_, k, c_.body(k), c_.body(k + 1), contacts_, pushes_out_);
+  }
+  FATHOM_HD SolverBody body(std::uint32_t j) const { return c_.body(j); }
+  FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const { return c_.inertia(j, inverse); }
+
+ private:
+  FATHOM_HD void hold(const ColumnPiece& piece) const {
+    const ColumnWalk walk(*this, contacts_);
+    float part = 1;
+    walk.go_down(piece, [&](std::uint32_t, const ColumnRung& r, const ColumnGain& gain, Vec3) {
+      part = column_limits(r, gain, piece.weight).part_possible(part);
+    });
+    if (!(part > 0)) return;
+    const auto turn = [&](std::uint32_t j, Vec3 linear, Vec3 angular, Vec3 target) {
+      c_.set_velocity(j, mul_add(linear, part, target - linear), mul_add(angular, part, piece.spin - angular));
+    };
+    const Vec3 base =
+        walk.go_down(piece, [&](std::uint32_t k, const ColumnRung& r, const ColumnGain& gain, Vec3 target) {
+          c_.set_impulses(k, column_impulses(r, gain, part, pushes_out_));
+          turn(k + 1, r.linear, r.angular, target);
+        });
+    const SolverBody below = c_.body(piece.begin);
+    if (below.inverse_mass > 0) turn(piece.begin, below.linear, below.angular, base);
   }
 
   const Column& c_;

@@ -73,9 +73,9 @@ struct ColumnView {
   std::uint32_t slot(std::uint32_t j) const { return j == 0 ? contacts[0].below : contacts[j - 1].above; }
   const SolverBody& body(std::uint32_t j) const { return view.bodies[slot(j)]; }
   Vec3 acceleration(std::uint32_t j) const { return view.motion[slot(j)].acceleration; }
-  Mat3 inertia(std::uint32_t j) const {
+  Mat3 inertia(std::uint32_t j, float inverse) const {
     const WorldInertia& w = view.inertias[slot(j)];
-    return column_inertia(body(j).inverse_inertia, SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz});
+    return column_inertia(inverse, SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz});
   }
   void set_velocity(std::uint32_t j, Vec3 linear, Vec3 angular) const {
     view.bodies[slot(j)].linear = linear;

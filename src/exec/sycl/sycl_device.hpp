@@ -153,7 +153,8 @@ class SyclDevice final : public ClosureQueue {
     }
   }
 
-  /// One launch where work-groups may wait for each other, else one for each phase that there may be.
+  /// One launch where work-groups may wait for each other, else one for each phase: on GPUs for each that there may be;
+  /// a processor's memory is the host's, which waits and sees how many there are.
   template <PhaseKernel Kernel>
   void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
                        Where where = Where::current()) {
@@ -173,9 +174,28 @@ class SyclDevice final : public ClosureQueue {
       });
     }
     const std::uint32_t groups = groups_for(most_items, size);
-    for (std::uint32_t phase = 0; phase < most_phases; ++phase) {
+    const auto run = [=, this](std::uint32_t phase) {
       parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, most_items, groups}, where);
+    };
+    if (info_.is_gpu) {
+      for (std::uint32_t phase = 0; phase < most_phases; ++phase) run(phase);
+      return;
     }
+    launch_step([=, this] {
+      const auto wait = [&] { checked("waiting for a phase", where, [&] { queue_.wait_and_throw(); }); };
+      wait();
+      typename decltype(planned(kernel))::Plan plan;
+      for (std::uint32_t k = 0; k < with_plan.plan_parts; ++k) with_plan.plan_part(plan, k);
+      const Traffic before = traffic_;
+      for (std::uint32_t phase = 0; phase < most_phases && phase < with_plan.phases(plan); ++phase) {
+        if constexpr (ends_at_empty_phase<Kernel>()) {
+          if (phase > 0) wait();
+          if (with_plan.items(plan, with_plan.place(plan, phase)) == 0) break;
+        }
+        run(phase);
+      }
+      traffic_ = before;
+    });
   }
 
   template <class T>
