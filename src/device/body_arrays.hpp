@@ -102,7 +102,7 @@ struct alignas(16) Quad {
 FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
 
 /// Quads of a stored ColumnRung (solve_columns.hpp).
-inline constexpr std::uint32_t rung_quads = 20;
+inline constexpr std::uint32_t rung_quads = 14;
 
 /// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
 /// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).

@@ -61,7 +61,6 @@ struct ColumnChange {
   Vec3 spin;         ///< rad/s
   Vec3 base_target;  ///< of the lower body, if
   bool moves_base;
-  Vec3 weight;  ///< of the piece; then its place is that of the limits
 };
 
 /// A column's rungs in memory. How often the walks wait for memory is what a brace takes, so each rung is one stretch.
@@ -118,60 +117,35 @@ struct StoredRungs {
   FATHOM_HD SolverBody body(std::uint32_t j) const { return column.body(j); }
   FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const { return column.inertia(j, inverse); }
 
-  FATHOM_HD void put_change(std::uint32_t k, Vec3 target, const ColumnGain& gain, const ColumnPiece& piece) const {
+  FATHOM_HD void put_change(std::uint32_t k, Vec3 target, const ColumnGain& gain, Vec3 spin) const {
     Quad* const q = at(k);
-    q[9] = quad(target, 1);
+    q[9] = quad(target, 0);
     q[10] = quad(gain.linear, 0);
     q[11] = quad(gain.angular, 0);
-    q[12] = quad(piece.spin, 0);
-    q[14] = quad(piece.weight, 0);
+    q[12] = quad(spin, 0);
   }
   FATHOM_HD void put_part(std::uint32_t k, float part) const { at(k)[9].w = part; }
   FATHOM_HD void put_base(std::uint32_t k, Vec3 target) const { at(k)[13] = quad(target, 1); }
 
   FATHOM_HD ColumnChange change(std::uint32_t k) const {
     const Quad* const q = at(k);
-    return {q[9].xyz(), q[9].w, {q[10].xyz(), q[11].xyz()}, q[12].xyz(), q[13].xyz(), q[13].w != 0, q[14].xyz()};
-  }
-  FATHOM_HD float part(std::uint32_t k) const { return at(k)[9].w; }
-
-  FATHOM_HD void put_limits(std::uint32_t k, const ColumnLimits& l) const {
-    Quad* const q = at(k) + 14;
-    q[0] = {l.now[0], l.now[1], l.now[2], l.now[3]};
-    q[1] = {l.change[0], l.change[1], l.change[2], l.change[3]};
-    q[2] = {l.sum, l.sum_change, l.most, 0};
-    q[3] = {l.slide.a, l.slide.b, l.slide.c, 0};
-    q[4] = {l.twist.a, l.twist.b, l.twist.c, 0};
-  }
-  FATHOM_HD ColumnLimits limits(std::uint32_t k) const {
-    const Quad* const from = at(k) + 14;
-    Quad q[5];
-    for (std::uint32_t i = 0; i < 5; ++i) q[i] = from[i];
-    ColumnLimits l;
-    l.now[0] = q[0].x, l.now[1] = q[0].y, l.now[2] = q[0].z, l.now[3] = q[0].w;
-    l.change[0] = q[1].x, l.change[1] = q[1].y, l.change[2] = q[1].z, l.change[3] = q[1].w;
-    l.sum = q[2].x, l.sum_change = q[2].y, l.most = q[2].z;
-    l.slide.a = q[3].x, l.slide.b = q[3].y, l.slide.c = q[3].z;
-    l.twist.a = q[4].x, l.twist.b = q[4].y, l.twist.c = q[4].z;
-    return l;
+    return {q[9].xyz(), q[9].w, {q[10].xyz(), q[11].xyz()}, q[12].xyz(), q[13].xyz(), q[13].w != 0};
   }
 
  private:
   static constexpr std::uint32_t holds_bit = 1u << max_manifold_points;
 };
 
-/// A brace takes five phases. What one work-item does for a column, contact by contact, is what it takes, so that is as
-/// little as can be: the walks, and the part of the change that all contacts can take. The rest is done for all
-/// contacts at the same time: their rungs, their limits and their changes.
+/// A brace takes three phases: rungs of all contacts, the walks along columns, and the changes of all contacts.
 struct SolveWithColumns {
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;
   static constexpr std::uint32_t plan_parts = SolveConstraints::plan_parts;
-  static constexpr std::uint32_t brace_phases = 5;
+  static constexpr std::uint32_t brace_phases = 3;
   using Plan = SolveConstraints::Plan;
   using Fetched = SolveConstraints::Fetched;
-  enum Brace : std::uint32_t { no_brace, rungs, walks, limits, parts, changes };
+  enum Brace : std::uint32_t { no_brace, rungs, walks, changes };
   struct Place {
     SolveConstraints::Place in_solve;
     Brace brace;  ///< of the columns, after the sweep of `in_solve`
@@ -192,12 +166,12 @@ struct SolveWithColumns {
   FATHOM_HD Place next(const Plan& plan, Place place) const {
     const SolveConstraints::Place& at = place.in_solve;
     if (place.brace == no_brace && is_braced(at.what) && at.colour + 1 == plan.sweeps) return {at, rungs};
-    if (place.brace != no_brace && place.brace != changes) return {at, static_cast<Brace>(place.brace + 1)};
+    if (place.brace == rungs || place.brace == walks) return {at, static_cast<Brace>(place.brace + 1)};
     return {solver.next(plan, at), no_brace};
   }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     if (place.brace == no_brace) return solver.items(plan, place.in_solve);
-    return is_by_column(place) ? plan.columns * column_spread(plan) : plan.column_contacts;
+    return place.brace == walks ? plan.columns * column_spread(plan) : plan.column_contacts;
   }
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
     return place.brace == no_brace && solver.is_serial(plan, place.in_solve);
@@ -206,10 +180,10 @@ struct SolveWithColumns {
     if (place.brace == no_brace) solver.fetch(plan, place.in_solve, i, f);
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (is_by_column(place)) {
+    if (place.brace == walks) {
       const std::uint32_t spread = column_spread(plan);
       const ColumnRange range = solver.bodies.columns[i / spread];
-      if (range.calm) go_along(place, range, i % spread, spread);
+      if (range.calm) walk(range, i % spread, spread);
     } else if (place.brace != no_brace) {
       brace(place, i);
     } else {
@@ -221,8 +195,7 @@ struct SolveWithColumns {
   FATHOM_HD static bool is_braced(SolveConstraints::What what) {
     return what == SolveConstraints::push || what == SolveConstraints::push_first || what == SolveConstraints::relax;
   }
-  FATHOM_HD static bool is_by_column(Place place) { return place.brace == walks || place.brace == parts; }
-  /// Work-items for each column. One of them works; before, all bring the rungs near.
+  /// Work-items for each column. One of them walks; before, all bring the rungs near.
   FATHOM_HD static std::uint32_t column_spread(const Plan& plan) {
     const std::uint32_t bodies = plan.bodies / plan.columns;
     return bodies < 32 ? bodies : 32;
@@ -234,7 +207,7 @@ struct SolveWithColumns {
     return solver.bodies.column_rungs + std::size_t{range.first} * rung_quads;
   }
 
-  /// Contact i of all columns': its rung, its limits, or its changes.
+  /// Contact i of all columns': its rung, or its changes.
   FATHOM_HD void brace(Place place, std::uint32_t i) const {
     const ColumnRange range = solver.bodies.columns[solver.bodies.column_contacts[i].column];
     if (!range.calm) return;
@@ -244,15 +217,8 @@ struct SolveWithColumns {
     const bool pushes_out = place.in_solve.what != SolveConstraints::relax;
     if (place.brace == rungs)
       stored.put(k, column_rung(column, k, column.body(k), column.body(k + 1), range.count, pushes_out));
-    else if (place.brace == limits)
-      limit(stored, k);
     else
       change(column, stored, k, pushes_out);
-  }
-
-  FATHOM_HD static void limit(const StoredRungs& stored, std::uint32_t k) {
-    const ColumnChange c = stored.change(k);
-    if (c.part > 0) stored.put_limits(k, column_limits(stored.rung(k), c.gain, c.weight));
   }
 
   FATHOM_HD void change(const ColumnView& column, const StoredRungs& stored, std::uint32_t k, bool pushes_out) const {
@@ -270,40 +236,29 @@ struct SolveWithColumns {
     if (c.moves_base) turn(k, c.base_target);
   }
 
-  FATHOM_HD void go_along(Place place, const ColumnRange& range, std::uint32_t item, std::uint32_t spread) const {
+  FATHOM_HD void walk(const ColumnRange& range, std::uint32_t item, std::uint32_t spread) const {
     const ColumnView column = view(range);
     const StoredRungs stored{column, quads(range)};
     for (std::uint32_t k = item; k < range.count; k += spread) exec::bring_near<rung_quads>(stored.at(k));
     if (item > 0) return;
-    if (place.brace == walks)
-      walk(stored, range.count);
-    else
-      share(stored, range.count);
-  }
-
-  FATHOM_HD static void walk(const StoredRungs& stored, std::uint32_t contacts) {
-    const ColumnWalk walk(stored, contacts);
-    for (std::uint32_t begin = 0; begin < contacts;) {
+    const ColumnWalk walk(stored, range.count);
+    for (std::uint32_t begin = 0; begin < range.count;) {
       const ColumnPiece piece = walk.go_up(begin);
-      if (piece.end > begin) {
-        const Vec3 base = walk.go_down(piece, [&](std::uint32_t k, const ColumnRung&, const ColumnGain& gain,
-                                                  Vec3 target) { stored.put_change(k, target, gain, piece); });
-        if (stored.body(begin).inverse_mass > 0) stored.put_base(begin, base);
-      }
-      if (piece.end < contacts) stored.put_part(piece.end, 0);
+      if (piece.end > begin) hold(stored, walk, piece);
+      if (piece.end < range.count) stored.put_part(piece.end, 0);
       begin = piece.end + 1;
     }
   }
 
-  /// The part that all contacts of a piece can take, from its top down. Between pieces is a contact without a change.
-  FATHOM_HD static void share(const StoredRungs& stored, std::uint32_t contacts) {
-    for (std::uint32_t end = contacts; end > 0;) {
-      float part = 1;
-      std::uint32_t begin = end;
-      for (; begin > 0 && stored.part(begin - 1) > 0; --begin) part = stored.limits(begin - 1).part_possible(part);
-      for (std::uint32_t k = begin; k < end; ++k) stored.put_part(k, part);
-      end = begin == end ? end - 1 : begin;
-    }
+  FATHOM_HD static void hold(const StoredRungs& stored, const ColumnWalk<StoredRungs>& walk, const ColumnPiece& piece) {
+    float part = 1;
+    const Vec3 base =
+        walk.go_down(piece, [&](std::uint32_t k, const ColumnRung& r, const ColumnGain& gain, Vec3 target) {
+          part = column_limits(r, gain, piece.weight).part_possible(part);
+          stored.put_change(k, target, gain, piece.spin);
+        });
+    for (std::uint32_t k = piece.begin; k < piece.end; ++k) stored.put_part(k, part);
+    if (stored.body(piece.begin).inverse_mass > 0) stored.put_base(piece.begin, base);
   }
 };
 
