@@ -82,6 +82,15 @@ TEST(Environment, SpreadIsTheLargestSquare) {
   expect_position(bodies[8], {1.1f, 1.1f, 1});
 }
 
+TEST(Environment, SpreadStandsOnItsGroundWhateverItsSize) {
+  const Scene scene = spread(1'000'000);
+  const Vec3 last = cubes(scene).back().pose.position;
+  const Shape& ground = scene.bodies[0].shape;
+  EXPECT_GT(ground.half_extents.x, last.x + 1);
+  EXPECT_GT(ground.half_extents.y, last.y + 1);
+  EXPECT_EQ(ground.half_extents.z, 0.5f);
+}
+
 TEST(Environment, PyramidHasSquareLayers) {
   for (const auto& [size, bodies] : {std::pair{1, 1}, {5, 55}, {10, 385}, {15, 1240}}) {
     EXPECT_EQ(dynamic_body_count(pyramid(size)), static_cast<std::size_t>(bodies));

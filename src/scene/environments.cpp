@@ -96,11 +96,13 @@ Scene empty_scene(std::string_view name, std::int64_t bodies) {
   return scene;
 }
 
-Scene scene_with_ground(std::string_view name, std::int64_t bodies) {
+Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side) {
   Scene scene = empty_scene(name, bodies);
   BodyDef ground;
   ground.motion = MotionType::fixed;
-  ground.shape = box(ground_half_extents);
+  Vec3 half = ground_half_extents;
+  half.x = half.y = max(half.x, static_cast<float>(std::ceil(side / 2 + 10)));
+  ground.shape = box(half);
   scene.bodies.push_back(ground);
   scene.names.push_back({"ground", 0});
   scene.ground_height = ground_half_extents.z;
@@ -138,8 +140,9 @@ Scene layers(std::int64_t bodies) {
 Scene spread(std::int64_t bodies) {
   check_size("spread", "bodies", bodies, max_bodies - 1);
   const std::int64_t side = square_root(bodies);
-  Scene scene = scene_with_ground("spread", side * side);
-  add_square(scene, side, side * side, 1.1, 1.0);
+  constexpr double spacing = 1.1;
+  Scene scene = scene_with_ground("spread", side * side, spacing * static_cast<double>(side));
+  add_square(scene, side, side * side, spacing, 1.0);
   return scene;
 }
 

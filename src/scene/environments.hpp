@@ -15,7 +15,7 @@ namespace fathom {
 Scene drift(std::int64_t bodies);
 /// A tower of layers of 10 × 10 bodies, 1.1 m apart, that fall on each other; the last may be partial.
 Scene layers(std::int64_t bodies);
-/// ⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground, 1.1 m apart.
+/// ⌊√n⌋ × ⌊√n⌋ bodies side by side on the ground, 1.1 m apart; the ground is larger from 800,000 bodies on.
 Scene spread(std::int64_t bodies);
 /// A pyramid of square layers, 1.05 m apart: L² bodies at the bottom, one at the top.
 Scene pyramid(std::int64_t layers);

@@ -16,7 +16,7 @@ void check_size(std::string_view environment, std::string_view unit, std::int64_
 
 /// Without sleeping, with room for `bodies` and the ground.
 Scene empty_scene(std::string_view name, std::int64_t bodies);
-/// With a ground of 1 km² whose top is at 0.5 m.
-Scene scene_with_ground(std::string_view name, std::int64_t bodies);
+/// With a ground of 1 km², or so large that it carries a square of `side` metres, whose top is at 0.5 m.
+Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side = 0);
 
 }  // namespace fathom
