@@ -41,9 +41,10 @@ struct MoveBodies {
     const Pose before = bodies.poses[i];
     Pose pose = before;
     Velocity v = bodies.velocities[i];
+    Vec3 rest{v.reserved0, v.reserved1, pose.reserved};  // `accelerate`
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
       const SolverBody s = bodies.solver[i].body();
-      v.linear = s.linear;
+      if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
       pose.position = pose.position + s.moved;
       // The solver has turned anisotropic bodies already.
@@ -51,13 +52,14 @@ struct MoveBodies {
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
     } else {
-      move_free(i, c, flags, pose, v);
+      move_free(i, c, flags, pose, v, rest);
     }
     std::uint32_t new_flags = flags & ~forced_flag;
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
       pose = before;
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
       v = Velocity{};
+      rest = {};
       new_flags = (new_flags & ~awake_flag) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
       quarantined[exec::atomic_add(counters->quarantined, 1u)] = i;
@@ -65,12 +67,15 @@ struct MoveBodies {
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (flags & forced_flag) bodies.forces[i] = {};
-    limit(v.linear, p.max_linear_speed);
+    // A rest of a velocity beyond all limits could be as large as any other.
+    if (limit(v.linear, p.max_linear_speed)) rest = {};
     limit(v.angular, pi / p.dt);
     // −0 becomes +0, so that equal states have equal bits.
     v.linear += Vec3{};
     v.angular += Vec3{};
     pose.position += Vec3{};
+    rest += Vec3{};
+    v.reserved0 = rest.x, v.reserved1 = rest.y, pose.reserved = rest.z;
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
     const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
@@ -85,9 +90,30 @@ struct MoveBodies {
   }
 
  private:
-  FATHOM_HD static void limit(Vec3& v, float most) {
+  FATHOM_HD static bool limit(Vec3& v, float most) {
     const float squared = dot(v, v);
-    if (squared > most * most) v *= most / fathom::sqrt(squared);
+    if (!(squared > most * most)) return false;
+    v *= most / fathom::sqrt(squared);
+    return true;
+  }
+
+  /// What acts on a body but its forces (m/s²).
+  FATHOM_HD Vec3 pull(const BodyConstants& c) const { return c.gravity_scale * counters->gravity; }
+
+  /// Whether contacts could have touched a body and did not: it has flown freely, the solver rounding its velocity
+  /// `after` in every substep. `v` then becomes the velocity of a flight without.
+  FATHOM_HD bool fly_on(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Vec3 after, Vec3& v,
+                        Vec3& rest) const {
+    if (flags & forced_flag || c.linear_damping != 0) return false;
+    Vec3 flown = v, left = rest;
+    accelerate(flown, left, mul_add(rest, p.dt, pull(c)));
+    if (!may_have_flown(v, after, flown, static_cast<float>(p.substeps))) return false;
+    // W is what contacts gave in all substeps but the last, and the reference the velocity before they acted in that.
+    const WarmStart w = bodies.warm[i];
+    if (!(w.linear == Vec3{} && after == w.linear_reference)) return false;
+    v = flown;
+    rest = left;
+    return true;
   }
 
   /// As the solver moves it, whose rounding this repeats.
@@ -103,10 +129,10 @@ struct MoveBodies {
   }
 
   /// All substeps of a dynamic body without contacts.
-  FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose,
-                           Velocity& v) const {
+  FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose, Velocity& v,
+                           Vec3& rest) const {
     const float h = p.dt / static_cast<float>(p.substeps);
-    Vec3 acceleration = c.gravity_scale * counters->gravity, angular_acceleration;
+    Vec3 acceleration = pull(c), angular_acceleration;
     if (flags & forced_flag) {
       const Force f = bodies.forces[i];
       acceleration = mul_add(acceleration, c.inverse_mass, f.force);
@@ -114,11 +140,11 @@ struct MoveBodies {
           c.is_isotropic() ? c.inverse_inertia * f.torque
                            : rotate(pose.rotation, bodies.tensors[i].inverse * inverse_rotate(pose.rotation, f.torque));
     }
-    const float linear_damping = 1.0f / (1.0f + h * c.linear_damping);
+    const float linear_loss = 1.0f / (1.0f + h * c.linear_damping) - 1.0f;
     const float angular_damping = 1.0f / (1.0f + h * c.angular_damping);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      v.linear = mul_add(linear_damping * v.linear, h, acceleration);
+      accelerate(v.linear, rest, mul_add(mul_add(rest, h, acceleration), linear_loss, v.linear));
       v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
       moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       if (c.is_isotropic())

@@ -95,9 +95,24 @@ Vec3V<V> without_negative_zeros(Vec3V<V> v) { return v + zero3(); }
 
 struct Motion {
   Vec3V<V> position, linear, angular;
+  Vec3V<V> rest;  // of the linear velocity: what rounding has left out (`fathom::accelerate`)
   Vec3V<V> moved, turned;
   QuatV rotation;
 };
+
+/// The rest of velocities that will not be cut; one of a velocity beyond all limits could be as large as any other.
+Vec3V<V> rest_within(const Motion& m, float limit) {
+  const auto kept = hn::Le(dot(m.linear, m.linear), set(limit * limit));
+  return without_negative_zeros(
+      {hn::IfThenElseZero(kept, m.rest.x), hn::IfThenElseZero(kept, m.rest.y), hn::IfThenElseZero(kept, m.rest.z)});
+}
+
+/// `fathom::accelerate` in lanes.
+void accelerate(Motion& m, Vec3V<V> change) {
+  const Vec3V<V> next = m.linear + change;
+  m.rest = change - (next - m.linear);
+  m.linear = next;
+}
 
 /// Acceleration of lanes that have a force; the rest have gravity's alone.
 void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, Vec3V<V>& linear,
@@ -127,17 +142,47 @@ void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState
   const QuadV<V> first = lanes.load(&bodies[0], 0), second = lanes.load(&bodies[0], 1);
   Vec3V<V> acceleration = scale(first.w, set(p.gravity)), angular_acceleration = zero3();
   add_forces(lanes, bodies, state, acceleration, angular_acceleration);
-  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f)));
+  const V linear_loss = hn::Sub(hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f))), set(1.0f));
   const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.y, set(1.0f)));
   const V back = hn::Mul(set(-0.5f), h);
   m.moved = m.turned = zero3();
   for (int i = 0; i < p.substeps; ++i) {
-    m.linear = mul_add(scale(linear_damping, m.linear), h, acceleration);
+    accelerate(m, mul_add(mul_add(m.rest, h, acceleration), linear_loss, m.linear));
     m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
     // `mean_velocity` of what nothing touches.
     m.moved = mul_add(m.moved, h, mul_add(m.linear, back, acceleration));
     m.turned = mul_add(m.turned, h, m.angular);
   }
+}
+
+/// Lanes that contacts could have touched and did not have flown freely, the solver rounding their velocity in every
+/// substep; they get the one of a flight without. All others have no rest.
+void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const Motion& before, Motion& m) {
+  const D d;
+  const auto untouched = [&](V after, V flown, V start, hn::Mask<D> and_this) {
+    const V share = set(static_cast<float>(p.substeps) * 6e-8f);  // as in `may_have_flown`
+    const V most = hn::Mul(share, hn::Add(hn::Abs(start), hn::Abs(flown)));
+    return hn::And(and_this, hn::Le(hn::Abs(hn::Sub(after, flown)), most));
+  };
+  const QuadV<V> motion = lanes.load(state.motion.data(), 0);  // acceleration and linear damping
+  Motion flown = before;
+  accelerate(flown, mul_add(before.rest, set(p.dt), motion.xyz()));
+  auto free = hn::Eq(motion.w, set(1.0f));
+  free = untouched(m.linear.x, flown.linear.x, before.linear.x, free);
+  free = untouched(m.linear.y, flown.linear.y, before.linear.y, free);
+  free = untouched(m.linear.z, flown.linear.z, before.linear.z, free);
+  m.rest = zero3();
+  if (hn::AllFalse(d, free)) return;
+  // W is what contacts gave in all substeps but the last, and the reference the velocity before they acted in that.
+  const Vec3V<V> given = lanes.load(state.warm.data(), 0).xyz(), reference = lanes.load(state.warm.data(), 2).xyz();
+  const auto none = [&](V w, V after, V start) { return hn::And(hn::Eq(w, hn::Zero(d)), hn::Eq(after, start)); };
+  free = hn::And(free, none(given.x, m.linear.x, reference.x));
+  free = hn::And(free, none(given.y, m.linear.y, reference.y));
+  free = hn::And(free, none(given.z, m.linear.z, reference.z));
+  const auto take = [&](V now, V other) { return hn::IfThenElse(free, other, now); };
+  m.linear = {take(m.linear.x, flown.linear.x), take(m.linear.y, flown.linear.y), take(m.linear.z, flown.linear.z)};
+  m.rest = {hn::IfThenElseZero(free, flown.rest.x), hn::IfThenElseZero(free, flown.rest.y),
+            hn::IfThenElseZero(free, flown.rest.z)};
 }
 
 /// Bodies with several principal moments turn substep by substep; those in contact the solver has turned already.
@@ -238,6 +283,7 @@ std::size_t isolate(const Lanes& lanes, BodyState& state, const Motion& before, 
                 keep(m.rotation.y, before.rotation.y), keep(m.rotation.z, before.rotation.z)};
   m.linear = keep3(m.linear, zero3());
   m.angular = keep3(m.angular, zero3());
+  m.rest = keep3(m.rest, zero3());
   HWY_ALIGN float ok[width];
   hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
   std::size_t count = 0;
@@ -252,11 +298,13 @@ std::size_t isolate(const Lanes& lanes, BodyState& state, const Motion& before, 
 template <bool in_contact>
 std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
   Motion before, m;
-  before.position = lanes.load(state.poses.data(), 0).xyz();
-  const QuadV<V> q = lanes.load(state.poses.data(), 1);
+  const QuadV<V> position = lanes.load(state.poses.data(), 0), q = lanes.load(state.poses.data(), 1);
+  const QuadV<V> linear = lanes.load(state.velocities.data(), 0), angular = lanes.load(state.velocities.data(), 1);
+  before.position = position.xyz();
   before.rotation = {q.x, q.y, q.z, q.w};
-  before.linear = lanes.load(state.velocities.data(), 0).xyz();
-  before.angular = lanes.load(state.velocities.data(), 1).xyz();
+  before.linear = linear.xyz();
+  before.angular = angular.xyz();
+  before.rest = {linear.w, angular.w, position.w};
   m = before;
   if constexpr (in_contact) {
     const SolverBody* solver = state.solver_bodies();
@@ -264,6 +312,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     m.angular = lanes.load(solver, 1).xyz();
     m.moved = lanes.load(solver, 2).xyz();
     m.turned = lanes.load(solver, 3).xyz();
+    fly_on(lanes, state, p, before, m);
   } else {
     integrate_free(lanes, bodies, state, p, m);
   }
@@ -271,14 +320,14 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   m.rotation = normalised(product(exponential(m.turned), m.rotation));
   turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
   const std::size_t failed = isolate(lanes, state, before, m);
+  m.rest = rest_within(m, p.max_linear_speed);
   m.linear = without_negative_zeros(limited(m.linear, p.max_linear_speed));
   m.angular = without_negative_zeros(limited(m.angular, pi / p.dt));
   m.position = without_negative_zeros(m.position);
-  const V zero = hn::Zero(D());
-  lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, zero});
+  lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, m.rest.z});
   lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});
-  lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, zero});
-  lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, zero});
+  lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.rest.x});
+  lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.rest.y});
   update_boxes(lanes, bodies, state, p, m);
   if (p.sleeping) account_for_sleep(lanes, bodies, state, p);
   return failed;

@@ -53,9 +53,9 @@ BodyId World::add(const BodyDef& def) {
     throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " +
                                          std::to_string(sim.def.max_bodies) + " bodies; raise WorldDef::max_bodies");
   const BodyId id = sim.bodies.add(def);
-  Pose pose = def.pose;
-  pose.rotation = normalize(pose.rotation);
-  const Velocity velocity = def.motion == MotionType::fixed ? Velocity{} : def.velocity;
+  const Pose pose{def.pose.position, 0, normalize(def.pose.rotation)};
+  const Velocity velocity =
+      def.motion == MotionType::fixed ? Velocity{} : Velocity{def.velocity.linear, 0, def.velocity.angular, 0};
   try {
     sim.body_added(id.index, pose, velocity);
   } catch (const std::bad_alloc&) {
