@@ -38,7 +38,8 @@ struct alignas(16) Contact {
   std::uint32_t bits = overflow_colour;
   float recycle_distance = 0;     ///< m
   std::uint32_t manifold = none;  ///< of a touching one, among the manifolds
-  std::uint32_t unused[2] = {};
+  float overlap = 0;              ///< m that counts as touching (dynamics/overlap.hpp)
+  std::uint32_t unused = 0;
 
   FATHOM_HD bool in_use() const { return a != none; }
   FATHOM_HD bool touching() const { return bits & touching_bit; }

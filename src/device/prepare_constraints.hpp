@@ -3,6 +3,7 @@
 
 #include "device/build_constraints.hpp"
 #include "device/constraint_rows.hpp"
+#include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -20,6 +21,7 @@ struct PrepareConstraints {
   ConstraintArrays constraints;
   Counters* counters;
   bool orders_overflow;
+  float overlap_kept;  ///< a step
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     group.once([&] { local.points = 0; });
@@ -66,7 +68,11 @@ struct PrepareConstraints {
     ContactFrame frame;
     PointRow points[max_manifold_points];
     ContactImpulses impulses;
-    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], a, b, frame, points, impulses);
+    Contact& contact = contacts.contacts[constraints.contact[k]];
+    const float overlap = contact.overlap;
+    const float nearest =
+        prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, a, b, frame, points, impulses);
+    if (overlap > 0) contact.overlap = faded_overlap(overlap, nearest, overlap_kept);
     const int count = m.point_count();
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, frame);
@@ -84,7 +90,6 @@ struct PrepareConstraints {
                               (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
-    const Contact& contact = contacts.contacts[constraints.contact[k]];
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];

@@ -132,10 +132,10 @@ class Step {
     if (settings_.published.cells) published_.partition(constraints());
     const FindColumns columns{bodies_, contacts_, constraints_, counters_};
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, columns, has_columns()});
-    device_.parallel_groups(
-        {&counters_->constraint_groups,
-         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
+    device_.parallel_groups({&counters_->constraint_groups,
+                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+                            PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells,
+                                               overlap_kept(settings_.dt)});
   }
 
   void choose_colours() {

@@ -9,6 +9,7 @@
 #include "device/contact_arrays.hpp"
 #include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
+#include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -194,6 +195,7 @@ struct CollideShapes {
       if (begins) {
         m = ContactManifold{};
         changes.mix(c, m);
+        c.overlap = first_overlap(fresh, thickness(a), thickness(b));
       }
       set_manifold(m, fresh, b_in_a);
       if (begins) changes.begin(index, c, m);
@@ -203,6 +205,10 @@ struct CollideShapes {
 
  private:
   FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
+
+  FATHOM_HD static float thickness(const BodyConstants& c) {
+    return half_thickness(c.shape(), c.half_extents, c.shape_radius, c.radius);
+  }
 
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin) const {

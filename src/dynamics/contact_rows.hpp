@@ -127,11 +127,12 @@ FATHOM_HD void push_tangential(ContactBody<Inertia>& a, ContactBody<Inertia>& b,
   push(a, b, impulse, torque + cross(frame.arm_a, impulse), torque + cross(frame.arm_b, impulse));
 }
 
-/// Frame, points and impulses to start from, of a manifold between bodies at `pose_a` and `pose_b`.
+/// Frame, points and impulses to start from, of a manifold between bodies at `pose_a` and `pose_b`, of which `overlap`
+/// (m) counts as touching. Returns how far the nearest points are apart (m).
 template <class Inertia>
-FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b,
-                               const ContactBody<Inertia>& a, const ContactBody<Inertia>& b, ContactFrame& f,
-                               PointRow points[max_manifold_points], ContactImpulses& impulses) {
+FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float overlap,
+                                const ContactBody<Inertia>& a, const ContactBody<Inertia>& b, ContactFrame& f,
+                                PointRow points[max_manifold_points], ContactImpulses& impulses) {
   const Mat3 rot_a = to_matrix(pose_a.rotation), rot_b = to_matrix(pose_b.rotation);
   const Vec3 between = pose_b.position - pose_a.position;
   f.normal = rot_a * m.normal;
@@ -146,7 +147,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
     if (i >= count) continue;
     const Vec3 on_a = rot_a * m.points[i].anchor_a;
     const Vec3 on_b = between + rot_b * m.points[i].anchor_b;
-    points[i].separation = dot(on_b - on_a, n);
+    points[i].separation = dot(on_b - on_a, n) + overlap;
     impulses.normal[i] = m.impulses[i];
     middle[i] = 0.5f * (on_a + on_b);
     nearest = min(nearest, points[i].separation);
@@ -209,6 +210,7 @@ FATHOM_HD void prepare_contact(const ContactManifold& m, const Pose& pose_a, con
   impulses.slide_2 = m.friction_impulse[1];
   impulses.twist = m.twist_impulse;
   impulses.step = 0;
+  return nearest - overlap;
 }
 
 /// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).

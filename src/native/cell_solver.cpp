@@ -5,6 +5,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "dynamics/overlap.hpp"
+
 namespace fathom::native {
 
 namespace {
@@ -103,7 +105,7 @@ ContactBody<Inertia> CellSolver::body(std::uint32_t slot) const {
 }
 
 void CellSolver::prepare(Row& row, std::uint32_t contact) {
-  const Contact& c = graph_[contact];
+  Contact& c = graph_[contact];
   const ContactManifold& m = graph_.manifold(c);
   row.contact = contact;
   row.a = c.a;
@@ -113,15 +115,17 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
   row.pushes_fixed = c.fixed_a;
   row.isotropic = !is_anisotropic(state_.solver[c.a + 1]) && !is_anisotropic(state_.solver[c.b + 1]);
   if (row.isotropic)
-    prepare_as<float>(row, m);
+    prepare_as<float>(row, c, m);
   else
-    prepare_as<SymMat3>(row, m);
+    prepare_as<SymMat3>(row, c, m);
 }
 
 template <class Inertia>
-void CellSolver::prepare_as(Row& row, const ContactManifold& m) {
+void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
-  prepare_contact(m, state_.poses[row.a], state_.poses[row.b], a, b, row.frame, row.points, row.impulses);
+  const float nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap, a, b, row.frame,
+                                        row.points, row.impulses);
+  if (c.overlap > 0) c.overlap = faded_overlap(c.overlap, nearest, overlap_kept(def_.dt));
   if (m.restitution == 0) return;
   const ContactAxes axes(row.frame);
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {

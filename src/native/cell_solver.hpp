@@ -51,7 +51,7 @@ class CellSolver {
   void partition(std::span<const std::uint32_t> in_contact);
   void prepare(Row& row, std::uint32_t contact);
   template <class Inertia>
-  void prepare_as(Row& row, const ContactManifold& manifold);
+  void prepare_as(Row& row, Contact& contact, const ContactManifold& manifold);
   void strike();
   template <Pass pass>
   void sweep();

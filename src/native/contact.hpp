@@ -25,12 +25,13 @@ struct Contact {
   std::uint32_t previous[2] = {none, none};
   std::uint32_t colour_slot = 0;  ///< place in its colour's list
   float recycle_distance = 0;     ///< m that the bodies may move against each other before the manifold is made anew
+  float overlap = 0;              ///< m that counts as touching (dynamics/overlap.hpp)
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;   ///< the slot holds a pair
 
   bool touching() const { return manifold != none; }
 };
-static_assert(sizeof(Contact) == 44);
+static_assert(sizeof(Contact) == 48);
 
 }  // namespace fathom::native

@@ -4,6 +4,7 @@
 
 #include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
+#include "dynamics/overlap.hpp"
 #include "native/native_simulator.hpp"
 #include "world/growth.hpp"
 
@@ -81,7 +82,13 @@ void NativeSimulator::begin_touching(const NewManifold& fresh) {
 }
 
 HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
-  const Contact& c = graph_[fresh.contact];
+  Contact& c = graph_[fresh.contact];
+  const auto thickness = [&](std::uint32_t slot) {
+    const BodyInfo& info = bodies[slot];
+    const Geometry& shape = info.geometry;
+    return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
+  };
+  c.overlap = first_overlap(fresh.manifold, thickness(c.a), thickness(c.b));
   ContactManifold& manifold = graph_.manifold(c);
   manifold = {};
   graph_.mix_materials(c);

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/overlap.hpp"
 #include "native/constraint_block-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,6 +32,7 @@ struct LaneContacts {
   const float* inertia_of_a[width];
   const float* inertia_of_b[width];
   HWY_ALIGN float counts[width];
+  HWY_ALIGN float overlaps[width];
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -55,7 +57,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -72,6 +74,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = m.points[3].other;
+    lanes.overlaps[i] = c.overlap;
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -105,6 +108,19 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
+/// Contacts whose bodies began inside each other, `nearest` apart by now: a part of the overlap has faded.
+template <class D>
+HWY_INLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                              const BodiesView& view, hn::Vec<D> overlap, hn::Vec<D> nearest) {
+  HWY_ALIGN float apart[Block<D>::width];
+  hn::Store(hn::Sub(nearest, overlap), D(), apart);
+  for (std::size_t i = 0; i < block.header().lanes; ++i) {
+    if (indices[i] == none) continue;
+    Contact& c = constrained.contacts[indices[i]];
+    if (c.overlap > 0) c.overlap = faded_overlap(c.overlap, apart[i], view.overlap_kept);
+  }
+}
+
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
 HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
@@ -126,7 +142,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   f.t1 = rot_a * tangent.xyz();
   f.t2 = cross(f.n, f.t1);
 
-  const V count = hn::Load(d, lanes.counts);
+  const V count = hn::Load(d, lanes.counts), overlap = hn::Load(d, lanes.overlaps);
   Vec3V<V> middle[max_manifold_points];
   Vec3V<V> sum{zero, zero, zero};
   V nearest = hn::Set(d, 1e30f);
@@ -137,13 +153,14 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     const Vec3V<V> on_a = rot_a * anchor_a.xyz();
     const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    const V separation = dot(on_b - on_a, f.n);
+    const V separation = hn::Add(dot(on_b - on_a, f.n), overlap);
     block.set(Block<D>::point(i, point_separation), separation);
     const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
     block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
     middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
     nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
   }
+  if (!hn::AllFalse(d, hn::Gt(overlap, zero))) fade_overlaps(block, indices, constrained, view, overlap, nearest);
   // Friction acts at the middle of the points that touch or nearly do.
   V weights[max_manifold_points];
   V near_count = zero;

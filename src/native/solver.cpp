@@ -5,6 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "dynamics/overlap.hpp"
 #include "dynamics/restitution.hpp"
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
@@ -273,7 +274,8 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 }
 
 BodiesView ContactSolver::view() {
-  return {state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data()};
+  return {state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data(),
+          overlap_kept(def_.dt)};
 }
 
 void ContactSolver::prepare(std::size_t begin, std::size_t end) {

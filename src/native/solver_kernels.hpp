@@ -26,11 +26,12 @@ struct BodiesView {
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
   const BodyMotion* motion = nullptr;
+  float overlap_kept = 1;  ///< a step (dynamics/overlap.hpp)
 };
 
 /// Constraints and manifolds they are made from.
 struct Constrained {
-  const Contact* contacts = nullptr;
+  Contact* contacts = nullptr;
   ContactManifold* manifolds = nullptr;
 };
 

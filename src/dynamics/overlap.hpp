@@ -1,0 +1,41 @@
+// Bodies that begin inside each other: placed so, or brought there. Pure, for host and device.
+//
+// Pushed out at once they arrive at the surface with a velocity that one relax sweep does not take away where several
+// contacts share a body: stacks hop, and until they have come down again nothing presses. So the depth at which they
+// began counts as touching, for a contact's lasting, and fades away in the course of some tenths of a second. They
+// carry each other from the first step and rise without haste.
+#pragma once
+
+#include "collision/manifold.hpp"
+
+namespace fathom {
+
+/// Time (s) in which an overlap fades to 1/e of itself. Bodies that rise so slow down by overlap / time² at most, 2.2
+/// m/s² for the greatest overlap, and stay on what they rise from in any gravity above that.
+inline constexpr float overlap_time = 0.15f;
+
+/// Half of a shape's thickness (m), about; `bounding` is its bounding sphere's radius (m).
+FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius, float bounding) {
+  if (type == ShapeType::box) return min(half_extents.x, min(half_extents.y, half_extents.z));
+  return type == ShapeType::hull ? 0.1f * bounding : radius;
+}
+
+/// The overlap (m) that a contact begins with: the depth of its deepest point. None where that is more than 5 cm or a
+/// tenth of the thinner shape's half: who begins as deep might be pushed through by what it carries.
+FATHOM_HD float first_overlap(const Manifold& m, float half_thickness_a, float half_thickness_b) {
+  float nearest = 0;
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (i < m.count) nearest = min(nearest, m.points[i].separation);
+  return -nearest <= min(0.05f, 0.1f * min(half_thickness_a, half_thickness_b)) ? -nearest : 0.0f;
+}
+
+/// What of an overlap fades within a step of length dt (s) is left with, as a factor.
+FATHOM_HD float overlap_kept(float dt) { return overlap_time / (overlap_time + dt); }
+
+/// What is left of `overlap` after a step of which `kept` is left over, the nearest points being `nearest` (m) apart:
+/// never more than the shapes overlap, so that what has parted meets at the surface again.
+FATHOM_HD float faded_overlap(float overlap, float nearest, float kept) {
+  return min(kept * overlap, max(-nearest, 0.0f));
+}
+
+}  // namespace fathom
