@@ -10,8 +10,8 @@
 
 namespace fathom {
 
-/// Time (s) in which an overlap fades to 1/e of itself. Bodies that rise so slow down by overlap / time² at most, 2.2
-/// m/s² for the greatest overlap, and stay on what they rise from in any gravity above that.
+/// Time (s) in which an overlap fades to 1/e of itself. What rises so is slowed down by overlap / time², at most 2.2
+/// m/s²: in stronger gravity it stays on what it rises from.
 inline constexpr float overlap_time = 0.15f;
 
 /// Half of a shape's thickness (m), about; `bounding` is its bounding sphere's radius (m).
