@@ -1,6 +1,7 @@
 // The world obeys the laws of mechanics, each to a stated figure.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "world_fixture.hpp"
@@ -22,6 +23,49 @@ TEST(Laws, FreeFallFollowsTheParabola) {
     EXPECT_NEAR(p.y, -4.0, 1e-4);
     EXPECT_NEAR(p.z, 100 + 5 * 2.0 - 9.81 * 2.0 * 2.0 / 2, 1e-4);
   }
+}
+
+/// A fall with half a second's velocity in steps of 1 ms keeps to the exact velocity. Rounded in every step it would be
+/// off by 5e-4 m/s after one second.
+void expect_exact_fall(World& world, BodyId id, Vec3 gravity) {
+  double worst = 0;
+  for (int i = 1; i <= 1200; ++i) {
+    world.step();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double exact = static_cast<double>(gravity[axis]) * (0.5 + static_cast<double>(0.001f) * i);
+      worst = std::max(worst, std::abs(static_cast<double>(world.velocity(id).linear[axis]) - exact));
+    }
+  }
+  EXPECT_LT(worst, 1.5e-6);
+}
+
+TEST(Laws, AFastFallGainsGravityAndNoMore) {
+  for (const Vec3 gravity : {Vec3{0, 0, -9.81f}, Vec3{3.3f, -7.1f, 5.7f}}) {
+    WorldDef def = quiet_world();
+    def.dt = 0.001f;
+    def.gravity = gravity;
+    World world(def);
+    const BodyId id = world.add(cube({0, 0, 0}));
+    world.set_velocity(id, 0.5f * gravity, {});
+    expect_exact_fall(world, id, gravity);
+  }
+}
+
+// Contacts look at what flies past a wall, and do nothing.
+TEST(Laws, SoDoesAFallAlongAWall) {
+  WorldDef def = quiet_world();
+  def.dt = 0.001f;
+  World world(def);
+  BodyDef wall = ground();
+  wall.pose.rotation = axis_angle({0, 1, 0}, pi / 2);
+  world.add(wall);
+  const BodyId id = world.add(dynamic(sphere(0.1f), {0.605f, 0, 20}));
+  world.set_velocity(id, 0.5f * def.gravity, {});
+  expect_exact_fall(world, id, def.gravity);
+  EXPECT_EQ(world.velocity(id).linear.x, 0);
+  int contacts = 0;
+  world.for_each_contact([&](const ContactInfo&) { ++contacts; });
+  EXPECT_EQ(contacts, 1);
 }
 
 TEST(Laws, ForceAcceleratesByItsMassAndOnlyForOneStep) {

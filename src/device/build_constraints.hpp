@@ -377,8 +377,6 @@ struct LayOutConstraints {
   }
 };
 
-FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
-
 /// What the solver knows of bodies in contact, and of columns.
 struct LoadBodies {
   BodyArrays bodies;

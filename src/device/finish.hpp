@@ -104,10 +104,11 @@ struct MoveBodies {
   /// `after` in every substep. `v` then becomes the velocity of a flight without.
   FATHOM_HD bool fly_on(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Vec3 after, Vec3& v,
                         Vec3& rest) const {
-    if (flags & forced_flag || c.linear_damping != 0) return false;
+    const float substeps = static_cast<float>(p.substeps);
+    if (flags & forced_flag || damping_factor(c.linear_damping, p.dt / substeps) != 1.0f) return false;
     Vec3 flown = v, left = rest;
     accelerate(flown, left, mul_add(rest, p.dt, pull(c)));
-    if (!may_have_flown(v, after, flown, static_cast<float>(p.substeps))) return false;
+    if (!may_have_flown(v, after, flown, substeps)) return false;
     // W is what contacts gave in all substeps but the last, and the reference the velocity before they acted in that.
     const WarmStart w = bodies.warm[i];
     if (!(w.linear == Vec3{} && after == w.linear_reference)) return false;
@@ -140,17 +141,26 @@ struct MoveBodies {
           c.is_isotropic() ? c.inverse_inertia * f.torque
                            : rotate(pose.rotation, bodies.tensors[i].inverse * inverse_rotate(pose.rotation, f.torque));
     }
-    const float linear_loss = 1.0f / (1.0f + h * c.linear_damping) - 1.0f;
-    const float angular_damping = 1.0f / (1.0f + h * c.angular_damping);
+    const float linear_damping = damping_factor(c.linear_damping, h);
+    const float angular_damping = damping_factor(c.angular_damping, h);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      accelerate(v.linear, rest, mul_add(mul_add(rest, h, acceleration), linear_loss, v.linear));
       v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
-      moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       if (c.is_isotropic())
         turning = mul_add(turning, h, v.angular);
       else
         step_torque_free(pose.rotation, v.angular, bodies.tensors[i].inertia, bodies.tensors[i].inverse, h);
+    }
+    if (linear_damping == 1.0f) {
+      // An exact parabola, in one.
+      accelerate(v.linear, rest, mul_add(rest, p.dt, acceleration));
+      moved = p.dt * mean_velocity(false, v.linear, acceleration, p.dt);
+    } else {
+      rest = {};
+      for (std::uint32_t s = 0; s < p.substeps; ++s) {
+        v.linear = mul_add(linear_damping * v.linear, h, acceleration);
+        moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
+      }
     }
     pose.position = pose.position + moved;
     if (c.is_isotropic()) pose.rotation = turned(pose.rotation, turning);

@@ -195,7 +195,7 @@ struct CollideShapes {
       if (begins) {
         m = ContactManifold{};
         changes.mix(c, m);
-        c.overlap = first_overlap(fresh, thickness(a), thickness(b));
+        c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b));
       }
       set_manifold(m, fresh, b_in_a);
       if (begins) changes.begin(index, c, m);

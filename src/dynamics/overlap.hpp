@@ -21,8 +21,10 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius, 
 }
 
 /// The overlap (m) that a contact begins with: the depth of its deepest point. None where that is more than 5 cm or a
-/// tenth of the thinner shape's half: who begins as deep might be pushed through by what it carries.
-FATHOM_HD float first_overlap(const Manifold& m, float half_thickness_a, float half_thickness_b) {
+/// tenth of the thinner shape's half: who begins as deep might be pushed through by what it carries. Nor where things
+/// bounce: they begin inside each other where hits have turned them within a step, and had better part.
+FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b) {
+  if (restitution > 0) return 0;
   float nearest = 0;
   for (int i = 0; i < max_manifold_points; ++i)
     if (i < m.count) nearest = min(nearest, m.points[i].separation);

@@ -88,10 +88,10 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
     const Geometry& shape = info.geometry;
     return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
   };
-  c.overlap = first_overlap(fresh.manifold, thickness(c.a), thickness(c.b));
   ContactManifold& manifold = graph_.manifold(c);
   manifold = {};
   graph_.mix_materials(c);
+  c.overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b));
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   return hit(c);
 }

@@ -135,24 +135,44 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   angular = angular + Vec3V<V>{hn::Load(d, extra[3]), hn::Load(d, extra[4]), hn::Load(d, extra[5])};
 }
 
-/// All substeps of bodies without contacts, which are all dynamic.
+/// `to` becomes `from` in some lanes.
+void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
+  to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
+}
+
+/// All substeps of bodies without contacts, which are all dynamic. Without damping they are one, an exact parabola.
 void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                     Motion& m) {
   const V h = set(p.dt / static_cast<float>(p.substeps));
   const QuadV<V> first = lanes.load(&bodies[0], 0), second = lanes.load(&bodies[0], 1);
   Vec3V<V> acceleration = scale(first.w, set(p.gravity)), angular_acceleration = zero3();
   add_forces(lanes, bodies, state, acceleration, angular_acceleration);
-  const V linear_loss = hn::Sub(hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f))), set(1.0f));
+  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f)));
   const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.y, set(1.0f)));
-  const V back = hn::Mul(set(-0.5f), h);
   m.moved = m.turned = zero3();
   for (int i = 0; i < p.substeps; ++i) {
-    accelerate(m, mul_add(mul_add(m.rest, h, acceleration), linear_loss, m.linear));
     m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
-    // `mean_velocity` of what nothing touches.
-    m.moved = mul_add(m.moved, h, mul_add(m.linear, back, acceleration));
     m.turned = mul_add(m.turned, h, m.angular);
   }
+  const V dt = set(p.dt);
+  Motion undamped = m;
+  accelerate(undamped, mul_add(m.rest, dt, acceleration));
+  undamped.moved = scale(dt, mul_add(undamped.linear, hn::Mul(set(-0.5f), dt), acceleration));
+  const auto damped = hn::Ne(linear_damping, set(1.0f));
+  if (!hn::AllFalse(D(), damped)) {
+    const V back = hn::Mul(set(-0.5f), h);
+    for (int i = 0; i < p.substeps; ++i) {
+      m.linear = mul_add(scale(linear_damping, m.linear), h, acceleration);
+      m.moved = mul_add(m.moved, h, mul_add(m.linear, back, acceleration));  // `mean_velocity` of what nothing touches
+    }
+    m.rest = zero3();
+    take(damped, m.linear, undamped.linear);
+    take(damped, m.rest, undamped.rest);
+    take(damped, m.moved, undamped.moved);
+  }
+  m.linear = undamped.linear;
+  m.rest = undamped.rest;
+  m.moved = undamped.moved;
 }
 
 /// Lanes that contacts could have touched and did not have flown freely, the solver rounding their velocity in every
@@ -179,10 +199,8 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   free = hn::And(free, none(given.x, m.linear.x, reference.x));
   free = hn::And(free, none(given.y, m.linear.y, reference.y));
   free = hn::And(free, none(given.z, m.linear.z, reference.z));
-  const auto take = [&](V now, V other) { return hn::IfThenElse(free, other, now); };
-  m.linear = {take(m.linear.x, flown.linear.x), take(m.linear.y, flown.linear.y), take(m.linear.z, flown.linear.z)};
-  m.rest = {hn::IfThenElseZero(free, flown.rest.x), hn::IfThenElseZero(free, flown.rest.y),
-            hn::IfThenElseZero(free, flown.rest.z)};
+  take(free, flown.linear, m.linear);
+  take(free, flown.rest, m.rest);
 }
 
 /// Bodies with several principal moments turn substep by substep; those in contact the solver has turned already.

@@ -20,8 +20,6 @@ constexpr std::size_t alignment = 64;
 constexpr std::size_t least_blocks = 4;
 constexpr std::size_t least_bodies = 64;  // worth another thread
 
-float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
-
 }  // namespace
 
 ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph,
