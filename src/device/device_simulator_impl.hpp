@@ -147,6 +147,7 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   settings.dt = def.dt;
   settings.grid_base = grid_base_;
   settings.restitution_threshold = s.restitution_threshold;
+  settings.sag = contact_sag(def);
   settings.solve = solve_parameters(def);
   settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), s.max_linear_speed, def.sleep.enabled,
                    def.sleep.linear_speed};

@@ -23,6 +23,7 @@ struct StepSettings {
   float dt = 0;                     ///< s
   float grid_base = 1;              ///< m
   float restitution_threshold = 0;  ///< m/s
+  float sag = 0;                    ///< s²: `contact_sag`
   SolveParameters solve;
   MoveParameters move;
   float sleep_time = 0;  ///< s
@@ -173,7 +174,9 @@ class Step {
   }
 
   bool has_columns() const { return settings_.solve.soft && !settings_.published.cells; }
-  ContactChanges contact_changes() const { return {bodies_, contacts_, counters_, settings_.restitution_threshold}; }
+  ContactChanges contact_changes() const {
+    return {bodies_, contacts_, counters_, settings_.restitution_threshold, settings_.sag};
+  }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }
   exec::Range contact_groups() const {

@@ -22,6 +22,7 @@ struct ContactChanges {
   ContactArrays contacts;
   Counters* counters;
   float restitution_threshold;  ///< m/s
+  float sag;                    ///< s²: `contact_sag`
 
   /// All that sleep with body `i` wake before constraints are built.
   FATHOM_HD void wake(std::uint32_t i) const {
@@ -195,7 +196,8 @@ struct CollideShapes {
       if (begins) {
         m = ContactManifold{};
         changes.mix(c, m);
-        c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b));
+        c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b),
+                                  changes.sag * length(changes.counters->gravity));
       }
       set_manifold(m, fresh, b_in_a);
       if (begins) changes.begin(index, c, m);

@@ -20,15 +20,17 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius, 
   return type == ShapeType::hull ? 0.1f * bounding : radius;
 }
 
-/// The overlap (m) that a contact begins with: the depth of its deepest point. None where that is more than 5 cm or a
-/// tenth of the thinner shape's half: who begins as deep might be pushed through by what it carries. Nor where things
-/// bounce: they begin inside each other where hits have turned them within a step, and had better part.
-FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b) {
+/// What counts as touching where a contact begins (m): the depth of its deepest point, less the `sag` (m) that springs
+/// have under a body's own weight, so that they press. Nothing where that depth is more than 5 cm or a tenth of the
+/// thinner shape's half: who begins as deep might be pushed through by what it carries. Nor where things bounce: they
+/// begin inside each other where hits have turned them within a step, and had better part.
+FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
+                              float sag) {
   if (restitution > 0) return 0;
   float nearest = 0;
   for (int i = 0; i < max_manifold_points; ++i)
     if (i < m.count) nearest = min(nearest, m.points[i].separation);
-  return -nearest <= min(0.05f, 0.1f * min(half_thickness_a, half_thickness_b)) ? -nearest : 0.0f;
+  return -nearest <= min(0.05f, 0.1f * min(half_thickness_a, half_thickness_b)) ? max(-nearest - sag, 0.0f) : 0.0f;
 }
 
 /// What of an overlap fades within a step of length dt (s) is left with, as a factor.

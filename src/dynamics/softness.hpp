@@ -32,11 +32,21 @@ struct ContactSoftness {
   Softness fixed;    ///< against one that cannot
 };
 
-/// Springs of at most 0.15 of the substep rate, twice as stiff against bodies that cannot be pushed. Stiffer ones shake
-/// pyramids apart, softer ones let columns buckle (docs/solver.md).
+/// Hz: at most 0.15 of the rate of substeps of h seconds. Stiffer springs shake pyramids apart, softer ones let columns
+/// buckle (docs/solver.md).
+inline float contact_hertz(const SolverSettings& settings, float h) { return min(settings.contact_hertz, 0.15f / h); }
+
+/// Springs twice as stiff against bodies that cannot be pushed.
 inline ContactSoftness contact_softness(const SolverSettings& settings, float h) {
-  const float hertz = min(settings.contact_hertz, 0.15f / h), ratio = settings.contact_damping_ratio;
+  const float hertz = contact_hertz(settings, h), ratio = settings.contact_damping_ratio;
   return {make_soft(hertz, ratio, h), make_soft(2 * hertz, ratio, h)};
+}
+
+/// How far a body sinks into one that cannot be pushed under each m/s² of gravity, until its contact's spring carries
+/// it (s²): 1 / ω².
+inline float contact_sag(const WorldDef& def) {
+  const float omega = 4 * pi * contact_hertz(def.solver, def.dt / static_cast<float>(def.solver.substeps));
+  return 1 / (omega * omega);
 }
 
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.

@@ -5,6 +5,7 @@
 #include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/softness.hpp"
 #include "native/native_simulator.hpp"
 #include "world/growth.hpp"
 
@@ -91,7 +92,8 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
   ContactManifold& manifold = graph_.manifold(c);
   manifold = {};
   graph_.mix_materials(c);
-  c.overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b));
+  c.overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
+                            contact_sag(def) * length(def.gravity));
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   return hit(c);
 }
