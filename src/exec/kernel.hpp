@@ -52,7 +52,9 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
 ///
 /// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
 /// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
-/// true.
+/// true. It may also have `bool keeps_to_warps(plan, place)`: whether the phase, which has as many items as the one
+/// before, reads of what that wrote only what was written by items of the same 32, i / 32 being alike. Then only these
+/// wait for each other.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&

@@ -35,7 +35,7 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
 /// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
 /// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
 /// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read: then it is
-/// `barrier.pass()`.
+/// `barrier.pass()`. Before a phase that `kernel.keeps_to_warps(plan, place)` it is `barrier.wait_for_warp()`.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
@@ -53,7 +53,13 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   auto place = kernel.place(plan, 0);
   ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
   std::uint32_t i = share.first;
-  bool begins = false;
+  const auto go_on = [&] {
+    place = kernel.next(plan, place);
+    share = share_of(kernel, plan, place, first, stride, most_items);
+    i = share.first;
+  };
+  constexpr bool may_keep_to_warps = requires { kernel.keeps_to_warps(plan, place); };
+  bool begins = false, in_warps = false;
   // One call of `fetch` and one of the kernel, in one loop over items and phases: their code is long, every copy of it
   // would be fetched anew, and where two loads meet, a register may have to be copied, which waits for its load.
   for (std::uint32_t phase = 0;;) {
@@ -62,14 +68,14 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
     if (i < share.end) kernel.fetch(plan, place, i, fetched);
     if (begins) {
       begins = false;
-      if (waits)
+      if (in_warps)
+        barrier.wait_for_warp();
+      else if (waits)
         barrier.wait();
       else
         barrier.pass();
       if constexpr (!is_planned) {
-        place = kernel.next(plan, place);
-        share = share_of(kernel, plan, place, first, stride, most_items);
-        i = share.first;
+        go_on();
         if (ends_at_empty && share.end == 0) return;
       }
     }
@@ -81,12 +87,14 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       }
     }
     if (++phase == phases) return;
-    if (waits) barrier.arrive();
     begins = true;
-    if constexpr (is_planned) {
-      place = kernel.next(plan, place);
-      share = share_of(kernel, plan, place, first, stride, most_items);
-      i = share.first;
+    if constexpr (may_keep_to_warps) {
+      go_on();
+      in_warps = kernel.keeps_to_warps(plan, place);
+      if (waits && !in_warps) barrier.arrive();
+    } else {
+      if (waits) barrier.arrive();
+      if constexpr (is_planned) go_on();
     }
   }
 }
