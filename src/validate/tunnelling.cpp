@@ -61,9 +61,7 @@ void bullets(const Setup& setup, Record& record) {
       passed_free += world.pose(free_bullet).position.x > -4.5f;
     }
     const std::string at = dt > 0.01f ? ", Δt 1/60 s" : ", Δt 1/240 s";
-    Check& fixed = record.at_most("of " + std::to_string(3 * shots) + " bullets through a fixed plate" + at, passed, 0);
-    if (setup.full && dt < 0.01f)
-      fixed.known = "a spinning cube keeps 17 m/s where one sweep a substep does not stop its four points at once";
+    record.at_most("of " + std::to_string(3 * shots) + " bullets through a fixed plate" + at, passed, 0);
     record.at_most("of " + std::to_string(3 * shots) + " oblique ones" + at, passed_oblique, 0);
     record.at_most("of " + std::to_string(shots) + " through a plate of 10 kg that can move" + at, passed_free, 0);
   }
