@@ -347,12 +347,12 @@ struct WarpRounds {
   FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place) const { return plan.items; }
   FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
-  FATHOM_HD bool keeps_to_warps(const Plan&, Place phase) const { return phase % 3 > 0; }
+  FATHOM_HD Wait wait_before(const Plan&, Place phase) const { return phase % 3 > 0 ? Wait::for_warp : Wait::for_all; }
   FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
   FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t i, const Fetched&) const {
     const std::uint32_t* const before = values + phase * width;
     std::uint32_t neighbour = i + 32 < width ? i + 32 : i % 32;
-    if (keeps_to_warps({}, phase)) {
+    if (phase % 3 > 0) {
       const std::uint32_t first = i / 32 * 32, most = width - first < 32 ? width - first : 32;
       neighbour = first + (i - first + 7) % most;
     }

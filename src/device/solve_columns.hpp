@@ -6,6 +6,7 @@
 
 #include "device/solve.hpp"
 #include "dynamics/column_links.hpp"
+#include "exec/atomic.hpp"
 
 namespace fathom::device {
 
@@ -14,7 +15,7 @@ struct ColumnView {
   const BodyArrays& bodies;
   const ConstraintArrays& constraints;
   const SolveParameters& p;
-  const ColumnContact* contacts;  ///< of the column, from its base
+  ColumnContact* contacts;  ///< of the column, from its base
 
   FATHOM_HD Quad* rows(std::uint32_t k) const { return rows_of(constraints, contacts[k].constraint); }
 
@@ -38,19 +39,31 @@ struct ColumnView {
 
   /// The device index of body j.
   FATHOM_HD std::uint32_t index(std::uint32_t j) const { return j == 0 ? contacts[0].below : contacts[j - 1].above; }
-  FATHOM_HD SolverBody body(std::uint32_t j) const { return bodies.solver[index(j)].body(); }
+  FATHOM_HD SolverBody lower(std::uint32_t k) const { return body(k, contacts[k].below, !contacts[k].upward); }
+  FATHOM_HD SolverBody upper(std::uint32_t k) const { return body(k, contacts[k].above, contacts[k].upward); }
   FATHOM_HD Vec3 acceleration(std::uint32_t j) const { return bodies.motion[index(j)].acceleration; }
   FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const {
     if (inverse > 0) return column_inertia(inverse, {});
     const WorldInertia w = bodies.inertia[index(j)];
     return column_inertia(0, {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz});
   }
-  /// Goes that part of the way to a target.
-  FATHOM_HD void turn(std::uint32_t j, float part, Vec3 linear, Vec3 angular) const {
-    SolverQuads& body = bodies.solver[index(j)];
-    const Vec3 v = body.linear.xyz(), w = body.angular.xyz();
-    body.linear = quad(mul_add(v, part, linear - v), 0);
-    body.angular = quad(mul_add(w, part, angular - w), 0);
+  /// Goes that part of the way to a target. How often the quads were written stays as it is: nobody waits for them
+  /// while columns are braced.
+  FATHOM_HD void turn(std::uint32_t body, float part, Vec3 linear, Vec3 angular) const {
+    SolverQuads& to = bodies.solver[body];
+    const Vec3 v = to.linear.xyz(), w = to.angular.xyz();
+    to.linear = quad(mul_add(v, part, linear - v), to.linear.w);
+    to.angular = quad(mul_add(w, part, angular - w), to.angular.w);
+  }
+
+ private:
+  /// A or B of contact k.
+  FATHOM_HD SolverBody body(std::uint32_t k, std::uint32_t index, bool is_b) const {
+    SolverBody b = bodies.solver[index].body();
+    const Quad masses = rows(k)[mass_row * tile_width];
+    b.inverse_mass = is_b ? masses.z : masses.x;
+    b.inverse_inertia = is_b ? masses.w : masses.y;
+    return b;
   }
 };
 
@@ -75,7 +88,7 @@ struct StoredRungs {
     const std::uint32_t bits = r.touches | (r.holds ? holds_bit : 0);
     q[0] = quad(link.arm, __builtin_bit_cast(float, bits));
     q[1] = quad(link.rise, link.mass);
-    q[2] = quad(link.linear, link.inverse_inertia);
+    q[2] = quad(link.linear, link.inertia);
     q[3] = quad(link.spin_momentum, r.friction);
     q[4] = quad(link.weight, r.patch_radius);
     q[5] = {r.x[0], r.x[1], r.x[2], r.x[3]};
@@ -89,13 +102,19 @@ struct StoredRungs {
     const Mat3& d = r.distribution;  // symmetric
     q[12] = {d.x.y, d.x.z, d.y.y, d.y.z};
     q[13].x = d.z.z;
+    exec::atomic_store(column.contacts[k].part, __builtin_bit_cast(std::uint32_t, 1.0f));
   }
 
   FATHOM_HD ColumnLink link(std::uint32_t k) const {
     const Quad* const q = at(k);
-    return {q[0].xyz(), q[1].xyz(), q[2].xyz(), q[3].xyz(), q[4].xyz(), q[1].w, q[2].w, (bits(k) & holds_bit) != 0};
+    ColumnLink link;
+    link.arm = q[0].xyz(), link.rise = q[1].xyz(), link.linear = q[2].xyz();
+    link.spin_momentum = q[3].xyz(), link.weight = q[4].xyz();
+    link.mass = q[1].w, link.inertia = q[2].w;
+    return link;
   }
-  FATHOM_HD SolverBody body(std::uint32_t j) const { return column.body(j); }
+  FATHOM_HD bool holds(std::uint32_t k) const { return (bits(k) & holds_bit) != 0; }
+  FATHOM_HD SolverBody lower(std::uint32_t k) const { return column.lower(k); }
   FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const { return column.inertia(j, inverse); }
 
   /// What is not read after `put_change`.
@@ -122,13 +141,13 @@ struct StoredRungs {
     return r;
   }
 
-  FATHOM_HD void put_change(std::uint32_t k, const ColumnHold& h, const ColumnGift& g, float part) const {
+  FATHOM_HD void put_change(std::uint32_t k, const ColumnHold& h, const ColumnGift& g) const {
     Quad* const q = at(k);
-    q[9] = {g.slide_1, g.slide_2, g.twist, part};
+    q[9] = {g.slide_1, g.slide_2, g.twist, 0};
     q[10] = quad(g.multipliers, 0);
     q[11] = quad(h.target, __builtin_bit_cast(float, h.begin));
     q[12] = quad(h.spin, __builtin_bit_cast(float, h.end));
-    q[13] = quad(h.base_target, 0);
+    q[13].x = h.base_target.x, q[13].y = h.base_target.y, q[13].z = h.base_target.z;
   }
   FATHOM_HD ColumnChange change(std::uint32_t k) const {
     const Quad* const q = at(k);
@@ -140,8 +159,15 @@ struct StoredRungs {
             q[13].xyz(),
             q[12].xyz()};
   }
-  /// Of its gift, that contact k can give.
-  FATHOM_HD float part(std::uint32_t k) const { return at(k)[9].w; }
+
+  /// The piece that begins with contact k goes that part of its way at most.
+  FATHOM_HD void limit_part(std::uint32_t k, float part) const {
+    // Numbers that are not negative are in the order of their bits.
+    exec::atomic_min(column.contacts[k].part, part > 0 ? __builtin_bit_cast(std::uint32_t, part) : 0u);
+  }
+  FATHOM_HD float part(std::uint32_t k) const {
+    return __builtin_bit_cast(float, exec::atomic_load(column.contacts[k].part));
+  }
 
  private:
   static constexpr std::uint32_t holds_bit = 1u << max_manifold_points;
@@ -149,7 +175,8 @@ struct StoredRungs {
 };
 
 /// A brace takes three phases: rungs of all contacts, what they are to do, and that part of it that all of their piece
-/// can. A column's contacts are the same items' in each, which wait for nobody else.
+/// can. A column's contacts are the same items' in each, which wait for nobody else; before and after a brace all wait
+/// for all, between sweeps for data only, if they can.
 struct SolveWithColumns {
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
@@ -164,6 +191,7 @@ struct SolveWithColumns {
   struct Place {
     SolveConstraints::Place in_solve;
     Brace brace;  ///< of the columns, after the sweep of `in_solve`
+    bool follows_brace;
   };
 
   SolveConstraints solver;
@@ -174,20 +202,21 @@ struct SolveWithColumns {
     plan.log_lanes = 5;
     while (plan.columns << plan.log_lanes > plan.bodies) --plan.log_lanes;
   }
+  FATHOM_HD void keep_barriers(Plan& plan) const { solver.keep_barriers(plan); }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = solver.all_phases(plan);
     return n && plan.columns ? n + brace_phases * 2 * solver.p.substeps : 0;
   }
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{solver.place(plan, 0), no_brace};
+    Place place{solver.place(plan, 0), no_brace, false};
     for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
     return place;
   }
   FATHOM_HD Place next(const Plan& plan, Place place) const {
     const SolveConstraints::Place& at = place.in_solve;
-    if (place.brace == no_brace && is_braced(at.what) && at.colour + 1 == plan.sweeps) return {at, rungs};
-    if (place.brace == rungs || place.brace == holds) return {at, static_cast<Brace>(place.brace + 1)};
-    return {solver.next(plan, at), no_brace};
+    if (place.brace == no_brace && is_braced(at.what) && at.colour + 1 == plan.sweeps) return {at, rungs, false};
+    if (place.brace == rungs || place.brace == holds) return {at, static_cast<Brace>(place.brace + 1), false};
+    return {solver.next(plan, at), no_brace, place.brace == changes};
   }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     return place.brace == no_brace ? solver.items(plan, place.in_solve) : plan.columns << plan.log_lanes;
@@ -195,8 +224,10 @@ struct SolveWithColumns {
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
     return place.brace == no_brace && solver.is_serial(plan, place.in_solve);
   }
-  FATHOM_HD bool keeps_to_warps(const Plan&, Place place) const {
-    return place.brace == holds || place.brace == changes;
+  FATHOM_HD exec::Wait wait_before(const Plan& plan, Place place) const {
+    if (place.brace == holds || place.brace == changes) return exec::Wait::for_warp;
+    const bool at_brace = place.brace == rungs || place.follows_brace;
+    return at_brace || !plan.by_data ? exec::Wait::for_all : exec::Wait::for_data;
   }
   FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
     if (place.brace == no_brace) solver.fetch(plan, place.in_solve, i, f);
@@ -219,10 +250,12 @@ struct SolveWithColumns {
     const ColumnView column{solver.bodies, solver.constraints, solver.p, solver.bodies.column_contacts + range.first};
     const StoredRungs stored{column, solver.bodies.column_rungs + std::size_t{range.first} * rung_quads};
     const bool pushes_out = place.in_solve.what != SolveConstraints::relax;
-    const std::uint32_t lanes = 1u << plan.log_lanes;
-    for (std::uint32_t k = i & (lanes - 1); k < range.count; k += lanes) {
+    const std::uint32_t lanes = 1u << plan.log_lanes, first = i & (lanes - 1);
+    if (place.brace != rungs)
+      for (std::uint32_t k = first; k < range.count; k += lanes) exec::bring_near<rung_quads>(stored.at(k));
+    for (std::uint32_t k = first; k < range.count; k += lanes) {
       if (place.brace == rungs)
-        stored.put(k, column_rung(column, k, column.body(k), column.body(k + 1), range.count, pushes_out));
+        stored.put(k, column_rung(column, k, column.lower(k), column.upper(k), range.count, pushes_out));
       else if (place.brace == holds)
         hold(stored, range.count, k);
       else
@@ -234,20 +267,21 @@ struct SolveWithColumns {
     const ColumnRung r = stored.rung(k);
     const ColumnHold h = ColumnHolds(stored, contacts).hold(k, r.arm_above);
     const ColumnGift gift = column_gift(r, h.gain);
-    stored.put_change(k, h, gift, column_limits(r, gift, h.weight).part_possible(1));
+    stored.put_change(k, h, gift);
+    if (h.end > h.begin) stored.limit_part(h.begin, column_limits(r, gift, h.weight).part_possible(1));
   }
 
   FATHOM_HD static void change(const ColumnView& column, const StoredRungs& stored, std::uint32_t k, bool pushes_out) {
     const ColumnChange c = stored.change(k);
     if (c.begin == c.end) return;
-    float part = 1;
-    for (std::uint32_t j = c.begin; j < c.end; ++j) part = min(part, stored.part(j));
+    const float part = stored.part(c.begin);
     if (!(part > 0)) return;
     const ContactImpulses impulses = column_impulses(stored.points(k), c.gift, part, pushes_out);
     store_normal_impulses(column.rows(k), impulses);
     store_friction_impulses(column.rows(k), impulses);
-    column.turn(k + 1, part, c.target, c.spin);
-    if (k == c.begin && column.body(k).inverse_mass > 0) column.turn(k, part, c.base_target, c.spin);
+    column.turn(column.contacts[k].above, part, c.target, c.spin);
+    if (k == c.begin && column.lower(k).inverse_mass > 0)
+      column.turn(column.contacts[k].below, part, c.base_target, c.spin);
   }
 };
 
