@@ -75,6 +75,22 @@ TEST(Overlap, WhatBeginsDeepInsideIsPushedOutAtOnce) {
   EXPECT_GT(world.pose(id).position.z, 0.995f);
 }
 
+// In a crowd a hit throws bouncing bodies into others that no contact expected: they are to bounce from there.
+TEST(Overlap, WhatBouncesMayBeginDeeper) {
+  for (const float restitution : {0.0f, 0.5f}) {
+    World world(quiet_world());
+    world.add(ground());
+    BodyDef def = cube({0, 0, 0.92f});
+    def.material.restitution = restitution;
+    const BodyId id = world.add(def);
+    run(world, 4);
+    if (restitution > 0)
+      EXPECT_LT(world.pose(id).position.z, 0.96f);
+    else
+      EXPECT_GT(world.pose(id).position.z, 0.98f);
+  }
+}
+
 // What was lifted out lands on the surface, not where it began.
 TEST(Overlap, EndsWhereBodiesPart) {
   World world(quiet_world());
