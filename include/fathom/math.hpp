@@ -195,8 +195,8 @@ FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
   return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
 }
 
-/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads. What is reserved is the
-/// simulators' own.
+/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads. What is reserved is
+/// the simulators' own.
 struct alignas(16) Pose {
   Vec3 position{};
   float reserved = 0;
@@ -213,8 +213,8 @@ FATHOM_HD Pose operator*(const Pose& a, const Pose& b) {
 }
 FATHOM_HD bool is_finite(const Pose& p) { return is_finite(p.position) && is_finite(p.rotation); }
 
-/// Linear velocity (m/s) of the centre of mass and angular velocity (rad/s), both in world axes. What is reserved is the
-/// simulators' own.
+/// Linear velocity (m/s) of the centre of mass and angular velocity (rad/s), both in world axes. What is reserved is
+/// the simulators' own.
 struct alignas(16) Velocity {
   Vec3 linear{};
   float reserved0 = 0;

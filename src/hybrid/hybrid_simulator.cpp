@@ -54,7 +54,7 @@ bool HybridSimulator::is_pair_of_boxes(const Contact& c) const {
 }
 
 void HybridSimulator::inspect(std::uint32_t index) {
-  const Contact& c = graph_[index];
+  Contact& c = graph_[index];
   native::Inspection& seen = inspections_[index];
   seen = {};
   if (c.in_use && is_active(c))

@@ -123,9 +123,9 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
 template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
-  const float nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap, a, b, row.frame,
+  const float nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap(), a, b, row.frame,
                                         row.points, row.impulses);
-  if (c.overlap > 0) c.overlap = faded_overlap(c.overlap, nearest, overlap_kept(def_.dt));
+  if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), nearest, overlap_kept(def_.dt));
   if (m.restitution == 0) return;
   const ContactAxes axes(row.frame);
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {

@@ -24,14 +24,16 @@ struct Contact {
   std::uint32_t next[2] = {none, none};  ///< further contacts of A and of B; the low bit tells which side
   std::uint32_t previous[2] = {none, none};
   std::uint32_t colour_slot = 0;  ///< place in its colour's list
-  float recycle_distance = 0;     ///< m that the bodies may move against each other before the manifold is made anew
-  float overlap = 0;              ///< m that counts as touching (dynamics/overlap.hpp)
+  /// m that the bodies may move against each other before the manifold is made anew. Below zero: none, and so much of
+  /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
+  float recycle_distance = 0;
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;   ///< the slot holds a pair
 
   bool touching() const { return manifold != none; }
+  float overlap() const { return max(-recycle_distance, 0.0f); }
 };
-static_assert(sizeof(Contact) == 48);
+static_assert(sizeof(Contact) == 44);
 
 }  // namespace fathom::native

@@ -92,8 +92,9 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
   ContactManifold& manifold = graph_.manifold(c);
   manifold = {};
   graph_.mix_materials(c);
-  c.overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
-                            contact_sag(def) * length(def.gravity));
+  const float overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
+                                      contact_sag(def) * length(def.gravity));
+  c.recycle_distance = overlap > 0 ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   return hit(c);
 }

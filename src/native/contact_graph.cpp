@@ -66,8 +66,7 @@ void ContactGraph::fill(Contact& c, Pair pair) const {
   if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
   c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
   c.in_use = true;
-  const BodyInfo &a = bodies_[c.a], &b = bodies_[c.b];
-  c.recycle_distance = recycle_distance(a.shape.type, a.radius, b.shape.type, b.radius);
+  c.recycle_distance = recycle_distance(bodies_[c.a], bodies_[c.b]);
 }
 
 // A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.

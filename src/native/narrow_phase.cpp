@@ -5,16 +5,22 @@
 
 namespace fathom::native {
 
-Inspection inspect_contact(const Contact& c, const ContactManifold* manifold, const BodyTable& bodies,
-                           const BodyState& state, float dt) {
+float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
+  return fathom::recycle_distance(a.shape.type, a.radius, b.shape.type, b.radius);
+}
+
+Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
+                           float dt) {
   if ((state.flags[c.a] | state.flags[c.b]) & box_changed)
     if (!overlaps(state.fat_boxes[c.a], state.fat_boxes[c.b])) return {Change::gone};
   if (!overlaps(state.boxes[c.a], state.boxes[c.b])) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (manifold && moved_little(*manifold, b_in_a, c.recycle_distance)) return {Change::recycled};
+  if (manifold && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
 
   const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
+  constexpr float faded = 1e-7f;  // m
+  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(a, b);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   return {Change::nothing, true, margin, b_in_a};
 }

@@ -29,6 +29,9 @@ struct PartedContact {
   bool gone;
 };
 
+/// Distance (m) that two bodies may move against each other before their manifold is made anew.
+float recycle_distance(const BodyInfo& a, const BodyInfo& b);
+
 /// What a contact needs before shapes are collided.
 struct Inspection {
   Change change = Change::nothing;  ///< where `collide` is false
@@ -36,7 +39,7 @@ struct Inspection {
   float margin = 0;  ///< m
   Pose b_in_a{};
 };
-Inspection inspect_contact(const Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
+Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
                            const BodyState& state, float dt);
 /// What follows from having collided: into the `manifold` of a touching contact, or into `begun`.
 Change take_manifold(std::uint32_t index, const Manifold& fresh, const Pose& b_in_a, ContactManifold* manifold,

@@ -74,7 +74,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = m.points[3].other;
-    lanes.overlaps[i] = c.overlap;
+    lanes.overlaps[i] = c.overlap();
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -117,7 +117,7 @@ HWY_INLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indice
   for (std::size_t i = 0; i < block.header().lanes; ++i) {
     if (indices[i] == none) continue;
     Contact& c = constrained.contacts[indices[i]];
-    if (c.overlap > 0) c.overlap = faded_overlap(c.overlap, apart[i], view.overlap_kept);
+    if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), apart[i], view.overlap_kept);
   }
 }
 
