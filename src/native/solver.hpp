@@ -93,7 +93,8 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
-  void brace(std::span<const Columns::Column> columns, bool pushes_out, const SweepParameters& parameters);
+  template <class Work>
+  void brace(const Work& work, bool pushes_out, const SweepParameters& parameters);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;
