@@ -201,10 +201,14 @@ void NativeSimulator::prefetch_bodies(const Contact& c) const {
   if (!c.in_use) return;
   prefetch_both_lines(&state_.boxes[c.a]);
   prefetch_both_lines(&state_.boxes[c.b]);
-  if (!c.touching()) return;
   prefetch_to_read(&state_.poses[c.a]);
   prefetch_to_read(&state_.poses[c.b]);
-  prefetch_to_read(&graph_.manifold(c));
+  if (c.touching()) return prefetch_to_read(&graph_.manifold(c));
+  // What has no manifold to keep is collided, most of it.
+  prefetch_to_read(&bodies[c.a]);
+  prefetch_to_read(&bodies[c.b]);
+  prefetch_to_read(&state_.velocities[c.a]);
+  prefetch_to_read(&state_.velocities[c.b]);
 }
 
 void NativeSimulator::list_active() {

@@ -210,7 +210,8 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
-  wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
+  wide_blocks_.scattered = pool_.thread_count() > 1;
+  wide_blocks_.shared = wide_blocks_.scattered && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
     columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)},
                     pool_);
