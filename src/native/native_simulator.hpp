@@ -107,8 +107,10 @@ class NativeSimulator : public Simulator {
   /// Moves bodies by what the solver found, or by gravity alone.
   template <bool in_contact>
   void move_part(std::span<const std::uint32_t> slots);
-  /// All that the solver does not move.
-  void move_free();
+  /// Moves all that the solver does not, while the caller's thread begins with alone().
+  template <class Alone>
+  void move_free(const Alone& alone);
+  void lay_out_constraints();
   int threads_worth_while();
   double waiting_in_a_heap() const;
   BroadPhaseInput broad_phase_input() const;

@@ -206,7 +206,7 @@ void ContactSolver::for_each_group(const Act& act) {
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
@@ -216,6 +216,9 @@ void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood
     columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)},
                     pool_);
   columns_.choose(layout_.groups(), static_cast<std::size_t>(pool_.thread_count()));
+}
+
+void ContactSolver::build() {
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
   if (!layout_.groups().empty()) return;
