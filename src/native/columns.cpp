@@ -20,12 +20,15 @@ int Columns::contacts_of(std::uint32_t slot) const {
   return std::popcount(state_.colour_mask[slot]) + static_cast<int>(state_.overflow_count[slot]);
 }
 
-void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes,
-                     ThreadPool& pool) {
+void Columns::update(std::span<const std::uint32_t> in_contact, std::size_t largest_island, ThreadPool& pool) {
   columns_.clear();
   links_.clear();
   tops_.clear();
-  is_bundled_ = false;
+  is_bundled_ = knows_lanes_ = false;
+  any_is_uneven_ = fathom::is_uneven(bodies_.least_inverse_mass(), bodies_.most_inverse_mass());
+  if (!is_worth_bracing(static_cast<std::uint32_t>(std::min<std::size_t>(largest_island, least_column)),
+                        any_is_uneven_))
+    return;
   for (const std::uint32_t slot : in_contact)
     if (contacts_of(slot) == 1 && contacts_of(state_.neighbours_xor[slot]) == 2) tops_.push_back(slot);
   const std::size_t chunks = (tops_.size() + top_grain - 1) / top_grain;
@@ -38,7 +41,6 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::span<const 
     for (const Column& c : found_[i].columns) columns_.push_back({none, before + c.first, c.contacts});
     links_.insert(links_.end(), found_[i].links.begin(), found_[i].links.end());
   }
-  if (!columns_.empty()) find_lanes(lanes, pool);
 }
 
 void Columns::find(std::span<const std::uint32_t> tops, Found& found) const {
@@ -68,7 +70,7 @@ void Columns::follow_from(std::uint32_t top, Found& found) const {
   const bool is_mine = stands || above < top || contacts_of(above) == 2;
   const auto count = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(links.size()) - first);
   const std::span<const Link> column{links.data() + first, count};
-  if (is_mine && is_worth_bracing(count, count > 1 && count < least_column && is_uneven(column))) {
+  if (is_mine && is_worth_bracing(count, any_is_uneven_ && count > 1 && count < least_column && is_uneven(column))) {
     std::reverse(links.begin() + first, links.end());
     found.columns.push_back({none, static_cast<std::uint32_t>(first), count});
   } else {
@@ -91,7 +93,7 @@ void Columns::find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool)
   });
   for (Link& c : links_) c.lane = lane_of_[c.contact];
   for (Column& c : columns_) c.lane = links_[c.first].lane;
-  std::sort(columns_.begin(), columns_.end(), [](const Column& a, const Column& b) { return a.lane < b.lane; });
+  knows_lanes_ = true;
 }
 
 bool Columns::is_calm(const Column& c) const {
@@ -99,7 +101,7 @@ bool Columns::is_calm(const Column& c) const {
   return fathom::is_calm(top.linear, state_.velocities[links_[c.first].below].linear);
 }
 
-void Columns::choose(std::span<const ConstraintLayout::Group> groups, std::size_t threads) {
+void Columns::choose(const ConstraintLayout& layout, ThreadPool& pool) {
   bool same = is_bundled_ && was_calm_.size() == columns_.size();
   was_calm_.resize(columns_.size());
   for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -107,17 +109,23 @@ void Columns::choose(std::span<const ConstraintLayout::Group> groups, std::size_
     same = same && was_calm_[i] == calm;
     was_calm_[i] = calm;
   }
-  if (!same) bundle(groups, threads);
+  if (!same) bundle(layout, pool);
   is_bundled_ = true;
 }
 
 // --- side by side --------------------------------------------------------------------------------------------
 
-void Columns::bundle(std::span<const ConstraintLayout::Group> groups, std::size_t threads) {
+void Columns::bundle(const ConstraintLayout& layout, ThreadPool& pool) {
   const auto width = static_cast<std::size_t>(kernels_.width);
+  const auto threads = static_cast<std::size_t>(pool.thread_count());
+  const std::span<const ConstraintLayout::Group> groups = layout.groups();
+  // Most columns that fall never need their lanes.
+  const bool any_calm = std::find(was_calm_.begin(), was_calm_.end(), true) != was_calm_.end();
+  if (any_calm && !knows_lanes_) find_lanes({layout.lanes(), layout.blocks() * width}, pool);
   calm_.clear();
   for (std::size_t i = 0; i < columns_.size(); ++i)
     if (was_calm_[i]) calm_.push_back(columns_[i]);
+  std::sort(calm_.begin(), calm_.end(), [](const Column& a, const Column& b) { return a.lane < b.lane; });
   bundles_.clear();
   first_of_group_.clear();
   lengths_.clear();

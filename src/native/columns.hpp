@@ -22,12 +22,12 @@ class Columns {
   Columns(const BodyTable& bodies, const BodyState& state, const ContactGraph& graph, const SolverKernels& kernels)
       : bodies_(bodies), state_(state), graph_(graph), kernels_(kernels) {}
 
-  /// Finds them among the bodies `in_contact`. `lanes`: contact of each lane, or `none`.
-  void update(std::span<const std::uint32_t> in_contact, std::span<const std::uint32_t> lanes, ThreadPool& pool);
+  /// Finds them among the bodies `in_contact`, of which no island has more than `largest_island` contacts.
+  void update(std::span<const std::uint32_t> in_contact, std::size_t largest_island, ThreadPool& pool);
 
-  /// Looks which of them are to be braced in this step, and bundles those of each group, or all for `threads` threads
-  /// where there are no groups.
-  void choose(std::span<const ConstraintLayout::Group> groups, std::size_t threads);
+  /// Looks which of them are to be braced in this step, and bundles those of each group, or all for all threads where
+  /// there are no groups. The layout is the one that there was when they were found.
+  void choose(const ConstraintLayout& layout, ThreadPool& pool);
 
   /// Those to be braced.
   std::span<const ColumnBundle> all() const { return bundles_; }
@@ -57,7 +57,7 @@ class Columns {
   bool is_uneven(std::span<const Link> links) const;
   void find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool);
   bool is_calm(const Column& c) const;
-  void bundle(std::span<const ConstraintLayout::Group> groups, std::size_t threads);
+  void bundle(const ConstraintLayout& layout, ThreadPool& pool);
   void bundle(std::span<Column> columns, std::size_t bundles);
   void lay_out(std::span<const Column> columns);
   void place_bundles();
@@ -66,13 +66,14 @@ class Columns {
   const BodyState& state_;
   const ContactGraph& graph_;
   const SolverKernels& kernels_;
+  bool any_is_uneven_ = false;       // bodies of very different mass may meet
   std::vector<std::uint32_t> tops_;  // bodies whose one contact is with a body that has two
   std::vector<Found> found_;         // by chunk of `tops_`
   std::vector<Column> columns_, calm_;
   std::vector<Link> links_;
   std::vector<std::uint32_t> lane_of_;  // by contact
   std::vector<bool> was_calm_;          // by column, when they were bundled
-  bool is_bundled_ = false;
+  bool is_bundled_ = false, knows_lanes_ = false;
   std::vector<ColumnBundle> bundles_;
   std::vector<std::size_t> first_of_group_;  // bundle, and their end
   // Of all bundles, one after the other.

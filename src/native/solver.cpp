@@ -213,9 +213,8 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   wide_blocks_.scattered = pool_.thread_count() > 1;
   wide_blocks_.shared = wide_blocks_.scattered && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
-    columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)},
-                    pool_);
-  columns_.choose(layout_.groups(), static_cast<std::size_t>(pool_.thread_count()));
+    columns_.update(in_contact.slots, layout_.largest_island(), pool_);
+  columns_.choose(layout_, pool_);
 }
 
 void ContactSolver::build() {
