@@ -328,6 +328,52 @@ TYPED_TEST_P(ExecTest, ItemsOfPhasesMayWaitForWhatTheyRead) {
   }
 }
 
+/// Rounds of three phases: item i of the second and the third reads from its neighbour within the same 32, that of the
+/// first from the next 32.
+struct WarpRounds {
+  struct Plan {
+    std::uint32_t items;
+  };
+  struct Fetched {};
+  using Place = std::uint32_t;
+  static constexpr std::uint32_t plan_parts = 1, group_size = 96;
+
+  std::uint32_t* values;  ///< one row a phase, the first given
+  std::uint32_t width, rounds;
+
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.items = width; }
+  FATHOM_HD std::uint32_t phases(const Plan&) const { return 3 * rounds; }
+  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
+  FATHOM_HD std::uint32_t items(const Plan& plan, Place) const { return plan.items; }
+  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
+  FATHOM_HD Wait wait_before(const Plan&, Place phase) const { return phase % 3 > 0 ? Wait::for_warp : Wait::for_all; }
+  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
+  FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t i, const Fetched&) const {
+    const std::uint32_t* const before = values + phase * width;
+    std::uint32_t neighbour = i + 32 < width ? i + 32 : i % 32;
+    if (phase % 3 > 0) {
+      const std::uint32_t first = i / 32 * 32, most = width - first < 32 ? width - first : 32;
+      neighbour = first + (i - first + 7) % most;
+    }
+    values[(phase + 1) * width + i] = 3 * before[i] + before[neighbour];
+  }
+};
+
+TYPED_TEST_P(ExecTest, PhasesMayKeepToWarps) {
+  for (const std::uint32_t width : {1u, 32u, 1000u, 100'000u}) {
+    constexpr std::uint32_t rounds = 4;
+    std::vector<std::uint32_t> expected = random_numbers<std::uint32_t>(width, 0);
+    Buffer<std::uint32_t> values = to_device(this->device(), expected, std::size_t{width} * 3 * rounds);
+    this->device().parallel_phases(3 * rounds, width, WarpRounds{values.data(), width, rounds});
+    expected.resize(std::size_t{width} * (3 * rounds + 1));
+    const WarpRounds on_host{expected.data(), width, rounds};
+    for (std::uint32_t phase = 0; phase < 3 * rounds; ++phase)
+      for (std::uint32_t i = 0; i < width; ++i) on_host({width}, phase, i, {});
+    EXPECT_EQ(to_host(this->device(), values), expected) << width;
+  }
+}
+
 template <class Key, class D>
 void expect_sorted_like_the_standard_library(D& device, std::uint32_t n, std::uint32_t capacity, std::uint64_t below,
                                              int bits) {
@@ -510,7 +556,7 @@ TYPED_TEST_P(ExecTest, RootsOfAllMantissasAreCorrectlyRounded) {
 REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDeviceMemoryAreCutToTheCapacity,
                             FillsAndZeroes, BuffersGrowWithOrWithoutContents, AtomicsLoseNothing,
                             SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, SectionsMayBeInNestedLoops,
-                            PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead,
+                            PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead, PhasesMayKeepToWarps,
                             SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
                             ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
                             FloatsHaveTheHostsBits, RootsOfAllMantissasAreCorrectlyRounded);

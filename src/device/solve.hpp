@@ -125,7 +125,7 @@ struct SolveConstraints {
     plan.columns = counters->columns * any_calm_column;
     plan.column_contacts = counters->column_contacts;
     plan.any_kinematic = counters->any_kinematic;
-    const std::uint32_t any = plan.overflow | plan.bounces | plan.columns | further;
+    const std::uint32_t any = plan.overflow | plan.bounces | further;
     plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
   /// Where memory is what takes time, looking for data that is not there yet takes more of it.

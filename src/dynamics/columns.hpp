@@ -132,6 +132,41 @@ struct ColumnGain {
   Vec3 linear, angular;
 };
 
+/// Sums over the bodies of a piece that stands on nothing fixed, about its base's centre.
+class ColumnMomentum {
+ public:
+  /// A body with its centre at `d` (m), which is to move with `target` (m/s) if the base is at rest.
+  FATHOM_HD void add(const Mat3& inertia, float mass, Vec3 linear, Vec3 spin_momentum, Vec3 target, Vec3 d) {
+    const Vec3 p = mass * (linear - target);
+    mass_ += mass;
+    first_ = mul_add(first_, mass, d);
+    linear_ += p;
+    angular_ += spin_momentum + cross(d, p);
+    inertia_ = inertia_ + inertia + mass * lever(d);
+  }
+
+  /// rad/s, of all bodies if they keep their momentum.
+  FATHOM_HD Vec3 spin() const {
+    const Vec3 d = centre();
+    return inverse(inertia_ + -mass_ * lever(d)) * (angular_ - cross(d, linear_));
+  }
+  /// m/s that comes to the target of a body at `d`.
+  FATHOM_HD Vec3 velocity(Vec3 spin, Vec3 d) const { return mul_add(cross(spin, d - centre()), 1.0f / mass_, linear_); }
+
+ private:
+  FATHOM_HD Vec3 centre() const { return (1.0f / mass_) * first_; }
+  /// dd·1 − d dᵀ
+  FATHOM_HD static Mat3 lever(Vec3 d) {
+    const float dd = dot(d, d);
+    return {Vec3{dd, 0, 0} - d.x * d, Vec3{0, dd, 0} - d.y * d, Vec3{0, 0, dd} - d.z * d};
+  }
+
+  float mass_ = 0;
+  Vec3 first_;  ///< Σ m d
+  Vec3 linear_, angular_;
+  Mat3 inertia_{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+};
+
 /// The two walks along a column. `Rungs` has
 ///
 ///     ColumnRung rung(k);  SolverBody body(j);  Mat3 inertia(j, inverse_inertia);
@@ -147,10 +182,12 @@ class ColumnWalk {
     const SolverBody base = c_.body(begin);
     const bool stands = base.inverse_mass == 0;
     ColumnPiece piece{begin, begin, stands ? base.linear : Vec3{}, stands ? base.angular : Vec3{}, {}};
-    Momentum m;
+    ColumnMomentum m;
     Vec3 d;
-    if (!stands)
-      add(m, c_.inertia(begin, base.inverse_inertia), 1.0f / base.inverse_mass, base.linear, base.angular, {}, {});
+    const auto add = [&](const Mat3& inertia, float mass, Vec3 linear, Vec3 angular) {
+      m.add(inertia, mass, linear, inertia * angular, piece.top, d);
+    };
+    if (!stands) add(c_.inertia(begin, base.inverse_inertia), 1.0f / base.inverse_mass, base.linear, base.angular);
     if (begin < contacts_) {
       ColumnRung next = c_.rung(begin);
       for (; piece.end < contacts_; ++piece.end) {
@@ -162,10 +199,13 @@ class ColumnWalk {
         d += arm;
         piece.top += cross(piece.spin, arm) + r.rise();
         piece.weight = mul_add(piece.weight, r.weight_time, r.acceleration);
-        if (!stands) add(m, c_.inertia(above, r.inverse_inertia), r.mass, r.linear, r.angular, piece.top, d);
+        if (!stands) add(c_.inertia(above, r.inverse_inertia), r.mass, r.linear, r.angular);
       }
     }
-    if (!stands) keep_momentum(m, d, piece);
+    if (!stands) {
+      piece.spin = m.spin();
+      piece.top += m.velocity(piece.spin, d);
+    }
     return piece;
   }
 
@@ -191,37 +231,6 @@ class ColumnWalk {
   }
 
  private:
-  /// Sums over a piece that stands on nothing fixed, about its base.
-  struct Momentum {
-    float mass = 0;
-    Vec3 first;  ///< Σ m d
-    Vec3 linear, angular;
-    Mat3 inertia{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-  };
-
-  /// dd·1 − d dᵀ
-  FATHOM_HD static Mat3 lever(Vec3 d) {
-    const float dd = dot(d, d);
-    return {Vec3{dd, 0, 0} - d.x * d, Vec3{0, dd, 0} - d.y * d, Vec3{0, 0, dd} - d.z * d};
-  }
-
-  FATHOM_HD static void add(Momentum& m, const Mat3& inertia, float mass, Vec3 linear, Vec3 angular, Vec3 target,
-                            Vec3 d) {
-    const Vec3 p = mass * (linear - target);
-    m.mass += mass;
-    m.first = mul_add(m.first, mass, d);
-    m.linear += p;
-    m.angular += inertia * angular + cross(d, p);
-    m.inertia = m.inertia + inertia + mass * lever(d);
-  }
-
-  /// The targets so far are relative to the base at rest.
-  FATHOM_HD static void keep_momentum(const Momentum& m, Vec3 top, ColumnPiece& piece) {
-    const Vec3 centre = (1.0f / m.mass) * m.first;
-    piece.spin = inverse(m.inertia + -m.mass * lever(centre)) * (m.angular - cross(centre, m.linear));
-    piece.top += mul_add(cross(piece.spin, top - centre), 1.0f / m.mass, m.linear);
-  }
-
   const Rungs& c_;
   const std::uint32_t contacts_;
 };
@@ -242,6 +251,18 @@ FATHOM_HD float column_share(Vec3 multipliers, const ColumnRung& r, int i) {
   return fma(-r.x[i], multipliers.z, fma(r.y[i], multipliers.y, multipliers.x));
 }
 
+/// What a contact would give for all of the gain.
+struct ColumnGift {
+  Vec3 multipliers;                     ///< of the points' rows
+  float load, slide_1, slide_2, twist;  ///< N·s more, of the points together and of friction
+};
+
+FATHOM_HD ColumnGift column_gift(const ColumnRung& r, const ColumnGain& gain) {
+  const Vec3 t2 = cross(r.n, r.t1);
+  return {column_multipliers(r, gain), r.up * dot(gain.linear, r.n), r.up * dot(gain.linear, r.t1),
+          r.up * dot(gain.linear, t2), r.up * dot(gain.angular, r.n)};
+}
+
 /// Keeps |now + part·change| ≤ limit + part·limit_change, which is part (a part + 2 b) + c ≤ 0.
 struct ColumnCone {
   float a, b, c;
@@ -260,13 +281,13 @@ struct ColumnCone {
   }
 };
 
-/// What a contact can give of its gain without pulling or slipping.
+/// What a contact can give of it without pulling or slipping.
 struct ColumnLimits {
   float now[max_manifold_points], change[max_manifold_points];  ///< N·s, of the points' impulses
   float sum, sum_change, most;                                  ///< of all points, and the most that it may be
   ColumnCone slide, twist;
 
-  /// The part of the gain, `part` at most, that is possible.
+  /// The part of the gift, `part` at most, that is possible.
   FATHOM_HD float part_possible(float part) const {
     for (int i = 0; i < max_manifold_points; ++i)
       if (fma(part, change[i], now[i]) < 0) part = now[i] / -change[i];
@@ -275,33 +296,30 @@ struct ColumnLimits {
   }
 };
 
-FATHOM_HD ColumnLimits column_limits(const ColumnRung& r, const ColumnGain& gain, Vec3 weight) {
+FATHOM_HD ColumnLimits column_limits(const ColumnRung& r, const ColumnGift& gift, Vec3 weight) {
   ColumnLimits l;
-  const Vec3 m = column_multipliers(r, gain), t2 = cross(r.n, r.t1);
   for (int i = 0; i < max_manifold_points; ++i) {
     l.now[i] = r.touches_at(i) ? r.impulses.normal[i] : 0;
-    l.change[i] = r.touches_at(i) ? column_share(m, r, i) - l.now[i] : 0;
+    l.change[i] = r.touches_at(i) ? column_share(gift.multipliers, r, i) - l.now[i] : 0;
   }
-  const float now = r.impulses.sum(), change = r.up * dot(gain.linear, r.n);
+  const float now = r.impulses.sum(), change = gift.load;
   l.sum = now, l.sum_change = change;
   l.most = column_load * max(-r.up * dot(weight, r.n), 0.0f);
   const float mu = r.friction, radius = r.patch_radius;
-  l.slide = {r.impulses.slide_1,          r.impulses.slide_2, r.up * dot(gain.linear, r.t1),
-             r.up * dot(gain.linear, t2), mu * now,           mu * change};
-  l.twist = {r.impulses.twist, 0, r.up * dot(gain.angular, r.n), 0, mu * radius * now, mu * radius * change};
+  l.slide = {r.impulses.slide_1, r.impulses.slide_2, gift.slide_1, gift.slide_2, mu * now, mu * change};
+  l.twist = {r.impulses.twist, 0, gift.twist, 0, mu * radius * now, mu * radius * change};
   return l;
 }
 
-/// The contact's impulses with that part of the gain.
-FATHOM_HD ContactImpulses column_impulses(const ColumnRung& r, const ColumnGain& gain, float part, bool pushes_out) {
-  const Vec3 m = column_multipliers(r, gain), t2 = cross(r.n, r.t1);
+/// The contact's impulses with that part of the gift.
+FATHOM_HD ContactImpulses column_impulses(const ColumnRung& r, const ColumnGift& gift, float part, bool pushes_out) {
   ContactImpulses p = r.impulses;
   for (int i = 0; i < max_manifold_points; ++i)
-    if (r.touches_at(i)) p.normal[i] = max(fma(part, column_share(m, r, i) - p.normal[i], p.normal[i]), 0.0f);
-  const float scale = r.up * part;
-  p.slide_1 = fma(scale, dot(gain.linear, r.t1), p.slide_1);
-  p.slide_2 = fma(scale, dot(gain.linear, t2), p.slide_2);
-  p.twist = fma(scale, dot(gain.angular, r.n), p.twist);
+    if (r.touches_at(i))
+      p.normal[i] = max(fma(part, column_share(gift.multipliers, r, i) - p.normal[i], p.normal[i]), 0.0f);
+  p.slide_1 = fma(part, gift.slide_1, p.slide_1);
+  p.slide_2 = fma(part, gift.slide_2, p.slide_2);
+  p.twist = fma(part, gift.twist, p.twist);
   if (!pushes_out) p.step += p.sum() - r.impulses.sum();
   return p;
 }
@@ -335,7 +353,7 @@ class ColumnBrace {
     const ColumnWalk walk(*this, contacts_);
     float part = 1;
     walk.go_down(piece, [&](std::uint32_t, const ColumnRung& r, const ColumnGain& gain, Vec3) {
-      part = column_limits(r, gain, piece.weight).part_possible(part);
+      part = column_limits(r, column_gift(r, gain), piece.weight).part_possible(part);
     });
     if (!(part > 0)) return;
     const auto turn = [&](std::uint32_t j, Vec3 linear, Vec3 angular, Vec3 target) {
@@ -343,7 +361,7 @@ class ColumnBrace {
     };
     const Vec3 base =
         walk.go_down(piece, [&](std::uint32_t k, const ColumnRung& r, const ColumnGain& gain, Vec3 target) {
-          c_.set_impulses(k, column_impulses(r, gain, part, pushes_out_));
+          c_.set_impulses(k, column_impulses(r, column_gift(r, gain), part, pushes_out_));
           turn(k + 1, r.linear, r.angular, target);
         });
     const SolverBody below = c_.body(piece.begin);

@@ -9,6 +9,13 @@
 
 #include "fathom/math.hpp"
 
+/// Before a loop: few work-items run it, and it is to stay short.
+#if defined(__CUDA_ARCH__)
+#define FATHOM_NOT_UNROLLED _Pragma("unroll 1")
+#else
+#define FATHOM_NOT_UNROLLED
+#endif
+
 namespace fathom::exec {
 
 /// Bytes of a kernel's members: what every CUDA driver passes as arguments.
@@ -44,6 +51,13 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
   kernel(phase, item);
 };
 
+/// What the items of a phase wait for.
+enum class Wait : std::uint32_t {
+  for_all,   ///< items of the phase before
+  for_warp,  ///< those of the same 32, i / 32 being alike; both phases have as many
+  for_data   ///< what they read, which they see to themselves, where `can_wait_for_data` (load.hpp)
+};
+
 /// Phases with a plan and with loads ahead. A work-group keeps one `Plan` in local memory, whose parts its items fill
 /// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `place(plan, phase)` is what a phase does, and
 /// `next(plan, place)` what the one behind it does. An item may load what no other item writes before its phase begins:
@@ -52,7 +66,7 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
 ///
 /// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
 /// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
-/// true.
+/// true. Or it has `Wait wait_before(plan, place)`, which says it of each phase but the first.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&

@@ -34,8 +34,8 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
 
 /// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
 /// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
-/// `kernel.needs_barriers(plan)` says no, because items themselves wait for what they read: then it is
-/// `barrier.pass()`.
+/// the kernel says that items themselves wait for what they read, or for their warp: then it is `barrier.pass()`, or
+/// `barrier.wait_for_warp()`.
 #if defined(__CUDACC__)
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
@@ -48,11 +48,18 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   if (phases == 0) return;
   // How many items a phase without a plan has may be what the phase before has counted.
   constexpr bool is_planned = Kernel::plan_parts > 0;
-  bool waits = true;
-  if constexpr (requires { kernel.needs_barriers(plan); }) waits = kernel.needs_barriers(plan);
+  Wait wait = Wait::for_all;
+  if constexpr (requires { kernel.needs_barriers(plan); })
+    if (!kernel.needs_barriers(plan)) wait = Wait::for_data;
   auto place = kernel.place(plan, 0);
   ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
   std::uint32_t i = share.first;
+  const auto go_on = [&] {
+    place = kernel.next(plan, place);
+    share = share_of(kernel, plan, place, first, stride, most_items);
+    i = share.first;
+  };
+  constexpr bool waits_for_each = requires { kernel.wait_before(plan, place); };
   bool begins = false;
   // One call of `fetch` and one of the kernel, in one loop over items and phases: their code is long, every copy of it
   // would be fetched anew, and where two loads meet, a register may have to be copied, which waits for its load.
@@ -62,14 +69,14 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
     if (i < share.end) kernel.fetch(plan, place, i, fetched);
     if (begins) {
       begins = false;
-      if (waits)
+      if (wait == Wait::for_all)
         barrier.wait();
-      else
+      else if (wait == Wait::for_data)
         barrier.pass();
+      else
+        barrier.wait_for_warp();
       if constexpr (!is_planned) {
-        place = kernel.next(plan, place);
-        share = share_of(kernel, plan, place, first, stride, most_items);
-        i = share.first;
+        go_on();
         if (ends_at_empty && share.end == 0) return;
       }
     }
@@ -81,13 +88,13 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       }
     }
     if (++phase == phases) return;
-    if (waits) barrier.arrive();
     begins = true;
-    if constexpr (is_planned) {
-      place = kernel.next(plan, place);
-      share = share_of(kernel, plan, place, first, stride, most_items);
-      i = share.first;
+    if constexpr (waits_for_each) {
+      go_on();
+      wait = kernel.wait_before(plan, place);
     }
+    if (wait == Wait::for_all) barrier.arrive();
+    if constexpr (is_planned && !waits_for_each) go_on();
   }
 }
 

@@ -18,7 +18,7 @@ constexpr std::array<Golden, 7> table{{
     {"layers", 500, 300, soft, tree, {0xa02cf2eb8fd6604f, 0x79a210637e916a29}, {0xae1d188b78ecf741, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xf3859a8eab1d656e}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x9c6021bb0d5e97f9}, {0x981fab05b2e7fdc4, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xbf4d4cdb2306d056, 0x0f8005c8c6af9ea3}, {0x7d57cd9b32312ddc, 0x048a82394c3b421d}},
+    {"columns", 60, 300, soft, tree, {0xbf4d4cdb2306d056, 0x0f8005c8c6af9ea3}, {0xaf233c7b560c96af, 0x3fe866b1b559edf0}},
     {"layers", 500, 300, soft, sweep, {0xa02cf2eb8fd6604f, 0xfb55b7b1c206d711}, {0xae1d188b78ecf741, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0xf3a945c3ba6b200a, 0x79a210637e916a29}, {0xd163df43a27454e1, 0xf9671e917bca8aa9}},
 }};

@@ -100,6 +100,7 @@ class GridBarrier {
   }
 
   __device__ void pass() const { __syncwarp(); }
+  __device__ void wait_for_warp() const { __syncwarp(); }
 
  private:
   static constexpr std::uint32_t turning_bit = 0x8000'0000u;
@@ -152,6 +153,7 @@ class ClusterBarrier {
   }
 
   __device__ void pass() const { __syncwarp(); }
+  __device__ void wait_for_warp() const { __syncwarp(); }
 
  private:
   bool is_clerk_;

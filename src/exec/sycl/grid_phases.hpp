@@ -30,6 +30,7 @@ class GridBarrier {
   /// Nothing may follow it but loads before `wait`, which does all.
   void arrive() {}
   void pass() {}
+  void wait_for_warp() { sycl::group_barrier(work_item_.get_group()); }
 
   void wait() {
     const auto group = work_item_.get_group();
