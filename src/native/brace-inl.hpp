@@ -1,10 +1,11 @@
 // Braces of columns (dynamics/columns.hpp), as many side by side as there are lanes, one column a lane.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 //
-// Every lane goes through the operations of `ColumnWalk`, `column_rung` and `column_limits` in their order, whatever
-// its neighbours do, so results depend neither on the width nor on which columns lie together. A row is a body and the
-// contact above it. Where a contact does not hold, a piece of the column ends, and the next one begins in that lane;
-// beyond a column's top nothing holds.
+// Three walks: up, where each body's velocity follows from the one below; down, where the momentum that those above
+// must gain is what the contact has to give, and how much of it all can give; and up again, to give it. Every lane goes
+// through the same operations, whatever its neighbours do, so results depend neither on the width nor on which columns
+// lie together. A row is a body and the contact above it. Where a contact does not hold, a piece of the column ends,
+// and the next one begins in that lane; beyond a column's top nothing holds.
 
 #if defined(FATHOM_BRACE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef FATHOM_BRACE_INL
