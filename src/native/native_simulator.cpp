@@ -154,12 +154,12 @@ void NativeSimulator::build_constraints() {
   if (!in_contact_is_current_) list_in_contact();
   if (!cell_solver_) divide_if_worth_while();
   // Most of the laying out is one thread's work. Meanwhile the others move bodies without contacts, which nothing else
-  // looks at any more.
-  const bool are_most_free = 2 * in_contact_.size() < active_.size();
-  if (!are_most_free) lay_out_constraints();
-  move_free([&] {
-    if (are_most_free) lay_out_constraints();
-  });
+  // looks at any more. One thread does that when it no longer needs the other bodies in its cache.
+  are_free_moved_ = pool_.thread_count() > 1 && 2 * in_contact_.size() < active_.size();
+  if (are_free_moved_)
+    move_free([&] { lay_out_constraints(); });
+  else
+    lay_out_constraints();
   if (cell_solver_)
     cell_solver_->build(in_contact_);
   else
@@ -185,6 +185,7 @@ void NativeSimulator::solve() {
 }
 
 void NativeSimulator::finish() {
+  if (!are_free_moved_) move_free([] {});
   if (failed_.exchange(0, std::memory_order_relaxed) > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};

@@ -153,7 +153,8 @@ class NativeSimulator : public Simulator {
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
-  bool set_changed_ = false;  // bodies added or removed since the broad phase last ran
+  bool are_free_moved_ = false;  // in this step, before `finish`
+  bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
   struct ChangedBodies {
     std::uint32_t count = 0;
     bool at_rest = false;
