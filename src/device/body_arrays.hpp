@@ -154,7 +154,7 @@ struct ColumnRange {
 };
 struct alignas(16) ColumnContact {
   std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
-  std::uint32_t column;
+  std::uint32_t part;          ///< of the way to its target that the piece goes which begins with it, as bits
   std::uint32_t below, above;  ///< bodies
 };
 

@@ -83,7 +83,7 @@ struct FindColumns {
     follow(top, [&](std::uint32_t k, std::uint32_t above) {
       const PairRecord pair = constraints.bodies[k];
       const bool upward = pair.b == above;
-      bodies.column_contacts[--place] = {k & 0x7fffffffu, upward, column, upward ? pair.a : pair.b, above};
+      bodies.column_contacts[--place] = {k & 0x7fffffffu, upward, 0, upward ? pair.a : pair.b, above};
     });
     bodies.columns[column] = {first, count & 0x7fffffffu, 0};
     choose(bodies.columns[column]);

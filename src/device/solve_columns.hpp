@@ -6,6 +6,7 @@
 
 #include "device/solve.hpp"
 #include "dynamics/column_links.hpp"
+#include "exec/atomic.hpp"
 
 namespace fathom::device {
 
@@ -14,7 +15,7 @@ struct ColumnView {
   const BodyArrays& bodies;
   const ConstraintArrays& constraints;
   const SolveParameters& p;
-  const ColumnContact* contacts;  ///< of the column, from its base
+  ColumnContact* contacts;  ///< of the column, from its base
 
   FATHOM_HD Quad* rows(std::uint32_t k) const { return rows_of(constraints, contacts[k].constraint); }
 
@@ -101,6 +102,7 @@ struct StoredRungs {
     const Mat3& d = r.distribution;  // symmetric
     q[12] = {d.x.y, d.x.z, d.y.y, d.y.z};
     q[13].x = d.z.z;
+    exec::atomic_store(column.contacts[k].part, __builtin_bit_cast(std::uint32_t, 1.0f));
   }
 
   FATHOM_HD ColumnLink link(std::uint32_t k) const {
@@ -109,7 +111,6 @@ struct StoredRungs {
     link.arm = q[0].xyz(), link.rise = q[1].xyz(), link.linear = q[2].xyz();
     link.spin_momentum = q[3].xyz(), link.weight = q[4].xyz();
     link.mass = q[1].w, link.inertia = q[2].w;
-    link.holds = holds(k);
     return link;
   }
   FATHOM_HD bool holds(std::uint32_t k) const { return (bits(k) & holds_bit) != 0; }
@@ -140,13 +141,13 @@ struct StoredRungs {
     return r;
   }
 
-  FATHOM_HD void put_change(std::uint32_t k, const ColumnHold& h, const ColumnGift& g, float part) const {
+  FATHOM_HD void put_change(std::uint32_t k, const ColumnHold& h, const ColumnGift& g) const {
     Quad* const q = at(k);
-    q[9] = {g.slide_1, g.slide_2, g.twist, part};
+    q[9] = {g.slide_1, g.slide_2, g.twist, 0};
     q[10] = quad(g.multipliers, 0);
     q[11] = quad(h.target, __builtin_bit_cast(float, h.begin));
     q[12] = quad(h.spin, __builtin_bit_cast(float, h.end));
-    q[13] = quad(h.base_target, 0);
+    q[13].x = h.base_target.x, q[13].y = h.base_target.y, q[13].z = h.base_target.z;
   }
   FATHOM_HD ColumnChange change(std::uint32_t k) const {
     const Quad* const q = at(k);
@@ -158,8 +159,15 @@ struct StoredRungs {
             q[13].xyz(),
             q[12].xyz()};
   }
-  /// Of its gift, that contact k can give.
-  FATHOM_HD float part(std::uint32_t k) const { return at(k)[9].w; }
+
+  /// The piece that begins with contact k goes that part of its way at most.
+  FATHOM_HD void limit_part(std::uint32_t k, float part) const {
+    // Numbers that are not negative are in the order of their bits.
+    exec::atomic_min(column.contacts[k].part, part > 0 ? __builtin_bit_cast(std::uint32_t, part) : 0u);
+  }
+  FATHOM_HD float part(std::uint32_t k) const {
+    return __builtin_bit_cast(float, exec::atomic_load(column.contacts[k].part));
+  }
 
  private:
   static constexpr std::uint32_t holds_bit = 1u << max_manifold_points;
@@ -259,15 +267,14 @@ struct SolveWithColumns {
     const ColumnRung r = stored.rung(k);
     const ColumnHold h = ColumnHolds(stored, contacts).hold(k, r.arm_above);
     const ColumnGift gift = column_gift(r, h.gain);
-    stored.put_change(k, h, gift, column_limits(r, gift, h.weight).part_possible(1));
+    stored.put_change(k, h, gift);
+    if (h.end > h.begin) stored.limit_part(h.begin, column_limits(r, gift, h.weight).part_possible(1));
   }
 
   FATHOM_HD static void change(const ColumnView& column, const StoredRungs& stored, std::uint32_t k, bool pushes_out) {
     const ColumnChange c = stored.change(k);
     if (c.begin == c.end) return;
-    float part = 1;
-    FATHOM_NOT_UNROLLED
-    for (std::uint32_t j = c.begin; j < c.end; ++j) part = min(part, stored.part(j));
+    const float part = stored.part(c.begin);
     if (!(part > 0)) return;
     const ContactImpulses impulses = column_impulses(stored.points(k), c.gift, part, pushes_out);
     store_normal_impulses(column.rows(k), impulses);

@@ -16,9 +16,10 @@ struct ColumnLink {
   Vec3 linear;         ///< m/s, of the upper body
   Vec3 spin_momentum;  ///< kg·m²/s, its inertia times its spin
   Vec3 weight;         ///< N·s a substep
-  float mass;
-  float inertia;  ///< kg·m², of isotropic bodies, else 0
-  bool holds;
+  float mass;          ///< kg; 0 where the contact does not hold
+  float inertia;       ///< kg·m², of isotropic bodies, else 0
+
+  FATHOM_HD bool holds() const { return mass > 0; }
 };
 
 FATHOM_HD ColumnLink column_link(const ColumnRung& r, const Mat3& inertia) {
@@ -28,9 +29,8 @@ FATHOM_HD ColumnLink column_link(const ColumnRung& r, const Mat3& inertia) {
   link.linear = r.linear;
   link.spin_momentum = inertia * r.angular;
   link.weight = r.weight_time * r.acceleration;
-  link.mass = r.mass;
+  link.mass = r.holds ? r.mass : 0;
   link.inertia = r.inverse_inertia > 0 ? inertia.x.x : 0;
-  link.holds = r.holds;
   return link;
 }
 
@@ -68,9 +68,8 @@ class ColumnHolds {
     h.begin = begin;
     const SolverBody base = c_.lower(begin);
     h.base_target = base.linear, h.spin = base.angular;
-    if (base.inverse_mass > 0) keep_momentum(base, h);
+    const bool turns_anisotropic = base.inverse_mass > 0 ? keep_momentum(base, h) : length_squared(h.spin) > 0;
     Vec3 target = h.base_target, arm;
-    bool isotropic = true;
     // No branches on k, on which the work-items of a warp would part; and short, since a single warp waits for each
     // instruction that is not near.
     h.end = for_each_link(begin, [&](std::uint32_t j, const ColumnLink& link) {
@@ -83,27 +82,30 @@ class ColumnHolds {
       const Vec3 q = link.inertia * h.spin - link.spin_momentum;
       h.gain.linear += p;
       h.gain.angular += cross(arm, p) + (counts ? q : Vec3{});
-      isotropic &= link.inertia > 0;
     });
-    if (!isotropic && length_squared(h.spin) > 0)
+    if (turns_anisotropic)
       for_each_link(k, [&](std::uint32_t j, const ColumnLink& link) {
         if (!(link.inertia > 0)) h.gain.angular += c_.inertia(j + 1, 0) * h.spin;
       });
     return h;
   }
 
-  FATHOM_HD void keep_momentum(const SolverBody& base, ColumnHold& h) const {
+  /// How a piece moves that stands on nothing fixed; returns whether some of its bodies are not isotropic.
+  FATHOM_HD bool keep_momentum(const SolverBody& base, ColumnHold& h) const {
     ColumnMomentum m;
     Vec3 target, d;
+    bool isotropic = true;
     const Mat3 inertia = c_.inertia(h.begin, base.inverse_inertia);
     m.add(inertia, 1.0f / base.inverse_mass, base.linear, inertia * base.angular, {}, {});
     for_each_link(h.begin, [&](std::uint32_t j, const ColumnLink& link) {
       target += link.rise;
       d += link.arm;
+      isotropic &= link.inertia > 0;
       m.add(inertia_of(j, link), link.mass, link.linear, link.spin_momentum, target, d);
     });
     h.spin = m.spin();
     h.base_target = m.velocity(h.spin, {});
+    return !isotropic;
   }
 
   FATHOM_HD Mat3 inertia_of(std::uint32_t j, const ColumnLink& link) const {
@@ -112,19 +114,23 @@ class ColumnHolds {
   }
 
   /// Calls act(j, link) for the contacts that hold from `begin` on; returns the one that does not. A link is asked for
-  /// one before it is needed, so that its loads are under way.
+  /// one before it is needed, so that its loads are under way, and into the place of the last but one, so that it need
+  /// not be moved.
   template <class Act>
   FATHOM_HD std::uint32_t for_each_link(std::uint32_t begin, const Act& act) const {
-    ColumnLink next{};
-    if (begin < contacts_) next = c_.link(begin);
-    std::uint32_t j = begin;
-    for (; j < contacts_; ++j) {
-      const ColumnLink link = next;
-      if (j + 1 < contacts_) next = c_.link(j + 1);
-      if (!link.holds) break;
-      act(j, link);
+    if (begin >= contacts_) return begin;
+    const std::uint32_t last = contacts_ - 1;
+    ColumnLink even = c_.link(begin), odd;
+    for (std::uint32_t j = begin;; j += 2) {
+      odd = c_.link(j < last ? j + 1 : last);
+      if (!even.holds()) return j;
+      act(j, even);
+      if (j == last) return contacts_;
+      even = c_.link(j + 1 < last ? j + 2 : last);
+      if (!odd.holds()) return j + 1;
+      act(j + 1, odd);
+      if (j + 1 == last) return contacts_;
     }
-    return j;
   }
 
   const Links& c_;

@@ -9,13 +9,6 @@
 
 #include "fathom/math.hpp"
 
-/// Before a loop: few work-items run it, and it is to stay short.
-#if defined(__CUDA_ARCH__)
-#define FATHOM_NOT_UNROLLED _Pragma("unroll 1")
-#else
-#define FATHOM_NOT_UNROLLED
-#endif
-
 namespace fathom::exec {
 
 /// Bytes of a kernel's members: what every CUDA driver passes as arguments.
