@@ -227,7 +227,7 @@ class Probe {
         upper_{hn::Set(d, box.upper.x), hn::Set(d, box.upper.y), hn::Set(d, box.upper.z)} {}
 
   /// A bit for each of the boxes `first` … `first` + 7 of arrays with `stride` entries a component.
-  std::uint32_t meets(const float* lower, const float* upper, std::size_t stride) const {
+  HWY_INLINE std::uint32_t meets(const float* lower, const float* upper, std::size_t stride) const {
     constexpr std::size_t lanes = hn::MaxLanes(Lanes());
     std::uint32_t met = 0;
     for (std::size_t c = 0; c < 8; c += lanes) {
@@ -274,7 +274,7 @@ void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) con
 }
 
 template <class Probe>
-void Bvh::take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const {
+HWY_INLINE void Bvh::take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const {
   const Node& node = nodes_[parent];
   for (std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width); mask != 0; mask &= mask - 1) {
     const std::size_t leaf = parent * width + static_cast<std::size_t>(std::countr_zero(mask));
