@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -152,6 +153,31 @@ TEST(TreeBroadPhase, ListsPairsInOneOrderHoweverItSearches) {
   EXPECT_GT(pairs.size(), 1000u);
   EXPECT_EQ(list(false, 1), pairs);
   EXPECT_EQ(list(false, 3), pairs);
+}
+
+// Bodies come in the tree's order, so that families are neighbours; in a dense heap there are too many near them.
+TEST(Tree, SearchesOfAFamilyFindWhatThoseFromTheRootFind) {
+  for (const float space : {30.0f, 1.0f}) {
+    Boxes boxes;
+    for (int i = 0; i < 6000; ++i) boxes.add(MotionType::dynamic, boxes.random_box(space, 2));
+    std::vector<std::uint32_t> items(6000);
+    std::iota(items.begin(), items.end(), 0u);
+    Bvh tree;
+    ThreadPool pool(1);
+    tree.build(items, boxes.state.fat_boxes.data(), pool);
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < tree.leaves().size(); i += 7) {
+      Bvh::Nearby nearby;
+      tree.list_nearby(i / Bvh::family, nearby);
+      known += nearby.is_known;
+      const Aabb& box = boxes.state.fat_boxes[tree.leaves()[i]];
+      std::vector<std::uint32_t> from_root, from_near;
+      tree.overlap(box, from_root);
+      tree.overlap(box, nearby, from_near);
+      ASSERT_EQ(from_root, from_near);
+    }
+    EXPECT_EQ(known > 500, space > 1) << known;
+  }
 }
 
 TEST(RadixSort, SortsAndIsStable) {

@@ -89,6 +89,35 @@ TEST(ThreadPool, SharesCoverTheRange) {
   }
 }
 
+// What the caller does meanwhile may have loops of its own; they are its alone.
+TEST(ThreadPool, CallerComesLaterToALoopBesideSomethingElse) {
+  for (const int threads : {1, 2, 3, 8}) {
+    ThreadPool pool(threads);
+    for (std::size_t count = 0; count < 200; ++count) {
+      std::vector<int> seen(count, 0), inner(40, 0);
+      const std::thread::id caller = std::this_thread::get_id();
+      int calls = 0;
+      const auto alone = [&] {
+        ++calls;
+        pool.for_each_part(inner.size(), 1, [&](std::size_t begin, std::size_t end) {
+          EXPECT_EQ(std::this_thread::get_id(), caller);
+          for (std::size_t i = begin; i < end; ++i) ++inner[i];
+        });
+      };
+      pool.for_each_chunk_beside(alone, count, 3, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) ++seen[i];
+      });
+      ASSERT_EQ(calls, 1);
+      ASSERT_TRUE(all_once(seen)) << threads << " threads, " << count << " items";
+      ASSERT_TRUE(all_once(inner)) << threads << " threads, " << count << " items";
+      pool.for_each_part(inner.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) --inner[i];
+      });
+      ASSERT_EQ(std::count(inner.begin(), inner.end(), 0), 40) << "the next loop is everybody's";
+    }
+  }
+}
+
 TEST(ThreadPool, SleepingWorkersWakeUp) {
   ThreadPool pool(3);
   for (int round = 0; round < 20; ++round) {

@@ -119,14 +119,6 @@ FATHOM_HD ColumnRung column_rung(const Column& c, std::uint32_t k, const SolverB
   return r;
 }
 
-/// Bodies [begin, end] of a column whose contacts hold, the velocities they are to have, and their weight (N·s a
-/// substep).
-struct ColumnPiece {
-  std::uint32_t begin, end;
-  Vec3 top, spin;  ///< m/s of the top body, rad/s of all
-  Vec3 weight;
-};
-
 /// What the bodies above a contact must gain: momentum, and angular momentum about the contact.
 struct ColumnGain {
   Vec3 linear, angular;
@@ -165,74 +157,6 @@ class ColumnMomentum {
   Vec3 first_;  ///< Σ m d
   Vec3 linear_, angular_;
   Mat3 inertia_{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
-};
-
-/// The two walks along a column. `Rungs` has
-///
-///     ColumnRung rung(k);  SolverBody body(j);  Mat3 inertia(j, inverse_inertia);
-///
-/// A walk asks for a rung one before it needs it, so that its loads are under way.
-template <class Rungs>
-class ColumnWalk {
- public:
-  FATHOM_HD ColumnWalk(const Rungs& rungs, std::uint32_t contacts) : c_(rungs), contacts_(contacts) {}
-
-  /// The piece that begins with body `begin`: going up, each body's velocity follows from the one below.
-  FATHOM_HD ColumnPiece go_up(std::uint32_t begin) const {
-    const SolverBody base = c_.body(begin);
-    const bool stands = base.inverse_mass == 0;
-    ColumnPiece piece{begin, begin, stands ? base.linear : Vec3{}, stands ? base.angular : Vec3{}, {}};
-    ColumnMomentum m;
-    Vec3 d;
-    const auto add = [&](const Mat3& inertia, float mass, Vec3 linear, Vec3 angular) {
-      m.add(inertia, mass, linear, inertia * angular, piece.top, d);
-    };
-    if (!stands) add(c_.inertia(begin, base.inverse_inertia), 1.0f / base.inverse_mass, base.linear, base.angular);
-    if (begin < contacts_) {
-      ColumnRung next = c_.rung(begin);
-      for (; piece.end < contacts_; ++piece.end) {
-        const ColumnRung r = next;
-        const std::uint32_t above = piece.end + 1;
-        if (above < contacts_) next = c_.rung(above);
-        if (!r.holds) break;
-        const Vec3 arm = r.arm_below - r.arm_above;
-        d += arm;
-        piece.top += cross(piece.spin, arm) + r.rise();
-        piece.weight = mul_add(piece.weight, r.weight_time, r.acceleration);
-        if (!stands) add(c_.inertia(above, r.inverse_inertia), r.mass, r.linear, r.angular);
-      }
-    }
-    if (!stands) {
-      piece.spin = m.spin();
-      piece.top += m.velocity(piece.spin, d);
-    }
-    return piece;
-  }
-
-  /// Calls act(k, rung, gain, target of the upper body) from the top; returns the base's target. Going down, the
-  /// momentum that those above must gain is what the contact has to give.
-  template <class Act>
-  FATHOM_HD Vec3 go_down(const ColumnPiece& piece, const Act& act) const {
-    ColumnGain gain;
-    Vec3 target = piece.top, arm;
-    ColumnRung next = c_.rung(piece.end - 1);
-    for (std::uint32_t k = piece.end; k-- > piece.begin;) {
-      const ColumnRung r = next;
-      if (k > piece.begin) next = c_.rung(k - 1);
-      const Vec3 p = r.mass * (target - r.linear);
-      gain.angular += cross(arm - r.arm_above, gain.linear);
-      gain.linear += p;
-      gain.angular += c_.inertia(k + 1, r.inverse_inertia) * (piece.spin - r.angular) - cross(r.arm_above, p);
-      arm = r.arm_below;
-      act(k, r, gain, target);
-      target = target - cross(piece.spin, r.arm_below - r.arm_above) - r.rise();
-    }
-    return target;
-  }
-
- private:
-  const Rungs& c_;
-  const std::uint32_t contacts_;
 };
 
 /// Multipliers of the points' rows: of all ways to share what the contact should give, the most even one.
@@ -323,54 +247,5 @@ FATHOM_HD ContactImpulses column_impulses(const ColumnRung& r, const ColumnGift&
   if (!pushes_out) p.step += p.sum() - r.impulses.sum();
   return p;
 }
-
-/// Braces a column after a sweep, all of it at once. `Column` is as for `column_rung`, with
-///
-///     void set_impulses(k, const ContactImpulses&);  SolverBody body(j);  Mat3 inertia(j, inverse_inertia);
-///     void set_velocity(j, linear, angular);
-template <class Column>
-class ColumnBrace {
- public:
-  FATHOM_HD ColumnBrace(const Column& column, std::uint32_t contacts, bool pushes_out)
-      : c_(column), contacts_(contacts), pushes_out_(pushes_out) {}
-
-  FATHOM_HD void operator()() const {
-    for (std::uint32_t begin = 0; begin < contacts_;) {
-      const ColumnPiece piece = ColumnWalk(*this, contacts_).go_up(begin);
-      if (piece.end > begin) hold(piece);
-      begin = piece.end + 1;
-    }
-  }
-
-  FATHOM_HD ColumnRung rung(std::uint32_t k) const {
-    return column_rung(c_, k, c_.body(k), c_.body(k + 1), contacts_, pushes_out_);
-  }
-  FATHOM_HD SolverBody body(std::uint32_t j) const { return c_.body(j); }
-  FATHOM_HD Mat3 inertia(std::uint32_t j, float inverse) const { return c_.inertia(j, inverse); }
-
- private:
-  FATHOM_HD void hold(const ColumnPiece& piece) const {
-    const ColumnWalk walk(*this, contacts_);
-    float part = 1;
-    walk.go_down(piece, [&](std::uint32_t, const ColumnRung& r, const ColumnGain& gain, Vec3) {
-      part = column_limits(r, column_gift(r, gain), piece.weight).part_possible(part);
-    });
-    if (!(part > 0)) return;
-    const auto turn = [&](std::uint32_t j, Vec3 linear, Vec3 angular, Vec3 target) {
-      c_.set_velocity(j, mul_add(linear, part, target - linear), mul_add(angular, part, piece.spin - angular));
-    };
-    const Vec3 base =
-        walk.go_down(piece, [&](std::uint32_t k, const ColumnRung& r, const ColumnGain& gain, Vec3 target) {
-          c_.set_impulses(k, column_impulses(r, column_gift(r, gain), part, pushes_out_));
-          turn(k + 1, r.linear, r.angular, target);
-        });
-    const SolverBody below = c_.body(piece.begin);
-    if (below.inverse_mass > 0) turn(piece.begin, below.linear, below.angular, base);
-  }
-
-  const Column& c_;
-  const std::uint32_t contacts_;
-  const bool pushes_out_;
-};
 
 }  // namespace fathom

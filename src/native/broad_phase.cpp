@@ -93,18 +93,27 @@ class TreeBroadPhase : public BroadPhase {
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {
     constexpr std::size_t grain = 8;
-    return search_chunks(input.changed.size(), grain, pool, found,
-                         [&](std::size_t i, auto& hits, auto& pairs) { search(input, input.changed[i], hits, pairs); });
+    return search_chunks(
+        input.changed.size(), grain, pool, found, [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
+          for (std::size_t i = begin; i < end; ++i)
+            search(input, input.changed[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, hits); });
+        });
   }
 
   // Neighbours search the same nodes, most of which their thread has refitted.
   std::size_t find_in_order_of_tree(const BroadPhaseInput& input, ThreadPool& pool,
                                     std::vector<std::vector<Pair>>& found) {
-    constexpr std::size_t grain = 64;  // a subtree of two levels
     const std::span<const std::uint32_t> leaves = moving_.leaves();
-    const std::size_t lists =
-        search_chunks(leaves.size(), grain, pool, found, [&](std::size_t i, auto& hits, auto& pairs) {
-          if (input.is_changed(leaves[i])) search(input, leaves[i], hits, pairs);
+    const std::size_t lists = search_chunks(
+        leaves.size(), Bvh::family, pool, found, [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
+          Bvh::Nearby nearby;
+          bool is_listed = false;
+          for (std::size_t i = begin; i < end; ++i) {
+            if (!input.is_changed(leaves[i])) continue;
+            if (!is_listed) moving_.list_nearby(begin / Bvh::family, nearby);
+            is_listed = true;
+            search(input, leaves[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
+          }
         });
     for (std::size_t i = 1; i < lists; ++i) {
       make_room(found[0], found[0].size() + found[i].size());
@@ -115,7 +124,8 @@ class TreeBroadPhase : public BroadPhase {
     return 1;
   }
 
-  /// Calls act(i, hits, pairs) for all i < count, with a list of pairs for each chunk; returns how many these are.
+  /// Calls act(begin, end, hits, pairs) for chunks of [0, count), with a list of pairs for each; returns how many these
+  /// are.
   template <class Act>
   std::size_t search_chunks(std::size_t count, std::size_t grain, ThreadPool& pool,
                             std::vector<std::vector<Pair>>& found, const Act& act) {
@@ -126,7 +136,7 @@ class TreeBroadPhase : public BroadPhase {
       std::vector<std::uint32_t>& hits = hits_[begin / grain];
       std::vector<Pair>& pairs = found[begin / grain];
       pairs.clear();
-      for (std::size_t i = begin; i < end; ++i) act(i, hits, pairs);
+      act(begin, end, hits, pairs);
     });
     return chunks;
   }
@@ -143,11 +153,13 @@ class TreeBroadPhase : public BroadPhase {
       (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
   }
 
+  /// `search_moving`: of a box, among bodies that can move, into `hits`.
+  template <class SearchMoving>
   void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits,
-              std::vector<Pair>& found) const {
+              std::vector<Pair>& found, const SearchMoving& search_moving) const {
     const Aabb& box = input.state.fat_boxes[slot];
     hits.clear();
-    moving_.overlap(box, hits);
+    search_moving(box);
     if (input.bodies[slot].motion != MotionType::fixed) fixed_.overlap(box, hits);
     for (const std::uint32_t other : hits) input.known.prefetch(slot, other);
     for (const std::uint32_t other : hits) {

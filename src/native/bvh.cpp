@@ -217,12 +217,42 @@ void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
   }
 }
 
-void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
-  if (leaves_.empty()) return;
-  const Lanes d;
-  constexpr std::size_t lanes = hn::MaxLanes(Lanes());
-  const auto lower_x = hn::Set(d, box.lower.x), lower_y = hn::Set(d, box.lower.y), lower_z = hn::Set(d, box.lower.z);
-  const auto upper_x = hn::Set(d, box.upper.x), upper_y = hn::Set(d, box.upper.y), upper_z = hn::Set(d, box.upper.z);
+namespace {
+
+/// A box in lanes, and which of eight boxes it meets.
+class Probe {
+ public:
+  explicit Probe(const Aabb& box)
+      : lower_{hn::Set(d, box.lower.x), hn::Set(d, box.lower.y), hn::Set(d, box.lower.z)},
+        upper_{hn::Set(d, box.upper.x), hn::Set(d, box.upper.y), hn::Set(d, box.upper.z)} {}
+
+  /// A bit for each of the boxes `first` … `first` + 7 of arrays with `stride` entries a component.
+  HWY_INLINE std::uint32_t meets(const float* lower, const float* upper, std::size_t stride) const {
+    constexpr std::size_t lanes = hn::MaxLanes(Lanes());
+    std::uint32_t met = 0;
+    for (std::size_t c = 0; c < 8; c += lanes) {
+      const auto in = [&](std::size_t axis) {
+        return hn::And(hn::Le(hn::Load(d, lower + axis * stride + c), upper_[axis]),
+                       hn::Ge(hn::Load(d, upper + axis * stride + c), lower_[axis]));
+      };
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(d, hn::And(in(0), hn::And(in(1), in(2))), bits);
+      met |= std::uint32_t{bits[0]} << c;
+    }
+    return met;
+  }
+
+ private:
+  static constexpr Lanes d{};
+  hn::Vec<Lanes> lower_[3], upper_[3];
+};
+
+}  // namespace
+
+// Depth first, the last child first; children of parents of leaves in order.
+template <class Visit>
+void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) const {
+  const Probe probe(box);
   struct Entry {
     std::uint32_t level, node;
   };
@@ -231,23 +261,71 @@ void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
   stack[top++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
   while (top > 0) {
     const Entry entry = stack[--top];
+    if (entry.level == lowest) {
+      visit(probe, entry.node);
+      continue;
+    }
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
-    for (std::size_t c = 0; c < width; c += lanes) {
-      const auto x =
-          hn::And(hn::Le(hn::Load(d, node.lower[0] + c), upper_x), hn::Ge(hn::Load(d, node.upper[0] + c), lower_x));
-      const auto y =
-          hn::And(hn::Le(hn::Load(d, node.lower[1] + c), upper_y), hn::Ge(hn::Load(d, node.upper[1] + c), lower_y));
-      const auto z =
-          hn::And(hn::Le(hn::Load(d, node.lower[2] + c), upper_z), hn::Ge(hn::Load(d, node.upper[2] + c), lower_z));
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(d, hn::And(x, hn::And(y, z)), bits);
-      for (std::uint32_t mask = bits[0]; mask != 0; mask &= mask - 1) {
-        const std::size_t child = entry.node * width + c + static_cast<std::size_t>(std::countr_zero(mask));
-        if (!has_child(entry.level, child)) continue;
-        if (entry.level > 0)
-          stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-        else
-          found.push_back(leaves_[child]);
+    for (std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width); mask != 0; mask &= mask - 1) {
+      const std::size_t child = entry.node * width + static_cast<std::size_t>(std::countr_zero(mask));
+      if (has_child(entry.level, child)) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
+    }
+  }
+}
+
+template <class Probe>
+HWY_INLINE void Bvh::take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const {
+  const Node& node = nodes_[parent];
+  for (std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width); mask != 0; mask &= mask - 1) {
+    const std::size_t leaf = parent * width + static_cast<std::size_t>(std::countr_zero(mask));
+    if (leaf < leaves_.size()) found.push_back(leaves_[leaf]);
+  }
+}
+
+void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
+  if (leaves_.empty()) return;
+  descend(box, 0, [&](const auto& probe, std::uint32_t node) { take_leaves(probe, node, found); });
+}
+
+void Bvh::list_nearby(std::size_t number, Nearby& nearby) const {
+  nearby.count = 0;
+  nearby.is_known = levels_.size() > 2;
+  if (!nearby.is_known) return;
+  std::size_t count = 0;
+  descend(box_of(nodes_[levels_[1].first + number]), 1, [&](const auto&, std::uint32_t node) {
+    if (count < Nearby::most) {
+      const Node& parent = nodes_[levels_[2].first + node / width];
+      for (int axis = 0; axis < 3; ++axis) {
+        nearby.lower[axis][count] = parent.lower[axis][node % width];
+        nearby.upper[axis][count] = parent.upper[axis][node % width];
+      }
+      nearby.nodes[count] = node;
+    }
+    ++count;
+  });
+  nearby.is_known = count <= Nearby::most;
+  if (!nearby.is_known) return;
+  nearby.count = count;
+  for (; count % width != 0; ++count)
+    for (int axis = 0; axis < 3; ++axis) nearby.lower[axis][count] = infinity, nearby.upper[axis][count] = -infinity;
+}
+
+void Bvh::overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const {
+  if (!nearby.is_known) return overlap(box, found);
+  const Probe probe(box);
+  for (std::size_t first = 0; first < nearby.count; first += width) {
+    std::uint32_t near = probe.meets(nearby.lower[0] + first, nearby.upper[0] + first, Nearby::most);
+    for (; near != 0; near &= near - 1) {
+      const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(near));
+      if (i >= nearby.count) break;
+      const std::size_t number = nearby.nodes[i];
+      const Node& node = nodes_[levels_[1].first + number];
+      std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width);
+      while (mask != 0) {
+        const auto last = static_cast<std::uint32_t>(std::bit_width(mask)) - 1;
+        mask ^= 1u << last;
+        const std::size_t parent = number * width + last;
+        if (parent < levels_[0].count) take_leaves(probe, parent, found);
       }
     }
   }

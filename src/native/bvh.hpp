@@ -33,6 +33,22 @@ class Bvh {
   /// Appends the items whose boxes overlap `box`; their order depends only on the tree.
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const;
 
+  /// Leaves that share a node two levels up, and lie together.
+  static constexpr std::size_t family = 64;
+  /// Nodes of that level that some of a family's boxes may meet, in the order in which `overlap` visits them: so that
+  /// their searches begin there and not at the root.
+  struct Nearby {
+    static constexpr std::size_t most = 64;
+    alignas(32) float lower[3][most], upper[3][most];
+    std::uint32_t nodes[most];
+    std::size_t count = 0;
+    bool is_known = false;  ///< false where there are more, or the tree is too small: `overlap` finds everything
+  };
+  /// What leaves [number · family, (number + 1) · family) may meet.
+  void list_nearby(std::size_t number, Nearby& nearby) const;
+  /// As the other, for a box of that family.
+  void overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const;
+
   /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new
   /// limit.
   template <class Visit>
@@ -67,6 +83,11 @@ class Bvh {
   bool has_child(std::uint32_t level, std::size_t child) const {
     return child < (level > 0 ? levels_[level - 1].count : leaves_.size());
   }
+  /// Calls visit(probe, node) for nodes of level `lowest` whose boxes meet `box`.
+  template <class Visit>
+  void descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) const;
+  template <class Probe>
+  void take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const;
   void lay_out_levels();
   static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);

@@ -47,6 +47,7 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   units_.clear();
   stretches_.clear();
   blocks_ = 0;
+  largest_island_ = SIZE_MAX;
   if (may_use_domains(in_contact.slots)) {
     fill_by_unit();
     place_bodies_by_unit(in_contact.slots);
@@ -242,10 +243,12 @@ void ConstraintLayout::join_islands() {
     const std::uint32_t a = root(link.root), b = root(link.b);
     island_[std::max(a, b)].parent = std::min(a, b);
   }
+  std::uint32_t largest = 0;
   for (Link& link : links_) {
     link.root = root(link.b);
-    ++island_[link.root].weight;
+    largest = std::max(largest, ++island_[link.root].weight);
   }
+  largest_island_ = largest;
 }
 
 // Islands make groups in the order of their first bodies. False where that leaves too much to one thread.

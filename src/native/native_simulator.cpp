@@ -27,6 +27,7 @@ namespace {
 constexpr std::size_t body_grain = 512;
 constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
 constexpr std::size_t least_bodies = 64;         // worth another thread
+constexpr std::size_t free_grain = 256;          // bodies without contacts
 constexpr std::uint32_t prefetch_distance = 8;
 
 int thread_count(const WorldDef& def) {
@@ -151,13 +152,24 @@ void NativeSimulator::build_constraints() {
   for (const std::uint32_t slot : changed()) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) list_in_contact();
-  if (cell_solver_) {
+  if (!cell_solver_) divide_if_worth_while();
+  // Most of the laying out is one thread's work. Meanwhile the others move bodies without contacts, which nothing else
+  // looks at any more. One thread does that when it no longer needs the other bodies in its cache.
+  are_free_moved_ = pool_.thread_count() > 1 && 2 * in_contact_.size() < active_.size();
+  if (are_free_moved_)
+    move_free([&] { lay_out_constraints(); });
+  else
+    lay_out_constraints();
+  if (cell_solver_)
     cell_solver_->build(in_contact_);
-    return;
-  }
-  divide_if_worth_while();
+  else
+    solver_.build();
+}
+
+void NativeSimulator::lay_out_constraints() {
+  if (cell_solver_) return;
   if (pool_.thread_count() > 1 && !graph_.domains().in_use()) neighbourhood_.update(*broad_phase_, state_.size());
-  solver_.build({in_contact_, contact_sorting_}, neighbourhood_);
+  solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_);
 }
 
 void NativeSimulator::solve() {
@@ -173,7 +185,7 @@ void NativeSimulator::solve() {
 }
 
 void NativeSimulator::finish() {
-  move_free();
+  if (!are_free_moved_) move_free([] {});
   if (failed_.exchange(0, std::memory_order_relaxed) > 0) quarantine_failed();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
@@ -201,10 +213,14 @@ void NativeSimulator::prefetch_bodies(const Contact& c) const {
   if (!c.in_use) return;
   prefetch_both_lines(&state_.boxes[c.a]);
   prefetch_both_lines(&state_.boxes[c.b]);
-  if (!c.touching()) return;
   prefetch_to_read(&state_.poses[c.a]);
   prefetch_to_read(&state_.poses[c.b]);
-  prefetch_to_read(&graph_.manifold(c));
+  if (c.touching()) return prefetch_to_read(&graph_.manifold(c));
+  // What has no manifold to keep is collided, most of it.
+  prefetch_to_read(&bodies[c.a]);
+  prefetch_to_read(&bodies[c.b]);
+  prefetch_to_read(&state_.velocities[c.a]);
+  prefetch_to_read(&state_.velocities[c.b]);
 }
 
 void NativeSimulator::list_active() {
@@ -268,8 +284,9 @@ void NativeSimulator::list_in_contact() {
     }
 }
 
-void NativeSimulator::move_free() {
-  pool_.for_each_part(active_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+template <class Alone>
+void NativeSimulator::move_free(const Alone& alone) {
+  pool_.for_each_chunk_beside(alone, active_.size(), free_grain, [&](std::size_t begin, std::size_t end) {
     std::array<std::uint32_t, least_bodies> free;
     while (begin < end) {
       std::size_t count = 0;

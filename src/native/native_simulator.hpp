@@ -107,8 +107,10 @@ class NativeSimulator : public Simulator {
   /// Moves bodies by what the solver found, or by gravity alone.
   template <bool in_contact>
   void move_part(std::span<const std::uint32_t> slots);
-  /// All that the solver does not move.
-  void move_free();
+  /// Moves all that the solver does not, while the caller's thread begins with alone().
+  template <class Alone>
+  void move_free(const Alone& alone);
+  void lay_out_constraints();
   int threads_worth_while();
   double waiting_in_a_heap() const;
   BroadPhaseInput broad_phase_input() const;
@@ -151,7 +153,8 @@ class NativeSimulator : public Simulator {
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
   bool queries_are_current_ = false;
-  bool set_changed_ = false;  // bodies added or removed since the broad phase last ran
+  bool are_free_moved_ = false;  // in this step, before `finish`
+  bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
   struct ChangedBodies {
     std::uint32_t count = 0;
     bool at_rest = false;

@@ -13,6 +13,7 @@
 #include "dynamics/contact_rows.hpp"
 #include "dynamics/overlap.hpp"
 #include "native/constraint_block-inl.hpp"
+#include "native/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
@@ -249,12 +250,32 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   return point_count;
 }
 
+/// Fetches what a block will be made of: other threads have written most of it. The contacts themselves come a block
+/// earlier.
+template <class D>
+HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& constrained, const BodiesView& view) {
+  for (std::size_t i = 0; i < Block<D>::width && lanes[i] != none; ++i) {
+    const Contact& c = constrained.contacts[lanes[i]];
+    const auto* const manifold = reinterpret_cast<const std::byte*>(constrained.manifolds + c.manifold);
+    for (std::size_t line = 0; line < sizeof(ContactManifold); line += 64) prefetch_to_read(manifold + line);
+    prefetch_to_read(view.poses + c.a);
+    prefetch_to_read(view.poses + c.b);
+  }
+}
+
 template <class D>
 std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
                     const Constrained& constrained, const BodiesView& view) {
+  constexpr std::size_t width = Block<D>::width;
   std::size_t count = 0;
-  for (std::size_t i = begin; i < end; ++i)
-    count += prepare_block(block_at<D>(blocks, i), lanes + i * Block<D>::width, constrained, view);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (blocks.scattered) {
+      for (std::size_t k = 0; i + 2 < end && k < width && lanes[(i + 2) * width + k] != none; ++k)
+        prefetch_to_read(constrained.contacts + lanes[(i + 2) * width + k]);
+      if (i + 1 < end) prefetch_lanes<D>(lanes + (i + 1) * width, constrained, view);
+    }
+    count += prepare_block(block_at<D>(blocks, i), lanes + i * width, constrained, view);
+  }
   return count;
 }
 

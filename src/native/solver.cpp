@@ -32,7 +32,7 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
       wide_(wide_kernels()),
       single_(single_kernels()),
       layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
-      columns_(bodies, state, graph) {}
+      columns_(bodies, state, graph, wide_) {}
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
@@ -65,11 +65,13 @@ class ContactSolver::Everything {
       s_.layout_.for_each_part(
           i, [&](std::size_t begin, std::size_t end) { kernel(s_.wide_, s_.wide_blocks_, begin, end); });
   }
-  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
-    const std::span<const Columns::Column> columns = s_.columns_.all();
+  /// Calls act(bundle) for columns.
+  template <class Act>
+  void columns(const Act& act) const {
+    const std::span<const ColumnBundle> columns = s_.columns_.all();
     if (columns.empty()) return;
     s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
-      s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
+      for (std::size_t i = begin; i < end; ++i) act(columns[i]);
     });
   }
 
@@ -106,12 +108,13 @@ class ContactSolver::InDomains {
     put_off([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
   }
 
-  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
-    const std::span<const Columns::Column> columns = s_.columns_.all();
+  template <class Act>
+  void columns(const Act& act) const {
+    const std::span<const ColumnBundle> columns = s_.columns_.all();
     if (columns.empty()) return;
     complete();  // columns go through domains, and come after all of a sweep
     s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
-      s_.brace(columns.subspan(begin, end - begin), pushes_out, parameters);
+      for (std::size_t i = begin; i < end; ++i) act(columns[i]);
     });
   }
 
@@ -181,10 +184,10 @@ class ContactSolver::OneGroup {
     for (const auto& stretch : s_.layout_.stretches(group_))
       kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
   }
-  void brace_columns(bool pushes_out, const SweepParameters& parameters) const {
-    if (s_.columns_.all().empty()) return;
-    const auto width = static_cast<std::size_t>(s_.wide_.width);
-    s_.brace(s_.columns_.within(group_.blocks.begin * width, group_.blocks.end * width), pushes_out, parameters);
+  template <class Act>
+  void columns(const Act& act) const {
+    const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
+    for (const ColumnBundle& bundle : s_.columns_.of_group(number)) act(bundle);
   }
 
  private:
@@ -202,15 +205,18 @@ void ContactSolver::for_each_group(const Act& act) {
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
-  wide_blocks_.shared = pool_.thread_count() > 1 && layout_.groups().empty();
+  wide_blocks_.scattered = pool_.thread_count() > 1;
+  wide_blocks_.shared = wide_blocks_.scattered && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
-    columns_.update(in_contact.slots, {layout_.lanes(), layout_.blocks() * static_cast<std::size_t>(wide_.width)},
-                    pool_);
-  columns_.choose();
+    columns_.update(in_contact.slots, layout_.largest_island(), pool_);
+  columns_.choose(layout_, pool_);
+}
+
+void ContactSolver::build() {
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
   if (!layout_.groups().empty()) return;
@@ -399,14 +405,15 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = strike_threshold(def_, h);
   const BodyIntegration integrate = integration(h);
+  work.columns([&](const ColumnBundle& columns) { wide_.load_columns(wide_blocks_, columns, view(), soft); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     begin_impulses(work, substep == 0);
     sweep(work, &SolverKernels::solve, soft);
-    work.brace_columns(true, soft);
+    brace(work, true, soft);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     sweep(work, &SolverKernels::relax, soft);
-    work.brace_columns(false, soft);
+    brace(work, false, soft);
   }
 }
 
@@ -467,10 +474,11 @@ void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const Sw
   });
 }
 
-void ContactSolver::brace(std::span<const Columns::Column> columns, bool pushes_out,
-                          const SweepParameters& parameters) {
-  for (const Columns::Column& c : columns)
-    wide_.brace(wide_blocks_, columns_.contacts(c), c.contacts, view(), pushes_out, parameters);
+template <class Work>
+void ContactSolver::brace(const Work& work, bool pushes_out, const SweepParameters& parameters) {
+  work.columns([this, pushes_out, &parameters](const ColumnBundle& columns) {
+    wide_.brace(wide_blocks_, columns, view(), pushes_out, parameters);
+  });
 }
 
 }  // namespace fathom::native

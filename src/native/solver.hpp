@@ -44,9 +44,10 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Lays out blocks of constraints, neighbours together, and gathers what the sweeps read unless `solve` will do
-  /// that group by group.
-  void build(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
+  /// Lays out blocks of constraints, neighbours together, and finds columns.
+  void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
+  /// Gathers what the sweeps read, unless `solve` will do that group by group.
+  void build();
   /// All substeps; hands the impulses back to the contacts and calls act(slots), by any thread, for parts of the bodies
   /// in contact, for which `BodyState::solver` then holds velocities and movement of the step.
   void solve(const std::function<void(std::span<const std::uint32_t>)>& act);
@@ -93,7 +94,8 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
-  void brace(std::span<const Columns::Column> columns, bool pushes_out, const SweepParameters& parameters);
+  template <class Work>
+  void brace(const Work& work, bool pushes_out, const SweepParameters& parameters);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;

@@ -26,7 +26,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "native/column_view-inl.hpp"
+#include "native/brace-inl.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
@@ -467,6 +467,7 @@ SolverKernels make_kernels(const char* name) {
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
           bounce_field_count * Block<D>::width,
+          row_fields * Block<D>::width,
           prepare<D>,
           warm_start<D>,
           clear<D>,
@@ -474,6 +475,7 @@ SolverKernels make_kernels(const char* name) {
           sweep<Pass::relax, D>,
           strike<D>,
           sweep<Pass::iterate, D>,
+          load_columns<D>,
           brace<D>,
           store<D>};
 }

@@ -42,6 +42,7 @@ struct BlockArray {
   float* bounces = nullptr;
   std::size_t stride = 0;  ///< bytes from block to block
   bool shared = false;     ///< several threads write the bodies in turn
+  bool scattered = false;  ///< other threads wrote what constraints are made of
 };
 
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
@@ -55,11 +56,15 @@ struct BlockHeader {
   bool restitution = false;     ///< some lane bounces
 };
 
-/// A contact of a column, between the body below and the one above.
-struct ColumnContact {
-  std::uint32_t contact, lane;  ///< `lane` counts lanes of all blocks
-  std::uint32_t below, above;   ///< slots
-  bool upward;                  ///< B is above
+/// Columns side by side, one a lane (dynamics/columns.hpp). Arrays have `width` entries a row; lanes beyond `used` are
+/// empty columns.
+struct ColumnBundle {
+  std::uint32_t contacts = 0;              ///< of the tallest
+  const std::uint32_t* lengths = nullptr;  ///< contacts of each lane's column
+  const std::uint32_t* bodies = nullptr;   ///< slots from the base up, `none` beyond the top; contacts + 1 rows
+  const std::uint32_t* lanes = nullptr;    ///< of all blocks' lanes, the contact above each body; any beyond the top
+  const float* up = nullptr;               ///< 1 where B of that contact is above, else −1
+  float* work = nullptr;                   ///< aligned; contacts + 1 times `column_floats`
 };
 
 struct SolverKernels {
@@ -68,6 +73,7 @@ struct SolverKernels {
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
   std::size_t bounce_floats;          ///< a block
+  std::size_t column_floats;          ///< a row of columns
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
   /// returns how many points they have.
@@ -82,9 +88,12 @@ struct SolverKernels {
   void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  /// Braces a column (dynamics/columns.hpp).
-  void (*brace)(BlockArray blocks, const ColumnContact* column, std::uint32_t contacts, const BodiesView& view,
-                bool pushes_out, const SweepParameters& p);
+  /// Reads what stays the same in all braces of a step, after `prepare`.
+  void (*load_columns)(BlockArray blocks, const ColumnBundle& columns, const BodiesView& view,
+                       const SweepParameters& p);
+  /// Braces columns (dynamics/columns.hpp).
+  void (*brace)(BlockArray blocks, const ColumnBundle& columns, const BodiesView& view, bool pushes_out,
+                const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained);
 };

@@ -57,13 +57,20 @@ ThreadPool::~ThreadPool() {
 
 // --- the caller ----------------------------------------------------------------------------------------------
 
-void ThreadPool::run(Loop loop) {
+void ThreadPool::run_loop(Loop loop, const Before& before) {
   loop.stretches = static_cast<std::uint32_t>(loop.chunks < used() ? loop.chunks : used());
-  if (loop.chunks / loop.stretches >= claim_mask) {  // billions of items in tiny chunks
+  const bool is_endless = loop.chunks / loop.stretches >= claim_mask;  // billions of items in tiny chunks
+  if (is_endless || others_are_busy_) {
+    if (before.call) before.call(before.context);
     for (std::size_t k = 0; k < loop.chunks; ++k) loop.call(loop.context, k);
     return;
   }
   announce(loop);
+  if (before.call) {
+    others_are_busy_ = true;
+    before.call(before.context);
+    others_are_busy_ = false;
+  }
   take_chunks(0, announced_.number.load(std::memory_order_relaxed), loop);
   for (std::size_t i = 0; i < loop.stretches; ++i) wait_for(i, loop);
 }

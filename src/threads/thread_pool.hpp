@@ -69,6 +69,21 @@ class ThreadPool {
     run(part, parts);
   }
 
+  /// As `for_each_chunk`; meanwhile the caller first calls alone(), whose own loops run on its thread only.
+  template <class Alone, class Body>
+  void for_each_chunk_beside(const Alone& alone, std::size_t count, std::size_t grain, Body&& body) {
+    if (used() == 1 || count <= grain) {
+      alone();
+      return for_each_chunk(count, grain, body);
+    }
+    const auto chunk = [&](std::size_t k) {
+      const std::size_t begin = k * grain;
+      body(begin, begin + grain < count ? begin + grain : count);
+    };
+    run_loop(loop_of(chunk, (count + grain - 1) / grain),
+             {[](const void* context) { (*static_cast<const Alone*>(context))(); }, &alone});
+  }
+
   /// Cuts of a share, so that others can help with it.
   static constexpr std::size_t parts_a_thread = 4;
 
@@ -96,6 +111,12 @@ class ThreadPool {
     std::uint32_t stretches = 0;
   };
 
+  /// What the caller does before it takes part in a loop.
+  struct Before {
+    void (*call)(const void* context) = nullptr;
+    const void* context = nullptr;
+  };
+
   /// The last two loops. A slot is rewritten two loops later, so whoever read `number` before and after reading a
   /// slot has read one loop.
   struct alignas(line) Announcement {
@@ -116,12 +137,16 @@ class ThreadPool {
   };
 
   template <class Chunk>
+  static Loop loop_of(const Chunk& chunk, std::size_t chunks) {
+    return {[](const void* context, std::size_t k) { (*static_cast<const Chunk*>(context))(k); }, &chunk,
+            static_cast<std::uint32_t>(chunks), 0};
+  }
+  template <class Chunk>
   void run(const Chunk& chunk, std::size_t chunks) {
-    run({[](const void* context, std::size_t k) { (*static_cast<const Chunk*>(context))(k); }, &chunk,
-         static_cast<std::uint32_t>(chunks), 0});
+    run_loop(loop_of(chunk, chunks), Before{});
   }
   std::size_t used() const { return used_.load(std::memory_order_relaxed); }
-  void run(Loop loop);
+  void run_loop(Loop loop, const Before& before);
   void announce(const Loop& loop);
   void wait_for(std::size_t stretch, const Loop& loop);
   bool hear(std::uint64_t number, Loop& loop) const;
@@ -135,6 +160,7 @@ class ThreadPool {
   std::atomic<std::size_t> used_;
   Announcement announced_;
   std::vector<Stretch> stretches_;                        // one a thread
+  bool others_are_busy_ = false;                          // with a loop that the caller has not joined yet
   std::vector<std::uint64_t> completed_;                  // what the stretches' counters reach when the loop is done
   alignas(line) std::atomic<std::uint32_t> sleepers_{0};  // of those in use
   std::atomic<std::uint32_t> alarm_{0};                   // what sleepers wait on

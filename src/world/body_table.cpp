@@ -69,9 +69,16 @@ BodyInfo make_info(const BodyDef& def) {
 
 std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_count() : free_slots_.back(); }
 
+void BodyTable::note_mass(const BodyInfo& info) {
+  if (info.motion != MotionType::dynamic) return;
+  least_inverse_mass_ = min(least_inverse_mass_, info.inverse_mass);
+  most_inverse_mass_ = max(most_inverse_mass_, info.inverse_mass);
+}
+
 BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
   any_anisotropic_ = any_anisotropic_ || !info.isotropic;
+  note_mass(info);
   const std::uint32_t slot = next_slot();
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);
