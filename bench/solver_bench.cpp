@@ -40,7 +40,9 @@ class Blocks {
   explicit Blocks(const SolverKernels& kernels)
       : kernels_(kernels), scene_(pyramid(pyramid_size)), graph_(scene_.graph) {
     scene_.make_contacts();
-    ContactSolver(scene_.scene.world, scene_.bodies, scene_.state, graph_, scene_.pool).build({scene_.moving, 1}, {});
+    ContactSolver solver(scene_.scene.world, scene_.bodies, scene_.state, graph_, scene_.pool);
+    solver.lay_out({scene_.moving, 1}, {});
+    solver.build();
     const float h = scene_.scene.world.dt / 4;
     for (const std::uint32_t slot : scene_.moving)
       scene_.state.solver_bodies()[slot].linear = h * scene_.scene.world.gravity;
@@ -157,7 +159,8 @@ void contact_solver(benchmark::State& state, Solver method) {
   scene.scene.world.solver.method = method;
   ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
-    solver.build({scene.moving, 1}, {});
+    solver.lay_out({scene.moving, 1}, {});
+    solver.build();
     solver.solve([](std::span<const std::uint32_t>) {});
   }
   state.counters["per_manifold"] = per(scene.manifold_count);
@@ -176,7 +179,8 @@ void integration(benchmark::State& state, Vec3 half_extents) {
   for (const std::uint32_t slot : scene.moving) scene.state.velocities[slot] = scene.scene.bodies[slot].velocity;
   ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
-    solver.build({scene.moving, 1}, {});
+    solver.lay_out({scene.moving, 1}, {});
+    solver.build();
     solver.solve([](std::span<const std::uint32_t>) {});
   }
   state.counters["per_body"] = per(scene.moving.size());
