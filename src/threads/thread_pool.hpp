@@ -69,7 +69,8 @@ class ThreadPool {
     run(part, parts);
   }
 
-  /// As `for_each_chunk`; meanwhile the caller first calls alone(), whose own loops run on its thread only.
+  /// As `for_each_chunk`; meanwhile the caller first calls alone(), whose own loops run on its thread only if there is
+  /// more than one chunk.
   template <class Alone, class Body>
   void for_each_chunk_beside(const Alone& alone, std::size_t count, std::size_t grain, Body&& body) {
     if (used() == 1 || count <= grain) {
