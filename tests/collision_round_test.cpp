@@ -266,6 +266,18 @@ TEST(CollisionRound, BoxAndHullAgreeOnSpheres) {
   }
 }
 
+// The cross product of its edges with the capsule is so short that its square has no digits left.
+TEST(CollisionRound, ABoxWithoutThicknessGivesUnitNormals) {
+  const Geometry plate = box_geometry({6.6875f, 2.5243549e-29f, 6.6875f});
+  const Geometry needle = capsule_geometry(6.6875f, 11665408);
+  Pose pose{{3.625f, -0.1875f, 0.625f}};
+  pose.rotation = {-0.752867997f, 0.189976037f, 0.070361495f, 0.626217306f};
+  AxisCache cache;
+  const Manifold m = collide(plate, needle, pose, 6.3125f, cache);
+  ASSERT_GT(m.count, 0);
+  EXPECT_NEAR(length(m.normal), 1.0f, 1e-5f);
+}
+
 TEST(CollisionRound, DISABLED_Timing) {
   const auto time = [](const char* name, const Geometry& a, const Geometry& b, Pose pose) {
     AxisCache cache;
