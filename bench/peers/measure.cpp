@@ -15,9 +15,10 @@ struct States {
 };
 
 Vec3 random_vector(Random& random, float limit) {
-  const auto x = static_cast<float>(random.symmetric(limit));
-  const auto y = static_cast<float>(random.symmetric(limit));
-  const auto z = static_cast<float>(random.symmetric(limit));
+  const auto within = static_cast<double>(limit);
+  const auto x = static_cast<float>(random.symmetric(within));
+  const auto y = static_cast<float>(random.symmetric(within));
+  const auto z = static_cast<float>(random.symmetric(within));
   return {x, y, z};
 }
 
@@ -48,7 +49,7 @@ std::string what_went_wrong(const Engine& engine, const Quality& quality) {
 
 }  // namespace
 
-Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit) {
+Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, float limit) {
   Measurement result;
   std::unique_ptr<Engine> engine;
   std::vector<double> step_ms;
