@@ -49,7 +49,7 @@ std::string what_went_wrong(const Engine& engine, const Quality& quality) {
 
 }  // namespace
 
-Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, float limit) {
+Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit) {
   Measurement result;
   std::unique_ptr<Engine> engine;
   std::vector<double> step_ms;
