@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -117,6 +118,20 @@ TEST(ThreadPool, CallerComesLaterToALoopBesideSomethingElse) {
       ASSERT_EQ(std::count(inner.begin(), inner.end(), 0), 40) << "the next loop is everybody's";
     }
   }
+}
+
+TEST(ThreadPool, ACallerThatFailsBesideALoopLeavesItWhenItIsDone) {
+  ThreadPool pool(3);
+  std::vector<int> seen(1000, 0);
+  const auto fail = [] { throw std::bad_alloc(); };
+  const auto count = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) ++seen[i];
+  };
+  EXPECT_THROW(pool.for_each_chunk_beside(fail, seen.size(), 3, count), std::bad_alloc);
+  EXPECT_TRUE(all_once(seen));
+  seen.assign(seen.size(), 0);
+  pool.for_each_chunk(seen.size(), 3, count);
+  EXPECT_TRUE(all_once(seen));
 }
 
 TEST(ThreadPool, SleepingWorkersWakeUp) {

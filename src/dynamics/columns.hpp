@@ -21,8 +21,7 @@ inline constexpr float column_load = 8;
 /// Speed by which a whole column is pushed out of penetration, in gravity times a substep.
 inline constexpr float column_push_out = 4;
 /// A column whose top moves faster than this (m/s) away from its base is left to the sweeps: it comes down, and a brace
-/// would only be costly. In `layers`, where a hundred columns of up to a hundred cubes fall, none is braced after the
-/// first half second.
+/// would only be costly (docs/solver.md).
 inline constexpr float column_speed = 1;
 
 FATHOM_HD bool is_calm(Vec3 top, Vec3 base) { return length_squared(top - base) <= column_speed * column_speed; }

@@ -1,5 +1,7 @@
 #include "threads/thread_pool.hpp"
 
+#include <exception>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -66,13 +68,19 @@ void ThreadPool::run_loop(Loop loop, const Before& before) {
     return;
   }
   announce(loop);
+  std::exception_ptr failure;  // the others still use what the caller would take away
   if (before.call) {
     others_are_busy_ = true;
-    before.call(before.context);
+    try {
+      before.call(before.context);
+    } catch (...) {
+      failure = std::current_exception();
+    }
     others_are_busy_ = false;
   }
   take_chunks(0, announced_.number.load(std::memory_order_relaxed), loop);
   for (std::size_t i = 0; i < loop.stretches; ++i) wait_for(i, loop);
+  if (failure) std::rethrow_exception(failure);
 }
 
 void ThreadPool::announce(const Loop& loop) {
