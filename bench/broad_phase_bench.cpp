@@ -14,7 +14,7 @@ void bvh_build(benchmark::State& state) {  // a radix sort, then one refit
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
   ThreadPool pool(1);
-  for (auto _ : state) tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
+  for (auto _ : state) tree.build(scene.moving, scene.state.bounds.data(), pool);
   count_boxes(state);
 }
 BENCHMARK(bvh_build)->Apply(sizes);
@@ -23,8 +23,8 @@ void bvh_refit(benchmark::State& state) {
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
   ThreadPool pool(1);
-  tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
-  for (auto _ : state) tree.refit(scene.state.fat_boxes.data(), pool);
+  tree.build(scene.moving, scene.state.bounds.data(), pool);
+  for (auto _ : state) tree.refit(scene.state.bounds.data(), pool);
   count_boxes(state);
 }
 BENCHMARK(bvh_refit)->Apply(sizes);
@@ -33,12 +33,12 @@ void bvh_overlap(benchmark::State& state) {  // every box asks once
   const StageFixture scene(drift(state.range(0)));
   Bvh tree;
   ThreadPool pool(1);
-  tree.build(scene.moving, scene.state.fat_boxes.data(), pool);
+  tree.build(scene.moving, scene.state.bounds.data(), pool);
   std::vector<std::uint32_t> found;
   for (auto _ : state)
     for (const std::uint32_t slot : scene.moving) {
       found.clear();
-      tree.overlap(scene.state.fat_boxes[slot], found);
+      tree.overlap(scene.state.bounds[slot].fat_box, found);
       benchmark::DoNotOptimize(found.data());
     }
   count_boxes(state);
@@ -57,7 +57,7 @@ class Mover {
   }
   void operator()() {
     for (std::size_t i = 0; i < shifts_.size(); ++i) {
-      Aabb& box = scene_.state.fat_boxes[scene_.moving[i]];
+      Aabb& box = scene_.state.bounds[scene_.moving[i]].fat_box;
       box = {box.lower + sign_ * shifts_[i], box.upper + sign_ * shifts_[i]};
     }
     sign_ = -sign_;

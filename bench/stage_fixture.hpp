@@ -18,8 +18,7 @@ struct StageFixture {
       const BodyInfo& info = bodies[slot];
       state.clear(slot);
       state.poses[slot] = def.pose;
-      state.boxes[slot] = motion_box(info, def.pose, {}, scene.world.dt);
-      state.fat_boxes[slot] = fat_box(info, state.boxes[slot], {}, scene.world.dt);
+      state.bounds[slot] = bounds_of(info, def.pose, {}, scene.world.dt);
       state.flags[slot] = box_changed | awake;
       changed.push_back(slot);
       if (info.motion == MotionType::dynamic) moving.push_back(slot);

@@ -30,7 +30,7 @@ struct Boxes {
     def.motion = motion;
     const std::uint32_t slot = bodies.add(def).index;
     state.resize(slot + 1);
-    state.fat_boxes[slot] = box;
+    state.bounds[slot].fat_box = box;
   }
   Aabb random_box(float space, float size) {
     const Vec3 c{uniform(-space, space), uniform(-space, space), uniform(-space, space)};
@@ -54,7 +54,7 @@ struct Boxes {
     Found pairs;
     for (std::uint32_t a = 0; a < bodies.slot_count(); ++a)
       for (std::uint32_t b = a + 1; b < bodies.slot_count(); ++b)
-        if (overlaps(state.fat_boxes[a], state.fat_boxes[b]) &&
+        if (overlaps(state.bounds[a].fat_box, state.bounds[b].fat_box) &&
             (bodies[a].motion == MotionType::dynamic || bodies[b].motion == MotionType::dynamic))
           pairs.insert({a, b});
     return pairs;
@@ -116,8 +116,8 @@ TEST_P(BroadPhases, FindOnlyNewPairsAsBoxesMove) {
     for (std::uint32_t slot = 0; slot < boxes.bodies.slot_count(); ++slot) {
       if (boxes.random() % 4 != 0) continue;
       const Vec3 d{boxes.uniform(-0.5f, 0.5f), boxes.uniform(-0.5f, 0.5f), boxes.uniform(-0.5f, 0.5f)};
-      boxes.state.fat_boxes[slot].lower += d;
-      boxes.state.fat_boxes[slot].upper += d;
+      boxes.state.bounds[slot].fat_box.lower += d;
+      boxes.state.bounds[slot].fat_box.upper += d;
       boxes.change(slot);
     }
     const Found now = boxes.brute_force();
@@ -164,13 +164,13 @@ TEST(Tree, SearchesOfAFamilyFindWhatThoseFromTheRootFind) {
     std::iota(items.begin(), items.end(), 0u);
     Bvh tree;
     ThreadPool pool(1);
-    tree.build(items, boxes.state.fat_boxes.data(), pool);
+    tree.build(items, boxes.state.bounds.data(), pool);
     std::size_t known = 0;
     for (std::size_t i = 0; i < tree.leaves().size(); i += 7) {
       Bvh::Nearby nearby;
       tree.list_nearby(i / Bvh::family, nearby);
       known += nearby.is_known;
-      const Aabb& box = boxes.state.fat_boxes[tree.leaves()[i]];
+      const Aabb& box = boxes.state.bounds[tree.leaves()[i]].fat_box;
       std::vector<std::uint32_t> from_root, from_near;
       tree.overlap(box, from_root);
       tree.overlap(box, nearby, from_near);

@@ -59,7 +59,7 @@ struct Contacts {
     state.clear(slot);
     state.poses[slot] = def.pose;
     state.flags[slot] = flags;
-    state.fat_boxes[slot] = motion_box(bodies[slot], def.pose, {}, 1.0f / 60);
+    state.bounds[slot].fat_box = motion_box(bodies[slot], def.pose, {}, 1.0f / 60);
   }
 };
 

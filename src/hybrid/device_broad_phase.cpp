@@ -16,7 +16,7 @@ void DeviceBroadPhase::collect_updates(const native::BroadPhaseInput& input) {
     }
   emptied_.clear();
   const auto update = [&](std::uint32_t slot) {
-    const Aabb& box = input.state.fat_boxes[slot];
+    const Aabb& box = input.state.bounds[slot].fat_box;
     updates_.push_back({box.lower, slot, box.upper, input.is_changed(slot) ? 1u : 0u});
   };
   if (all_boxes_)
@@ -51,12 +51,12 @@ void DeviceBroadPhase::list_neighbours(std::vector<std::uint32_t>& slots) const 
 
 void DeviceBroadPhase::refresh(const native::BroadPhaseInput& input, ThreadPool&) {
   living_ = input.bodies.living();
-  boxes_ = input.state.fat_boxes.data();
+  bounds_ = input.state.bounds.data();
 }
 
 void DeviceBroadPhase::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
   for (const BodyId id : living_)
-    if (overlaps(boxes_[id.index], box)) found.push_back(id.index);
+    if (overlaps(bounds_[id.index].fat_box, box)) found.push_back(id.index);
 }
 
 void DeviceBroadPhase::ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const {
@@ -68,6 +68,6 @@ std::size_t DeviceBroadPhase::memory_bytes() const {
   return detection_.memory_bytes() + updates_.capacity() * sizeof(device::BoxUpdate);
 }
 
-void DeviceBroadPhase::restore(ByteReader&, std::span<const Aabb>, ThreadPool&) { all_boxes_ = true; }
+void DeviceBroadPhase::restore(ByteReader&, std::span<const native::BodyBounds>, ThreadPool&) { all_boxes_ = true; }
 
 }  // namespace fathom::hybrid

@@ -33,7 +33,7 @@ class DeviceBroadPhase final : public native::BroadPhase {
 
   // The device has nothing that does not follow from the bodies; all boxes are uploaded anew.
   void save(ByteWriter&) const override {}
-  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) override;
+  void restore(ByteReader& in, std::span<const native::BodyBounds> bounds, ThreadPool& pool) override;
 
  private:
   void collect_updates(const native::BroadPhaseInput& input);
@@ -43,7 +43,7 @@ class DeviceBroadPhase final : public native::BroadPhase {
   std::vector<std::uint32_t> emptied_;
   std::vector<device::BoxUpdate> updates_;
   std::span<const BodyId> living_;
-  const Aabb* boxes_ = nullptr;
+  const native::BodyBounds* bounds_ = nullptr;
   bool all_boxes_ = false;
   const BodyTable* bodies_ = nullptr;
   std::uint64_t sets_ = 0;  // of bodies, so far

@@ -5,9 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "dynamics/bounds.hpp"
 #include "dynamics/solver_body.hpp"
-#include "world/body_table.hpp"
+#include "native/body_bounds.hpp"
 
 namespace fathom::native {
 
@@ -23,11 +22,18 @@ struct Force {
   Vec3 force, torque;
 };
 
+/// What the flight of a body without contacts needs of BodyInfo, which has six lines.
+struct alignas(16) FlightData {
+  float gravity_scale = 1;
+  float linear_damping = 0, angular_damping = 0;  ///< 1/s
+  float zero = 0;
+};
+
 struct BodyState {
   std::vector<Pose> poses;
   std::vector<Velocity> velocities;
-  std::vector<Aabb> boxes;      ///< bounds of the next step's motion plus the speculative margin
-  std::vector<Aabb> fat_boxes;  ///< with room to move; what the broad phase knows
+  std::vector<BodyBounds> bounds;
+  std::vector<FlightData> flight;
   std::vector<std::uint8_t> flags;
   std::vector<float> slow_time;               ///< s that the body has been slow
   std::vector<std::uint32_t> first_contact;   ///< head of the body's contact list
@@ -48,8 +54,7 @@ struct BodyState {
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.poses, s.velocities, s.boxes, s.fat_boxes, s.flags, s.slow_time, s.first_contact, s.colour_mask,
-      s.overflow_count, s.forces);
+    a(s.poses, s.velocities, s.bounds, s.flags, s.slow_time, s.first_contact, s.colour_mask, s.overflow_count, s.forces);
   }
   void restore(ByteReader& in, std::size_t slots);
 
@@ -75,11 +80,8 @@ struct BodyState {
   void for_each_array(const Act& act);
 };
 
-inline Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
-  return fathom::motion_box(info.geometry, info.radius, pose, velocity, dt);
-}
-inline Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt) {
-  return fathom::fat_box(info.radius, box, velocity, dt);
+inline FlightData flight_data(const BodyInfo& info) {
+  return {info.gravity_scale, info.linear_damping, info.angular_damping};
 }
 
 }  // namespace fathom::native

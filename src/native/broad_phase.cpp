@@ -1,5 +1,6 @@
 #include "native/broad_phase.hpp"
 
+#include <array>
 #include <bit>
 
 #include "native/radix_sort.hpp"
@@ -30,7 +31,7 @@ class TreeBroadPhase : public BroadPhase {
   bool lists_pairs_once() const override { return true; }
 
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
-    const Aabb* boxes = input.state.fat_boxes.data();
+    const BodyBounds* bounds = input.state.bounds.data();
     bool moving_changed = !input.changed.empty(), fixed_changed = false;
     if (input.changed_at_rest) {
       moving_changed = false;
@@ -38,15 +39,15 @@ class TreeBroadPhase : public BroadPhase {
     }
     if (input.set_changed) {
       sort_bodies_out(input);
-      moving_.build(moving_slots_, boxes, pool);
-      fixed_.build(fixed_slots_, boxes, pool);
+      moving_.build(moving_slots_, bounds, pool);
+      fixed_.build(fixed_slots_, bounds, pool);
       return;
     }
     if (moving_changed) {
-      moving_.refit(boxes, pool);
-      if (moving_.is_loose()) moving_.build(moving_slots_, boxes, pool);
+      moving_.refit(bounds, pool);
+      if (moving_.is_loose()) moving_.build(moving_slots_, bounds, pool);
     }
-    if (fixed_changed) fixed_.build(fixed_slots_, boxes, pool);
+    if (fixed_changed) fixed_.build(fixed_slots_, bounds, pool);
   }
 
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
@@ -79,12 +80,12 @@ class TreeBroadPhase : public BroadPhase {
     fixed_.save(write);
   }
 
-  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) override {
+  void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) override {
     in(moving_slots_, fixed_slots_);
     for (const auto* slots : {&moving_slots_, &fixed_slots_})
-      for (const std::uint32_t slot : *slots) in.require(slot < fat_boxes.size());
-    moving_.restore(in, fat_boxes, pool);
-    fixed_.restore(in, fat_boxes, pool);
+      for (const std::uint32_t slot : *slots) in.require(slot < bounds.size());
+    moving_.restore(in, bounds, pool);
+    fixed_.restore(in, bounds, pool);
   }
 
  private:
@@ -106,14 +107,17 @@ class TreeBroadPhase : public BroadPhase {
     const std::span<const std::uint32_t> leaves = moving_.leaves();
     const std::size_t lists = search_chunks(
         leaves.size(), Bvh::family, pool, found, [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
-          Bvh::Nearby nearby;
-          bool is_listed = false;
+          std::array<std::uint32_t, Bvh::family> changed;
+          std::size_t count = 0;
           for (std::size_t i = begin; i < end; ++i) {
-            if (!input.is_changed(leaves[i])) continue;
-            if (!is_listed) moving_.list_nearby(begin / Bvh::family, nearby);
-            is_listed = true;
-            search(input, leaves[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
+            changed[count] = leaves[i];
+            count += input.is_changed(leaves[i]);
           }
+          if (count == 0) return;
+          Bvh::Nearby nearby;
+          moving_.list_nearby(begin / Bvh::family, nearby);
+          for (std::size_t i = 0; i < count; ++i)
+            search(input, changed[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
         });
     for (std::size_t i = 1; i < lists; ++i) {
       make_room(found[0], found[0].size() + found[i].size());
@@ -157,16 +161,20 @@ class TreeBroadPhase : public BroadPhase {
   template <class SearchMoving>
   void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits,
               std::vector<Pair>& found, const SearchMoving& search_moving) const {
-    const Aabb& box = input.state.fat_boxes[slot];
+    const Aabb& box = input.state.bounds[slot].fat_box;
     hits.clear();
     search_moving(box);
-    if (input.bodies[slot].motion != MotionType::fixed) fixed_.overlap(box, hits);
-    for (const std::uint32_t other : hits) input.known.prefetch(slot, other);
+    if (!is_fixed(input, slot)) fixed_.overlap(box, hits);
+    // Of two changed bodies the one in the lower slot reports.
+    std::size_t count = 0;
     for (const std::uint32_t other : hits) {
-      // Of two changed bodies the one in the lower slot reports.
-      if (other == slot || (input.is_changed(other) && other < slot)) continue;
-      if (input.is_wanted(slot, other)) found.push_back({slot, other});
+      hits[count] = other;
+      count += other > slot || (other != slot && !input.is_changed(other));
     }
+    hits.resize(count);
+    for (const std::uint32_t other : hits) input.known.prefetch(slot, other);
+    for (const std::uint32_t other : hits)
+      if (input.is_wanted(slot, other)) found.push_back({slot, other});
   }
 
   Bvh moving_, fixed_;

@@ -52,7 +52,7 @@ class BroadPhase {
   virtual std::size_t memory_bytes() const = 0;
 
   virtual void save(ByteWriter& write) const = 0;
-  virtual void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool& pool) = 0;
+  virtual void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) = 0;
 };
 
 /// Two `Bvh`s, one of bodies that move and one of bodies that do not; only changed bodies search.

@@ -33,10 +33,10 @@ int exponent(float x) { return !(x > 0) ? -126 : is_finite(x) ? std::ilogb(x) : 
 float largest_extent(const Aabb& box) { return max_component(box.upper - box.lower); }
 
 // The exponent of two of the median of the boxes' largest extents, from a histogram.
-int median_exponent(std::span<const std::uint32_t> items, const Aabb* boxes) {
+int median_exponent(std::span<const std::uint32_t> items, const BodyBounds* bounds) {
   std::array<std::uint32_t, 256> histogram{};
   for (const std::uint32_t item : items)
-    ++histogram[static_cast<std::size_t>(exponent(largest_extent(boxes[item])) + 127) & 255];
+    ++histogram[static_cast<std::size_t>(exponent(largest_extent(bounds[item].fat_box)) + 127) & 255];
   std::size_t seen = 0;
   for (int e = 0; e < 256; ++e)
     if ((seen += histogram[static_cast<std::size_t>(e)]) * 2 >= items.size()) return e - 127;
@@ -57,10 +57,10 @@ struct Quantiser {
   }
 };
 
-Quantiser quantiser(std::span<const std::uint32_t> items, const Aabb* boxes) {
-  Aabb range{centre(boxes[items[0]]), centre(boxes[items[0]])};
+Quantiser quantiser(std::span<const std::uint32_t> items, const BodyBounds* bounds) {
+  Aabb range{centre(bounds[items[0]].fat_box), centre(bounds[items[0]].fat_box)};
   for (const std::uint32_t item : items) {
-    const Vec3 c = centre(boxes[item]);
+    const Vec3 c = centre(bounds[item].fat_box);
     range = {min(range.lower, c), max(range.upper, c)};
   }
   // One scale for all axes keeps the cells cubes.
@@ -72,17 +72,17 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool) {
+void Bvh::build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool) {
   ++times_built_;
   leaves_.resize(items.size());
   levels_.clear();
   area_ = area_when_built_ = 0;
   if (items.empty()) return;
   keys_.resize(items.size());
-  const int median = median_exponent(items, boxes);
-  const Quantiser quantise = quantiser(items, boxes);
+  const int median = median_exponent(items, bounds);
+  const Quantiser quantise = quantiser(items, bounds);
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const Aabb& box = boxes[items[i]];
+    const Aabb& box = bounds[items[i]].fat_box;
     const auto size_class = static_cast<std::uint64_t>(std::clamp((exponent(largest_extent(box)) - median) / 3, 0, 3));
     keys_[i] = {size_class << (3 * morton_bits) | quantise(centre(box)), items[i]};
   }
@@ -90,7 +90,7 @@ void Bvh::build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadP
   radix_sort(keys_, sorted_, 3 * morton_bits + 2, [](const Key& key) { return key.code; });
   for (std::size_t i = 0; i < items.size(); ++i) leaves_[i] = keys_[i].item;
   lay_out_levels();
-  refit(boxes, pool);
+  refit(bounds, pool);
   area_when_built_ = area_;
 }
 
@@ -147,12 +147,12 @@ constexpr std::size_t nodes_ahead = 2;
 }  // namespace
 
 // Subtrees of two levels by all threads, each with its box in the node above, and then what little there is above.
-void Bvh::refit(const Aabb* boxes, ThreadPool& pool) {
+void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
   if (leaves_.empty()) return;
   const std::size_t subtrees = (levels_[0].count + width - 1) / width;
   areas_.assign(subtrees, 0.0);
   pool.for_each_part(subtrees, least_subtrees, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) refit_subtree(boxes, i);
+    for (std::size_t i = begin; i < end; ++i) refit_subtree(bounds, i);
   });
   area_ = 0;
   for (const double area : areas_) area_ += area;
@@ -162,8 +162,8 @@ void Bvh::refit(const Aabb* boxes, ThreadPool& pool) {
 }
 
 // `root` is a node of level 1, if there is one.
-void Bvh::refit_subtree(const Aabb* boxes, std::size_t root) {
-  areas_[root] = refit_parents(boxes, root * width, std::min((root + 1) * width, levels_[0].count));
+void Bvh::refit_subtree(const BodyBounds* bounds, std::size_t root) {
+  areas_[root] = refit_parents(bounds, root * width, std::min((root + 1) * width, levels_[0].count));
   if (levels_.size() == 1) return;
   refit_level(1, root, root + 1);
   if (levels_.size() == 2) return;
@@ -175,21 +175,21 @@ void Bvh::refit_subtree(const Aabb* boxes, std::size_t root) {
 }
 
 // Nodes whose children are leaves. Their area tells how loose the tree has become.
-double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end) {
+double Bvh::refit_parents(const BodyBounds* bounds, std::size_t begin, std::size_t end) {
   double area = 0;
-  static_assert(sizeof(Aabb) == 6 * sizeof(float));
+  static_assert(sizeof(BodyBounds) == 16 * sizeof(float) && sizeof(Aabb) == 6 * sizeof(float));
   const Lanes d;
   const hn::RebindToSigned<Lanes> indices;
   Node node;
   for (std::size_t n = begin; n < end; ++n) {
     for (std::size_t leaf = (n + nodes_ahead) * width; leaf < std::min((n + nodes_ahead + 1) * width, leaves_.size());
          ++leaf)
-      prefetch_to_read(&boxes[leaves_[leaf]]);
+      prefetch_to_read(&bounds[leaves_[leaf]].fat_box);
     if ((n + 1) * width <= leaves_.size()) {
-      const float* const base = &boxes[0].lower.x;
+      const float* const base = &bounds->fat_box.lower.x;
       for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {
         const auto leaf = hn::LoadU(indices, reinterpret_cast<const std::int32_t*>(&leaves_[n * width + c]));
-        const auto at = hn::Add(hn::ShiftLeft<2>(leaf), hn::ShiftLeft<1>(leaf));
+        const auto at = hn::ShiftLeft<4>(leaf);
         for (int axis = 0; axis < 3; ++axis) {
           hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis))), d, node.lower[axis] + c);
           hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis + 3))), d, node.upper[axis] + c);
@@ -197,7 +197,7 @@ double Bvh::refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end)
       }
     } else {
       for (std::size_t c = 0; c < width; ++c)
-        set_child(node, c, n * width + c < leaves_.size() ? boxes[leaves_[n * width + c]] : empty_box);
+        set_child(node, c, n * width + c < leaves_.size() ? bounds[leaves_[n * width + c]].fat_box : empty_box);
     }
     replace(nodes_[n], node);
     area += static_cast<double>(surface_area(box_of(node)));
@@ -217,37 +217,84 @@ void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
   }
 }
 
-namespace {
-
 /// A box in lanes, and which of eight boxes it meets.
-class Probe {
+class Bvh::Probe {
  public:
   explicit Probe(const Aabb& box)
       : lower_{hn::Set(d, box.lower.x), hn::Set(d, box.lower.y), hn::Set(d, box.lower.z)},
         upper_{hn::Set(d, box.upper.x), hn::Set(d, box.upper.y), hn::Set(d, box.upper.z)} {}
 
-  /// A bit for each of the boxes `first` … `first` + 7 of arrays with `stride` entries a component.
-  HWY_INLINE std::uint32_t meets(const float* lower, const float* upper, std::size_t stride) const {
-    constexpr std::size_t lanes = hn::MaxLanes(Lanes());
+  /// A bit for each of a node's children.
+  HWY_INLINE std::uint32_t meets(const Node& node) const {
     std::uint32_t met = 0;
-    for (std::size_t c = 0; c < 8; c += lanes) {
-      const auto in = [&](std::size_t axis) {
-        return hn::And(hn::Le(hn::Load(d, lower + axis * stride + c), upper_[axis]),
-                       hn::Ge(hn::Load(d, upper + axis * stride + c), lower_[axis]));
-      };
+    for (std::size_t c = 0; c < width; c += lanes) {
       std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(d, hn::And(in(0), hn::And(in(1), in(2))), bits);
+      hn::StoreMaskBits(d, meets(node.lower[0] + c, node.upper[0] + c, width), bits);
       met |= std::uint32_t{bits[0]} << c;
     }
     return met;
   }
 
+  /// Writes which of eight boxes, in arrays with `stride` entries a component, it meets, out of the first `count`; returns
+  /// the end. Their numbers are first, first + 1, …, or those that `numbers` gives. Room for eight more is needed.
+  HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
+                                 std::uint32_t first, std::uint32_t* end) const {
+    for (std::size_t c = 0; c < width; c += lanes)
+      end = append(hn::Iota(du, first + static_cast<std::uint32_t>(c)), meets(lower + c, upper + c, stride), count, c, end);
+    return end;
+  }
+  HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
+                                 const std::uint32_t* numbers, std::uint32_t* end) const {
+    std::uint32_t last[width] = {};
+    if (count < width) {
+      std::copy_n(numbers, count, last);
+      numbers = last;
+    }
+    for (std::size_t c = 0; c < width; c += lanes)
+      end = append(hn::LoadU(du, numbers + c), meets(lower + c, upper + c, stride), count, c, end);
+    return end;
+  }
+
  private:
   static constexpr Lanes d{};
+  static constexpr hn::Rebind<std::uint32_t, Lanes> du{};
+  static constexpr std::size_t lanes = hn::MaxLanes(Lanes());
+
+  // The places of the bits that are set in a number, one behind the other. Highway's own compression (1.0.3) copies its
+  // table to the stack at every call.
+  struct Places {
+    std::uint8_t of[256][width];
+  };
+  static constexpr Places places() {
+    Places places{};
+    for (int bits = 0; bits < 256; ++bits)
+      for (std::uint8_t bit = 0, count = 0; bit < 8; ++bit)
+        if (bits >> bit & 1) places.of[bits][count++] = bit;
+    return places;
+  }
+
+  // Infinities meet the empty boxes that stand for children beyond the last one.
+  HWY_INLINE std::uint32_t* append(hn::Vec<decltype(du)> numbers, hn::Mask<Lanes> met, std::size_t count, std::size_t begin,
+                                   std::uint32_t* end) const {
+    static constexpr Places table = places();
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, met, bits);
+    const std::uint32_t there = count >= begin + lanes ? 255 : count > begin ? (1u << (count - begin)) - 1 : 0;
+    const std::uint32_t mask = bits[0] & there;
+    const auto from = hn::PromoteTo(du, hn::LoadU(hn::Rebind<std::uint8_t, Lanes>(), table.of[mask]));
+    hn::StoreU(hn::TableLookupLanes(numbers, hn::IndicesFromVec(du, from)), du, end);
+    return end + std::popcount(mask);
+  }
+
+  HWY_INLINE hn::Mask<Lanes> meets(const float* lower, const float* upper, std::size_t stride) const {
+    const auto in = [&](std::size_t axis) {
+      return hn::And(hn::Le(hn::Load(d, lower + axis * stride), upper_[axis]),
+                     hn::Ge(hn::Load(d, upper + axis * stride), lower_[axis]));
+    };
+    return hn::And(in(0), hn::And(in(1), in(2)));
+  }
   hn::Vec<Lanes> lower_[3], upper_[3];
 };
-
-}  // namespace
 
 // Depth first, the last child first; children of parents of leaves in order.
 template <class Visit>
@@ -266,25 +313,27 @@ void Bvh::descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) con
       continue;
     }
     const Node& node = nodes_[levels_[entry.level].first + entry.node];
-    for (std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width); mask != 0; mask &= mask - 1) {
+    for (std::uint32_t mask = probe.meets(node); mask != 0; mask &= mask - 1) {
       const std::size_t child = entry.node * width + static_cast<std::size_t>(std::countr_zero(mask));
       if (has_child(entry.level, child)) stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
     }
   }
 }
 
-template <class Probe>
-HWY_INLINE void Bvh::take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const {
+// How many are found is nothing that a processor could predict, so they are listed without branches.
+HWY_INLINE std::uint32_t* Bvh::list_leaves(const Probe& probe, std::size_t parent, std::uint32_t* end) const {
   const Node& node = nodes_[parent];
-  for (std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width); mask != 0; mask &= mask - 1) {
-    const std::size_t leaf = parent * width + static_cast<std::size_t>(std::countr_zero(mask));
-    if (leaf < leaves_.size()) found.push_back(leaves_[leaf]);
-  }
+  const std::size_t first = parent * width;
+  return probe.list(node.lower[0], node.upper[0], width, std::min(leaves_.size() - first, width), &leaves_[first], end);
 }
 
 void Bvh::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
   if (leaves_.empty()) return;
-  descend(box, 0, [&](const auto& probe, std::uint32_t node) { take_leaves(probe, node, found); });
+  descend(box, 0, [&](const Probe& probe, std::uint32_t parent) {
+    const std::size_t before = found.size();
+    found.resize(before + width);
+    found.resize(static_cast<std::size_t>(list_leaves(probe, parent, &found[before]) - found.data()));
+  });
 }
 
 void Bvh::list_nearby(std::size_t number, Nearby& nearby) const {
@@ -313,22 +362,23 @@ void Bvh::list_nearby(std::size_t number, Nearby& nearby) const {
 void Bvh::overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const {
   if (!nearby.is_known) return overlap(box, found);
   const Probe probe(box);
-  for (std::size_t first = 0; first < nearby.count; first += width) {
-    std::uint32_t near = probe.meets(nearby.lower[0] + first, nearby.upper[0] + first, Nearby::most);
-    for (; near != 0; near &= near - 1) {
-      const std::size_t i = first + static_cast<std::size_t>(std::countr_zero(near));
-      if (i >= nearby.count) break;
-      const std::size_t number = nearby.nodes[i];
-      const Node& node = nodes_[levels_[1].first + number];
-      std::uint32_t mask = probe.meets(node.lower[0], node.upper[0], width);
-      while (mask != 0) {
-        const auto last = static_cast<std::uint32_t>(std::bit_width(mask)) - 1;
-        mask ^= 1u << last;
-        const std::size_t parent = number * width + last;
-        if (parent < levels_[0].count) take_leaves(probe, parent, found);
-      }
-    }
+  // The levels one by one. The lists are read backwards, so that parents come as `descend` meets them.
+  std::uint32_t near[Nearby::most + width], parents[(Nearby::most + 1) * width];
+  std::uint32_t* near_end = near;
+  for (std::size_t first = 0; first < nearby.count; first += width)
+    near_end = probe.list(nearby.lower[0] + first, nearby.upper[0] + first, Nearby::most, nearby.count - first,
+                          nearby.nodes + first, near_end);
+  std::uint32_t* parents_end = parents;
+  while (near_end != near) {
+    const std::uint32_t number = *--near_end, first = number * width;
+    const Node& node = nodes_[levels_[1].first + number];
+    parents_end = probe.list(node.lower[0], node.upper[0], width, levels_[0].count - first, first, parents_end);
   }
+  const std::size_t before = found.size();
+  found.resize(before + static_cast<std::size_t>(parents_end - parents) * width + width);
+  std::uint32_t* end = &found[before];
+  while (parents_end != parents) end = list_leaves(probe, *--parents_end, end);
+  found.resize(static_cast<std::size_t>(end - found.data()));
 }
 
 std::size_t Bvh::memory_bytes() const {

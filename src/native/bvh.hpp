@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "native/body_bounds.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/archive.hpp"
 
@@ -23,10 +24,10 @@ namespace fathom::native {
 
 class Bvh {
  public:
-  /// Sorts `items` (indices into `boxes`) and builds the tree over them.
-  void build(std::span<const std::uint32_t> items, const Aabb* boxes, ThreadPool& pool);
+  /// Sorts `items` (indices into `bounds`) and builds the tree over their fat boxes.
+  void build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool);
   /// Recomputes all boxes of the tree in place.
-  void refit(const Aabb* boxes, ThreadPool& pool);
+  void refit(const BodyBounds* bounds, ThreadPool& pool);
   /// True where moved items have made the nodes so loose that sorting again pays.
   bool is_loose() const { return area_ > 1.5 * area_when_built_; }
 
@@ -56,7 +57,7 @@ class Bvh {
 
   void save(ByteWriter& write) const { write(leaves_, area_when_built_); }
   /// The saved order of leaves over these boxes.
-  void restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool);
+  void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool);
 
   std::size_t size() const { return leaves_.size(); }
   /// All items in tree order.
@@ -70,6 +71,7 @@ class Bvh {
     float lower[3][width];
     float upper[3][width];
   };
+  class Probe;
   struct Level {
     std::size_t first;  // node
     std::size_t count;
@@ -86,15 +88,14 @@ class Bvh {
   /// Calls visit(probe, node) for nodes of level `lowest` whose boxes meet `box`.
   template <class Visit>
   void descend(const Aabb& box, std::uint32_t lowest, const Visit& visit) const;
-  template <class Probe>
-  void take_leaves(const Probe& probe, std::size_t parent, std::vector<std::uint32_t>& found) const;
+  std::uint32_t* list_leaves(const Probe& probe, std::size_t parent, std::uint32_t* end) const;
   void lay_out_levels();
   static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
-  double refit_parents(const Aabb* boxes, std::size_t begin, std::size_t end);
+  double refit_parents(const BodyBounds* bounds, std::size_t begin, std::size_t end);
   void refit_level(std::size_t level, std::size_t begin, std::size_t end);
-  void refit_subtree(const Aabb* boxes, std::size_t root);
+  void refit_subtree(const BodyBounds* bounds, std::size_t root);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
   std::vector<Node> nodes_;            // level by level, leaves' parents first

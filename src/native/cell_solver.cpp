@@ -46,7 +46,7 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
   Vec3 lower{3e38f, 3e38f, 3e38f}, largest{1e-3f, 1e-3f, 1e-3f};
   for (const std::uint32_t slot : in_contact) {
     if (bodies_[slot].motion != MotionType::dynamic) continue;
-    const Aabb& box = state_.fat_boxes[slot];
+    const Aabb& box = state_.bounds[slot].fat_box;
     lower = min(lower, box.lower);
     largest = max(largest, box.upper - box.lower);
   }
@@ -57,7 +57,7 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
     std::uint64_t x, y, z;
   };
   const auto part_of = [&](std::uint32_t slot) {
-    const Vec3 p = centre(state_.fat_boxes[slot]) - lower;
+    const Vec3 p = centre(state_.bounds[slot].fat_box) - lower;
     const auto coordinate = [](float x) { return static_cast<std::uint64_t>(clamp(x, 0.0f, most)); };
     return Part{coordinate(p.x * inverse.x), coordinate(p.y * inverse.y), coordinate(p.z * inverse.z)};
   };

@@ -20,11 +20,6 @@ using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 constexpr std::size_t width = hn::MaxLanes(D());
 
-// What is read of BodyInfo by quads.
-static_assert(offsetof(BodyInfo, radius) == 4 && offsetof(BodyInfo, gravity_scale) == 12);
-static_assert(offsetof(BodyInfo, linear_damping) == 16 && offsetof(BodyInfo, angular_damping) == 20);
-static_assert(offsetof(BodyInfo, geometry) + offsetof(Geometry, half_extents) == 32);
-
 /// Objects of neighbouring lanes; lanes beyond the last repeat the first.
 struct Lanes {
   const std::uint32_t* slots;
@@ -144,11 +139,11 @@ void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
 void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                     Motion& m) {
   const V h = set(p.dt / static_cast<float>(p.substeps));
-  const QuadV<V> first = lanes.load(&bodies[0], 0), second = lanes.load(&bodies[0], 1);
-  Vec3V<V> acceleration = scale(first.w, set(p.gravity)), angular_acceleration = zero3();
+  const QuadV<V> flight = lanes.load(state.flight.data(), 0);
+  Vec3V<V> acceleration = scale(flight.x, set(p.gravity)), angular_acceleration = zero3();
   add_forces(lanes, bodies, state, acceleration, angular_acceleration);
-  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.x, set(1.0f)));
-  const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, second.y, set(1.0f)));
+  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.y, set(1.0f)));
+  const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.z, set(1.0f)));
   m.moved = m.turned = zero3();
   for (int i = 0; i < p.substeps; ++i) {
     m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
@@ -207,6 +202,7 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
 template <bool in_contact>
 void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                       const Motion& before, Motion& m) {
+  if (!bodies.any_anisotropic()) return;
   bool any = false;
   for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.slot(i)].isotropic;
   if (!any) return;
@@ -241,36 +237,79 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
   m.angular = {hn::Load(d, w[0]), hn::Load(d, w[1]), hn::Load(d, w[2])};
 }
 
-/// Boxes of the lanes' new motion; a fat box only where the old one is left.
-void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
-                  const Motion& m) {
+/// `fathom::fat_box` in lanes.
+void fatten(const Motion& m, V radius, const MoveParameters& p, Vec3V<V>& lower, Vec3V<V>& upper) {
+  const V limit = hn::Mul(set(0.25f), radius), back = hn::Neg(limit);
+  const Vec3V<V> way = scale(set(8.0f * p.dt), m.linear);
+  const auto within = [&](V x) { return hn::Max(back, hn::Min(x, limit)); };
+  const Vec3V<V> ahead{within(way.x), within(way.y), within(way.z)};
+  const V margin = hn::Min(set(0.03f), hn::Mul(set(0.1f), radius));
+  const Vec3V<V> grown{margin, margin, margin};
+  lower = (lower - grown) + min3(ahead, zero3());
+  upper = (upper + grown) + max3(ahead, zero3());
+}
+
+/// `motion_box` of lanes that are no boxes.
+void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
+                  Vec3V<V>& lower, Vec3V<V>& upper) {
   const D d;
-  const QuadV<V> first = lanes.load(&bodies[0], 0), third = lanes.load(&bodies[0], 2);
-  const Mat3V<V> r = to_matrix(d, m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z);
-  const auto extent = [&](V x, V y, V z) {
-    return hn::MulAdd(hn::Abs(x), third.x, hn::MulAdd(hn::Abs(y), third.y, hn::Mul(hn::Abs(z), third.z)));
-  };
-  // The same box as `motion_box`, for boxes.
-  const V turning = hn::Mul(hn::Min(hn::Mul(hn::Sqrt(dot(m.angular, m.angular)), set(p.dt)), set(1.0f)), first.y);
-  const V margin = hn::Add(turning, set(half_speculative_margin));
-  const Vec3V<V> reach{hn::Add(extent(r.x.x, r.y.x, r.z.x), margin), hn::Add(extent(r.x.y, r.y.y, r.z.y), margin),
-                       hn::Add(extent(r.x.z, r.y.z, r.z.z), margin)};
-  const Vec3V<V> path = scale(set(p.dt), m.linear);
-  const Vec3V<V> lower = (m.position - reach) + min3(path, zero3()), upper = (m.position + reach) + max3(path, zero3());
   HWY_ALIGN float corners[6][width];
   hn::Store(lower.x, d, corners[0]), hn::Store(lower.y, d, corners[1]), hn::Store(lower.z, d, corners[2]);
   hn::Store(upper.x, d, corners[3]), hn::Store(upper.y, d, corners[4]), hn::Store(upper.z, d, corners[5]);
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.slot(i);
-    const BodyInfo& info = bodies[slot];
-    const Velocity& v = state.velocities[slot];
-    Aabb box{{corners[0][i], corners[1][i], corners[2][i]}, {corners[3][i], corners[4][i], corners[5][i]}};
-    if (info.geometry.type != ShapeType::box) box = motion_box(info, state.poses[slot], v, p.dt);
-    state.boxes[slot] = box;
-    if (contains(state.fat_boxes[slot], box)) continue;
-    state.fat_boxes[slot] = fat_box(info, box, v.linear, p.dt);
-    state.flags[slot] |= box_changed;
+    if (state.bounds[slot].is_box()) continue;
+    const Aabb box = motion_box(bodies[slot], state.poses[slot], state.velocities[slot], p.dt);
+    for (int axis = 0; axis < 3; ++axis) corners[axis][i] = box.lower[axis], corners[3 + axis][i] = box.upper[axis];
   }
+  lower = {hn::Load(d, corners[0]), hn::Load(d, corners[1]), hn::Load(d, corners[2])};
+  upper = {hn::Load(d, corners[3]), hn::Load(d, corners[4]), hn::Load(d, corners[5])};
+}
+
+// What is read and written of BodyBounds by quads.
+static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
+
+/// Boxes of the lanes' new motion; a fat box only where the old one is left.
+void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
+                  const Motion& m) {
+  const D d;
+  BodyBounds* const bounds = state.bounds.data();
+  const QuadV<V> second = lanes.load(bounds, 1), third = lanes.load(bounds, 2), shape = lanes.load(bounds, 3);
+  const V radius = shape.w;
+  const Mat3V<V> r = to_matrix(d, m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z);
+  const auto extent = [&](V x, V y, V z) {
+    return hn::MulAdd(hn::Abs(x), shape.x, hn::MulAdd(hn::Abs(y), shape.y, hn::Mul(hn::Abs(z), shape.z)));
+  };
+  // The same box as `motion_box`, for boxes.
+  const V turning = hn::Mul(hn::Min(hn::Mul(hn::Sqrt(dot(m.angular, m.angular)), set(p.dt)), set(1.0f)), radius);
+  const V margin = hn::Add(turning, set(half_speculative_margin));
+  const Vec3V<V> reach{hn::Add(extent(r.x.x, r.y.x, r.z.x), margin), hn::Add(extent(r.x.y, r.y.y, r.z.y), margin),
+                       hn::Add(extent(r.x.z, r.y.z, r.z.z), margin)};
+  const Vec3V<V> path = scale(set(p.dt), m.linear);
+  Vec3V<V> lower = (m.position - reach) + min3(path, zero3()), upper = (m.position + reach) + max3(path, zero3());
+  if (!hn::AllTrue(d, hn::Gt(shape.x, hn::Zero(d)))) bound_others(lanes, bodies, state, p, lower, upper);
+
+  const Vec3V<V> fat_lower{second.z, second.w, third.x}, fat_upper{third.y, third.z, third.w};
+  const auto is_within = [&](V outer_lower, V inner_lower, V inner_upper, V outer_upper) {
+    return hn::And(hn::Le(outer_lower, inner_lower), hn::Le(inner_upper, outer_upper));
+  };
+  const auto left = hn::Not(hn::And(is_within(fat_lower.x, lower.x, upper.x, fat_upper.x),
+                                    hn::And(is_within(fat_lower.y, lower.y, upper.y, fat_upper.y),
+                                            is_within(fat_lower.z, lower.z, upper.z, fat_upper.z))));
+  lanes.store(bounds, 0, {lower.x, lower.y, lower.z, upper.x});
+  if (hn::AllFalse(d, left)) return lanes.store(bounds, 1, {upper.y, upper.z, second.z, second.w});
+
+  Vec3V<V> new_lower = lower, new_upper = upper;
+  fatten(m, radius, p, new_lower, new_upper);
+  Vec3V<V> to_lower = fat_lower, to_upper = fat_upper;
+  take(left, new_lower, to_lower);
+  take(left, new_upper, to_upper);
+  lanes.store(bounds, 1, {upper.y, upper.z, to_lower.x, to_lower.y});
+  lanes.store(bounds, 2, {to_lower.z, to_upper.x, to_upper.y, to_upper.z});
+  std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, left, bits);
+  for (std::size_t i = 0; i < lanes.used; ++i)
+    if (bits[i / 8] >> i % 8 & 1) state.flags[lanes.slot(i)] |= box_changed;
 }
 
 void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
@@ -352,12 +391,10 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
 }
 
 template <bool in_contact>
-void prefetch(std::uint32_t slot, const BodyTable& bodies, BodyState& state) {
+void prefetch(std::uint32_t slot, BodyState& state) {
   prefetch_to_write(&state.poses[slot]);
   prefetch_to_write(&state.velocities[slot]);
-  prefetch_to_write(&state.boxes[slot]);
-  prefetch_to_read(&state.fat_boxes[slot]);
-  prefetch_to_read(&bodies[slot]);
+  prefetch_to_write(&state.bounds[slot]);
   if (in_contact) prefetch_to_read(&state.solver_bodies()[slot]);
 }
 
@@ -370,7 +407,7 @@ std::size_t move_bodies(std::span<const std::uint32_t> slots, const BodyTable& b
   for (std::size_t i = 0; i < slots.size(); i += width) {
     if (p.scattered)
       for (std::size_t k = i + width; k < std::min(i + 2 * width, slots.size()); ++k)
-        prefetch<in_contact>(slots[k], bodies, state);
+        prefetch<in_contact>(slots[k], state);
     const std::size_t used = slots.size() - i < width ? slots.size() - i : width;
     failed += move_lanes<in_contact>({slots.data() + i, used}, bodies, state, p);
   }

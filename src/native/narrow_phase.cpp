@@ -1,9 +1,33 @@
 #include "native/narrow_phase.hpp"
 
-#include "collision/manifold.hpp"
+#define HWY_DISABLE_PCLMUL_AES
+#include <hwy/highway.h>
+
+#include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
 
 namespace fathom::native {
+
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+constexpr hn::CappedTag<float, 4> d;
+
+/// True by axis and, in the fourth lane, always: nobody could predict branches. The boxes are followed by another float.
+hn::Mask<decltype(d)> overlaps_by_axis(const Aabb& a, const Aabb& b) {
+  const auto is_within = [](const Vec3& lower, const Vec3& upper) {
+    return hn::Le(hn::LoadU(d, &lower.x), hn::LoadU(d, &upper.x));
+  };
+  return hn::Or(hn::And(is_within(a.lower, b.upper), is_within(b.lower, a.upper)), hn::Not(hn::FirstN(d, 3)));
+}
+
+bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
+  const hn::RebindToSigned<decltype(d)> di;
+  const auto same_boxes = hn::RebindMask(d, hn::Eq(hn::Set(di, flags & box_changed), hn::Zero(di)));
+  return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
+}
+
+}  // namespace
 
 float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
   return fathom::recycle_distance(a.shape.type, a.radius, b.shape.type, b.radius);
@@ -11,16 +35,15 @@ float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
 
 Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
                            float dt) {
-  if ((state.flags[c.a] | state.flags[c.b]) & box_changed)
-    if (!overlaps(state.fat_boxes[c.a], state.fat_boxes[c.b])) return {Change::gone};
-  if (!overlaps(state.boxes[c.a], state.boxes[c.b])) return {manifold ? Change::ended : Change::nothing};
+  const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+  if (have_parted(a, b, state.flags[c.a] | state.flags[c.b])) return {Change::gone};
+  if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   if (manifold && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
 
-  const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   constexpr float faded = 1e-7f;  // m
-  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(a, b);
+  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   return {Change::nothing, true, margin, b_in_a};
 }
@@ -40,7 +63,10 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
                       const BodyState& state, float dt, std::vector<NewManifold>& begun) {
   const Inspection seen = inspect_contact(c, manifold, bodies, state, dt);
   if (!seen.collide) return seen.change;
-  const Manifold fresh = collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, c.axis);
+  const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+  const Manifold fresh = a.is_box() && b.is_box()
+                             ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, c.axis)
+                             : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, c.axis);
   return take_manifold(index, fresh, seen.b_in_a, manifold, begun);
 }
 

@@ -211,14 +211,12 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
 
 void NativeSimulator::prefetch_bodies(const Contact& c) const {
   if (!c.in_use) return;
-  prefetch_both_lines(&state_.boxes[c.a]);
-  prefetch_both_lines(&state_.boxes[c.b]);
+  prefetch_to_read(&state_.bounds[c.a]);
+  prefetch_to_read(&state_.bounds[c.b]);
   prefetch_to_read(&state_.poses[c.a]);
   prefetch_to_read(&state_.poses[c.b]);
   if (c.touching()) return prefetch_to_read(&graph_.manifold(c));
   // What has no manifold to keep is collided, most of it.
-  prefetch_to_read(&bodies[c.a]);
-  prefetch_to_read(&bodies[c.b]);
   prefetch_to_read(&state_.velocities[c.a]);
   prefetch_to_read(&state_.velocities[c.b]);
 }
@@ -354,10 +352,10 @@ void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;
   state_.velocities[slot] = v;
-  const Aabb box = motion_box(info, pose, v, def.dt);
-  state_.boxes[slot] = box;
-  if (!contains(state_.fat_boxes[slot], box)) {
-    state_.fat_boxes[slot] = fat_box(info, box, v.linear, def.dt);
+  BodyBounds& bounds = state_.bounds[slot];
+  bounds.box = motion_box(info, pose, v, def.dt);
+  if (!contains(bounds.fat_box, bounds.box)) {
+    bounds.fat_box = fat_box(info, bounds.box, v.linear, def.dt);
     state_.flags[slot] |= box_changed;
   }
 }
@@ -423,8 +421,8 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;
   state_.velocities[slot] = velocity;
-  state_.boxes[slot] = motion_box(info, pose, velocity, def.dt);
-  state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], velocity.linear, def.dt);
+  state_.bounds[slot] = bounds_of(info, pose, velocity, def.dt);
+  state_.flight[slot] = flight_data(info);
   state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
   state_.note_to_solve(slot);
@@ -452,11 +450,8 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   wake(slot);
   graph_.for_each_of(slot,
                      [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
-  const BodyInfo& info = bodies[slot];
-  const Velocity& v = state_.velocities[slot];
   state_.poses[slot] = pose;
-  state_.boxes[slot] = motion_box(info, pose, v, def.dt);
-  state_.fat_boxes[slot] = fat_box(info, state_.boxes[slot], v.linear, def.dt);
+  state_.bounds[slot] = bounds_of(bodies[slot], pose, state_.velocities[slot], def.dt);
   state_.flags[slot] |= box_changed;
 }
 
@@ -469,6 +464,11 @@ void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity)
 void NativeSimulator::material_changed(std::uint32_t slot) {
   wake(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { graph_.mix_materials(graph_[index]); });
+}
+
+void NativeSimulator::info_changed(std::uint32_t slot) {
+  state_.flight[slot] = flight_data(bodies[slot]);
+  wake(slot);
 }
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {

@@ -34,7 +34,7 @@ class NativeSimulator : public Simulator {
   void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
   void material_changed(std::uint32_t slot) override;
   void filter_changed(std::uint32_t slot) override;
-  void info_changed(std::uint32_t slot) override { wake(slot); }
+  void info_changed(std::uint32_t slot) override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;

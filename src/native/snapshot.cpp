@@ -11,7 +11,7 @@ namespace fathom::native {
 void BodyState::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);
   for (const std::size_t size :
-       {poses.size(), velocities.size(), boxes.size(), fat_boxes.size(), flags.size(), slow_time.size(),
+       {poses.size(), velocities.size(), bounds.size(), flags.size(), slow_time.size(),
         first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
   resize(slots);
@@ -75,14 +75,14 @@ void Islands::restore(ByteReader& in) {
   for (const std::uint32_t island : free_) in.require(island < sleeping_.size());
 }
 
-void Bvh::restore(ByteReader& in, std::span<const Aabb> boxes, ThreadPool& pool) {
+void Bvh::restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) {
   ++times_built_;
   in(leaves_, area_when_built_);
-  for (const std::uint32_t leaf : leaves_) in.require(leaf < boxes.size());
+  for (const std::uint32_t leaf : leaves_) in.require(leaf < bounds.size());
   levels_.clear();
   if (leaves_.empty()) return;
   lay_out_levels();
-  refit(boxes.data(), pool);
+  refit(bounds.data(), pool);
 }
 
 // --- the whole -----------------------------------------------------------------------------------------------
@@ -102,7 +102,7 @@ void NativeSimulator::restore(ByteReader& in) {
   graph_.restore(in);
   in(cost_when_divided_);
   islands_.restore(in);
-  broad_phase_->restore(in, state_.fat_boxes, pool_);
+  broad_phase_->restore(in, state_.bounds, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
   // Bodies flagged for a force are listed again.
   for (std::uint32_t slot = 0; slot < state_.size(); ++slot)

@@ -37,7 +37,7 @@ class SweepBroadPhase : public BroadPhase {
   }
 
   void refresh(const BroadPhaseInput& input, ThreadPool&) override {
-    boxes_ = input.state.fat_boxes.data();
+    bounds_ = input.state.bounds.data();
     if (input.set_changed) {
       ++times_collected_;
       collect(input);
@@ -50,7 +50,7 @@ class SweepBroadPhase : public BroadPhase {
 
   void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
     for_each_slot([&](std::uint32_t slot) {
-      if (overlaps(boxes_[slot], box)) found.push_back(slot);
+      if (overlaps(bounds_[slot].fat_box, box)) found.push_back(slot);
     });
   }
 
@@ -71,11 +71,11 @@ class SweepBroadPhase : public BroadPhase {
   // The intervals follow from the boxes; which bodies are wide was decided when the set last changed.
   void save(ByteWriter& write) const override { write(sorted_, wide_); }
 
-  void restore(ByteReader& in, std::span<const Aabb> fat_boxes, ThreadPool&) override {
+  void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool&) override {
     in(sorted_, wide_);
     ++times_collected_;
-    boxes_ = fat_boxes.data();
-    for_each_slot([&](std::uint32_t slot) { in.require(slot < fat_boxes.size()); });
+    bounds_ = bounds.data();
+    for_each_slot([&](std::uint32_t slot) { in.require(slot < bounds.size()); });
   }
 
  private:
@@ -95,7 +95,7 @@ class SweepBroadPhase : public BroadPhase {
   }
 
   Interval project(std::uint32_t slot) const {
-    return {dot(axis_, boxes_[slot].lower), dot(axis_, boxes_[slot].upper), slot};
+    return {dot(axis_, bounds_[slot].fat_box.lower), dot(axis_, bounds_[slot].fat_box.upper), slot};
   }
 
   void collect(const BroadPhaseInput& input) {
@@ -128,7 +128,7 @@ class SweepBroadPhase : public BroadPhase {
   }
 
   void test(const BroadPhaseInput& input, std::uint32_t a, std::uint32_t b, std::vector<Pair>& found) const {
-    if (!overlaps(boxes_[a], boxes_[b])) return;
+    if (!overlaps(bounds_[a].fat_box, bounds_[b].fat_box)) return;
     if (!input.is_changed(a) && !input.is_changed(b)) return;  // then it was found before
     if (input.is_wanted(a, b)) found.push_back({std::min(a, b), std::max(a, b)});
   }
@@ -151,7 +151,7 @@ class SweepBroadPhase : public BroadPhase {
   }
 
   Vec3 axis_;
-  const Aabb* boxes_ = nullptr;
+  const BodyBounds* bounds_ = nullptr;
   std::vector<Interval> sorted_;
   std::vector<std::uint32_t> wide_;
   std::uint64_t times_collected_ = 0;

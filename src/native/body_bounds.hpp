@@ -1,0 +1,38 @@
+// Where a body is and how large: what the broad phase and the narrow phase look at first.
+#pragma once
+
+#include "dynamics/bounds.hpp"
+#include "world/body_table.hpp"
+
+namespace fathom::native {
+
+/// One cache line, because contacts visit bodies in no order, and lines that they fetch are what most of them cost. Half
+/// extents and radius are copies of BodyInfo's, so that two boxes are told apart without fetching that, too.
+struct alignas(64) BodyBounds {
+  Aabb box;              ///< bounds of the next step's motion plus the speculative margin
+  Aabb fat_box;          ///< with room to move; what the broad phase knows
+  Vec3 half_extents;     ///< of a box (m); other shapes have zero
+  float radius = 0;      ///< of the bounding sphere (m)
+
+  bool is_box() const { return half_extents.x > 0; }
+};
+static_assert(sizeof(BodyBounds) == 64);
+
+inline Aabb motion_box(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
+  return fathom::motion_box(info.geometry, info.radius, pose, velocity, dt);
+}
+inline Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float dt) {
+  return fathom::fat_box(info.radius, box, velocity, dt);
+}
+
+/// Of a body that begins to move like this.
+inline BodyBounds bounds_of(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
+  BodyBounds b;
+  b.box = motion_box(info, pose, velocity, dt);
+  b.fat_box = fat_box(info, b.box, velocity.linear, dt);
+  if (info.geometry.type == ShapeType::box) b.half_extents = info.geometry.half_extents;
+  b.radius = info.radius;
+  return b;
+}
+
+}  // namespace fathom::native
