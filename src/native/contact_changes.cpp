@@ -54,6 +54,7 @@ void NativeSimulator::end_contacts() {
 
 void NativeSimulator::begin_contacts() {
   const std::size_t count = fresh_.size();
+  graph_.expect(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (i + 2 * far_ahead < count) __builtin_prefetch(fresh_[i + 2 * far_ahead]);
     if (i + far_ahead < count) graph_.prefetch(fresh_[i + far_ahead]->contact);

@@ -24,6 +24,7 @@ constexpr std::size_t slots_of_a_line = 16;  // heads of lists in a cache line
 
 void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added) {
   if (added) make_room(*added, added->size() + pairs.size());
+  if (pairs.size() > free_.size()) make_room(contacts_, contacts_.size() + pairs.size() - free_.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (i + far_ahead < pairs.size()) {
       const Pair pair = pairs[i + far_ahead];
@@ -154,6 +155,10 @@ void ContactGraph::remove(std::uint32_t index) {
   if (c.touching()) end(index);
   c.in_use = false;
   free_.push_back(index);
+}
+
+void ContactGraph::expect(std::size_t count) {
+  if (count > free_manifolds_.size()) make_room(manifolds_, manifolds_.size() + count - free_manifolds_.size());
 }
 
 void ContactGraph::begin(std::uint32_t index) {

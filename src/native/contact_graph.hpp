@@ -44,6 +44,8 @@ class ContactGraph {
   void remove(std::uint32_t index);
   /// Removes the contacts of all pairs marked `gone`, on all threads; they must not be touching any more.
   void remove(std::span<const PartedContact> parted, ThreadPool& pool);
+  /// So many contacts are about to begin to touch.
+  void expect(std::size_t count);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
   void begin(std::uint32_t index);
   void end(std::uint32_t index);

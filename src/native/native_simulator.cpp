@@ -205,7 +205,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .max_linear_speed = def.solver.max_linear_speed,
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
-                                  .scattered = pool_.thread_count() > 1};
+                                  .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
 
@@ -215,7 +215,13 @@ void NativeSimulator::prefetch_bodies(const Contact& c) const {
   prefetch_to_read(&state_.bounds[c.b]);
   prefetch_to_read(&state_.poses[c.a]);
   prefetch_to_read(&state_.poses[c.b]);
-  if (c.touching()) return prefetch_to_read(&graph_.manifold(c));
+  if (c.touching()) {
+    // Three lines, of the four, have what `moved_little` reads.
+    const ContactManifold& m = graph_.manifold(c);
+    prefetch_to_read(&m.points[0].other);
+    prefetch_to_read(&m.points[2].other);
+    return prefetch_to_read(&m.rotation_at_build.z);
+  }
   // What has no manifold to keep is collided, most of it.
   prefetch_to_read(&state_.velocities[c.a]);
   prefetch_to_read(&state_.velocities[c.b]);

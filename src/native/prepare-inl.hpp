@@ -271,7 +271,7 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
   for (std::size_t i = begin; i < end; ++i) {
     if (blocks.scattered) {
       for (std::size_t k = 0; i + 2 < end && k < width && lanes[(i + 2) * width + k] != none; ++k)
-        prefetch_to_read(constrained.contacts + lanes[(i + 2) * width + k]);
+        prefetch_both_lines(constrained.contacts + lanes[(i + 2) * width + k]);
       if (i + 1 < end) prefetch_lanes<D>(lanes + (i + 1) * width, constrained, view);
     }
     count += prepare_block(block_at<D>(blocks, i), lanes + i * width, constrained, view);
@@ -284,6 +284,11 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
     const std::size_t used = block.header().lanes;
+    if (blocks.scattered && i + 1 < end) {
+      const Block<D> next = block_at<D>(blocks, i + 1);
+      for (std::size_t lane = 0; lane < next.header().lanes; ++lane)
+        prefetch_to_write(constrained.manifolds[next.manifold()[lane]].impulses);
+    }
     float* impulses[Block<D>::width];
     float* friction_impulses[Block<D>::width];
     for (std::size_t lane = 0; lane < used; ++lane) {

@@ -209,8 +209,9 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
-  wide_blocks_.scattered = pool_.thread_count() > 1;
-  wide_blocks_.shared = wide_blocks_.scattered && layout_.groups().empty();
+  const bool several = pool_.thread_count() > 1;
+  wide_blocks_.scattered = several || graph_.domains().in_use();
+  wide_blocks_.shared = several && layout_.groups().empty();
   if (has_moved && def_.solver.method == Solver::soft)
     columns_.update(in_contact.slots, layout_.largest_island(), pool_);
   columns_.choose(layout_, pool_);

@@ -42,7 +42,7 @@ struct BlockArray {
   float* bounces = nullptr;
   std::size_t stride = 0;  ///< bytes from block to block
   bool shared = false;     ///< several threads write the bodies in turn
-  bool scattered = false;  ///< other threads wrote what constraints are made of
+  bool scattered = false;  ///< what constraints are made of is in other threads' caches, or in no near one
 };
 
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
