@@ -14,7 +14,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t ahead = 8, far_ahead = 16;  // contacts that are fetched before their turn
-constexpr std::size_t least_manifolds = 12;       // worth another thread
+constexpr std::size_t manifold_grain = 12;
 
 }  // namespace
 
@@ -43,35 +43,40 @@ void NativeSimulator::take_over_changes() {
 }
 
 void NativeSimulator::end_contacts() {
-  for (std::size_t i = 0; i < parted_.size(); ++i) {
-    if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
-    if (i + ahead < parted_.size() && graph_[parted_[i + ahead].contact].touching())
-      graph_.prefetch_bodies(parted_[i + ahead].contact);
-    if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
-  }
-  graph_.remove(parted_, pool_);
+  graph_.remove(parted_, pool_, [&] {
+    for (std::size_t i = 0; i < parted_.size(); ++i) {
+      if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
+      if (i + ahead < parted_.size() && graph_[parted_[i + ahead].contact].touching())
+        graph_.prefetch_bodies(parted_[i + ahead].contact);
+      if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
+    }
+  });
 }
 
 void NativeSimulator::begin_contacts() {
   const std::size_t count = fresh_.size();
   graph_.expect(count);
   for (std::size_t i = 0; i < count; ++i) {
-    if (i + 2 * far_ahead < count) __builtin_prefetch(fresh_[i + 2 * far_ahead]);
-    if (i + far_ahead < count) graph_.prefetch(fresh_[i + far_ahead]->contact);
-    if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
-    begin_touching(*fresh_[i]);
+    if (i + far_ahead < count) __builtin_prefetch(fresh_[i + far_ahead]);
+    if (i + ahead < count) graph_.prefetch(fresh_[i + ahead]->contact);
+    graph_.begin(fresh_[i]->contact);
   }
   grow_to(meetings_, count);
-  pool_.for_each_part(count, least_manifolds, [&](std::size_t begin, std::size_t end) {
+  // Colours are one thread's work, which the others need not wait for.
+  const auto colour = [&] {
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
+      begin_touching(fresh_[i]->contact);
+    }
+  };
+  pool_.for_each_chunk_beside(colour, count, manifold_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) meetings_[i] = first_manifold(*fresh_[i]);
   });
   for (const HitEvent& meeting : meetings_)
     if (meeting.approach_speed > def.solver.restitution_threshold) hits_.push_back(meeting);
 }
 
-void NativeSimulator::begin_touching(const NewManifold& fresh) {
-  const std::uint32_t index = fresh.contact;
-  graph_.begin(index);
+void NativeSimulator::begin_touching(std::uint32_t index) {
   const Contact& c = graph_[index];
   for (const std::uint32_t slot : {c.a, c.b})
     if (!(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic) {

@@ -72,11 +72,11 @@ void ContactGraph::fill(Contact& c, Pair pair) const {
 
 // A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
 // Neighbours in number are mostly neighbours in space, so that most contacts have one owner.
-template <class Act>
-void ContactGraph::for_each_owner(ThreadPool& pool, const Act& act) const {
+template <class Alone, class Act>
+void ContactGraph::for_each_owner(ThreadPool& pool, const Alone& alone, const Act& act) const {
   const auto owners = static_cast<std::size_t>(pool.thread_count());
   const std::size_t lines = (state_.size() + slots_of_a_line - 1) / slots_of_a_line;
-  pool.for_each_part(owners, 1, [&](std::size_t begin, std::size_t end) {
+  pool.for_each_chunk_beside(alone, owners, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t owner = begin; owner < end; ++owner) {
       const std::size_t first = owner * lines / owners * slots_of_a_line;
       const std::size_t last = (owner + 1) * lines / owners * slots_of_a_line;
@@ -106,8 +106,17 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
       fill(contacts_[new_contacts_[i]], pairs[i]);
     }
   });
-  for_each_owner(pool, [&](const auto& owns, const auto& owns_table) {
+  for_each_owner(pool, [] {}, [&](const auto& owns, const auto& owns_table) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (i + far_ahead < pairs.size()) {
+        const Pair next = pairs[i + far_ahead];
+        if (owns_table(PairSet::table(next.a, next.b))) pairs_.prefetch(next.a, next.b);
+        if (owns(next.a) || owns(next.b)) prefetch(new_contacts_[i + far_ahead]);
+      }
+      if (i + ahead < pairs.size())
+        for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+          if (owns(slot) && state_.first_contact[slot] != none)
+            prefetch_to_write(&contacts_[state_.first_contact[slot] >> 1].previous);
       const Pair pair = pairs[i];
       if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
       if (!owns(pair.a) && !owns(pair.b)) continue;
@@ -120,15 +129,17 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
   if (added) added->insert(added->end(), new_contacts_.begin(), new_contacts_.end());
 }
 
-void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& pool) {
+void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& pool,
+                          const std::function<void()>& end_touch) {
   if (pool.thread_count() == 1 || parted.size() < least_to_share) {
+    end_touch();
     for (std::size_t i = 0; i < parted.size(); ++i) {
       if (i + ahead < parted.size()) prefetch_neighbours(parted[i + ahead].contact);
       if (parted[i].gone) remove(parted[i].contact);
     }
     return;
   }
-  for_each_owner(pool, [&](const auto& owns, const auto& owns_table) {
+  for_each_owner(pool, end_touch, [&](const auto& owns, const auto& owns_table) {
     const auto is_mine = [&](const PartedContact& p) { return p.gone && (owns(p.a) || owns(p.b)); };
     for (std::size_t i = 0; i < parted.size(); ++i) {
       if (i + far_ahead < parted.size() && is_mine(parted[i + far_ahead])) prefetch(parted[i + far_ahead].contact);

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -42,8 +43,9 @@ class ContactGraph {
   /// The same for pairs that are all new and no two of them equal, on all threads.
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
-  /// Removes the contacts of all pairs marked `gone`, on all threads; they must not be touching any more.
-  void remove(std::span<const PartedContact> parted, ThreadPool& pool);
+  /// Removes the contacts of all pairs marked `gone`, on all threads; those of them that touch are ended by end_touch(),
+  /// by one thread, meanwhile.
+  void remove(std::span<const PartedContact> parted, ThreadPool& pool, const std::function<void()>& end_touch);
   /// So many contacts are about to begin to touch.
   void expect(std::size_t count);
   /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
@@ -105,10 +107,10 @@ class ContactGraph {
  private:
   std::uint32_t add(Pair pair);
   void fill(Contact& c, Pair pair) const;
-  /// Calls act(owns) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and with
-  /// owns_table(table) for every part of the set of pairs.
-  template <class Act>
-  void for_each_owner(ThreadPool& pool, const Act& act) const;
+  /// Calls act(owns, owns_table) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and
+  /// with owns_table(table) for every part of the set of pairs; the caller begins with alone().
+  template <class Alone, class Act>
+  void for_each_owner(ThreadPool& pool, const Alone& alone, const Act& act) const;
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
   /// That the contact is solved from now on, or no more.

@@ -128,7 +128,7 @@ class NativeSimulator : public Simulator {
   void take_over_changes();
   void end_contacts();
   void begin_contacts();
-  void begin_touching(const NewManifold& fresh);
+  void begin_touching(std::uint32_t index);
   HitEvent first_manifold(const NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);

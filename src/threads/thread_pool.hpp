@@ -70,7 +70,7 @@ class ThreadPool {
   }
 
   /// As `for_each_chunk`; meanwhile the caller first calls alone(), whose own loops run on its thread only if there is
-  /// more than one chunk.
+  /// more than one chunk. With one thread alone() comes first, too.
   template <class Alone, class Body>
   void for_each_chunk_beside(const Alone& alone, std::size_t count, std::size_t grain, Body&& body) {
     if (used() == 1 || count <= grain) {
