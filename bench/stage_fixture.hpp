@@ -34,8 +34,9 @@ struct StageFixture {
     for (const std::vector<Pair>& list : found) graph.add(list);
     std::vector<NewManifold> begun;
     for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
+    graph.make_manifolds(begun.size());
     for (const NewManifold& fresh : begun) {
-      graph.begin(fresh.contact);
+      graph.begin(static_cast<std::size_t>(&fresh - begun.data()), fresh.contact);
       graph.mix_materials(graph[fresh.contact]);
       set_manifold(graph.manifold(graph[fresh.contact]), fresh.manifold, fresh.b_in_a);
       graph.colour(fresh.contact);

@@ -33,7 +33,8 @@ struct Contacts {
     if (graph.pairs().contains(a, b)) return;
     graph.add({&pair, 1});
     const auto contact = static_cast<std::uint32_t>(graph.size() - 1);
-    graph.begin(contact);
+    graph.make_manifolds(1);
+    graph.begin(0, contact);
     graph.colour(contact);
   }
 

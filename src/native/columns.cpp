@@ -47,7 +47,7 @@ void Columns::find(std::span<const std::uint32_t> tops, Found& found) const {
   found.columns.clear();
   found.links.clear();
   // Contacts lie anywhere in memory, in other cores' caches above all.
-  for (const std::uint32_t top : tops) prefetch_both_lines(&graph_[state_.contacts_xor[top]]);
+  for (const std::uint32_t top : tops) prefetch_to_read(&graph_[state_.contacts_xor[top]]);
   for (const std::uint32_t top : tops) follow_from(top, found);
 }
 

@@ -1,7 +1,8 @@
 // A pair of bodies whose boxes overlap, and the manifold it has while they touch.
 //
-// Two structures, because many pairs never touch: the narrow phase looks at every contact in every step, and
-// constraint building transposes manifolds into vector lanes, which is why they are made of 16-byte quads.
+// Three structures. Many pairs never touch, and the narrow phase looks at every contact in every step: two of them share
+// a cache line. Constraint building transposes manifolds into vector lanes, which is why these are made of 16-byte quads.
+// Who else hangs on a contact's bodies is asked when contacts come and go, and by nobody else.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +18,10 @@ inline constexpr int colour_count = 32;
 inline constexpr int first_fixed_colour = 24;        ///< of contacts with a body that cannot be pushed
 inline constexpr std::uint8_t overflow_colour = 32;  ///< of contacts that found no colour
 
-struct Contact {
+struct alignas(32) Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   std::uint32_t manifold = none;     ///< while touching
   AxisCache axis;
-  std::uint32_t next[2] = {none, none};  ///< further contacts of A and of B; the low bit tells which side
-  std::uint32_t previous[2] = {none, none};
   std::uint32_t colour_slot = 0;  ///< place in its colour's list
   /// m that the bodies may move against each other before the manifold is made anew. Below zero: none, and so much of
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
@@ -34,6 +33,12 @@ struct Contact {
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }
 };
-static_assert(sizeof(Contact) == 44);
+static_assert(sizeof(Contact) == 32);
+
+/// A contact's places in the lists of its bodies' contacts. The low bit of a link tells the side of the contact it is on.
+struct ContactLinks {
+  std::uint32_t next[2] = {none, none};  ///< of A and of B
+  std::uint32_t previous[2] = {none, none};
+};
 
 }  // namespace fathom::native

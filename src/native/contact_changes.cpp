@@ -55,31 +55,49 @@ void NativeSimulator::end_contacts() {
 
 void NativeSimulator::begin_contacts() {
   const std::size_t count = fresh_.size();
-  graph_.expect(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i + far_ahead < count) __builtin_prefetch(fresh_[i + far_ahead]);
-    if (i + ahead < count) graph_.prefetch(fresh_[i + ahead]->contact);
-    graph_.begin(fresh_[i]->contact);
-  }
+  graph_.make_manifolds(count);
   grow_to(meetings_, count);
+  const auto fetch_ahead = [&](std::size_t i) {
+    if (i + 2 * far_ahead < count) __builtin_prefetch(fresh_[i + 2 * far_ahead]);
+    if (i + far_ahead < count) graph_.prefetch(fresh_[i + far_ahead]->contact);
+    if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
+  };
+  // An island that wakes up has those of its contacts coloured that touch by then.
+  const bool wakes_any = def.sleep.enabled && std::any_of(fresh_.begin(), fresh_.end(), [&](const NewManifold* fresh) {
+                           return is_asleep(graph_[fresh->contact].a) || is_asleep(graph_[fresh->contact].b);
+                         });
+  if (wakes_any)
+    for (std::size_t i = 0; i < count; ++i) {
+      fetch_ahead(i);
+      graph_.begin(i, fresh_[i]->contact);
+      begin_touching(fresh_[i]->contact);
+    }
   // Colours are one thread's work, which the others need not wait for.
   const auto colour = [&] {
+    if (wakes_any) return;
     for (std::size_t i = 0; i < count; ++i) {
-      if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
+      fetch_ahead(i);
       begin_touching(fresh_[i]->contact);
     }
   };
   pool_.for_each_chunk_beside(colour, count, manifold_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) meetings_[i] = first_manifold(*fresh_[i]);
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!wakes_any) graph_.begin(i, fresh_[i]->contact);
+      meetings_[i] = first_manifold(*fresh_[i]);
+    }
   });
   for (const HitEvent& meeting : meetings_)
     if (meeting.approach_speed > def.solver.restitution_threshold) hits_.push_back(meeting);
 }
 
+bool NativeSimulator::is_asleep(std::uint32_t slot) const {
+  return !(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic;
+}
+
 void NativeSimulator::begin_touching(std::uint32_t index) {
   const Contact& c = graph_[index];
   for (const std::uint32_t slot : {c.a, c.b})
-    if (!(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic) {
+    if (is_asleep(slot)) {
       islands_.wake(slot);
       active_is_current_ = false;
     }

@@ -24,7 +24,10 @@ constexpr std::size_t slots_of_a_line = 16;  // heads of lists in a cache line
 
 void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added) {
   if (added) make_room(*added, added->size() + pairs.size());
-  if (pairs.size() > free_.size()) make_room(contacts_, contacts_.size() + pairs.size() - free_.size());
+  if (pairs.size() > free_.size()) {
+    make_room(contacts_, contacts_.size() + pairs.size() - free_.size());
+    make_room(links_, contacts_.capacity());
+  }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     if (i + far_ahead < pairs.size()) {
       const Pair pair = pairs[i + far_ahead];
@@ -36,7 +39,7 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* 
     }
     if (i + ahead < pairs.size())
       for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-        if (state_.first_contact[slot] != none) __builtin_prefetch(&contacts_[state_.first_contact[slot] >> 1]);
+        if (state_.first_contact[slot] != none) __builtin_prefetch(&links_[state_.first_contact[slot] >> 1]);
     if (pairs_.contains(pairs[i].a, pairs[i].b)) continue;
     const std::uint32_t contact = add(pairs[i]);
     if (added) added->push_back(contact);
@@ -48,6 +51,7 @@ std::uint32_t ContactGraph::add(Pair pair) {
   if (free_.empty()) {
     index = static_cast<std::uint32_t>(contacts_.size());
     grow_to(contacts_, contacts_.size() + 1);
+    grow_to(links_, contacts_.size());
   } else {
     index = free_.back();
     free_.pop_back();
@@ -95,6 +99,7 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
     new_contacts_[i] = i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(contacts_.size() + i - old);
   free_.resize(free_.size() - old);
   grow_to(contacts_, contacts_.size() + pairs.size() - old);
+  grow_to(links_, contacts_.size());
   pool.for_each_part(pairs.size(), least_to_share / 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (i + far_ahead < end) {
@@ -116,7 +121,7 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
       if (i + ahead < pairs.size())
         for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
           if (owns(slot) && state_.first_contact[slot] != none)
-            prefetch_to_write(&contacts_[state_.first_contact[slot] >> 1].previous);
+            prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
       const Pair pair = pairs[i];
       if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
       if (!owns(pair.a) && !owns(pair.b)) continue;
@@ -168,19 +173,14 @@ void ContactGraph::remove(std::uint32_t index) {
   free_.push_back(index);
 }
 
-void ContactGraph::expect(std::size_t count) {
-  if (count > free_manifolds_.size()) make_room(manifolds_, manifolds_.size() + count - free_manifolds_.size());
-}
-
-void ContactGraph::begin(std::uint32_t index) {
-  Contact& c = contacts_[index];
-  if (free_manifolds_.empty()) {
-    c.manifold = static_cast<std::uint32_t>(manifolds_.size());
-    grow_to(manifolds_, manifolds_.size() + 1);
-  } else {
-    c.manifold = free_manifolds_.back();
-    free_manifolds_.pop_back();
-  }
+void ContactGraph::make_manifolds(std::size_t count) {
+  const std::size_t old = std::min(free_manifolds_.size(), count);
+  grow_to(new_manifolds_, count);
+  std::reverse_copy(free_manifolds_.end() - static_cast<std::ptrdiff_t>(old), free_manifolds_.end(),
+                    new_manifolds_.begin());
+  free_manifolds_.resize(free_manifolds_.size() - old);
+  for (std::size_t i = old; i < count; ++i) new_manifolds_[i] = static_cast<std::uint32_t>(manifolds_.size() + i - old);
+  grow_to(manifolds_, manifolds_.size() + count - old);
 }
 
 void ContactGraph::end(std::uint32_t index) {
@@ -246,7 +246,7 @@ void ContactGraph::enlist(std::uint32_t index) {
   ++unit_sizes_[domains_.unit(c)];
 }
 
-std::vector<Domains::Link> ContactGraph::links() const {
+std::vector<Domains::Link> ContactGraph::links_between() const {
   std::vector<Domains::Link> links;
   links.reserve(between_);
   for (const Contact& c : contacts_)
@@ -259,7 +259,7 @@ void ContactGraph::divide(std::span<const std::uint32_t> slots) {
   if (slots.empty())
     domains_.clear();
   else
-    domains_.divide(slots, links(), state_);
+    domains_.divide(slots, links_between(), state_);
   colours_.resize(domains_.units() * (overflow_colour + 1));
   for (std::vector<std::uint32_t>& list : colours_) list.clear();
   unit_sizes_.assign(domains_.units(), 0);
@@ -292,37 +292,34 @@ void ContactGraph::uncolour(std::uint32_t index) {
 }
 
 void ContactGraph::link(std::uint32_t index, std::uint32_t side) {
-  Contact& c = contacts_[index];
-  std::uint32_t& head = state_.first_contact[body(c, side)];
-  c.next[side] = head;
-  c.previous[side] = none;
-  if (head != none) contacts_[head >> 1].previous[head & 1] = index << 1 | side;
+  ContactLinks& links = links_[index];
+  std::uint32_t& head = state_.first_contact[body(contacts_[index], side)];
+  links.next[side] = head;
+  links.previous[side] = none;
+  if (head != none) links_[head >> 1].previous[head & 1] = index << 1 | side;
   head = index << 1 | side;
 }
 
 void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
-  const Contact& c = contacts_[index];
-  const std::uint32_t next = c.next[side], previous = c.previous[side];
+  const std::uint32_t next = links_[index].next[side], previous = links_[index].previous[side];
   if (previous == none)
-    state_.first_contact[body(c, side)] = next;
+    state_.first_contact[body(contacts_[index], side)] = next;
   else
-    contacts_[previous >> 1].next[previous & 1] = next;
-  if (next != none) contacts_[next >> 1].previous[next & 1] = previous;
+    links_[previous >> 1].next[previous & 1] = next;
+  if (next != none) links_[next >> 1].previous[next & 1] = previous;
 }
 
 void ContactGraph::prefetch(std::uint32_t index) const {
-  const auto* bytes = reinterpret_cast<const std::byte*>(&contacts_[index]);
-  __builtin_prefetch(bytes);
-  __builtin_prefetch(bytes + sizeof(Contact) - 1);
+  __builtin_prefetch(&contacts_[index]);
+  __builtin_prefetch(&links_[index]);
 }
 
 void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
-  const Contact& c = contacts_[index];
-  pairs_.prefetch(c.a, c.b);
-  for (int side = 0; side < 2; ++side) {
-    if (c.next[side] != none) __builtin_prefetch(&contacts_[c.next[side] >> 1]);
-    if (c.previous[side] != none) __builtin_prefetch(&contacts_[c.previous[side] >> 1]);
-  }
+  pairs_.prefetch(contacts_[index].a, contacts_[index].b);
+  const ContactLinks& links = links_[index];
+  for (int side = 0; side < 2; ++side)
+    for (const std::uint32_t link : {links.next[side], links.previous[side]})
+      if (link != none) __builtin_prefetch(&links_[link >> 1]);
 }
 
 void ContactGraph::prefetch_bodies(std::uint32_t index) const {
@@ -336,9 +333,10 @@ void ContactGraph::prefetch_bodies(std::uint32_t index) const {
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + links_.capacity() * sizeof(ContactLinks) +
+                    manifolds_.capacity() * sizeof(ContactManifold) +
                     pairs_.memory_bytes() + domains_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
-                    (free_.capacity() + free_manifolds_.capacity()) * sizeof(std::uint32_t);
+                    (free_.capacity() + free_manifolds_.capacity() + new_contacts_.capacity() + new_manifolds_.capacity()) * sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -46,10 +46,10 @@ class ContactGraph {
   /// Removes the contacts of all pairs marked `gone`, on all threads; those of them that touch are ended by end_touch(),
   /// by one thread, meanwhile.
   void remove(std::span<const PartedContact> parted, ThreadPool& pool, const std::function<void()>& end_touch);
-  /// So many contacts are about to begin to touch.
-  void expect(std::size_t count);
-  /// Gives a contact that begins to touch room for its manifold; takes it away when it ends.
-  void begin(std::uint32_t index);
+  /// Makes room for the manifolds of `count` contacts that begin to touch; begin(i, index) gives that of the i-th to the
+  /// contact `index`, by any thread. end(index) takes it away again.
+  void make_manifolds(std::size_t count);
+  void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   void end(std::uint32_t index);
   /// Any number of threads may do this for different contacts.
   void mix_materials(const Contact& contact);
@@ -90,7 +90,7 @@ class ContactGraph {
   void for_each_of(std::uint32_t slot, const Act& act) const {
     for (std::uint32_t link = state_.first_contact[slot]; link != none;) {
       const std::uint32_t index = link >> 1;
-      link = contacts_[index].next[link & 1];
+      link = links_[index].next[link & 1];
       act(index);
     }
   }
@@ -99,7 +99,7 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
+    a(s.contacts_, s.links_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -115,7 +115,7 @@ class ContactGraph {
   void enlist(std::uint32_t index);
   /// That the contact is solved from now on, or no more.
   void note_in_bodies(std::uint32_t index);
-  std::vector<Domains::Link> links() const;
+  std::vector<Domains::Link> links_between() const;
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
@@ -123,12 +123,14 @@ class ContactGraph {
   BodyTable& bodies_;
   BodyState& state_;
   std::vector<Contact> contacts_;
+  std::vector<ContactLinks> links_;  // of each contact
   std::vector<std::uint32_t> free_;
   std::vector<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> new_contacts_;  // of `add_new`
+  std::vector<std::uint32_t> new_manifolds_;
   Domains domains_;
   std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
   std::vector<std::size_t> unit_sizes_ = {0};

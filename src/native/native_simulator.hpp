@@ -129,6 +129,7 @@ class NativeSimulator : public Simulator {
   void end_contacts();
   void begin_contacts();
   void begin_touching(std::uint32_t index);
+  bool is_asleep(std::uint32_t slot) const;
   HitEvent first_manifold(const NewManifold& fresh);
   void end_touching(std::uint32_t index);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);

@@ -5,14 +5,6 @@ namespace fathom::native {
 
 inline void prefetch_to_read(const void* line) { __builtin_prefetch(line); }
 
-/// Of what may lie across two lines.
-template <class T>
-void prefetch_both_lines(const T* item) {
-  static_assert(sizeof(T) <= 64);
-  prefetch_to_read(item);
-  prefetch_to_read(reinterpret_cast<const char*>(item + 1) - 1);
-}
-
 /// For what is about to be written: asking for that at once saves a second journey between cores.
 inline void prefetch_to_write(const void* line) {
 #if defined(__x86_64__)

@@ -271,7 +271,7 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
   for (std::size_t i = begin; i < end; ++i) {
     if (blocks.scattered) {
       for (std::size_t k = 0; i + 2 < end && k < width && lanes[(i + 2) * width + k] != none; ++k)
-        prefetch_both_lines(constrained.contacts + lanes[(i + 2) * width + k]);
+        prefetch_to_read(constrained.contacts + lanes[(i + 2) * width + k]);
       if (i + 1 < end) prefetch_lanes<D>(lanes + (i + 1) * width, constrained, view);
     }
     count += prepare_block(block_at<D>(blocks, i), lanes + i * width, constrained, view);

@@ -21,6 +21,7 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
 void ContactGraph::restore(ByteReader& in) {
   domains_.restore(in, state_.size());
   archive(*this, in);
+  in.require(links_.size() == contacts_.size());
   in.require(colours_.size() == domains_.units() * (overflow_colour + 1));
   unit_sizes_.assign(domains_.units(), 0);
   const std::size_t slots = state_.size(), contacts = contacts_.size();
@@ -34,7 +35,8 @@ void ContactGraph::restore(ByteReader& in) {
     ++in_use;
     in.require(c.a < slots && c.b < slots && c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
     in.require(!c.touching() || c.manifold < manifolds_.size());
-    for (int side = 0; side < 2; ++side) in.require(is_link(c.next[side]) && is_link(c.previous[side]));
+    const ContactLinks& links = links_[static_cast<std::size_t>(&c - contacts_.data())];
+    for (int side = 0; side < 2; ++side) in.require(is_link(links.next[side]) && is_link(links.previous[side]));
     in.require(!pairs_.contains(c.a, c.b));
     pairs_.insert(c.a, c.b);
     if (c.colour == no_colour) continue;
