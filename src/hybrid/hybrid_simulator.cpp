@@ -14,6 +14,7 @@ namespace hybrid {
 
 using native::Change;
 using native::Contact;
+using native::contact_grain;
 
 HybridSimulator::HybridSimulator(const WorldDef& definition)
     : NativeSimulator(definition, nullptr), detection_(device::make_detection(definition)) {

@@ -6,13 +6,13 @@
 
 namespace fathom::native {
 
-/// One cache line, because contacts visit bodies in no order, and lines that they fetch are what most of them cost. Half
-/// extents and radius are copies of BodyInfo's, so that two boxes are told apart without fetching that, too.
+/// One cache line, because contacts visit bodies in no order, and lines that they fetch are what most of them cost.
+/// Half extents and radius are copies of BodyInfo's, so that two boxes are told apart without fetching that, too.
 struct alignas(64) BodyBounds {
-  Aabb box;              ///< bounds of the next step's motion plus the speculative margin
-  Aabb fat_box;          ///< with room to move; what the broad phase knows
-  Vec3 half_extents;     ///< of a box (m); other shapes have zero
-  float radius = 0;      ///< of the bounding sphere (m)
+  Aabb box;           ///< bounds of the next step's motion plus the speculative margin
+  Aabb fat_box;       ///< with room to move; what the broad phase knows
+  Vec3 half_extents;  ///< of a box (m); other shapes have zero
+  float radius = 0;   ///< of the bounding sphere (m)
 
   bool is_box() const { return half_extents.x > 0; }
 };

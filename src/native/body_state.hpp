@@ -54,7 +54,8 @@ struct BodyState {
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.poses, s.velocities, s.bounds, s.flags, s.slow_time, s.first_contact, s.colour_mask, s.overflow_count, s.forces);
+    a(s.poses, s.velocities, s.bounds, s.flags, s.slow_time, s.first_contact, s.colour_mask, s.overflow_count,
+      s.forces);
   }
   void restore(ByteReader& in, std::size_t slots);
 

@@ -235,12 +235,14 @@ class Bvh::Probe {
     return met;
   }
 
-  /// Writes which of eight boxes, in arrays with `stride` entries a component, it meets, out of the first `count`; returns
-  /// the end. Their numbers are first, first + 1, …, or those that `numbers` gives. Room for eight more is needed.
+  /// Writes which of eight boxes, in arrays with `stride` entries a component, it meets, out of the first `count`;
+  /// returns the end. Their numbers are first, first + 1, …, or those that `numbers` gives. Room for eight more is
+  /// needed.
   HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
                                  std::uint32_t first, std::uint32_t* end) const {
     for (std::size_t c = 0; c < width; c += lanes)
-      end = append(hn::Iota(du, first + static_cast<std::uint32_t>(c)), meets(lower + c, upper + c, stride), count, c, end);
+      end = append(hn::Iota(du, first + static_cast<std::uint32_t>(c)), meets(lower + c, upper + c, stride), count, c,
+                   end);
     return end;
   }
   HWY_INLINE std::uint32_t* list(const float* lower, const float* upper, std::size_t stride, std::size_t count,
@@ -274,8 +276,8 @@ class Bvh::Probe {
   }
 
   // Infinities meet the empty boxes that stand for children beyond the last one.
-  HWY_INLINE std::uint32_t* append(hn::Vec<decltype(du)> numbers, hn::Mask<Lanes> met, std::size_t count, std::size_t begin,
-                                   std::uint32_t* end) const {
+  HWY_INLINE std::uint32_t* append(hn::Vec<decltype(du)> numbers, hn::Mask<Lanes> met, std::size_t count,
+                                   std::size_t begin, std::uint32_t* end) const {
     static constexpr Places table = places();
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, met, bits);

@@ -1,8 +1,8 @@
 // A pair of bodies whose boxes overlap, and the manifold it has while they touch.
 //
-// Three structures. Many pairs never touch, and the narrow phase looks at every contact in every step: two of them share
-// a cache line. Constraint building transposes manifolds into vector lanes, which is why these are made of 16-byte quads.
-// Who else hangs on a contact's bodies is asked when contacts come and go, and by nobody else.
+// Three structures. Many pairs never touch, and the narrow phase looks at every contact in every step: two of them
+// share a cache line. Constraint building transposes manifolds into vector lanes, which is why these are made of
+// 16-byte quads. Who else hangs on a contact's bodies is asked when contacts come and go, and by nobody else.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,8 @@ struct alignas(32) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
-/// A contact's places in the lists of its bodies' contacts. The low bit of a link tells the side of the contact it is on.
+/// A contact's places in the lists of its bodies' contacts. The low bit of a link tells the side of the contact it is
+/// on.
 struct ContactLinks {
   std::uint32_t next[2] = {none, none};  ///< of A and of B
   std::uint32_t previous[2] = {none, none};

@@ -111,26 +111,28 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
       fill(contacts_[new_contacts_[i]], pairs[i]);
     }
   });
-  for_each_owner(pool, [] {}, [&](const auto& owns, const auto& owns_table) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (i + far_ahead < pairs.size()) {
-        const Pair next = pairs[i + far_ahead];
-        if (owns_table(PairSet::table(next.a, next.b))) pairs_.prefetch(next.a, next.b);
-        if (owns(next.a) || owns(next.b)) prefetch(new_contacts_[i + far_ahead]);
-      }
-      if (i + ahead < pairs.size())
-        for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-          if (owns(slot) && state_.first_contact[slot] != none)
-            prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
-      const Pair pair = pairs[i];
-      if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
-      if (!owns(pair.a) && !owns(pair.b)) continue;
-      const std::uint32_t index = new_contacts_[i];
-      const Contact& c = contacts_[index];
-      if (owns(c.a)) link(index, 0);
-      if (owns(c.b)) link(index, 1);
-    }
-  });
+  for_each_owner(
+      pool, [] {},
+      [&](const auto& owns, const auto& owns_table) {
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+          if (i + far_ahead < pairs.size()) {
+            const Pair next = pairs[i + far_ahead];
+            if (owns_table(PairSet::table(next.a, next.b))) pairs_.prefetch(next.a, next.b);
+            if (owns(next.a) || owns(next.b)) prefetch(new_contacts_[i + far_ahead]);
+          }
+          if (i + ahead < pairs.size())
+            for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+              if (owns(slot) && state_.first_contact[slot] != none)
+                prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
+          const Pair pair = pairs[i];
+          if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
+          if (!owns(pair.a) && !owns(pair.b)) continue;
+          const std::uint32_t index = new_contacts_[i];
+          const Contact& c = contacts_[index];
+          if (owns(c.a)) link(index, 0);
+          if (owns(c.b)) link(index, 1);
+        }
+      });
   if (added) added->insert(added->end(), new_contacts_.begin(), new_contacts_.end());
 }
 
@@ -333,10 +335,12 @@ void ContactGraph::prefetch_bodies(std::uint32_t index) const {
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + links_.capacity() * sizeof(ContactLinks) +
-                    manifolds_.capacity() * sizeof(ContactManifold) +
-                    pairs_.memory_bytes() + domains_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
-                    (free_.capacity() + free_manifolds_.capacity() + new_contacts_.capacity() + new_manifolds_.capacity()) * sizeof(std::uint32_t);
+  std::size_t sum =
+      contacts_.capacity() * sizeof(Contact) + links_.capacity() * sizeof(ContactLinks) +
+      manifolds_.capacity() * sizeof(ContactManifold) + pairs_.memory_bytes() + domains_.memory_bytes() +
+      colours_.capacity() * sizeof(colours_[0]) +
+      (free_.capacity() + free_manifolds_.capacity() + new_contacts_.capacity() + new_manifolds_.capacity()) *
+          sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -43,11 +43,11 @@ class ContactGraph {
   /// The same for pairs that are all new and no two of them equal, on all threads.
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
-  /// Removes the contacts of all pairs marked `gone`, on all threads; those of them that touch are ended by end_touch(),
-  /// by one thread, meanwhile.
+  /// Removes the contacts of all pairs marked `gone`, on all threads; those of them that touch are ended by
+  /// end_touch(), by one thread, meanwhile.
   void remove(std::span<const PartedContact> parted, ThreadPool& pool, const std::function<void()>& end_touch);
-  /// Makes room for the manifolds of `count` contacts that begin to touch; begin(i, index) gives that of the i-th to the
-  /// contact `index`, by any thread. end(index) takes it away again.
+  /// Makes room for the manifolds of `count` contacts that begin to touch; begin(i, index) gives that of the i-th to
+  /// the contact `index`, by any thread. end(index) takes it away again.
   void make_manifolds(std::size_t count);
   void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   void end(std::uint32_t index);
@@ -107,8 +107,8 @@ class ContactGraph {
  private:
   std::uint32_t add(Pair pair);
   void fill(Contact& c, Pair pair) const;
-  /// Calls act(owns, owns_table) with owns(slot) for every part of all slots' lists of contacts, each by one thread, and
-  /// with owns_table(table) for every part of the set of pairs; the caller begins with alone().
+  /// Calls act(owns, owns_table) with owns(slot) for every part of all slots' lists of contacts, each by one thread,
+  /// and with owns_table(table) for every part of the set of pairs; the caller begins with alone().
   template <class Alone, class Act>
   void for_each_owner(ThreadPool& pool, const Alone& alone, const Act& act) const;
   std::vector<std::uint32_t>& list_of(const Contact& c);

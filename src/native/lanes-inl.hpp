@@ -152,6 +152,31 @@ HWY_INLINE void store_quads(D d, QuadV<hn::Vec<D>> q, float* const* lanes, std::
   }
 }
 
+/// Objects of neighbouring lanes, by their numbers; lanes beyond the last repeat the first.
+template <class D>
+struct LaneItems {
+  static constexpr std::size_t width = hn::MaxLanes(D());
+  using V = hn::Vec<D>;
+
+  const std::uint32_t* items;
+  std::size_t used;
+
+  std::uint32_t item(std::size_t lane) const { return items[lane < used ? lane : 0]; }
+
+  template <class T>
+  QuadV<V> load(const T* objects, std::size_t quad) const {
+    const float* at[width];
+    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<const float*>(objects + item(i)) + 4 * quad;
+    return load_quads(D(), at);
+  }
+  template <class T>
+  void store(T* objects, std::size_t quad, const QuadV<V>& value) const {
+    float* at[width];
+    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<float*>(objects + item(i)) + 4 * quad;
+    store_quads(D(), value, at, used);
+  }
+};
+
 }  // namespace fathom::native::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

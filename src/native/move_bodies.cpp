@@ -20,26 +20,7 @@ using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 constexpr std::size_t width = hn::MaxLanes(D());
 
-/// Objects of neighbouring lanes; lanes beyond the last repeat the first.
-struct Lanes {
-  const std::uint32_t* slots;
-  std::size_t used;
-
-  std::uint32_t slot(std::size_t lane) const { return slots[lane < used ? lane : 0]; }
-
-  template <class T>
-  QuadV<V> load(const T* objects, std::size_t quad) const {
-    const float* at[width];
-    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<const float*>(objects + slot(i)) + 4 * quad;
-    return load_quads(D(), at);
-  }
-  template <class T>
-  void store(T* objects, std::size_t quad, const QuadV<V>& value) const {
-    float* at[width];
-    for (std::size_t i = 0; i < width; ++i) at[i] = reinterpret_cast<float*>(objects + slot(i)) + 4 * quad;
-    store_quads(D(), value, at, used);
-  }
-};
+using Lanes = LaneItems<D>;
 
 V set(float value) { return hn::Set(D(), value); }
 Vec3V<V> set(Vec3 v) { return {set(v.x), set(v.y), set(v.z)}; }
@@ -115,7 +96,7 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   HWY_ALIGN float extra[6][width] = {};
   bool any = false;
   for (std::size_t i = 0; i < lanes.used; ++i) {
-    const std::uint32_t slot = lanes.slot(i);
+    const std::uint32_t slot = lanes.item(i);
     if (!(state.flags[slot] & has_force)) continue;
     any = true;
     const BodyInfo& info = bodies[slot];
@@ -204,7 +185,7 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
                       const Motion& before, Motion& m) {
   if (!bodies.any_anisotropic()) return;
   bool any = false;
-  for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.slot(i)].isotropic;
+  for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.item(i)].isotropic;
   if (!any) return;
   const D d;
   HWY_ALIGN float q[4][width], w[3][width];
@@ -216,7 +197,7 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
       hn::Store(before.angular.z, d, start[2]);
   const float h = p.dt / static_cast<float>(p.substeps);
   for (std::size_t i = 0; i < lanes.used; ++i) {
-    const std::uint32_t slot = lanes.slot(i);
+    const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
     if (info.isotropic) continue;
     Quat rotation = state.poses[slot].rotation;
@@ -257,7 +238,7 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
   hn::Store(lower.x, d, corners[0]), hn::Store(lower.y, d, corners[1]), hn::Store(lower.z, d, corners[2]);
   hn::Store(upper.x, d, corners[3]), hn::Store(upper.y, d, corners[4]), hn::Store(upper.z, d, corners[5]);
   for (std::size_t i = 0; i < lanes.used; ++i) {
-    const std::uint32_t slot = lanes.slot(i);
+    const std::uint32_t slot = lanes.item(i);
     if (state.bounds[slot].is_box()) continue;
     const Aabb box = motion_box(bodies[slot], state.poses[slot], state.velocities[slot], p.dt);
     for (int axis = 0; axis < 3; ++axis) corners[axis][i] = box.lower[axis], corners[3 + axis][i] = box.upper[axis];
@@ -309,12 +290,12 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
   std::uint8_t bits[8] = {};
   hn::StoreMaskBits(d, left, bits);
   for (std::size_t i = 0; i < lanes.used; ++i)
-    if (bits[i / 8] >> i % 8 & 1) state.flags[lanes.slot(i)] |= box_changed;
+    if (bits[i / 8] >> i % 8 & 1) state.flags[lanes.item(i)] |= box_changed;
 }
 
 void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
   for (std::size_t i = 0; i < lanes.used; ++i) {
-    const std::uint32_t slot = lanes.slot(i);
+    const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
     const Velocity& v = state.velocities[slot];
     const float speed = length(v.linear) + length(v.angular) * info.radius;
@@ -346,7 +327,7 @@ std::size_t isolate(const Lanes& lanes, BodyState& state, const Motion& before, 
   std::size_t count = 0;
   for (std::size_t i = 0; i < lanes.used; ++i) {
     if (ok[i] != 0) continue;
-    state.flags[lanes.slot(i)] |= isolated;
+    state.flags[lanes.item(i)] |= isolated;
     ++count;
   }
   return count;

@@ -5,6 +5,7 @@
 
 #include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
+#include "native/prefetch.hpp"
 
 namespace fathom::native {
 
@@ -13,7 +14,8 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 4> d;
 
-/// True by axis and, in the fourth lane, always: nobody could predict branches. The boxes are followed by another float.
+/// True by axis and, in the fourth lane, always: nobody could predict branches. The boxes are followed by another
+/// float.
 hn::Mask<decltype(d)> overlaps_by_axis(const Aabb& a, const Aabb& b) {
   const auto is_within = [](const Vec3& lower, const Vec3& upper) {
     return hn::Le(hn::LoadU(d, &lower.x), hn::LoadU(d, &upper.x));
@@ -26,6 +28,40 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
   const auto same_boxes = hn::RebindMask(d, hn::Eq(hn::Set(di, flags & box_changed), hn::Zero(di)));
   return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
 }
+
+/// The overlap that two bodies began with has faded away: from now on their manifold may be kept again.
+void forget_overlap(Contact& c, const BodyTable& bodies) {
+  constexpr float faded = 1e-7f;  // m
+  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
+}
+
+void prefetch_for(const Contact& c, const ContactManifold* manifolds, const BodyState& state) {
+  if (!c.in_use) return;
+  for (const std::uint32_t slot : {c.a, c.b}) {
+    prefetch_to_read(&state.bounds[slot]);
+    prefetch_to_read(&state.poses[slot]);
+  }
+  if (c.touching()) {
+    // Three lines, of the four, have what `moved_little` reads.
+    const ContactManifold& m = manifolds[c.manifold];
+    prefetch_to_read(&m.points[0].other);
+    prefetch_to_read(&m.points[2].other);
+    prefetch_to_read(&m.rotation_at_build.z);
+  } else {
+    for (const std::uint32_t slot : {c.a, c.b}) prefetch_to_read(&state.velocities[slot]);
+  }
+}
+
+constexpr std::uint32_t prefetch_distance = 8;
+
+/// Room for something of each of a chunk's contacts.
+template <class T>
+struct Unset {
+  union {
+    T items[contact_grain];
+  };
+  Unset() {}
+};
 
 }  // namespace
 
@@ -42,8 +78,7 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   if (manifold && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
 
-  constexpr float faded = 1e-7f;  // m
-  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
+  forget_overlap(c, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   return {Change::nothing, true, margin, b_in_a};
 }
@@ -68,6 +103,67 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
                              ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, c.axis)
                              : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, c.axis);
   return take_manifold(index, fresh, seen.b_in_a, manifold, begun);
+}
+
+void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
+                     const BodyTable& bodies, const BodyState& state, float dt, std::vector<NewManifold>& begun,
+                     Change* changes) {
+  enum class Todo : std::uint8_t { nothing, collide, everything };
+  Todo todo[contact_grain] = {};
+  bool any_others = false;
+  BoxPairs pairs;  // without a manifold: most of them are apart
+  std::uint32_t contact_of[contact_grain], place_of[contact_grain];
+  Unset<AxisCache> caches;
+  for (std::uint32_t i = first; i < end; ++i) {
+    if (i + prefetch_distance < contacts.size()) prefetch_for(contacts[i + prefetch_distance], manifolds, state);
+    Contact& c = contacts[i];
+    Change& change = changes[i - first] = Change::nothing;
+    if (!c.in_use) continue;
+    const std::uint8_t flags = state.flags[c.a] | state.flags[c.b];
+    if (!(flags & awake)) continue;
+    if (c.touching()) {
+      change = update_contact(i, c, &manifolds[c.manifold], bodies, state, dt, begun);
+      continue;
+    }
+    const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+    const bool parted = have_parted(a, b, flags), meet = hn::AllTrue(d, overlaps_by_axis(a.box, b.box));
+    const bool boxes = a.is_box() & b.is_box(), collide = !parted & meet;
+    if (parted) change = Change::gone;
+    if (!boxes && collide) todo[i - first] = Todo::everything, any_others = true;
+    // No branch, which nobody could predict.
+    contact_of[pairs.count] = i;
+    pairs.a[pairs.count] = c.a;
+    pairs.b[pairs.count] = c.b;
+    caches.items[pairs.count] = c.axis;
+    pairs.count += boxes & collide;
+  }
+
+  if (pairs.count == 0 && !any_others) return;
+
+  Unset<Pose> b_in_a;
+  const std::uint32_t apart = separate_boxes(pairs, dt, state, b_in_a.items, caches.items);
+  for (std::uint32_t k = 0; k < pairs.count; ++k) {
+    Contact& c = contacts[contact_of[k]];
+    c.axis = caches.items[k];
+    forget_overlap(c, bodies);
+    place_of[contact_of[k] - first] = k;
+    if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
+  }
+
+  // What begins is listed in the order of contacts.
+  for (std::uint32_t i = first; i < end; ++i) {
+    if (todo[i - first] == Todo::nothing) continue;
+    Contact& c = contacts[i];
+    if (todo[i - first] == Todo::everything) {
+      changes[i - first] = update_contact(i, c, nullptr, bodies, state, dt, begun);
+      continue;
+    }
+    const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+    const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
+    const Pose& pose = b_in_a.items[place_of[i - first]];
+    const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, c.axis);
+    changes[i - first] = take_manifold(i, fresh, pose, nullptr, begun);
+  }
 }
 
 }  // namespace fathom::native

@@ -28,7 +28,6 @@ constexpr std::size_t body_grain = 512;
 constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
 constexpr std::size_t least_bodies = 64;         // worth another thread
 constexpr std::size_t free_grain = 256;          // bodies without contacts
-constexpr std::uint32_t prefetch_distance = 8;
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -134,16 +133,14 @@ void NativeSimulator::make_room_for_changes() {
 void NativeSimulator::update_manifolds() {
   const auto size = static_cast<std::uint32_t>(graph_.size());
   make_room_for_changes();
+  const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(size, contact_grain, [&](std::size_t begin, std::size_t end) {
     const std::size_t chunk = begin / contact_grain;
     clear_chunk(chunk);
-    for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
-      if (i + prefetch_distance < size) prefetch_bodies(graph_[i + prefetch_distance]);
-      Contact& c = graph_[i];
-      if (!c.in_use || !is_active(c)) continue;
-      ContactManifold* manifold = c.touching() ? &graph_.manifold(c) : nullptr;
-      note(chunk, i, update_contact(i, c, manifold, bodies, state_, def.dt, chunks_of_changes_[chunk].begun));
-    }
+    Change changes[contact_grain];
+    update_contacts({constrained.contacts, size}, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
+                    constrained.manifolds, bodies, state_, def.dt, chunks_of_changes_[chunk].begun, changes);
+    for (std::size_t i = begin; i < end; ++i) note(chunk, static_cast<std::uint32_t>(i), changes[i - begin]);
   });
 }
 
@@ -207,24 +204,6 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .slow_below = def.sleep.linear_speed,
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
-}
-
-void NativeSimulator::prefetch_bodies(const Contact& c) const {
-  if (!c.in_use) return;
-  prefetch_to_read(&state_.bounds[c.a]);
-  prefetch_to_read(&state_.bounds[c.b]);
-  prefetch_to_read(&state_.poses[c.a]);
-  prefetch_to_read(&state_.poses[c.b]);
-  if (c.touching()) {
-    // Three lines, of the four, have what `moved_little` reads.
-    const ContactManifold& m = graph_.manifold(c);
-    prefetch_to_read(&m.points[0].other);
-    prefetch_to_read(&m.points[2].other);
-    return prefetch_to_read(&m.rotation_at_build.z);
-  }
-  // What has no manifold to keep is collided, most of it.
-  prefetch_to_read(&state_.velocities[c.a]);
-  prefetch_to_read(&state_.velocities[c.b]);
 }
 
 void NativeSimulator::list_active() {

@@ -57,8 +57,6 @@ class NativeSimulator : public Simulator {
   NativeSimulator(const WorldDef& definition, std::unique_ptr<BroadPhase> broad_phase);
   void set_broad_phase(std::unique_ptr<BroadPhase> broad_phase) { broad_phase_ = std::move(broad_phase); }
 
-  static constexpr std::size_t contact_grain = 32;
-
   // The verbs of a step.
   void find_pairs();
   virtual void update_manifolds();
@@ -114,7 +112,6 @@ class NativeSimulator : public Simulator {
   int threads_worth_while();
   double waiting_in_a_heap() const;
   BroadPhaseInput broad_phase_input() const;
-  void prefetch_bodies(const Contact& c) const;
   void collect_changed();
   void list_active();
   void refresh_for_queries();

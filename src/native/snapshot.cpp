@@ -10,9 +10,8 @@ namespace fathom::native {
 
 void BodyState::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);
-  for (const std::size_t size :
-       {poses.size(), velocities.size(), bounds.size(), flags.size(), slow_time.size(),
-        first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
+  for (const std::size_t size : {poses.size(), velocities.size(), bounds.size(), flags.size(), slow_time.size(),
+                                 first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
   resize(slots);
   for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
