@@ -55,9 +55,9 @@ std::uint32_t ContactGraph::add(Pair pair) {
   } else {
     index = free_.back();
     free_.pop_back();
-    contacts_[index] = {};
   }
   Contact& c = contacts_[index];
+  c = {};
   fill(c, pair);
   link(index, 0);
   link(index, 1);

@@ -19,6 +19,7 @@
 #include "native/narrow_phase.hpp"
 #include "native/pair_set.hpp"
 #include "native/solver_kernels.hpp"
+#include "world/large_array.hpp"
 
 namespace fathom::native {
 
@@ -122,10 +123,10 @@ class ContactGraph {
 
   BodyTable& bodies_;
   BodyState& state_;
-  std::vector<Contact> contacts_;
-  std::vector<ContactLinks> links_;  // of each contact
+  LargeArray<Contact> contacts_;
+  LargeArray<ContactLinks> links_;  // of each contact
   std::vector<std::uint32_t> free_;
-  std::vector<ContactManifold> manifolds_;
+  LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;

@@ -13,6 +13,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "world/large_array.hpp"
+
 namespace fathom {
 
 static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
@@ -56,6 +58,12 @@ class ByteWriter {
       bytes(values.data(), values.size() * sizeof(T));
     else
       for (const T& value : values) put(value);
+  }
+
+  template <Plain T>
+  void put(const LargeArray<T>& values) {
+    put(static_cast<std::uint64_t>(values.size()));
+    bytes(values.data(), values.size() * sizeof(T));
   }
 
   std::vector<std::byte>& out_;
@@ -107,13 +115,24 @@ class ByteReader {
     // An element takes at least a byte, so a count beyond the rest is refused before memory is asked for.
     if (count > rest_.size()) fail("it ends too early");
     if constexpr (Plain<T>) {
-      const auto data = bytes(count * sizeof(T));
-      values.resize(static_cast<std::size_t>(count));
-      if (count > 0) std::memcpy(static_cast<void*>(values.data()), data.data(), data.size());
+      get_plain(values, count);
     } else {
       values.resize(static_cast<std::size_t>(count));
       for (T& value : values) get(value);
     }
+  }
+
+  template <Plain T>
+  void get(LargeArray<T>& values) {
+    const auto count = read<std::uint64_t>();
+    if (count > rest_.size()) fail("it ends too early");
+    get_plain(values, count);
+  }
+  template <class Array>
+  void get_plain(Array& values, std::uint64_t count) {
+    const auto data = bytes(count * sizeof(values[0]));
+    values.resize(static_cast<std::size_t>(count));
+    if (count > 0) std::memcpy(static_cast<void*>(values.data()), data.data(), data.size());
   }
 
   std::span<const std::byte> rest_;
