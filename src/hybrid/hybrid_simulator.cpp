@@ -130,9 +130,11 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
   pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
     const std::size_t chunk = (portion.begin + begin) / contact_grain;
     clear_chunk(chunk);
-    for (auto i = static_cast<std::uint32_t>(portion.begin + begin); i < portion.begin + end; ++i) {
+    const auto first = static_cast<std::uint32_t>(portion.begin + begin);
+    Change changes[contact_grain];
+    for (std::uint32_t i = first; i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
-      Change change = seen.change;
+      Change& change = changes[i - first] = seen.change;
       if (seen.collide) {
         Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
@@ -140,8 +142,8 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
         change = take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr,
                                chunks_of_changes_[chunk].begun);
       }
-      note(chunk, i, change);
     }
+    note(chunk, first, {changes, end - begin});
   });
 }
 

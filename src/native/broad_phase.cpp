@@ -2,6 +2,7 @@
 
 #include <array>
 #include <bit>
+#include <utility>
 
 #include "native/radix_sort.hpp"
 
@@ -137,13 +138,26 @@ class TreeBroadPhase : public BroadPhase {
     if (found.size() < chunks) found.resize(chunks);
     if (hits_.size() < chunks) hits_.resize(chunks);
     pool.for_each_chunk(count, grain, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::uint32_t>& hits = hits_[begin / grain];
-      std::vector<Pair>& pairs = found[begin / grain];
-      pairs.clear();
-      act(begin, end, hits, pairs);
+      Borrowed hits(hits_[begin / grain]);
+      Borrowed pairs(found[begin / grain]);
+      pairs.mine.clear();
+      act(begin, end, hits.mine, pairs.mine);
     });
     return chunks;
   }
+
+  /// A list on the stack of who works on it: its size changes all the time, and the lists of other threads' chunks lie
+  /// beside it.
+  template <class List>
+  struct Borrowed {
+    explicit Borrowed(List& list) : mine(std::move(list)), home(list) {}
+    ~Borrowed() { home = std::move(mine); }
+    Borrowed(const Borrowed&) = delete;
+    Borrowed& operator=(const Borrowed&) = delete;
+
+    List mine;
+    List& home;
+  };
 
   static bool is_fixed(const BroadPhaseInput& input, std::uint32_t slot) {
     // Flags are near; what is awake is not fixed.

@@ -140,8 +140,21 @@ void NativeSimulator::update_manifolds() {
     Change changes[contact_grain];
     update_contacts({constrained.contacts, size}, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
                     constrained.manifolds, bodies, state_, def.dt, chunks_of_changes_[chunk].begun, changes);
-    for (std::size_t i = begin; i < end; ++i) note(chunk, static_cast<std::uint32_t>(i), changes[i - begin]);
+    note(chunk, static_cast<std::uint32_t>(begin), {changes, end - begin});
   });
+}
+
+void NativeSimulator::note(std::size_t chunk, std::uint32_t first, std::span<const Change> changes) {
+  ChunkCounts counts;  // written once: those of other threads' chunks lie beside them
+  for (std::uint32_t i = 0; i < changes.size(); ++i) {
+    counts.recycled += changes[i] == Change::recycled;
+    counts.begun += changes[i] == Change::began;
+    if (changes[i] != Change::ended && changes[i] != Change::gone) continue;
+    ++counts.parted;
+    const Contact& c = graph_[first + i];
+    chunks_of_changes_[chunk].parted.push_back({first + i, c.a, c.b, changes[i] == Change::gone});
+  }
+  chunk_counts_[chunk] = counts;
 }
 
 void NativeSimulator::build_constraints() {

@@ -73,19 +73,11 @@ class NativeSimulator : public Simulator {
     std::uint16_t recycled = 0, begun = 0, parted = 0;
   };
   void clear_chunk(std::size_t chunk) {
-    chunk_counts_[chunk] = {};
     chunks_of_changes_[chunk].begun.clear();
     chunks_of_changes_[chunk].parted.clear();
   }
-  /// What `contact` of the chunk has met; a first manifold is in `begun` already.
-  void note(std::size_t chunk, std::uint32_t contact, Change change) {
-    ChunkCounts& counts = chunk_counts_[chunk];
-    if (change == Change::recycled) ++counts.recycled;
-    if (change == Change::began) ++counts.begun;
-    if (change != Change::ended && change != Change::gone) return;
-    ++counts.parted;
-    chunks_of_changes_[chunk].parted.push_back({contact, graph_[contact].a, graph_[contact].b, change == Change::gone});
-  }
+  /// What the contacts of the chunk from `first` on have met; first manifolds are in `begun` already.
+  void note(std::size_t chunk, std::uint32_t first, std::span<const Change> changes);
 
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
 

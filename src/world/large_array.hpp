@@ -1,5 +1,5 @@
-// Arrays that grow while they are in use and may become large: they lie in pages of their own, which growing moves in the
-// address space instead of copying them. A vector that grows step by step to 4 MB fetches five times that from the
+// Arrays that grow while they are in use and may become large: they lie in pages of their own, which growing moves in
+// the address space instead of copying them. A vector that grows step by step to 4 MB fetches five times that from the
 // system, page fault by page fault, and it is the one thread that grows it who waits.
 #pragma once
 
