@@ -75,18 +75,18 @@ void ContactGraph::fill(Contact& c, Pair pair) const {
 }
 
 // A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
-// Neighbours in number are mostly neighbours in space, so that most contacts have one owner.
-template <class Alone, class Act>
-void ContactGraph::for_each_owner(ThreadPool& pool, const Alone& alone, const Act& act) const {
-  const auto owners = static_cast<std::size_t>(pool.thread_count());
+// Neighbours in number are mostly neighbours in space, so that most contacts have one owner. Lists and the set of pairs
+// are different work: two threads take one each, and neither reads what the other writes.
+template <class Alone, class OfBodies, class OfTables>
+void ContactGraph::for_each_owner(ThreadPool& pool, const Alone& alone, const OfBodies& of_bodies,
+                                  const OfTables& of_tables) const {
+  const auto owners = static_cast<std::size_t>((pool.thread_count() + 1) / 2);
   const std::size_t lines = (state_.size() + slots_of_a_line - 1) / slots_of_a_line;
-  pool.for_each_chunk_beside(alone, owners, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t owner = begin; owner < end; ++owner) {
-      const std::size_t first = owner * lines / owners * slots_of_a_line;
-      const std::size_t last = (owner + 1) * lines / owners * slots_of_a_line;
-      act([=](std::uint32_t slot) { return slot - first < last - first; },
-          [=](std::size_t table) { return table % owners == owner; });
-    }
+  pool.for_each_chunk_beside(alone, 2 * owners, 1, [&](std::size_t chunk, std::size_t) {
+    if (chunk >= owners) return of_tables([=](std::size_t table) { return table % owners == chunk - owners; });
+    const std::size_t first = chunk * lines / owners * slots_of_a_line;
+    const std::size_t last = (chunk + 1) * lines / owners * slots_of_a_line;
+    of_bodies([=](std::uint32_t slot) { return slot - first < last - first; });
   });
 }
 
@@ -111,28 +111,28 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
       fill(contacts_[new_contacts_[i]], pairs[i]);
     }
   });
+  const auto link_all = [&](const auto& owns) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (i + far_ahead < pairs.size()) prefetch(new_contacts_[i + far_ahead]);
+      if (i + ahead < pairs.size())
+        for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+          if (owns(slot) && state_.first_contact[slot] != none)
+            prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
+      if (!owns(pairs[i].a) && !owns(pairs[i].b)) continue;
+      const std::uint32_t index = new_contacts_[i];
+      const Contact& c = contacts_[index];
+      if (owns(c.a)) link(index, 0);
+      if (owns(c.b)) link(index, 1);
+    }
+  };
+  const auto insert_all = [&](const auto& owns_table) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (i + ahead < pairs.size()) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
+      if (owns_table(PairSet::table(pairs[i].a, pairs[i].b))) pairs_.insert(pairs[i].a, pairs[i].b);
+    }
+  };
   for_each_owner(
-      pool, [] {},
-      [&](const auto& owns, const auto& owns_table) {
-        for (std::size_t i = 0; i < pairs.size(); ++i) {
-          if (i + far_ahead < pairs.size()) {
-            const Pair next = pairs[i + far_ahead];
-            if (owns_table(PairSet::table(next.a, next.b))) pairs_.prefetch(next.a, next.b);
-            if (owns(next.a) || owns(next.b)) prefetch(new_contacts_[i + far_ahead]);
-          }
-          if (i + ahead < pairs.size())
-            for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-              if (owns(slot) && state_.first_contact[slot] != none)
-                prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
-          const Pair pair = pairs[i];
-          if (owns_table(PairSet::table(pair.a, pair.b))) pairs_.insert(pair.a, pair.b);
-          if (!owns(pair.a) && !owns(pair.b)) continue;
-          const std::uint32_t index = new_contacts_[i];
-          const Contact& c = contacts_[index];
-          if (owns(c.a)) link(index, 0);
-          if (owns(c.b)) link(index, 1);
-        }
-      });
+      pool, [] {}, link_all, insert_all);
   if (added) added->insert(added->end(), new_contacts_.begin(), new_contacts_.end());
 }
 
@@ -141,15 +141,18 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
   if (pool.thread_count() == 1 || parted.size() < least_to_share) {
     end_touch();
     for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + ahead < parted.size()) prefetch_neighbours(parted[i + ahead].contact);
+      if (i + ahead < parted.size()) {
+        pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
+        prefetch_neighbours(parted[i + ahead].contact);
+      }
       if (parted[i].gone) remove(parted[i].contact);
     }
     return;
   }
-  for_each_owner(pool, end_touch, [&](const auto& owns, const auto& owns_table) {
-    const auto is_mine = [&](const PartedContact& p) { return p.gone && (owns(p.a) || owns(p.b)); };
+  const auto unlink_all = [&](const auto& owns) {
     for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + far_ahead < parted.size() && is_mine(parted[i + far_ahead])) prefetch(parted[i + far_ahead].contact);
+      if (i + far_ahead < parted.size()) prefetch(parted[i + far_ahead].contact);
+      if (i + ahead < parted.size()) prefetch_neighbours(parted[i + ahead].contact);
       const PartedContact& p = parted[i];
       if (!p.gone) continue;
       if (owns(p.a)) unlink(p.contact, 0);
@@ -157,9 +160,16 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
         unlink(p.contact, 1);
         contacts_[p.contact].in_use = false;
       }
-      if (owns_table(PairSet::table(p.a, p.b))) pairs_.erase(p.a, p.b);
     }
-  });
+  };
+  const auto erase_all = [&](const auto& owns_table) {
+    for (std::size_t i = 0; i < parted.size(); ++i) {
+      if (i + ahead < parted.size()) pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
+      const PartedContact& p = parted[i];
+      if (p.gone && owns_table(PairSet::table(p.a, p.b))) pairs_.erase(p.a, p.b);
+    }
+  };
+  for_each_owner(pool, end_touch, unlink_all, erase_all);
   for (const PartedContact& p : parted)
     if (p.gone) free_.push_back(p.contact);
 }
@@ -317,7 +327,6 @@ void ContactGraph::prefetch(std::uint32_t index) const {
 }
 
 void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
-  pairs_.prefetch(contacts_[index].a, contacts_[index].b);
   const ContactLinks& links = links_[index];
   for (int side = 0; side < 2; ++side)
     for (const std::uint32_t link : {links.next[side], links.previous[side]})

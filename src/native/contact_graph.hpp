@@ -108,10 +108,11 @@ class ContactGraph {
  private:
   std::uint32_t add(Pair pair);
   void fill(Contact& c, Pair pair) const;
-  /// Calls act(owns, owns_table) with owns(slot) for every part of all slots' lists of contacts, each by one thread,
-  /// and with owns_table(table) for every part of the set of pairs; the caller begins with alone().
-  template <class Alone, class Act>
-  void for_each_owner(ThreadPool& pool, const Alone& alone, const Act& act) const;
+  /// Calls of_bodies(owns) for every part of all bodies' lists of contacts, owns(slot) telling which these are, and
+  /// of_tables(owns) for every part of the set of pairs, owns(table), each by one thread. The caller begins with
+  /// alone().
+  template <class Alone, class OfBodies, class OfTables>
+  void for_each_owner(ThreadPool& pool, const Alone& alone, const OfBodies& of_bodies, const OfTables& of_tables) const;
   std::vector<std::uint32_t>& list_of(const Contact& c);
   void enlist(std::uint32_t index);
   /// That the contact is solved from now on, or no more.
