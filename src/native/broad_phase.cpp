@@ -45,7 +45,7 @@ class TreeBroadPhase : public BroadPhase {
       return;
     }
     if (moving_changed) {
-      moving_.refit(bounds, pool, input.state.flags.data());
+      moving_.refit(bounds, pool);
       if (moving_.is_loose()) moving_.build(moving_slots_, bounds, pool);
     }
     if (fixed_changed) fixed_.build(fixed_slots_, bounds, pool);

@@ -8,7 +8,6 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
-#include "native/body_state.hpp"
 #include "native/prefetch.hpp"
 #include "native/radix_sort.hpp"
 
@@ -148,13 +147,12 @@ constexpr std::size_t nodes_ahead = 2;
 }  // namespace
 
 // Subtrees of two levels by all threads, each with its box in the node above, and then what little there is above.
-void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool, const std::uint8_t* flags) {
+void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
   if (leaves_.empty()) return;
   const std::size_t subtrees = (levels_[0].count + width - 1) / width;
-  areas_.resize(subtrees);
-  parent_areas_.resize(levels_[0].count);
+  areas_.assign(subtrees, 0.0);
   pool.for_each_part(subtrees, least_subtrees, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) refit_subtree(bounds, flags, i);
+    for (std::size_t i = begin; i < end; ++i) refit_subtree(bounds, i);
   });
   area_ = 0;
   for (const double area : areas_) area_ += area;
@@ -164,12 +162,8 @@ void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool, const std::uint8_t* 
 }
 
 // `root` is a node of level 1, if there is one.
-void Bvh::refit_subtree(const BodyBounds* bounds, const std::uint8_t* flags, std::size_t root) {
-  const std::size_t first = root * width, end = std::min((root + 1) * width, levels_[0].count);
-  if (!refit_parents(bounds, flags, first, end)) return;
-  double area = 0;
-  for (std::size_t parent = first; parent < end; ++parent) area += static_cast<double>(parent_areas_[parent]);
-  areas_[root] = area;
+void Bvh::refit_subtree(const BodyBounds* bounds, std::size_t root) {
+  areas_[root] = refit_parents(bounds, root * width, std::min((root + 1) * width, levels_[0].count));
   if (levels_.size() == 1) return;
   refit_level(1, root, root + 1);
   if (levels_.size() == 2) return;
@@ -180,53 +174,35 @@ void Bvh::refit_subtree(const BodyBounds* bounds, const std::uint8_t* flags, std
     for (std::size_t c = root % width + 1; c < width; ++c) set_child(above, c, empty_box);
 }
 
-bool Bvh::any_changed(const std::uint8_t* flags, std::size_t parent) const {
-  std::uint8_t all = 0;
-  for (std::size_t leaf = parent * width; leaf < std::min((parent + 1) * width, leaves_.size()); ++leaf)
-    all |= flags[leaves_[leaf]];
-  return all & box_changed;
-}
-
-// Nodes whose children are leaves; true where any has changed. Other threads wrote half of the items' boxes, so those
-// of families without changes are better not looked at.
-bool Bvh::refit_parents(const BodyBounds* bounds, const std::uint8_t* flags, std::size_t begin, std::size_t end) {
-  std::size_t changed[width], count = 0;
-  for (std::size_t parent = begin; parent < end; ++parent) {
-    changed[count] = parent;
-    count += !flags || any_changed(flags, parent);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i + nodes_ahead < count)
-      for (std::size_t leaf = changed[i + nodes_ahead] * width;
-           leaf < std::min((changed[i + nodes_ahead] + 1) * width, leaves_.size()); ++leaf)
-        prefetch_to_read(&bounds[leaves_[leaf]]);
-    refit_parent(bounds, changed[i]);
-  }
-  return count > 0;
-}
-
-// Its area tells how loose the tree has become.
-void Bvh::refit_parent(const BodyBounds* bounds, std::size_t n) {
+// Nodes whose children are leaves. Their area tells how loose the tree has become.
+double Bvh::refit_parents(const BodyBounds* bounds, std::size_t begin, std::size_t end) {
+  double area = 0;
   static_assert(sizeof(BodyBounds) == 16 * sizeof(float) && sizeof(Aabb) == 6 * sizeof(float));
   const Lanes d;
   const hn::RebindToSigned<Lanes> indices;
   Node node;
-  if ((n + 1) * width <= leaves_.size()) {
-    const float* const base = &bounds->fat_box.lower.x;
-    for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {
-      const auto leaf = hn::LoadU(indices, reinterpret_cast<const std::int32_t*>(&leaves_[n * width + c]));
-      const auto at = hn::ShiftLeft<4>(leaf);
-      for (int axis = 0; axis < 3; ++axis) {
-        hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis))), d, node.lower[axis] + c);
-        hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis + 3))), d, node.upper[axis] + c);
+  for (std::size_t n = begin; n < end; ++n) {
+    for (std::size_t leaf = (n + nodes_ahead) * width; leaf < std::min((n + nodes_ahead + 1) * width, leaves_.size());
+         ++leaf)
+      prefetch_to_read(&bounds[leaves_[leaf]].fat_box);
+    if ((n + 1) * width <= leaves_.size()) {
+      const float* const base = &bounds->fat_box.lower.x;
+      for (std::size_t c = 0; c < width; c += hn::Lanes(d)) {
+        const auto leaf = hn::LoadU(indices, reinterpret_cast<const std::int32_t*>(&leaves_[n * width + c]));
+        const auto at = hn::ShiftLeft<4>(leaf);
+        for (int axis = 0; axis < 3; ++axis) {
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis))), d, node.lower[axis] + c);
+          hn::Store(hn::GatherIndex(d, base, hn::Add(at, hn::Set(indices, axis + 3))), d, node.upper[axis] + c);
+        }
       }
+    } else {
+      for (std::size_t c = 0; c < width; ++c)
+        set_child(node, c, n * width + c < leaves_.size() ? bounds[leaves_[n * width + c]].fat_box : empty_box);
     }
-  } else {
-    for (std::size_t c = 0; c < width; ++c)
-      set_child(node, c, n * width + c < leaves_.size() ? bounds[leaves_[n * width + c]].fat_box : empty_box);
+    replace(nodes_[n], node);
+    area += static_cast<double>(surface_area(box_of(node)));
   }
-  replace(nodes_[n], node);
-  parent_areas_[n] = surface_area(box_of(node));
+  return area;
 }
 
 void Bvh::refit_level(std::size_t level, std::size_t begin, std::size_t end) {
@@ -409,8 +385,7 @@ void Bvh::overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32
 
 std::size_t Bvh::memory_bytes() const {
   return leaves_.capacity() * sizeof(std::uint32_t) + nodes_.capacity() * sizeof(Node) +
-         (keys_.capacity() + sorted_.capacity()) * sizeof(Key) + parent_areas_.capacity() * sizeof(float) +
-         areas_.capacity() * sizeof(double);
+         (keys_.capacity() + sorted_.capacity()) * sizeof(Key);
 }
 
 }  // namespace fathom::native

@@ -26,9 +26,8 @@ class Bvh {
  public:
   /// Sorts `items` (indices into `bounds`) and builds the tree over their fat boxes.
   void build(std::span<const std::uint32_t> items, const BodyBounds* bounds, ThreadPool& pool);
-  /// Recomputes the tree's boxes in place: all of them, or, where `flags` of the items are given, those that an item
-  /// with the flag `box_changed` is in.
-  void refit(const BodyBounds* bounds, ThreadPool& pool, const std::uint8_t* flags = nullptr);
+  /// Recomputes all boxes of the tree in place.
+  void refit(const BodyBounds* bounds, ThreadPool& pool);
   /// True where moved items have made the nodes so loose that sorting again pays.
   bool is_loose() const { return area_ > 1.5 * area_when_built_; }
 
@@ -94,18 +93,15 @@ class Bvh {
   static void replace(Node& node, const Node& by);
   static void set_child(Node& node, std::size_t child, const Aabb& box);
   static Aabb box_of(const Node& node);
-  bool any_changed(const std::uint8_t* flags, std::size_t parent) const;
-  void refit_parent(const BodyBounds* bounds, std::size_t parent);
-  bool refit_parents(const BodyBounds* bounds, const std::uint8_t* flags, std::size_t begin, std::size_t end);
+  double refit_parents(const BodyBounds* bounds, std::size_t begin, std::size_t end);
   void refit_level(std::size_t level, std::size_t begin, std::size_t end);
-  void refit_subtree(const BodyBounds* bounds, const std::uint8_t* flags, std::size_t root);
+  void refit_subtree(const BodyBounds* bounds, std::size_t root);
 
   std::vector<std::uint32_t> leaves_;  // items in tree order
   std::vector<Node> nodes_;            // level by level, leaves' parents first
   std::vector<Level> levels_;
   std::vector<Key> keys_, sorted_;
-  std::vector<float> parent_areas_;  // of the boxes of leaves' parents
-  std::vector<double> areas_;        // per subtree of two levels
+  std::vector<double> areas_;  // per subtree of two levels
   std::uint64_t times_built_ = 0;
   double area_ = 0;
   double area_when_built_ = 0;
