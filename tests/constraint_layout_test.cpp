@@ -158,7 +158,8 @@ TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
   }
   std::vector<std::uint32_t> all;
   for (std::uint32_t slot = 1; slot <= 3200; ++slot) all.push_back(slot);
-  c.graph.divide(all);
+  ThreadPool dividing(2);
+  c.graph.divide(all, dividing);
   const Domains& domains = c.graph.domains();
   ASSERT_TRUE(domains.in_use());
   ThreadPool pool(3);
@@ -185,7 +186,7 @@ TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
     }
   }
   EXPECT_LT(c.graph.size_of_unit(domains.rest()), c.graph.between() / 50);
-  c.graph.divide({});
+  c.graph.divide({}, dividing);
   EXPECT_FALSE(domains.in_use());
   check(c.lay_out(pool, 8), c, 8);
 }

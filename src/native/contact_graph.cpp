@@ -266,12 +266,12 @@ std::vector<Domains::Link> ContactGraph::links_between() const {
   return links;
 }
 
-void ContactGraph::divide(std::span<const std::uint32_t> slots) {
+void ContactGraph::divide(std::span<const std::uint32_t> slots, ThreadPool& pool) {
   ++colouring_;
   if (slots.empty())
     domains_.clear();
   else
-    domains_.divide(slots, links_between(), state_);
+    domains_.divide(slots, links_between(), state_, pool);
   colours_.resize(domains_.units() * (overflow_colour + 1));
   for (std::vector<std::uint32_t>& list : colours_) list.clear();
   unit_sizes_.assign(domains_.units(), 0);

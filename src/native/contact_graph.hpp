@@ -80,7 +80,7 @@ class ContactGraph {
 
   const Domains& domains() const { return domains_; }
   /// Divides the bodies `slots` anew and lists all contacts by their domains; no bodies, no domains.
-  void divide(std::span<const std::uint32_t> slots);
+  void divide(std::span<const std::uint32_t> slots, ThreadPool& pool);
   void resize(std::size_t slots) { domains_.resize(slots); }
 
   /// Changes whenever any colour's list does.

@@ -7,6 +7,7 @@
 
 #include "native/body_state.hpp"
 #include "native/radix_sort.hpp"
+#include "threads/thread_pool.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -60,6 +61,15 @@ std::size_t part(float at, float shift, std::size_t count) {
   return index >= count ? index - count : index;
 }
 
+/// Both, by two threads if there are two.
+template <class First, class Second>
+void do_both(ThreadPool& pool, const First& first, const Second& second) {
+  pool.for_each_part(2, 1, [&](std::size_t begin, std::size_t end) {
+    if (begin == 0) first();
+    if (end == 2) second();
+  });
+}
+
 }  // namespace
 
 // As square as whole numbers of parts allow.
@@ -82,7 +92,8 @@ void Domains::set_counts(const std::array<std::uint32_t, divisions>& counts) {
 
 void Domains::clear() { set_counts({}); }
 
-void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state) {
+void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state,
+                     ThreadPool& pool) {
   // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
   std::size_t count = 16;
   while (count < 128 && links.size() > 1600 * count) count *= 2;
@@ -94,18 +105,19 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
   if (third == 1) second = 2;
   if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
 
-  const auto sorted_by = [&](int major, int minor) {
-    order_.clear();
-    make_room(order_, slots.size());
+  const auto sort_by = [&](int major, int minor, std::vector<Place>& order) {
+    order.reserve(slots.size());
     const auto key = [&](std::uint32_t slot, int axis) {
       return quantised(static_cast<double>(state.poses[slot].position[axis]), spread.mean[axis],
                        spread.deviation[axis]);
     };
-    for (const std::uint32_t slot : slots) order_.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
-    radix_sort(order_, sorted_, 2 * key_bits, [](const Place& place) { return place.key; });
-    return order_;
+    for (const std::uint32_t slot : slots) order.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
+    std::vector<Place> sorted;
+    radix_sort(order, sorted, 2 * key_bits, [](const Place& place) { return place.key; });
   };
-  const Orders orders{sorted_by(first, second), sorted_by(second, first)};
+  Orders orders;
+  do_both(
+      pool, [&] { sort_by(first, second, orders.by_first); }, [&] { sort_by(second, first, orders.by_second); });
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
   // Borders of the second division are midway between those of the first, those of the third midway again; both have
@@ -119,8 +131,8 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
   divide(0, fine, fine, 0, orders);
   balance_first(links, orders, state);
   divide(0, fine, fine, 0, orders);
-  divide(1, middle, fine, 0.5f, orders);
-  divide(2, coarse, fine, 0.25f, orders);
+  do_both(
+      pool, [&] { divide(1, middle, fine, 0.5f, orders); }, [&] { divide(2, coarse, fine, 0.25f, orders); });
 }
 
 // Borders lie `offset` cells of the finest grid before that grid's.

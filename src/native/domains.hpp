@@ -19,7 +19,11 @@
 #include "native/contact.hpp"
 #include "world/archive.hpp"
 
-namespace fathom::native {
+namespace fathom {
+
+class ThreadPool;
+
+namespace native {
 
 struct BodyState;
 
@@ -51,15 +55,13 @@ class Domains {
     std::uint32_t a, b;
   };
   /// Divides the bodies `slots` anew, whose contacts with each other are `links`, given the colours of all contacts.
-  void divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state);
+  void divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state,
+              ThreadPool& pool);
   void clear();
   /// New bodies belong to the first domains.
   void resize(std::size_t slots) { ids_.resize(slots, Ids{}); }
 
-  std::size_t memory_bytes() const {
-    return ids_.capacity() * sizeof(Ids) + (order_.capacity() + sorted_.capacity()) * sizeof(Place) +
-           weights_.capacity() * sizeof(float);
-  }
+  std::size_t memory_bytes() const { return ids_.capacity() * sizeof(Ids) + weights_.capacity() * sizeof(float); }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
@@ -90,8 +92,8 @@ class Domains {
   std::vector<Ids> ids_;  // by slot
   std::array<std::uint32_t, divisions> counts_{};
   std::array<std::size_t, divisions + 1> first_units_{};
-  std::vector<Place> order_, sorted_;
   std::vector<float> weights_;  // by slot, in the division being made
 };
 
-}  // namespace fathom::native
+}  // namespace native
+}  // namespace fathom

@@ -240,7 +240,7 @@ void NativeSimulator::divide_if_worth_while() {
     return;
   }
   if (2 * contacts < least_to_divide || 2 * contacts < in_contact_.size()) {
-    graph_.divide({});
+    graph_.divide({}, pool_);
     return;
   }
   const Cost now = cost_of_domains(), then = cost_when_divided_;
@@ -250,7 +250,7 @@ void NativeSimulator::divide_if_worth_while() {
 }
 
 void NativeSimulator::divide() {
-  graph_.divide(active_);
+  graph_.divide(active_, pool_);
   cost_when_divided_ = cost_of_domains();
 }
 
