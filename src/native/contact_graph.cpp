@@ -127,8 +127,10 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
   };
   const auto insert_all = [&](const auto& owns_table) {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (i + ahead < pairs.size()) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
-      if (owns_table(PairSet::table(pairs[i].a, pairs[i].b))) pairs_.insert(pairs[i].a, pairs[i].b);
+      const auto is_mine = [&](Pair p) { return owns_table(PairSet::table(p.a, p.b)); };
+      if (i + ahead < pairs.size() && is_mine(pairs[i + ahead]))
+        pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
+      if (is_mine(pairs[i])) pairs_.insert(pairs[i].a, pairs[i].b);
     }
   };
   for_each_owner(
@@ -143,7 +145,8 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
     for (std::size_t i = 0; i < parted.size(); ++i) {
       if (i + ahead < parted.size()) {
         pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
-        prefetch_neighbours(parted[i + ahead].contact);
+        prefetch_neighbours(parted[i + ahead].contact, 0);
+        prefetch_neighbours(parted[i + ahead].contact, 1);
       }
       if (parted[i].gone) remove(parted[i].contact);
     }
@@ -152,7 +155,11 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
   const auto unlink_all = [&](const auto& owns) {
     for (std::size_t i = 0; i < parted.size(); ++i) {
       if (i + far_ahead < parted.size()) prefetch(parted[i + far_ahead].contact);
-      if (i + ahead < parted.size()) prefetch_neighbours(parted[i + ahead].contact);
+      if (i + ahead < parted.size()) {
+        const PartedContact& next = parted[i + ahead];
+        if (owns(next.a)) prefetch_neighbours(next.contact, 0);
+        if (owns(next.b)) prefetch_neighbours(next.contact, 1);
+      }
       const PartedContact& p = parted[i];
       if (!p.gone) continue;
       if (owns(p.a)) unlink(p.contact, 0);
@@ -164,9 +171,10 @@ void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& poo
   };
   const auto erase_all = [&](const auto& owns_table) {
     for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + ahead < parted.size()) pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
-      const PartedContact& p = parted[i];
-      if (p.gone && owns_table(PairSet::table(p.a, p.b))) pairs_.erase(p.a, p.b);
+      const auto is_mine = [&](const PartedContact& p) { return owns_table(PairSet::table(p.a, p.b)); };
+      if (i + ahead < parted.size() && is_mine(parted[i + ahead]))
+        pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
+      if (parted[i].gone && is_mine(parted[i])) pairs_.erase(parted[i].a, parted[i].b);
     }
   };
   for_each_owner(pool, end_touch, unlink_all, erase_all);
@@ -326,11 +334,10 @@ void ContactGraph::prefetch(std::uint32_t index) const {
   __builtin_prefetch(&links_[index]);
 }
 
-void ContactGraph::prefetch_neighbours(std::uint32_t index) const {
+void ContactGraph::prefetch_neighbours(std::uint32_t index, std::uint32_t side) const {
   const ContactLinks& links = links_[index];
-  for (int side = 0; side < 2; ++side)
-    for (const std::uint32_t link : {links.next[side], links.previous[side]})
-      if (link != none) __builtin_prefetch(&links_[link >> 1]);
+  for (const std::uint32_t link : {links.next[side], links.previous[side]})
+    if (link != none) __builtin_prefetch(&links_[link >> 1]);
 }
 
 void ContactGraph::prefetch_bodies(std::uint32_t index) const {

@@ -58,7 +58,7 @@ class ContactGraph {
   /// The memory that ending this contact will need, to be fetched some contacts ahead: first the contact, then what
   /// hangs on it.
   void prefetch(std::uint32_t index) const;
-  void prefetch_neighbours(std::uint32_t index) const;
+  void prefetch_neighbours(std::uint32_t index, std::uint32_t side) const;
   /// What colouring it will need, once the contact is there.
   void prefetch_bodies(std::uint32_t index) const;
 

@@ -1,5 +1,7 @@
 #include "native/narrow_phase.hpp"
 
+#include <bit>
+
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
@@ -52,6 +54,11 @@ void prefetch_for(const Contact& c, const ContactManifold* manifolds, const Body
   }
 }
 
+/// Written only where it changes: contacts are read by the threads that solve them, too, and stay in their caches.
+void put(AxisCache& to, const AxisCache& axis) {
+  if (std::bit_cast<std::uint32_t>(to) != std::bit_cast<std::uint32_t>(axis)) to = axis;
+}
+
 constexpr std::uint32_t prefetch_distance = 8;
 
 /// Room for something of each of a chunk's contacts.
@@ -99,9 +106,11 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
   const Inspection seen = inspect_contact(c, manifold, bodies, state, dt);
   if (!seen.collide) return seen.change;
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+  AxisCache axis = c.axis;
   const Manifold fresh = a.is_box() && b.is_box()
-                             ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, c.axis)
-                             : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, c.axis);
+                             ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, axis)
+                             : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, axis);
+  put(c.axis, axis);
   return take_manifold(index, fresh, seen.b_in_a, manifold, begun);
 }
 
@@ -144,7 +153,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   const std::uint32_t apart = separate_boxes(pairs, dt, state, b_in_a.items, caches.items);
   for (std::uint32_t k = 0; k < pairs.count; ++k) {
     Contact& c = contacts[contact_of[k]];
-    c.axis = caches.items[k];
+    put(c.axis, caches.items[k]);
     forget_overlap(c, bodies);
     place_of[contact_of[k] - first] = k;
     if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
@@ -161,7 +170,9 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
     const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
     const Pose& pose = b_in_a.items[place_of[i - first]];
-    const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, c.axis);
+    AxisCache axis = c.axis;
+    const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, axis);
+    put(c.axis, axis);
     changes[i - first] = take_manifold(i, fresh, pose, nullptr, begun);
   }
 }
