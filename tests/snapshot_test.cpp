@@ -107,7 +107,8 @@ TEST(Snapshot, NeedsMoreRoomAtOnce) {
   EXPECT_EQ(restored.contacts_begun().size(), whole.contacts_begun().size());
 }
 
-// All shapes, bodies that came and went, kinematic and quarantined bodies, pending forces and events.
+// All shapes, damping, gravity and filters of their own, bodies that came and went, kinematic and quarantined bodies,
+// pending forces and events.
 World busy_world(int threads, SimulatorKind simulator = SimulatorKind::native) {
   WorldDef def;
   def.simulator = simulator;
@@ -123,6 +124,10 @@ World busy_world(int threads, SimulatorKind simulator = SimulatorKind::native) {
                                            1.5f + static_cast<float>(i / 16)});
     body.material.restitution = i % 7 == 0 ? 0.6f : 0.0f;
     body.user_data = static_cast<std::uint64_t>(i);
+    body.linear_damping = i % 5 == 0 ? 0.4f : 0.0f;
+    body.angular_damping = i % 6 == 0 ? 0.7f : 0.0f;
+    body.gravity_scale = i % 11 == 0 ? 0.6f : 1.0f;
+    if (i % 13 == 0) body.filter = {2, ~2u};
     ids.push_back(world.add(body));
   }
   BodyDef lift = cube({6, 0, 1});

@@ -25,13 +25,17 @@ inline Aabb fat_box(const BodyInfo& info, const Aabb& box, Vec3 velocity, float 
   return fathom::fat_box(info.radius, box, velocity, dt);
 }
 
+inline void copy_shape(const BodyInfo& info, BodyBounds& to) {
+  to.half_extents = info.geometry.type == ShapeType::box ? info.geometry.half_extents : Vec3{};
+  to.radius = info.radius;
+}
+
 /// Of a body that begins to move like this.
 inline BodyBounds bounds_of(const BodyInfo& info, const Pose& pose, const Velocity& velocity, float dt) {
   BodyBounds b;
   b.box = motion_box(info, pose, velocity, dt);
   b.fat_box = fat_box(info, b.box, velocity.linear, dt);
-  if (info.geometry.type == ShapeType::box) b.half_extents = info.geometry.half_extents;
-  b.radius = info.radius;
+  copy_shape(info, b);
   return b;
 }
 

@@ -16,6 +16,7 @@ enum BodyFlag : std::uint8_t {
   has_force = 4,    ///< `forces` holds something for the next step
   isolated = 8,     ///< stopped because its state was not finite
   kinematic = 16,
+  filtered = 32,  ///< there are bodies that its filter does not let it collide with
 };
 
 struct Force {
@@ -63,7 +64,15 @@ struct BodyState {
 
   void resize(std::size_t slots);
   void reserve(std::size_t slots);
+  /// Told by flags where they can; BodyInfo is far away.
+  bool is_dynamic(const BodyTable& bodies, std::uint32_t slot) const {
+    return flags[slot] & awake ? !(flags[slot] & kinematic) : bodies[slot].motion == MotionType::dynamic;
+  }
   bool is_to_solve(std::uint32_t slot) const { return to_solve[slot / 64] >> slot % 64 & 1; }
+  void note_filter(std::uint32_t slot, const Filter& filter) {
+    const bool is = filter.category == 0 || filter.mask != ~decltype(filter.mask){0};
+    flags[slot] = static_cast<std::uint8_t>(is ? flags[slot] | filtered : flags[slot] & ~filtered);
+  }
   /// Brings the bit of `to_solve` up to date.
   void note_to_solve(std::uint32_t slot) {
     const std::uint64_t bit = std::uint64_t{1} << slot % 64;

@@ -11,8 +11,9 @@ namespace fathom::native {
 bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
   // Most pairs that overlap are known, and then the bodies need not be looked at.
   if (known.contains(a, b)) return false;
+  if (!state.is_dynamic(bodies, a) && !state.is_dynamic(bodies, b)) return false;
+  if (!((state.flags[a] | state.flags[b]) & filtered)) return true;
   const BodyInfo &x = bodies[a], &y = bodies[b];
-  if (x.motion != MotionType::dynamic && y.motion != MotionType::dynamic) return false;
   return (x.filter.category & y.filter.mask) != 0 && (y.filter.category & x.filter.mask) != 0;
 }
 

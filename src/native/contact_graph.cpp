@@ -33,7 +33,7 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* 
       const Pair pair = pairs[i + far_ahead];
       pairs_.prefetch(pair.a, pair.b);
       for (const std::uint32_t slot : {pair.a, pair.b}) {
-        __builtin_prefetch(&bodies_[slot]);
+        __builtin_prefetch(&state_.bounds[slot]);
         __builtin_prefetch(&state_.first_contact[slot]);
       }
     }
@@ -68,10 +68,13 @@ std::uint32_t ContactGraph::add(Pair pair) {
 void ContactGraph::fill(Contact& c, Pair pair) const {
   c.a = std::min(pair.a, pair.b);
   c.b = std::max(pair.a, pair.b);
-  if (bodies_[c.b].motion != MotionType::dynamic) std::swap(c.a, c.b);
-  c.fixed_a = bodies_[c.a].motion != MotionType::dynamic;
+  if (!state_.is_dynamic(bodies_, c.b)) std::swap(c.a, c.b);
+  c.fixed_a = !state_.is_dynamic(bodies_, c.a);
   c.in_use = true;
-  c.recycle_distance = recycle_distance(bodies_[c.a], bodies_[c.b]);
+  const BodyBounds &a = state_.bounds[c.a], &b = state_.bounds[c.b];
+  c.recycle_distance = a.is_box() && b.is_box()
+                           ? fathom::recycle_distance(ShapeType::box, a.radius, ShapeType::box, b.radius)
+                           : recycle_distance(bodies_[c.a], bodies_[c.b]);
 }
 
 // A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
@@ -105,7 +108,7 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
       if (i + far_ahead < end) {
         prefetch_to_write(&contacts_[new_contacts_[i + far_ahead]]);
         for (const std::uint32_t slot : {pairs[i + far_ahead].a, pairs[i + far_ahead].b})
-          prefetch_to_read(&bodies_[slot]);
+          prefetch_to_read(&state_.bounds[slot]);
       }
       contacts_[new_contacts_[i]] = {};
       fill(contacts_[new_contacts_[i]], pairs[i]);

@@ -423,6 +423,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   state_.flight[slot] = flight_data(info);
   state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
+  state_.note_filter(slot, info.filter);
   state_.note_to_solve(slot);
   set_changed_ = true;
   active_is_current_ = false;
@@ -471,6 +472,7 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {
   queries_are_current_ = false;
+  state_.note_filter(slot, bodies[slot].filter);
   wake(slot);
   graph_.for_each_of(slot,
                      [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });

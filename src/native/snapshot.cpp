@@ -100,6 +100,11 @@ void NativeSimulator::save(ByteWriter& write) const {
 
 void NativeSimulator::restore(ByteReader& in) {
   state_.restore(in, bodies.slot_count());
+  for (const BodyId id : bodies.living()) {
+    copy_shape(bodies[id.index], state_.bounds[id.index]);
+    state_.flight[id.index] = flight_data(bodies[id.index]);
+    state_.note_filter(id.index, bodies[id.index].filter);
+  }
   graph_.restore(in);
   in(cost_when_divided_);
   islands_.restore(in);
