@@ -1,6 +1,7 @@
 #include "native/constraint_layout.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "native/prefetch.hpp"
@@ -18,6 +19,7 @@ constexpr std::size_t least_weight = 64;     // contacts of a group, so that its
 constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
+constexpr std::size_t few_of_a_colour = 8;   // on average
 constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
@@ -154,24 +156,68 @@ bool ConstraintLayout::any_kinematic(std::span<const std::uint32_t> in_contact) 
                      [&](std::uint32_t slot) { return state_.flags[slot] & kinematic; });
 }
 
+// Contacts that the first divisions cut are few, and their colours, which are those of whole bodies, many: nearly all
+// lanes would be empty. They get colours of their own, in the order of the others. A function of contacts alone: it
+// decides in which order they are solved.
+bool ConstraintLayout::recolour(std::size_t unit) {
+  std::size_t contacts = 0, colours = 0;
+  for (int colour = 0; colour < first_fixed_colour; ++colour) {
+    contacts += graph_.of(unit, colour).size();
+    colours += !graph_.of(unit, colour).empty();
+  }
+  if (contacts >= few_of_a_colour * colours) return false;
+  grow_to(own_colours_, state_.size());
+  for (std::vector<std::uint32_t>& list : recoloured_) list.clear();
+  const auto for_each_contact = [&](const auto& act) {
+    for (int colour = 0; colour < first_fixed_colour; ++colour)
+      for (const std::uint32_t index : graph_.of(unit, colour)) act(index, graph_[index]);
+  };
+  bool have_all = true;
+  for_each_contact([&](std::uint32_t index, const Contact& c) {
+    const int own = std::countr_one(own_colours_[c.a] | own_colours_[c.b]);
+    have_all = have_all && own < first_fixed_colour;
+    if (!have_all) return;
+    own_colours_[c.a] |= 1u << own;
+    own_colours_[c.b] |= 1u << own;
+    recoloured_[static_cast<std::size_t>(own)].push_back(index);
+  });
+  for_each_contact([&](std::uint32_t, const Contact& c) { own_colours_[c.a] = own_colours_[c.b] = 0; });
+  return have_all;
+}
+
 void ConstraintLayout::fill_by_unit() {
+  const auto add_stretch = [&](const std::vector<std::uint32_t>& list) {
+    const std::size_t blocks = blocks_of(list.size(), width_);
+    if (blocks > 0) stretches_.push_back({blocks_, blocks_ + blocks, 1});
+    blocks_ += blocks;
+    return blocks > 0;
+  };
   const auto add_stretches = [&](std::size_t unit, int first, int end) {
     Range range{stretches_.size(), stretches_.size()};
-    for (int colour = first; colour < end; ++colour) {
-      const std::size_t blocks = blocks_of(graph_.of(unit, colour).size(), width_);
-      if (blocks == 0) continue;
-      stretches_.push_back({blocks_, blocks_ + blocks, 1});
-      lists_.push_back(&graph_.of(unit, colour));
-      blocks_ += blocks;
-    }
+    for (int colour = first; colour < end; ++colour)
+      if (add_stretch(graph_.of(unit, colour))) lists_.push_back(&graph_.of(unit, colour));
+    range.end = stretches_.size();
+    return range;
+  };
+  // Laid out at once, by the one thread that has coloured them.
+  const auto add_recoloured = [&] {
+    Range range{stretches_.size(), stretches_.size()};
+    for (const std::vector<std::uint32_t>& list : recoloured_)
+      if (add_stretch(list)) {
+        lists_.push_back(nullptr);
+        grow_to(lanes_, blocks_ * width_);
+        std::fill(std::copy(list.begin(), list.end(), first_lane(stretches_.back())), lanes_.end(), none);
+      }
     range.end = stretches_.size();
     return range;
   };
   lists_.clear();
-  for (std::size_t i = 0; i < graph_.domains().units(); ++i) {
+  const Domains& domains = graph_.domains();
+  for (std::size_t i = 0; i < domains.units(); ++i) {
     Unit unit;
     unit.blocks.begin = blocks_;
-    unit.between = add_stretches(i, 0, first_fixed_colour);
+    unit.between =
+        i >= domains.first_unit(2) && recolour(i) ? add_recoloured() : add_stretches(i, 0, first_fixed_colour);
     unit.on_fixed = add_stretches(i, first_fixed_colour, colour_count);
     unit.blocks.end = blocks_;
     units_.push_back(unit);
@@ -179,8 +225,8 @@ void ConstraintLayout::fill_by_unit() {
   grow_to(lanes_, blocks_ * width_);
   pool_.for_each_part(stretches_.size(), least_stretches, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
-      const auto rest = std::copy(lists_[s]->begin(), lists_[s]->end(),
-                                  lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].first * width_));
+      if (!lists_[s]) continue;
+      const auto rest = std::copy(lists_[s]->begin(), lists_[s]->end(), first_lane(stretches_[s]));
       std::fill(rest, lanes_.begin() + static_cast<std::ptrdiff_t>(stretches_[s].end * width_), none);
     }
   });
@@ -322,8 +368,9 @@ std::size_t ConstraintLayout::memory_bytes() const {
           next_lane_.capacity()) *
              sizeof(std::uint32_t) +
          links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
-         offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +
-         groups_.capacity() * sizeof(Group) + island_.capacity() * sizeof(Island);
+         own_colours_.capacity() * sizeof(std::uint32_t) + offsets_.capacity() * sizeof(Neighbourhood::Offsets) +
+         cuts_.capacity() * sizeof(std::size_t) + groups_.capacity() * sizeof(Group) +
+         island_.capacity() * sizeof(Island);
 }
 
 }  // namespace fathom::native

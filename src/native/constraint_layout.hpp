@@ -8,6 +8,8 @@
 // nearly as equal shares allow, and of the bodies there.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -110,7 +112,12 @@ class ConstraintLayout {
 
   bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   bool any_kinematic(std::span<const std::uint32_t> in_contact) const;
+  /// Colours the unit's contacts between bodies anew, into `recoloured_`. False where that is not worth while.
+  bool recolour(std::size_t unit);
   void fill_by_unit();
+  std::vector<std::uint32_t>::iterator first_lane(const Stretch& stretch) {
+    return lanes_.begin() + static_cast<std::ptrdiff_t>(stretch.first * width_);
+  }
   void place_bodies_by_unit(std::span<const std::uint32_t> in_contact);
 
   bool may_group(std::span<const std::uint32_t> in_contact) const;
@@ -143,8 +150,10 @@ class ConstraintLayout {
 
   // In domains.
   std::vector<Unit> units_;
-  std::vector<const std::vector<std::uint32_t>*> lists_;  // by stretch
-  std::vector<std::uint32_t> next_body_;                  // by chunk and unit
+  std::vector<const std::vector<std::uint32_t>*> lists_;  // by stretch; null where its lanes are filled
+  std::array<std::vector<std::uint32_t>, first_fixed_colour> recoloured_;
+  std::vector<std::uint32_t> own_colours_;  // by slot, of the unit being coloured
+  std::vector<std::uint32_t> next_body_;    // by chunk and unit
 
   // In groups.
   struct Island {  // of a body; what is not `parent`, of the root alone

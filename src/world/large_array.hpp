@@ -80,7 +80,7 @@ class LargeArray {
     if (capacity > 0) std::memcpy(static_cast<void*>(to), old, capacity * sizeof(T));
     release(old, capacity);
   }
-  static void release(T* data, std::size_t capacity) {
+  static void release(T* data, [[maybe_unused]] std::size_t capacity) {
     if (!data) return;
 #ifdef FATHOM_HAS_MREMAP
     if (is_mapped(capacity)) {
