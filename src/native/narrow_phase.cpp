@@ -136,7 +136,8 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     }
     const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
     const bool parted = have_parted(a, b, flags), meet = hn::AllTrue(d, overlaps_by_axis(a.box, b.box));
-    const bool boxes = a.is_box() & b.is_box(), collide = !parted & meet;
+    const int is_box_a = a.is_box(), is_box_b = b.is_box(), together = !parted, near = meet;
+    const int boxes = is_box_a & is_box_b, collide = together & near;
     if (parted) change = Change::gone;
     if (!boxes && collide) todo[i - first] = Todo::everything, any_others = true;
     // No branch, which nobody could predict.
@@ -144,7 +145,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     pairs.a[pairs.count] = c.a;
     pairs.b[pairs.count] = c.b;
     caches.items[pairs.count] = c.axis;
-    pairs.count += boxes & collide;
+    pairs.count += static_cast<std::size_t>(boxes & collide);
   }
 
   if (pairs.count == 0 && !any_others) return;
