@@ -364,13 +364,14 @@ void ConstraintLayout::fill_by_group() {
 }
 
 std::size_t ConstraintLayout::memory_bytes() const {
-  return (lanes_.capacity() + bodies_.capacity() + next_body_.capacity() + group_of_body_.capacity() +
-          next_lane_.capacity()) *
+  std::size_t recoloured = 0;
+  for (const std::vector<std::uint32_t>& list : recoloured_) recoloured += list.capacity();
+  return (recoloured + own_colours_.capacity() + lanes_.capacity() + bodies_.capacity() + next_body_.capacity() +
+          group_of_body_.capacity() + next_lane_.capacity()) *
              sizeof(std::uint32_t) +
          links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
-         own_colours_.capacity() * sizeof(std::uint32_t) + offsets_.capacity() * sizeof(Neighbourhood::Offsets) +
-         cuts_.capacity() * sizeof(std::size_t) + groups_.capacity() * sizeof(Group) +
-         island_.capacity() * sizeof(Island);
+         offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +
+         groups_.capacity() * sizeof(Group) + island_.capacity() * sizeof(Island);
 }
 
 }  // namespace fathom::native
