@@ -76,22 +76,22 @@ void HybridSimulator::update_manifolds() {
   // New contacts may lie in places that were free.
   for (const std::uint32_t index : added_) inspect(index);
   constexpr std::size_t count = device::Detection::portions;
-  const std::size_t chunks = (graph_.size() + contact_grain - 1) / contact_grain;
+  const std::size_t chunks = (graph_.size() + block_size() - 1) / block_size();
   places_.resize(std::max(places_.size(), chunks));
   Portion portions[count];
   for (std::uint32_t p = 0; p < count; ++p) {
-    portions[p].begin = std::min(graph_.size(), chunks * p / count * contact_grain);
-    portions[p].end = std::min(graph_.size(), chunks * (p + 1) / count * contact_grain);
+    portions[p].begin = std::min(graph_.size(), chunks * p / count * block_size());
+    portions[p].end = std::min(graph_.size(), chunks * (p + 1) / count * block_size());
     submit(portions[p], p);
   }
   for (std::uint32_t p = 0; p < count; ++p) take_over(portions[p], p);
 }
 
 void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
-  const std::size_t first_chunk = portion.begin / contact_grain;
+  const std::size_t first_chunk = portion.begin / block_size();
   const auto for_each_chunk = [&](const auto& act) {
-    pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
-      act(first_chunk + begin / contact_grain, static_cast<std::uint32_t>(portion.begin + begin),
+    pool_.for_each_chunk(portion.end - portion.begin, block_size(), [&](std::size_t begin, std::size_t end) {
+      act(first_chunk + begin / block_size(), static_cast<std::uint32_t>(portion.begin + begin),
           static_cast<std::uint32_t>(portion.begin + end));
     });
   };
@@ -101,7 +101,7 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
       if (inspections_[i].collide) ++(is_pair_of_boxes(graph_[i]) ? places.boxes : places.others);
   });
   std::uint32_t boxes = 0, others = 0;
-  const std::size_t chunks = (portion.end - portion.begin + contact_grain - 1) / contact_grain;
+  const std::size_t chunks = (portion.end - portion.begin + block_size() - 1) / block_size();
   for (std::size_t chunk = first_chunk; chunk < first_chunk + chunks; ++chunk) {
     const Places counts = places_[chunk];
     places_[chunk] = {boxes, others};
@@ -127,23 +127,22 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
 
 void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
   const device::CollideResult* const results = portion.jobs > 0 ? detection_->results(number) : nullptr;
-  pool_.for_each_chunk(portion.end - portion.begin, contact_grain, [&](std::size_t begin, std::size_t end) {
-    const std::size_t chunk = (portion.begin + begin) / contact_grain;
-    clear_chunk(chunk);
+  pool_.for_each_chunk(portion.end - portion.begin, block_size(), [&](std::size_t begin, std::size_t end) {
     const auto first = static_cast<std::uint32_t>(portion.begin + begin);
-    Change changes[contact_grain];
+    BlockOfChanges& block = begin_block(first);
     for (std::uint32_t i = first; i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
-      Change& change = changes[i - first] = seen.change;
+      Change change = seen.change;
       if (seen.collide) {
         Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
         c.axis = result.axis;
-        change = take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr,
-                               chunks_of_changes_[chunk].begun);
+        change =
+            take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr, block.begun);
       }
+      note(block, i, change);
     }
-    note(chunk, first, {changes, end - begin});
+    end_block(first);
   });
 }
 

@@ -37,7 +37,6 @@ struct BodyState {
   std::vector<FlightData> flight;
   std::vector<std::uint8_t> flags;
   std::vector<float> slow_time;               ///< s that the body has been slow
-  std::vector<std::uint32_t> first_contact;   ///< head of the body's contact list
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
   /// Exclusive or of the indices of its contacts that are solved: the contact of a body that has one, and the way from
@@ -55,8 +54,7 @@ struct BodyState {
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.poses, s.velocities, s.bounds, s.flags, s.slow_time, s.first_contact, s.colour_mask, s.overflow_count,
-      s.forces);
+    a(s.poses, s.velocities, s.bounds, s.flags, s.slow_time, s.colour_mask, s.overflow_count, s.forces);
   }
   void restore(ByteReader& in, std::size_t slots);
 

@@ -1,8 +1,8 @@
 // A pair of bodies whose boxes overlap, and the manifold it has while they touch.
 //
-// Three structures. Many pairs never touch, and the narrow phase looks at every contact in every step: two of them
-// share a cache line. Constraint building transposes manifolds into vector lanes, which is why these are made of
-// 16-byte quads. Who else hangs on a contact's bodies is asked when contacts come and go, and by nobody else.
+// Two structures. Many pairs never touch, and the narrow phase looks at every contact in every step: two of them share
+// a cache line. Constraint building transposes manifolds into vector lanes, which is why these are made of 16-byte
+// quads.
 #pragma once
 
 #include <cstdint>
@@ -22,25 +22,18 @@ struct alignas(32) Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   std::uint32_t manifold = none;     ///< while touching
   AxisCache axis;
-  std::uint32_t colour_slot = 0;  ///< place in its colour's list
+  std::uint64_t born = 0;  ///< how many contacts were made before it
   /// m that the bodies may move against each other before the manifold is made anew. Below zero: none, and so much of
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
   float recycle_distance = 0;
   std::uint8_t colour = no_colour;
-  bool fixed_a = false;         ///< A is fixed or kinematic
-  bool in_use = false;          ///< the slot holds a pair
-  std::uint8_t unused[5] = {};  ///< in place of padding: snapshots keep every byte, and recordings compare them
+  bool fixed_a = false;      ///< A is fixed or kinematic
+  bool in_use = false;       ///< the slot holds a pair
+  std::uint8_t unused = {};  ///< in place of padding: snapshots keep every byte, and recordings compare them
 
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }
 };
 static_assert(sizeof(Contact) == 32);
-
-/// A contact's places in the lists of its bodies' contacts. The low bit of a link tells the side of the contact it is
-/// on.
-struct ContactLinks {
-  std::uint32_t next[2] = {none, none};  ///< of A and of B
-  std::uint32_t previous[2] = {none, none};
-};
 
 }  // namespace fathom::native

@@ -1,5 +1,12 @@
 // What the narrow phase found is taken over here, in the order of contacts: ends and beginnings of touch, with the
-// events and colours they bring. Whatever depends on that order is done by one thread.
+// events and colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
+// would wait for each of them to come from the cache of the thread that wrote it last:
+//
+// 1. Every thread gathers what some blocks of contacts have met, into places that were counted out before.
+// 2. One thread takes and gives colours, whose choice depends on all that were chosen before. Meanwhile the others
+// forget
+//    the pairs that are gone and set up the manifolds of those that begin to touch.
+// 3. Colours' lists are brought up to date, each by one thread.
 #include <algorithm>
 
 #include "dynamics/hit.hpp"
@@ -7,145 +14,192 @@
 #include "dynamics/overlap.hpp"
 #include "dynamics/softness.hpp"
 #include "native/native_simulator.hpp"
+#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
-namespace {
-
-constexpr std::size_t ahead = 8, far_ahead = 16;  // contacts that are fetched before their turn
-constexpr std::size_t manifold_grain = 12;
-
-}  // namespace
-
 void NativeSimulator::take_over_changes() {
-  profile.counts.recycled = 0;
-  parted_.clear();
-  std::size_t begun = 0;
-  for (const ChunkCounts counts : chunk_counts_) begun += counts.begun;
-  give_back_room(fresh_, begun);
-  give_back_room(meetings_, begun);
-  make_room(fresh_, begun);
-  for (std::size_t i = 0; i < chunk_counts_.size(); ++i) {
-    const ChunkCounts counts = chunk_counts_[i];
-    profile.counts.recycled += counts.recycled;
-    if (counts.parted != 0) {
-      const std::vector<PartedContact>& parted = chunks_of_changes_[i].parted;
-      make_room(parted_, parted_.size() + parted.size());
-      parted_.insert(parted_.end(), parted.begin(), parted.end());
-    }
-    if (counts.begun != 0) {
-      for (const NewManifold& fresh : chunks_of_changes_[i].begun) fresh_.push_back(&fresh);
-    }
-  }
-  end_contacts();
-  begin_contacts();
-}
+  place_changes();
+  gather_changes();
+  const std::span<Seat> ended(seats_ended_.data(), seats_ended_.size());
+  const std::span<Seat> begun(seats_begun_.data(), seats_begun_.size());
+  const std::size_t changes = ended.size() + begun.size() + pairs_gone_.size();
+  if (ended.size() + begun.size() > 0) in_contact_is_current_ = false;
 
-void NativeSimulator::end_contacts() {
-  graph_.remove(parted_, pool_, [&] {
-    for (std::size_t i = 0; i < parted_.size(); ++i) {
-      if (i + far_ahead < parted_.size()) graph_.prefetch(parted_[i + far_ahead].contact);
-      if (i + ahead < parted_.size() && graph_[parted_[i + ahead].contact].touching())
-        graph_.prefetch_bodies(parted_[i + ahead].contact);
-      if (graph_[parted_[i].contact].touching()) end_touching(parted_[i].contact);
-    }
-  });
-}
-
-void NativeSimulator::begin_contacts() {
-  const std::size_t count = fresh_.size();
-  graph_.make_manifolds(count);
-  grow_to(meetings_, count);
-  const auto fetch_ahead = [&](std::size_t i) {
-    if (i + 2 * far_ahead < count) __builtin_prefetch(fresh_[i + 2 * far_ahead]);
-    if (i + far_ahead < count) graph_.prefetch(fresh_[i + far_ahead]->contact);
-    if (i + ahead < count) graph_.prefetch_bodies(fresh_[i + ahead]->contact);
-  };
-  // An island that wakes up has those of its contacts coloured that touch by then.
-  const bool wakes_any = def.sleep.enabled && std::any_of(fresh_.begin(), fresh_.end(), [&](const NewManifold* fresh) {
-                           return is_asleep(graph_[fresh->contact].a) || is_asleep(graph_[fresh->contact].b);
+  const bool wakes_any = def.sleep.enabled && std::any_of(begun.begin(), begun.end(), [&](const Seat& seat) {
+                           return is_asleep(seat.a) || is_asleep(seat.b);
                          });
-  if (wakes_any)
-    for (std::size_t i = 0; i < count; ++i) {
-      fetch_ahead(i);
-      graph_.begin(i, fresh_[i]->contact);
-      begin_touching(fresh_[i]->contact);
-    }
-  // Colours are one thread's work, which the others need not wait for.
+  graph_.make_manifolds(begun.size());
+  make_anew(meetings_, begun.size());
+  hits_in_part_.assign(static_cast<std::size_t>(pool_.thread_count()), 0);
   const auto colour = [&] {
-    if (wakes_any) return;
-    for (std::size_t i = 0; i < count; ++i) {
-      fetch_ahead(i);
-      begin_touching(fresh_[i]->contact);
-    }
+    graph_.uncolour(ended);
+    if (!wakes_any) graph_.colour(begun);
   };
-  pool_.for_each_chunk_beside(colour, count, manifold_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!wakes_any) graph_.begin(i, fresh_[i]->contact);
-      meetings_[i] = first_manifold(*fresh_[i]);
-    }
+  for_each_part(pool_, changes, colour, [&](std::size_t part, std::size_t parts) {
+    graph_.forget({pairs_gone_.data(), pairs_gone_.size()}, part, parts);
+    make_first_manifolds(part, parts, wakes_any);
   });
-  for (const HitEvent& meeting : meetings_)
-    if (meeting.approach_speed > def.solver.restitution_threshold) hits_.push_back(meeting);
+
+  std::size_t hits = 0;
+  for (const std::size_t of_part : hits_in_part_) hits += of_part;
+  grow_to(hits_, hits);
+  for_each_part(
+      pool_, changes, [] {},
+      [&](std::size_t part, std::size_t parts) {
+        graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
+        list_hits(part, parts);
+        const std::span<const std::uint32_t> slots = changed();
+        for (std::size_t i = part * slots.size() / parts; i < (part + 1) * slots.size() / parts; ++i)
+          state_.flags[slots[i]] &= static_cast<std::uint8_t>(~box_changed);
+      });
+  if (wakes_any) begin_one_by_one();
+}
+
+// Lists the blocks that hold changes, with the places of these.
+void NativeSimulator::place_changes() {
+  PlacedBlock next{};
+  profile.counts.recycled = 0;
+  changed_blocks_.clear();
+  for (; next.block < block_counts_.size(); ++next.block) {
+    const BlockCounts counts = block_counts_[next.block];
+    profile.counts.recycled += counts.recycled;
+    if ((counts.begun | counts.ended | counts.gone) == 0) continue;
+    prefetch_to_read(&blocks_[next.block]);
+    changed_blocks_.push_back(next);
+    next.begun += counts.begun;
+    next.ended += counts.ended;
+    next.gone += counts.gone;
+  }
+  make_anew(seats_begun_, next.begun);
+  make_anew(first_manifolds_, next.begun);
+  grow_to(begun_, next.begun);
+  make_anew(seats_ended_, next.ended);
+  make_anew(pairs_gone_, next.gone);
+  graph_.expect(next.ended, next.gone);
+}
+
+void NativeSimulator::gather_changes() {
+  const std::size_t changes = seats_begun_.size() + seats_ended_.size() + pairs_gone_.size();
+  const std::size_t ended_before = ended_.size();
+  grow_to(ended_, ended_before + seats_ended_.size());
+  for_each_part(
+      pool_, changes, [] {},
+      [&](std::size_t part, std::size_t parts) {
+        const std::size_t end = (part + 1) * changed_blocks_.size() / parts;
+        for (std::size_t i = part * changed_blocks_.size() / parts; i < end; ++i) {
+          if (i + 4 < end) {
+            const BlockOfChanges& block = blocks_[changed_blocks_[i + 4].block];
+            prefetch_to_read(block.begun.data());
+            prefetch_to_read(block.ended.data());
+            prefetch_to_read(block.gone.data());
+          }
+          if (i + 2 < end) {
+            const BlockOfChanges& block = blocks_[changed_blocks_[i + 2].block];
+            for (const NewManifold& fresh : block.begun) graph_.prefetch(fresh.contact);
+            for (const std::uint32_t index : block.ended) graph_.prefetch(index);
+            for (const std::uint32_t index : block.gone) graph_.prefetch(index);
+          }
+          PlacedBlock place = changed_blocks_[i];
+          const BlockOfChanges& block = blocks_[place.block];
+          for (const NewManifold& fresh : block.begun) {
+            const Seat seat = graph_.seat_of(fresh.contact);
+            begun_[place.begun] = event(seat.a, seat.b);
+            first_manifolds_[place.begun] = &fresh;
+            seats_begun_[place.begun++] = seat;
+          }
+          for (const std::uint32_t index : block.ended) {
+            const Seat seat = graph_.end(place.ended, index);
+            ended_[ended_before + place.ended] = event(seat.a, seat.b);
+            seats_ended_[place.ended++] = seat;
+          }
+          for (const std::uint32_t index : block.gone) {
+            pairs_gone_[place.gone] = graph_.leave(place.gone, index);
+            ++place.gone;
+          }
+        }
+      });
+}
+
+void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any) {
+  constexpr std::size_t ahead = 4;
+  const std::size_t count = first_manifolds_.size();
+  const std::size_t begin = part * count / parts, end = (part + 1) * count / parts;
+  std::size_t hits = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (i + ahead < end) {
+      prefetch_to_read(first_manifolds_[i + ahead]);
+      graph_.prefetch(seats_begun_[i + ahead].contact);
+      for (const std::uint32_t slot : {seats_begun_[i + ahead].a, seats_begun_[i + ahead].b})
+        prefetch_to_read(&bodies[slot]);
+    }
+    const std::uint32_t place = graph_.new_manifold(i);
+    meetings_[hits] = first_manifold(*first_manifolds_[i], place);
+    hits += meetings_[hits].approach_speed > def.solver.restitution_threshold;
+    if (!wakes_any) graph_[first_manifolds_[i]->contact].manifold = place;
+  }
+  hits_in_part_[part] = hits - begin;
+}
+
+void NativeSimulator::list_hits(std::size_t part, std::size_t parts) {
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < part; ++i) place += hits_in_part_[i];
+  const HitEvent* const first = meetings_.data() + part * meetings_.size() / parts;
+  std::copy_n(first, hits_in_part_[part], hits_.begin() + place);
+}
+
+// An island that wakes up has those of its contacts coloured that touch by then.
+void NativeSimulator::begin_one_by_one() {
+  for (std::size_t i = 0; i < seats_begun_.size(); ++i) {
+    const Seat& seat = seats_begun_[i];
+    graph_[seat.contact].manifold = graph_.new_manifold(i);
+    for (const std::uint32_t slot : {seat.a, seat.b})
+      if (is_asleep(slot)) {
+        islands_.wake(slot);
+        active_is_current_ = false;
+      }
+    if (graph_[seat.contact].colour == no_colour) graph_.colour(seat.contact);
+  }
 }
 
 bool NativeSimulator::is_asleep(std::uint32_t slot) const {
   return !(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic;
 }
 
-void NativeSimulator::begin_touching(std::uint32_t index) {
-  const Contact& c = graph_[index];
-  for (const std::uint32_t slot : {c.a, c.b})
-    if (is_asleep(slot)) {
-      islands_.wake(slot);
-      active_is_current_ = false;
-    }
-  if (c.colour == no_colour) graph_.colour(index);
-  in_contact_is_current_ = false;
-  begun_.push_back(event(c));
-}
-
-HitEvent NativeSimulator::first_manifold(const NewManifold& fresh) {
+HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, std::uint32_t place) {
   Contact& c = graph_[fresh.contact];
   const auto thickness = [&](std::uint32_t slot) {
     const BodyInfo& info = bodies[slot];
     const Geometry& shape = info.geometry;
     return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
   };
-  ContactManifold& manifold = graph_.manifold(c);
+  ContactManifold& manifold = graph_.manifold_at(place);
   manifold = {};
-  graph_.mix_materials(c);
+  graph_.mix_materials(c, manifold);
   const float overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
                                       contact_sag(def) * length(def.gravity));
   c.recycle_distance = overlap > 0 ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
-  return hit(c);
-}
-
-void NativeSimulator::end_touching(std::uint32_t index) {
-  if (graph_[index].colour != no_colour) graph_.uncolour(index);
-  in_contact_is_current_ = false;
-  ended_.push_back(event(graph_[index]));
-  graph_.end(index);
+  return hit(c, manifold);
 }
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
   if (graph_[index].touching()) {
-    ended.push_back(event(graph_[index]));
+    ended.push_back(event(graph_[index].a, graph_[index].b));
     in_contact_is_current_ = false;
   }
   graph_.remove(index);
 }
 
-ContactEvent NativeSimulator::event(const Contact& c) const {
-  return {bodies.id(std::min(c.a, c.b)), bodies.id(std::max(c.a, c.b))};
+ContactEvent NativeSimulator::event(std::uint32_t a, std::uint32_t b) const {
+  return {bodies.id(std::min(a, b)), bodies.id(std::max(a, b))};
 }
 
-HitEvent NativeSimulator::hit(const Contact& c) const {
-  const Hit hit = fastest_hit(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b], state_.velocities[c.a],
-                              state_.velocities[c.b]);
-  const ContactEvent ids = event(c);
+HitEvent NativeSimulator::hit(const Contact& c, const ContactManifold& manifold) const {
+  const Hit hit =
+      fastest_hit(manifold, state_.poses[c.a], state_.poses[c.b], state_.velocities[c.a], state_.velocities[c.b]);
+  const ContactEvent ids = event(c.a, c.b);
   return {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed};
 }
 

@@ -7,69 +7,51 @@
 
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/softness.hpp"
-#include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-// Contacts that are linked, looked up and coloured one by one lie anywhere in memory, so they are fetched ahead.
-constexpr std::size_t ahead = 8, far_ahead = 16;
-
-constexpr std::size_t least_to_share = 128;  // pairs to add or to remove, in several threads
-constexpr std::size_t slots_of_a_line = 16;  // heads of lists in a cache line
+constexpr std::size_t ahead = 8;  // what lies anywhere in memory is fetched so many turns before its own
+constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
 
 }  // namespace
 
+// --- pairs ---------------------------------------------------------------------------------------------------
+
 void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added) {
-  if (added) make_room(*added, added->size() + pairs.size());
-  if (pairs.size() > free_.size()) {
-    make_room(contacts_, contacts_.size() + pairs.size() - free_.size());
-    make_room(links_, contacts_.capacity());
-  }
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (i + far_ahead < pairs.size()) {
-      const Pair pair = pairs[i + far_ahead];
-      pairs_.prefetch(pair.a, pair.b);
-      for (const std::uint32_t slot : {pair.a, pair.b}) {
-        __builtin_prefetch(&state_.bounds[slot]);
-        __builtin_prefetch(&state_.first_contact[slot]);
-      }
+    const Pair pair = pairs[i];
+    if (i + ahead < pairs.size()) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
+    if (pairs_.contains(pair.a, pair.b)) continue;
+    std::uint32_t index;
+    if (free_.empty()) {
+      index = static_cast<std::uint32_t>(contacts_.size());
+      grow_contacts(1);
+    } else {
+      index = free_.back();
+      free_.pop_back();
     }
-    if (i + ahead < pairs.size())
-      for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-        if (state_.first_contact[slot] != none) __builtin_prefetch(&links_[state_.first_contact[slot] >> 1]);
-    if (pairs_.contains(pairs[i].a, pairs[i].b)) continue;
-    const std::uint32_t contact = add(pairs[i]);
-    if (added) added->push_back(contact);
+    fill(contacts_[index], pair, contacts_made_++);
+    pairs_.insert(pair.a, pair.b);
+    body_contacts_.forget();
+    if (added) added->push_back(index);
   }
 }
 
-std::uint32_t ContactGraph::add(Pair pair) {
-  std::uint32_t index;
-  if (free_.empty()) {
-    index = static_cast<std::uint32_t>(contacts_.size());
-    grow_to(contacts_, contacts_.size() + 1);
-    grow_to(links_, contacts_.size());
-  } else {
-    index = free_.back();
-    free_.pop_back();
-  }
-  Contact& c = contacts_[index];
+void ContactGraph::grow_contacts(std::size_t count) {
+  grow_to(contacts_, contacts_.size() + count);
+  grow_to(places_, contacts_.size());
+}
+
+void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
   c = {};
-  fill(c, pair);
-  link(index, 0);
-  link(index, 1);
-  pairs_.insert(c.a, c.b);
-  return index;
-}
-
-void ContactGraph::fill(Contact& c, Pair pair) const {
   c.a = std::min(pair.a, pair.b);
   c.b = std::max(pair.a, pair.b);
   if (!state_.is_dynamic(bodies_, c.b)) std::swap(c.a, c.b);
   c.fixed_a = !state_.is_dynamic(bodies_, c.a);
+  c.born = born;
   c.in_use = true;
   const BodyBounds &a = state_.bounds[c.a], &b = state_.bounds[c.b];
   c.recycle_distance = a.is_box() && b.is_box()
@@ -77,128 +59,88 @@ void ContactGraph::fill(Contact& c, Pair pair) const {
                            : recycle_distance(bodies_[c.a], bodies_[c.b]);
 }
 
-// A body's list is all links on its side of its contacts, so whoever owns the body may change it whatever others do.
-// Neighbours in number are mostly neighbours in space, so that most contacts have one owner. Lists and the set of pairs
-// are different work: two threads take one each, and neither reads what the other writes.
-template <class Alone, class OfBodies, class OfTables>
-void ContactGraph::for_each_owner(ThreadPool& pool, const Alone& alone, const OfBodies& of_bodies,
-                                  const OfTables& of_tables) const {
-  const auto owners = static_cast<std::size_t>((pool.thread_count() + 1) / 2);
-  const std::size_t lines = (state_.size() + slots_of_a_line - 1) / slots_of_a_line;
-  pool.for_each_chunk_beside(alone, 2 * owners, 1, [&](std::size_t chunk, std::size_t) {
-    if (chunk >= owners) return of_tables([=](std::size_t table) { return table % owners == chunk - owners; });
-    const std::size_t first = chunk * lines / owners * slots_of_a_line;
-    const std::size_t last = (chunk + 1) * lines / owners * slots_of_a_line;
-    of_bodies([=](std::uint32_t slot) { return slot - first < last - first; });
-  });
-}
-
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
-  if (pool.thread_count() == 1 || pairs.size() < least_to_share) return add(pairs, added);
-  // The places that one thread would have taken.
-  const std::size_t old = std::min(free_.size(), pairs.size());
-  grow_to(new_contacts_, pairs.size());
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    new_contacts_[i] = i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(contacts_.size() + i - old);
+  if (pairs.empty()) return;
+  body_contacts_.forget();
+  // The places that one pair after the other would take: free ones from the last, then new ones.
+  const std::size_t old = std::min(free_.size(), pairs.size()), first_new = contacts_.size();
+  const auto place = [&](std::size_t i) {
+    return i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(first_new + i - old);
+  };
+  grow_contacts(pairs.size() - old);
+  for_each_part(
+      pool, pairs.size(), [] {},
+      [&](std::size_t part, std::size_t parts) {
+        const std::size_t end = (part + 1) * pairs.size() / parts;
+        for (std::size_t i = part * pairs.size() / parts; i < end; ++i) {
+          if (i + ahead < end) {
+            prefetch_to_write(&contacts_[place(i + ahead)]);
+            for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+              prefetch_to_read(&state_.bounds[slot]);
+          }
+          fill(contacts_[place(i)], pairs[i], contacts_made_ + i);
+        }
+        for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
+      });
+  contacts_made_ += pairs.size();
+  if (added)
+    for (std::size_t i = 0; i < pairs.size(); ++i) added->push_back(place(i));
   free_.resize(free_.size() - old);
-  grow_to(contacts_, contacts_.size() + pairs.size() - old);
-  grow_to(links_, contacts_.size());
-  pool.for_each_part(pairs.size(), least_to_share / 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i + far_ahead < end) {
-        prefetch_to_write(&contacts_[new_contacts_[i + far_ahead]]);
-        for (const std::uint32_t slot : {pairs[i + far_ahead].a, pairs[i + far_ahead].b})
-          prefetch_to_read(&state_.bounds[slot]);
-      }
-      contacts_[new_contacts_[i]] = {};
-      fill(contacts_[new_contacts_[i]], pairs[i]);
-    }
-  });
-  const auto link_all = [&](const auto& owns) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (i + far_ahead < pairs.size()) prefetch(new_contacts_[i + far_ahead]);
-      if (i + ahead < pairs.size())
-        for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-          if (owns(slot) && state_.first_contact[slot] != none)
-            prefetch_to_write(&links_[state_.first_contact[slot] >> 1]);
-      if (!owns(pairs[i].a) && !owns(pairs[i].b)) continue;
-      const std::uint32_t index = new_contacts_[i];
-      const Contact& c = contacts_[index];
-      if (owns(c.a)) link(index, 0);
-      if (owns(c.b)) link(index, 1);
-    }
-  };
-  const auto insert_all = [&](const auto& owns_table) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const auto is_mine = [&](Pair p) { return owns_table(PairSet::table(p.a, p.b)); };
-      if (i + ahead < pairs.size() && is_mine(pairs[i + ahead]))
-        pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
-      if (is_mine(pairs[i])) pairs_.insert(pairs[i].a, pairs[i].b);
-    }
-  };
-  for_each_owner(
-      pool, [] {}, link_all, insert_all);
-  if (added) added->insert(added->end(), new_contacts_.begin(), new_contacts_.end());
 }
 
-void ContactGraph::remove(std::span<const PartedContact> parted, ThreadPool& pool,
-                          const std::function<void()>& end_touch) {
-  if (pool.thread_count() == 1 || parted.size() < least_to_share) {
-    end_touch();
-    for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + ahead < parted.size()) {
-        pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
-        prefetch_neighbours(parted[i + ahead].contact, 0);
-        prefetch_neighbours(parted[i + ahead].contact, 1);
-      }
-      if (parted[i].gone) remove(parted[i].contact);
-    }
-    return;
+// What each thread looks for among all pairs it finds by their hashes, which costs less than sorting them out.
+template <class Act>
+void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts,
+                                      const Act& act) const {
+  const auto is_mine = [&](Pair p) { return PairSet::table(p.a, p.b) * parts / PairSet::tables == part; };
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i + ahead < pairs.size() && is_mine(pairs[i + ahead])) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
+    if (is_mine(pairs[i])) act(pairs[i]);
   }
-  const auto unlink_all = [&](const auto& owns) {
-    for (std::size_t i = 0; i < parted.size(); ++i) {
-      if (i + far_ahead < parted.size()) prefetch(parted[i + far_ahead].contact);
-      if (i + ahead < parted.size()) {
-        const PartedContact& next = parted[i + ahead];
-        if (owns(next.a)) prefetch_neighbours(next.contact, 0);
-        if (owns(next.b)) prefetch_neighbours(next.contact, 1);
-      }
-      const PartedContact& p = parted[i];
-      if (!p.gone) continue;
-      if (owns(p.a)) unlink(p.contact, 0);
-      if (owns(p.b)) {
-        unlink(p.contact, 1);
-        contacts_[p.contact].in_use = false;
-      }
-    }
-  };
-  const auto erase_all = [&](const auto& owns_table) {
-    for (std::size_t i = 0; i < parted.size(); ++i) {
-      const auto is_mine = [&](const PartedContact& p) { return owns_table(PairSet::table(p.a, p.b)); };
-      if (i + ahead < parted.size() && is_mine(parted[i + ahead]))
-        pairs_.prefetch(parted[i + ahead].a, parted[i + ahead].b);
-      if (parted[i].gone && is_mine(parted[i])) pairs_.erase(parted[i].a, parted[i].b);
-    }
-  };
-  for_each_owner(pool, end_touch, unlink_all, erase_all);
-  for (const PartedContact& p : parted)
-    if (p.gone) free_.push_back(p.contact);
 }
 
 void ContactGraph::remove(std::uint32_t index) {
   Contact& c = contacts_[index];
   if (c.colour != no_colour) uncolour(index);
-  unlink(index, 0);
-  unlink(index, 1);
+  if (c.touching()) free_manifolds_.push_back(c.manifold);
+  c.manifold = none;
   pairs_.erase(c.a, c.b);
-  if (c.touching()) end(index);
   c.in_use = false;
   free_.push_back(index);
 }
 
+// --- all changes of a step -----------------------------------------------------------------------------------
+
+void ContactGraph::expect(std::size_t ended, std::size_t gone) {
+  first_ended_ = free_manifolds_.size();
+  first_gone_ = free_.size();
+  grow_to(free_manifolds_, first_ended_ + ended);
+  grow_to(free_, first_gone_ + gone);
+}
+
+Seat ContactGraph::end(std::size_t i, std::uint32_t index) {
+  const Seat seat = seat_of(index);
+  Contact& c = contacts_[index];
+  free_manifolds_[first_ended_ + i] = c.manifold;
+  c.manifold = none;
+  c.colour = no_colour;
+  return seat;
+}
+
+Pair ContactGraph::leave(std::size_t i, std::uint32_t index) {
+  Contact& c = contacts_[index];
+  free_[first_gone_ + i] = index;
+  c.in_use = false;
+  return {c.a, c.b};
+}
+
+void ContactGraph::forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts) {
+  for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.erase(pair.a, pair.b); });
+}
+
 void ContactGraph::make_manifolds(std::size_t count) {
   const std::size_t old = std::min(free_manifolds_.size(), count);
-  grow_to(new_manifolds_, count);
+  if (new_manifolds_.size() < count) grow_to(new_manifolds_, count);
   std::reverse_copy(free_manifolds_.end() - static_cast<std::ptrdiff_t>(old), free_manifolds_.end(),
                     new_manifolds_.begin());
   free_manifolds_.resize(free_manifolds_.size() - old);
@@ -206,68 +148,126 @@ void ContactGraph::make_manifolds(std::size_t count) {
   grow_to(manifolds_, manifolds_.size() + count - old);
 }
 
-void ContactGraph::end(std::uint32_t index) {
-  free_manifolds_.push_back(contacts_[index].manifold);
-  contacts_[index].manifold = none;
+void ContactGraph::mix_materials(const Contact& c) {
+  if (c.touching()) mix_materials(c, manifolds_[c.manifold]);
 }
 
-void ContactGraph::mix_materials(const Contact& c) {
-  if (!c.touching()) return;
-  ContactManifold& m = manifolds_[c.manifold];
+void ContactGraph::mix_materials(const Contact& c, ContactManifold& m) {
   const Material &a = bodies_[c.a].material, &b = bodies_[c.b].material;
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
 }
 
-void ContactGraph::colour(std::uint32_t index) {
-  ++colouring_;
-  Contact& c = contacts_[index];
-  constexpr std::uint32_t fixed_colours = ~0u << first_fixed_colour;
-  std::uint32_t taken = state_.colour_mask[c.b];
-  if (c.fixed_a)
-    taken |= ~fixed_colours;
-  else
-    taken |= state_.colour_mask[c.a] | fixed_colours;
-  if (~taken != 0) {
-    c.colour = static_cast<std::uint8_t>(std::countr_one(taken));
-    const std::uint32_t bit = 1u << c.colour;
-    state_.colour_mask[c.b] |= bit;
-    if (!c.fixed_a) state_.colour_mask[c.a] |= bit;
-  } else {
-    c.colour = overflow_colour;
-    ++state_.overflow_count[c.b];
-    if (!c.fixed_a) ++state_.overflow_count[c.a];
-  }
-  state_.note_to_solve(c.b);
-  if (!c.fixed_a) state_.note_to_solve(c.a);
-  note_in_bodies(index);
-  ++sizes_[c.colour];
-  between_ += !c.fixed_a;
-  enlist(index);
-}
+// --- colours -------------------------------------------------------------------------------------------------
 
-void ContactGraph::note_in_bodies(std::uint32_t index) {
+Seat ContactGraph::seat_of(std::uint32_t index) const {
   const Contact& c = contacts_[index];
-  state_.contacts_xor[c.b] ^= index;
-  state_.neighbours_xor[c.b] ^= c.a;
-  if (c.fixed_a) return;
-  state_.contacts_xor[c.a] ^= index;
-  state_.neighbours_xor[c.a] ^= c.b;
+  return {index, c.a, c.b, static_cast<std::uint16_t>(domains_.unit(c)), c.colour, c.fixed_a};
 }
 
-std::vector<std::uint32_t>& ContactGraph::list_of(const Contact& c) {
-  return colours_[domains_.unit(c) * (overflow_colour + 1) + c.colour];
+void ContactGraph::colour(std::uint32_t index) {
+  Seat seat = seat_of(index);
+  colour({&seat, 1});
+  relist({}, {&seat, 1}, 0, 1);
 }
 
-void ContactGraph::enlist(std::uint32_t index) {
-  Contact& c = contacts_[index];
-  std::vector<std::uint32_t>& list = list_of(c);
-  c.colour_slot = static_cast<std::uint32_t>(list.size());
+void ContactGraph::uncolour(std::uint32_t index) {
+  const Seat seat = seat_of(index);
+  contacts_[index].colour = no_colour;
+  uncolour({&seat, 1});
+  relist({&seat, 1}, {}, 0, 1);
+}
+
+void ContactGraph::colour(std::span<Seat> seats) {
+  colouring_ += !seats.empty();
+  for (Seat& seat : seats) {
+    std::uint32_t taken = state_.colour_mask[seat.b];
+    taken |= seat.fixed_a ? ~fixed_colours : state_.colour_mask[seat.a] | fixed_colours;
+    const bool is_free = ~taken != 0;
+    seat.colour = is_free ? static_cast<std::uint8_t>(std::countr_one(taken)) : overflow_colour;
+    seat.for_each_body([&](std::uint32_t slot) {
+      if (is_free)
+        state_.colour_mask[slot] |= 1u << seat.colour;
+      else
+        ++state_.overflow_count[slot];
+      state_.note_to_solve(slot);
+    });
+    note_in_bodies(seat);
+    count(seat, 1);
+  }
+}
+
+void ContactGraph::uncolour(std::span<const Seat> seats) {
+  for (const Seat& seat : seats) {
+    if (seat.colour == no_colour) continue;
+    ++colouring_;
+    seat.for_each_body([&](std::uint32_t slot) {
+      if (seat.colour != overflow_colour)
+        state_.colour_mask[slot] &= ~(1u << seat.colour);
+      else
+        --state_.overflow_count[slot];
+      state_.note_to_solve(slot);
+    });
+    note_in_bodies(seat);
+    count(seat, -1);
+  }
+}
+
+void ContactGraph::note_in_bodies(const Seat& seat) {
+  state_.contacts_xor[seat.b] ^= seat.contact;
+  state_.neighbours_xor[seat.b] ^= seat.a;
+  if (seat.fixed_a) return;
+  state_.contacts_xor[seat.a] ^= seat.contact;
+  state_.neighbours_xor[seat.a] ^= seat.b;
+}
+
+void ContactGraph::count(const Seat& seat, int more) {
+  const auto add = [&](std::size_t& sum) { sum += static_cast<std::size_t>(more); };
+  add(sizes_[seat.colour]);
+  add(unit_sizes_[seat.unit]);
+  if (!seat.fixed_a) add(between_);
+}
+
+void ContactGraph::relist(std::span<const Seat> ended, std::span<const Seat> begun, std::size_t part,
+                          std::size_t parts) {
+  const bool by_unit = domains_.in_use();
+  const std::size_t owned = by_unit ? domains_.units() : overflow_colour + 1;
+  const std::size_t first = part * owned / parts, count = (part + 1) * owned / parts - first;
+  const auto is_mine = [&](const Seat& s) { return (by_unit ? s.unit : s.colour) - first < count; };
+  for (std::size_t i = 0; i < ended.size(); ++i) {
+    if (i + ahead < ended.size() && is_mine(ended[i + ahead])) prefetch_to_read(&places_[ended[i + ahead].contact]);
+    const Seat& seat = ended[i];
+    if (!is_mine(seat) || seat.colour == no_colour) continue;
+    std::vector<std::uint32_t>& list = list_of(seat);
+    const std::uint32_t place = places_[seat.contact], last = list.back();
+    list[place] = last;
+    places_[last] = place;
+    list.pop_back();
+  }
+  for (std::size_t i = 0; i < begun.size(); ++i) {
+    if (i + ahead < begun.size() && is_mine(begun[i + ahead])) {
+      prefetch_to_write(&places_[begun[i + ahead].contact]);
+      prefetch_to_write(&contacts_[begun[i + ahead].contact]);
+    }
+    if (!is_mine(begun[i])) continue;
+    contacts_[begun[i].contact].colour = begun[i].colour;
+    enlist(begun[i]);
+  }
+}
+
+std::vector<std::uint32_t>& ContactGraph::list_of(const Seat& seat) {
+  return colours_[seat.unit * (overflow_colour + 1) + seat.colour];
+}
+
+void ContactGraph::enlist(const Seat& seat) {
+  std::vector<std::uint32_t>& list = list_of(seat);
+  places_[seat.contact] = static_cast<std::uint32_t>(list.size());
   make_room(list, list.size() + 1);
-  list.push_back(index);
-  ++unit_sizes_[domains_.unit(c)];
+  list.push_back(seat.contact);
 }
+
+// --- domains -------------------------------------------------------------------------------------------------
 
 std::vector<Domains::Link> ContactGraph::links_between() const {
   std::vector<Domains::Link> links;
@@ -286,80 +286,20 @@ void ContactGraph::divide(std::span<const std::uint32_t> slots, ThreadPool& pool
   colours_.resize(domains_.units() * (overflow_colour + 1));
   for (std::vector<std::uint32_t>& list : colours_) list.clear();
   unit_sizes_.assign(domains_.units(), 0);
-  for (std::uint32_t index = 0; index < contacts_.size(); ++index)
-    if (contacts_[index].in_use && contacts_[index].colour != no_colour) enlist(index);
-}
-
-void ContactGraph::uncolour(std::uint32_t index) {
-  ++colouring_;
-  Contact& c = contacts_[index];
-  std::vector<std::uint32_t>& list = list_of(c);
-  --sizes_[c.colour];
-  --unit_sizes_[domains_.unit(c)];
-  between_ -= !c.fixed_a;
-  contacts_[list.back()].colour_slot = c.colour_slot;
-  list[c.colour_slot] = list.back();
-  list.pop_back();
-  if (c.colour == overflow_colour) {
-    --state_.overflow_count[c.b];
-    if (!c.fixed_a) --state_.overflow_count[c.a];
-  } else {
-    const std::uint32_t bit = 1u << c.colour;
-    state_.colour_mask[c.b] &= ~bit;
-    if (!c.fixed_a) state_.colour_mask[c.a] &= ~bit;
-  }
-  note_in_bodies(index);
-  state_.note_to_solve(c.b);
-  if (!c.fixed_a) state_.note_to_solve(c.a);
-  c.colour = no_colour;
-}
-
-void ContactGraph::link(std::uint32_t index, std::uint32_t side) {
-  ContactLinks& links = links_[index];
-  std::uint32_t& head = state_.first_contact[body(contacts_[index], side)];
-  links.next[side] = head;
-  links.previous[side] = none;
-  if (head != none) links_[head >> 1].previous[head & 1] = index << 1 | side;
-  head = index << 1 | side;
-}
-
-void ContactGraph::unlink(std::uint32_t index, std::uint32_t side) {
-  const std::uint32_t next = links_[index].next[side], previous = links_[index].previous[side];
-  if (previous == none)
-    state_.first_contact[body(contacts_[index], side)] = next;
-  else
-    links_[previous >> 1].next[previous & 1] = next;
-  if (next != none) links_[next >> 1].previous[next & 1] = previous;
-}
-
-void ContactGraph::prefetch(std::uint32_t index) const {
-  __builtin_prefetch(&contacts_[index]);
-  __builtin_prefetch(&links_[index]);
-}
-
-void ContactGraph::prefetch_neighbours(std::uint32_t index, std::uint32_t side) const {
-  const ContactLinks& links = links_[index];
-  for (const std::uint32_t link : {links.next[side], links.previous[side]})
-    if (link != none) __builtin_prefetch(&links_[link >> 1]);
-}
-
-void ContactGraph::prefetch_bodies(std::uint32_t index) const {
-  for (const std::uint32_t slot : {contacts_[index].a, contacts_[index].b}) {
-    __builtin_prefetch(&state_.colour_mask[slot]);
-    __builtin_prefetch(&state_.contacts_xor[slot]);
-    __builtin_prefetch(&state_.neighbours_xor[slot]);
-    __builtin_prefetch(&state_.flags[slot]);
-    __builtin_prefetch(&bodies_[slot]);
+  for (std::uint32_t index = 0; index < contacts_.size(); ++index) {
+    if (!contacts_[index].in_use || contacts_[index].colour == no_colour) continue;
+    const Seat seat = seat_of(index);
+    enlist(seat);
+    ++unit_sizes_[seat.unit];
   }
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum =
-      contacts_.capacity() * sizeof(Contact) + links_.capacity() * sizeof(ContactLinks) +
-      manifolds_.capacity() * sizeof(ContactManifold) + pairs_.memory_bytes() + domains_.memory_bytes() +
-      colours_.capacity() * sizeof(colours_[0]) +
-      (free_.capacity() + free_manifolds_.capacity() + new_contacts_.capacity() + new_manifolds_.capacity()) *
-          sizeof(std::uint32_t);
+  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
+                    pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
+                    colours_.capacity() * sizeof(colours_[0]) +
+                    (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity()) *
+                        sizeof(std::uint32_t);
   for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
   return sum;
 }

@@ -3,25 +3,54 @@
 // Colouring is greedy and persistent (as in Box2D v3 and Box3D): a contact takes the lowest colour free on both of
 // its bodies when it begins to touch and keeps it until it ends. Contacts with a body that cannot be pushed
 // block only the other body and have colours of their own, solved last because the ground is the firmer side. A
-// contact that finds no colour goes to the overflow list, which is solved one by one. Changes are made by one thread in
-// the order of contacts, so colours do not depend on timing. Colours are listed by unit (domains.hpp).
+// contact that finds no colour goes to the overflow list, which is solved one by one. Colours are given and taken by
+// one thread in the order of contacts, so they do not depend on timing. They are listed by unit (domains.hpp).
+//
+// What a step changes is taken over by all threads (contact_changes.cpp): each does all that there is to do for some
+// contacts, or for some of the tables of pairs, or for some of the lists of colours, in the order of contacts.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
+#include "native/body_contacts.hpp"
 #include "native/body_state.hpp"
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
 #include "native/domains.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/pair_set.hpp"
+#include "native/prefetch.hpp"
 #include "native/solver_kernels.hpp"
+#include "threads/thread_pool.hpp"
 #include "world/large_array.hpp"
 
 namespace fathom::native {
+
+/// A contact that touches, and where it is solved.
+struct Seat {
+  std::uint32_t contact, a, b;
+  std::uint16_t unit;
+  std::uint8_t colour;
+  bool fixed_a;
+
+  /// Of those that can be pushed.
+  template <class Act>
+  void for_each_body(const Act& act) const {
+    act(b);
+    if (!fixed_a) act(a);
+  }
+};
+
+/// Calls act(part, parts) for parts of `items` things, each by one thread, while the caller's begins with alone(). The
+/// number of parts depends on that of threads.
+template <class Alone, class Act>
+void for_each_part(ThreadPool& pool, std::size_t items, const Alone& alone, const Act& act) {
+  constexpr std::size_t least_to_share = 128;
+  const std::size_t parts = items < least_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
+  pool.for_each_chunk_beside(alone, parts, 1, [&](std::size_t part, std::size_t) { act(part, parts); });
+}
 
 class ContactGraph {
  public:
@@ -44,27 +73,37 @@ class ContactGraph {
   /// The same for pairs that are all new and no two of them equal, on all threads.
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
-  /// Removes the contacts of all pairs marked `gone`, on all threads; those of them that touch are ended by
-  /// end_touch(), by one thread, meanwhile.
-  void remove(std::span<const PartedContact> parted, ThreadPool& pool, const std::function<void()>& end_touch);
-  /// Makes room for the manifolds of `count` contacts that begin to touch; begin(i, index) gives that of the i-th to
-  /// the contact `index`, by any thread. end(index) takes it away again.
+
+  // All changes of a step. Any number of threads may do the same for different contacts or parts.
+
+  /// Makes room for contacts that end touch and contacts that go.
+  void expect(std::size_t ended, std::size_t gone);
+  /// The i-th of them ends touch: all but its bodies and lists forget about that.
+  Seat end(std::size_t i, std::uint32_t index);
+  /// The i-th of them goes, and touches no more; its pair is still known.
+  Pair leave(std::size_t i, std::uint32_t index);
+  /// Forgets a part of the pairs.
+  void forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts);
+  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in place new_manifold(i).
   void make_manifolds(std::size_t count);
-  void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
-  void end(std::uint32_t index);
-  /// Any number of threads may do this for different contacts.
+  std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
+  ContactManifold& manifold_at(std::uint32_t place) { return manifolds_[place]; }
+  void mix_materials(const Contact& contact, ContactManifold& manifold);
   void mix_materials(const Contact& contact);
+  /// Brings a part of the colours' lists up to date with those that ended and those that have their colours.
+  void relist(std::span<const Seat> ended, std::span<const Seat> begun, std::size_t part, std::size_t parts);
 
-  /// The memory that ending this contact will need, to be fetched some contacts ahead: first the contact, then what
-  /// hangs on it.
-  void prefetch(std::uint32_t index) const;
-  void prefetch_neighbours(std::uint32_t index, std::uint32_t side) const;
-  /// What colouring it will need, once the contact is there.
-  void prefetch_bodies(std::uint32_t index) const;
+  void prefetch(std::uint32_t index) const { prefetch_to_write(&contacts_[index]); }
 
+  // By one thread.
+
+  /// Gives the contacts colours, or takes them away, in all but their lists. Ended ones that had none are left out.
+  void colour(std::span<Seat> seats);
+  void uncolour(std::span<const Seat> seats);
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
+  Seat seat_of(std::uint32_t index) const;
   const std::vector<std::uint32_t>& of(std::size_t unit, int colour) const {
     return colours_[unit * (overflow_colour + 1) + static_cast<std::size_t>(colour)];
   }
@@ -86,53 +125,47 @@ class ContactGraph {
   /// Changes whenever any colour's list does.
   std::uint64_t colouring() const { return colouring_; }
 
-  /// Calls act(index) for each contact of the body; `act` may remove that contact.
+  /// Calls act(index) for each contact of the body, the newest first; `act` may remove that contact.
   template <class Act>
-  void for_each_of(std::uint32_t slot, const Act& act) const {
-    for (std::uint32_t link = state_.first_contact[slot]; link != none;) {
-      const std::uint32_t index = link >> 1;
-      link = links_[index].next[link & 1];
-      act(index);
-    }
+  void for_each_of(std::uint32_t slot, const Act& act) {
+    for (const std::uint32_t index : body_contacts_.of(slot, {contacts_.data(), contacts_.size()}))
+      if (contacts_[index].in_use) act(index);
   }
 
   std::size_t memory_bytes() const;
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.links_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
+    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
 
  private:
-  std::uint32_t add(Pair pair);
-  void fill(Contact& c, Pair pair) const;
-  /// Calls of_bodies(owns) for every part of all bodies' lists of contacts, owns(slot) telling which these are, and
-  /// of_tables(owns) for every part of the set of pairs, owns(table), each by one thread. The caller begins with
-  /// alone().
-  template <class Alone, class OfBodies, class OfTables>
-  void for_each_owner(ThreadPool& pool, const Alone& alone, const OfBodies& of_bodies, const OfTables& of_tables) const;
-  std::vector<std::uint32_t>& list_of(const Contact& c);
-  void enlist(std::uint32_t index);
+  void grow_contacts(std::size_t count);
+  void fill(Contact& c, Pair pair, std::uint64_t born) const;
+  template <class Act>
+  void for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts, const Act& act) const;
+  std::vector<std::uint32_t>& list_of(const Seat& seat);
+  void enlist(const Seat& seat);
   /// That the contact is solved from now on, or no more.
-  void note_in_bodies(std::uint32_t index);
+  void note_in_bodies(const Seat& seat);
+  void count(const Seat& seat, int more);
   std::vector<Domains::Link> links_between() const;
-  void link(std::uint32_t index, std::uint32_t side);
-  void unlink(std::uint32_t index, std::uint32_t side);
-  static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
 
   BodyTable& bodies_;
   BodyState& state_;
   LargeArray<Contact> contacts_;
-  LargeArray<ContactLinks> links_;  // of each contact
+  LargeArray<std::uint32_t> places_;  // of contacts in their colours' lists
+  std::uint64_t contacts_made_ = 0;
+  BodyContacts body_contacts_;
   std::vector<std::uint32_t> free_;
   LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
   bool may_bounce_ = false;
   PairSet pairs_;
-  std::vector<std::uint32_t> new_contacts_;  // of `add_new`
   std::vector<std::uint32_t> new_manifolds_;
+  std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free
   Domains domains_;
   std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
   std::vector<std::size_t> unit_sizes_ = {0};

@@ -25,12 +25,6 @@ struct NewManifold {
   Manifold manifold;
 };
 
-/// A contact that `ended`, or is `gone`, and its bodies.
-struct PartedContact {
-  std::uint32_t contact, a, b;
-  bool gone;
-};
-
 /// Distance (m) that two bodies may move against each other before their manifold is made anew.
 float recycle_distance(const BodyInfo& a, const BodyInfo& b);
 

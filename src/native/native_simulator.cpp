@@ -102,7 +102,9 @@ double NativeSimulator::waiting_in_a_heap() const {
 
 void NativeSimulator::find_pairs() {
   ended_.clear();
-  ended_.swap(ended_by_removal_);
+  grow_to(ended_, ended_by_removal_.size());
+  std::copy(ended_by_removal_.begin(), ended_by_removal_.end(), ended_.begin());
+  ended_by_removal_.clear();
   begun_.clear();
   hits_.clear();
   quarantined_.clear();
@@ -125,41 +127,53 @@ void NativeSimulator::find_pairs() {
 }
 
 void NativeSimulator::make_room_for_changes() {
+  // Few enough blocks to be looked through by one thread, enough to be shared out.
+  constexpr std::size_t most_blocks = 512, most_chunks = 8;
   const std::size_t chunks = (graph_.size() + contact_grain - 1) / contact_grain;
-  grow_to(chunks_of_changes_, chunks);
-  grow_to(chunk_counts_, chunks);
+  block_size_ = std::clamp<std::size_t>(chunks / most_blocks, 1, most_chunks) * contact_grain;
+  const std::size_t blocks = (graph_.size() + block_size_ - 1) / block_size_;
+  grow_to(blocks_, blocks);
+  grow_to(block_counts_, blocks);
+}
+
+NativeSimulator::BlockOfChanges& NativeSimulator::begin_block(std::size_t first_contact) {
+  BlockOfChanges& block = blocks_[first_contact / block_size_];
+  block.begun.clear();
+  block.ended.clear();
+  block.gone.clear();
+  block.recycled = 0;
+  return block;
+}
+
+void NativeSimulator::end_block(std::size_t first_contact) {
+  const std::size_t number = first_contact / block_size_;
+  const BlockOfChanges& block = blocks_[number];
+  const auto counted = [](std::size_t n) { return static_cast<std::uint16_t>(n); };
+  // Written once: those of other threads' blocks lie beside them.
+  block_counts_[number] = {counted(block.recycled), counted(block.begun.size()), counted(block.ended.size()),
+                           counted(block.gone.size())};
 }
 
 void NativeSimulator::update_manifolds() {
   const auto size = static_cast<std::uint32_t>(graph_.size());
   make_room_for_changes();
   const Constrained constrained = graph_.constrained();
-  pool_.for_each_chunk(size, contact_grain, [&](std::size_t begin, std::size_t end) {
-    const std::size_t chunk = begin / contact_grain;
-    clear_chunk(chunk);
-    Change changes[contact_grain];
-    update_contacts({constrained.contacts, size}, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end),
-                    constrained.manifolds, bodies, state_, def.dt, chunks_of_changes_[chunk].begun, changes);
-    note(chunk, static_cast<std::uint32_t>(begin), {changes, end - begin});
+  pool_.for_each_chunk(size, block_size_, [&](std::size_t begin, std::size_t end) {
+    BlockOfChanges& block = begin_block(begin);
+    for (std::size_t chunk = begin; chunk < end; chunk += contact_grain) {
+      const auto first = static_cast<std::uint32_t>(chunk);
+      const auto last = static_cast<std::uint32_t>(std::min(chunk + contact_grain, end));
+      Change changes[contact_grain];
+      update_contacts({constrained.contacts, size}, first, last, constrained.manifolds, bodies, state_, def.dt,
+                      block.begun, changes);
+      for (std::uint32_t i = first; i < last; ++i) note(block, i, changes[i - first]);
+    }
+    end_block(begin);
   });
-}
-
-void NativeSimulator::note(std::size_t chunk, std::uint32_t first, std::span<const Change> changes) {
-  ChunkCounts counts;  // written once: those of other threads' chunks lie beside them
-  for (std::uint32_t i = 0; i < changes.size(); ++i) {
-    counts.recycled += changes[i] == Change::recycled;
-    counts.begun += changes[i] == Change::began;
-    if (changes[i] != Change::ended && changes[i] != Change::gone) continue;
-    ++counts.parted;
-    const Contact& c = graph_[first + i];
-    chunks_of_changes_[chunk].parted.push_back({first + i, c.a, c.b, changes[i] == Change::gone});
-  }
-  chunk_counts_[chunk] = counts;
 }
 
 void NativeSimulator::build_constraints() {
   take_over_changes();
-  for (const std::uint32_t slot : changed()) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) list_in_contact();
   if (!cell_solver_) divide_if_worth_while();
@@ -375,9 +389,9 @@ void NativeSimulator::quarantine_failed() {
 }
 
 std::size_t NativeSimulator::list_bytes() const {
-  std::size_t bytes = chunks_of_changes_.capacity() * (sizeof(ChunkOfChanges) + sizeof(ChunkCounts)) +
-                      fresh_.capacity() * (sizeof(NewManifold*) + sizeof(HitEvent)) +
-                      pairs_to_add_.capacity() * sizeof(Pair) + parted_.capacity() * sizeof(PartedContact) +
+  const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.begin()))); };
+  std::size_t bytes = bytes_of(blocks_, block_counts_, changed_blocks_, seats_begun_, seats_ended_, pairs_gone_,
+                               first_manifolds_, meetings_, begun_, ended_, hits_, pairs_to_add_) +
                       neighbourhood_.memory_bytes();
   for (const auto* list : {&active_, &in_contact_, &changed_, &forced_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
@@ -511,7 +525,7 @@ void NativeSimulator::for_each_contact(const std::function<void(const ContactInf
     if (!c.in_use || !c.touching()) continue;
     const ContactManifold& m = graph_.manifold(c);
     const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
-    const ContactEvent ids = event(c);
+    const ContactEvent ids = event(c.a, c.b);
     const Vec3 normal = rotate(pa.rotation, m.normal);
     ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
     if (c.colour < colour_count) info.colour = c.colour;

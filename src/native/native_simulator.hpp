@@ -43,9 +43,9 @@ class NativeSimulator : public Simulator {
   std::span<const Velocity> velocities() const override { return state_.velocities; }
   Aabb bounds(std::uint32_t slot) const override;
 
-  std::span<const ContactEvent> contacts_begun() const override { return begun_; }
-  std::span<const ContactEvent> contacts_ended() const override { return ended_; }
-  std::span<const HitEvent> hits() const override { return hits_; }
+  std::span<const ContactEvent> contacts_begun() const override { return {begun_.begin(), begun_.size()}; }
+  std::span<const ContactEvent> contacts_ended() const override { return {ended_.begin(), ended_.size()}; }
+  std::span<const HitEvent> hits() const override { return {hits_.begin(), hits_.size()}; }
   std::span<const Quarantine> quarantined() const override { return quarantined_; }
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
 
@@ -60,24 +60,25 @@ class NativeSimulator : public Simulator {
   // The verbs of a step.
   void find_pairs();
   virtual void update_manifolds();
+
+  /// What a block of contacts, of several chunks, met in the narrow phase: who takes it over finds little to fetch.
+  struct alignas(128) BlockOfChanges {
+    std::vector<NewManifold> begun;
+    std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
+    std::uint32_t recycled = 0;
+  };
   /// Room for what the narrow phase finds of every contact.
   void make_room_for_changes();
-
-  /// What one chunk of contacts met in the narrow phase.
-  struct ChunkOfChanges {
-    std::vector<NewManifold> begun;
-    std::vector<PartedContact> parted;
-  };
-  /// How much of it there is: whoever takes changes over reads these and only the chunks that hold something.
-  struct ChunkCounts {
-    std::uint16_t recycled = 0, begun = 0, parted = 0;
-  };
-  void clear_chunk(std::size_t chunk) {
-    chunks_of_changes_[chunk].begun.clear();
-    chunks_of_changes_[chunk].parted.clear();
+  std::size_t block_size() const { return block_size_; }  // contacts, a multiple of `contact_grain`
+  BlockOfChanges& begin_block(std::size_t first_contact);
+  /// What a contact of the block has met; a first manifold is in `begun` already.
+  void note(BlockOfChanges& block, std::uint32_t index, Change change) {
+    block.recycled += change == Change::recycled;
+    if (change != Change::ended && change != Change::gone) return;
+    if (graph_[index].touching()) block.ended.push_back(index);
+    if (change == Change::gone) block.gone.push_back(index);
   }
-  /// What the contacts of the chunk from `first` on have met; first manifolds are in `begun` already.
-  void note(std::size_t chunk, std::uint32_t first, std::span<const Change> changes);
+  void end_block(std::size_t first_contact);
 
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
 
@@ -86,8 +87,6 @@ class NativeSimulator : public Simulator {
   ThreadPool pool_;
   bool lists_added_ = false;          // for those who ask for it
   std::vector<std::uint32_t> added_;  // contacts that this step's search found
-  std::vector<ChunkOfChanges> chunks_of_changes_;
-  std::vector<ChunkCounts> chunk_counts_;
 
  private:
   void build_constraints();
@@ -115,15 +114,16 @@ class NativeSimulator : public Simulator {
   void divide();
   Cost cost_of_domains() const;
   void take_over_changes();
-  void end_contacts();
-  void begin_contacts();
-  void begin_touching(std::uint32_t index);
+  void place_changes();
+  void gather_changes();
+  void begin_one_by_one();
+  void make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any);
+  void list_hits(std::size_t part, std::size_t parts);
   bool is_asleep(std::uint32_t slot) const;
-  HitEvent first_manifold(const NewManifold& fresh);
-  void end_touching(std::uint32_t index);
+  HitEvent first_manifold(const NewManifold& fresh, std::uint32_t place);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
-  ContactEvent event(const Contact& c) const;
-  HitEvent hit(const Contact& c) const;
+  ContactEvent event(std::uint32_t a, std::uint32_t b) const;
+  HitEvent hit(const Contact& c, const ContactManifold& manifold) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void quarantine_failed();
   void count();
@@ -157,13 +157,30 @@ class NativeSimulator : public Simulator {
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;
-  std::vector<PartedContact> parted_;  // of all chunks
-  std::vector<const NewManifold*> fresh_;
-  std::vector<HitEvent> meetings_;     // of `fresh_`
   std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
 
-  std::vector<ContactEvent> begun_, ended_, ended_by_removal_;
-  std::vector<HitEvent> hits_;
+  // What the narrow phase met, by block, and how much of it: whoever takes it over reads only blocks that hold
+  // something.
+  struct BlockCounts {
+    std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0;
+  };
+  struct PlacedBlock {
+    std::uint32_t block, begun, ended, gone;  // where its changes begin among those of all blocks
+  };
+  std::size_t block_size_ = contact_grain;
+  std::vector<BlockOfChanges> blocks_;
+  std::vector<BlockCounts> block_counts_;
+  std::vector<PlacedBlock> changed_blocks_;
+  // Of all blocks, in the order of contacts.
+  LargeArray<Seat> seats_begun_, seats_ended_;
+  LargeArray<Pair> pairs_gone_;
+  LargeArray<const NewManifold*> first_manifolds_;  // of those that begin
+  LargeArray<HitEvent> meetings_;                   // of them, each part's hits coming first
+  std::vector<std::size_t> hits_in_part_;
+
+  std::vector<ContactEvent> ended_by_removal_;
+  LargeArray<ContactEvent> begun_, ended_;
+  LargeArray<HitEvent> hits_;
   std::vector<Quarantine> quarantined_;
 };
 

@@ -1,8 +1,11 @@
 // The native simulator's part of a snapshot: everything that the next steps depend on, so that they give the same bits.
 // That includes orders: of contacts, of colours' lists, of leaves in the trees. What follows from the rest is made
 // anew: the set of pairs, boxes of tree nodes, lists of active bodies, blocks of constraints.
+#include <algorithm>
+
 #include "native/native_simulator.hpp"
 #include "world/archive.hpp"
+#include "world/growth.hpp"
 
 namespace fathom::native {
 
@@ -11,7 +14,7 @@ namespace fathom::native {
 void BodyState::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);
   for (const std::size_t size : {poses.size(), velocities.size(), bounds.size(), flags.size(), slow_time.size(),
-                                 first_contact.size(), colour_mask.size(), overflow_count.size(), forces.size()})
+                                 colour_mask.size(), overflow_count.size(), forces.size()})
     in.require(size == slots);
   resize(slots);
   for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
@@ -20,12 +23,16 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
 void ContactGraph::restore(ByteReader& in) {
   domains_.restore(in, state_.size());
   archive(*this, in);
-  in.require(links_.size() == contacts_.size());
   in.require(colours_.size() == domains_.units() * (overflow_colour + 1));
   unit_sizes_.assign(domains_.units(), 0);
   const std::size_t slots = state_.size(), contacts = contacts_.size();
-  const auto is_link = [&](std::uint32_t link) { return link == none || (link >> 1) < contacts; };
-  for (const std::uint32_t head : state_.first_contact) in.require(is_link(head));
+  grow_to(places_, contacts);
+  std::fill(places_.begin(), places_.end(), 0);
+  for (const std::vector<std::uint32_t>& list : colours_)
+    for (std::uint32_t place = 0; place < list.size(); ++place) {
+      in.require(list[place] < contacts);
+      places_[list[place]] = place;
+    }
   std::size_t in_use = 0, coloured = 0;
   std::vector<std::uint32_t> colours(slots, 0), overflow(slots, 0);
   for (const Contact& c : contacts_) {
@@ -34,26 +41,22 @@ void ContactGraph::restore(ByteReader& in) {
     ++in_use;
     in.require(c.a < slots && c.b < slots && c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
     in.require(!c.touching() || c.manifold < manifolds_.size());
-    const ContactLinks& links = links_[static_cast<std::size_t>(&c - contacts_.data())];
-    for (int side = 0; side < 2; ++side) in.require(is_link(links.next[side]) && is_link(links.previous[side]));
     in.require(!pairs_.contains(c.a, c.b));
     pairs_.insert(c.a, c.b);
     if (c.colour == no_colour) continue;
     ++coloured;
     in.require(c.touching() && c.colour <= overflow_colour);
-    const std::vector<std::uint32_t>& list = list_of(c);
-    in.require(c.colour_slot < list.size() && list[c.colour_slot] == static_cast<std::uint32_t>(&c - contacts_.data()));
-    for (const std::uint32_t slot : {c.a, c.b}) {
-      if (slot == c.a && c.fixed_a) continue;
+    const Seat seat = seat_of(static_cast<std::uint32_t>(&c - contacts_.data()));
+    const std::vector<std::uint32_t>& list = list_of(seat);
+    in.require(places_[seat.contact] < list.size() && list[places_[seat.contact]] == seat.contact);
+    seat.for_each_body([&](std::uint32_t slot) {
       const std::uint32_t bit = c.colour == overflow_colour ? 0 : 1u << c.colour;
       in.require((colours[slot] & bit) == 0);
       colours[slot] |= bit;
       overflow[slot] += bit == 0;
-    }
-    note_in_bodies(static_cast<std::uint32_t>(&c - contacts_.data()));
-    ++sizes_[c.colour];
-    ++unit_sizes_[domains_.unit(c)];
-    between_ += !c.fixed_a;
+    });
+    note_in_bodies(seat);
+    count(seat, 1);
   }
   in.require(colours == state_.colour_mask && overflow == state_.overflow_count);
   for (const std::vector<std::uint32_t>& list : colours_) {

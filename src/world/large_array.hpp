@@ -48,6 +48,13 @@ class LargeArray {
     reserve(size);
     size_ = size;
   }
+  void clear() { size_ = 0; }
+  /// Gives back all room.
+  void reset() {
+    release(data_, capacity_);
+    data_ = nullptr;
+    size_ = capacity_ = 0;
+  }
 
  private:
   static constexpr std::align_val_t alignment{64};
