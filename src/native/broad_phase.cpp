@@ -1,10 +1,9 @@
 #include "native/broad_phase.hpp"
 
 #include <array>
-#include <bit>
 #include <utility>
 
-#include "native/radix_sort.hpp"
+#include "native/pair_runs.hpp"
 
 namespace fathom::native {
 
@@ -72,7 +71,7 @@ class TreeBroadPhase : public BroadPhase {
   std::uint64_t order() const override { return moving_.times_built(); }
 
   std::size_t memory_bytes() const override {
-    return moving_.memory_bytes() + fixed_.memory_bytes() +
+    return moving_.memory_bytes() + fixed_.memory_bytes() + runs_.memory_bytes() +
            (moving_slots_.capacity() + fixed_slots_.capacity()) * sizeof(std::uint32_t);
   }
 
@@ -103,30 +102,34 @@ class TreeBroadPhase : public BroadPhase {
         });
   }
 
-  // Neighbours search the same nodes, most of which their thread has refitted.
+  // Neighbours search the same nodes, most of which their thread has refitted. What they find is brought into the order
+  // of slots.
   std::size_t find_in_order_of_tree(const BroadPhaseInput& input, ThreadPool& pool,
                                     std::vector<std::vector<Pair>>& found) {
     const std::span<const std::uint32_t> leaves = moving_.leaves();
-    const std::size_t lists = search_chunks(
-        leaves.size(), Bvh::family, pool, found, [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
-          std::array<std::uint32_t, Bvh::family> changed;
-          std::size_t count = 0;
-          for (std::size_t i = begin; i < end; ++i) {
-            changed[count] = leaves[i];
-            count += input.is_changed(leaves[i]);
-          }
-          if (count == 0) return;
-          Bvh::Nearby nearby;
-          moving_.list_nearby(begin / Bvh::family, nearby);
-          for (std::size_t i = 0; i < count; ++i)
-            search(input, changed[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
-        });
-    for (std::size_t i = 1; i < lists; ++i) {
-      make_room(found[0], found[0].size() + found[i].size());
-      found[0].insert(found[0].end(), found[i].begin(), found[i].end());
-    }
-    radix_sort(found[0], sorted_, static_cast<int>(std::bit_width(input.state.size())),
-               [](Pair pair) { return pair.a; });
+    runs_.make_room((leaves.size() + Bvh::family - 1) / Bvh::family, input.state.size());
+    const std::size_t lists = search_chunks(leaves.size(), Bvh::family, pool, runs_.lists(),
+                                            [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
+                                              const std::size_t list = begin / Bvh::family;
+                                              std::array<std::uint32_t, Bvh::family> changed;
+                                              std::size_t count = 0;
+                                              for (std::size_t i = begin; i < end; ++i) {
+                                                changed[count] = leaves[i];
+                                                count += input.is_changed(leaves[i]);
+                                              }
+                                              if (count == 0) return runs_.note_list(list, 0);
+                                              Bvh::Nearby nearby;
+                                              moving_.list_nearby(list, nearby);
+                                              for (std::size_t i = 0; i < count; ++i) {
+                                                const std::size_t before = pairs.size();
+                                                search(input, changed[i], hits, pairs,
+                                                       [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
+                                                runs_.note(changed[i], list, before, pairs.size() - before);
+                                              }
+                                              runs_.note_list(list, pairs.size());
+                                            });
+    if (found.empty()) found.resize(1);
+    runs_.gather(lists, input.changed, pool, found[0]);
     return 1;
   }
 
@@ -195,7 +198,7 @@ class TreeBroadPhase : public BroadPhase {
   Bvh moving_, fixed_;
   std::vector<std::uint32_t> moving_slots_, fixed_slots_;
   std::vector<std::vector<std::uint32_t>> hits_;  // per chunk
-  std::vector<Pair> sorted_;
+  PairRuns runs_;
 };
 
 }  // namespace

@@ -112,18 +112,23 @@ void NativeSimulator::find_pairs() {
   collect_changed();
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < lists; ++i) count += new_pairs_[i].size();
-  give_back_room(pairs_to_add_, count);
-  make_room(pairs_to_add_, count);
-  for (std::size_t i = 0; i < lists; ++i)
-    pairs_to_add_.insert(pairs_to_add_.end(), new_pairs_[i].begin(), new_pairs_[i].end());
+  const std::span<const Pair> pairs = joined(std::span(new_pairs_).first(lists));
   added_.clear();
   std::vector<std::uint32_t>* const added = lists_added_ ? &added_ : nullptr;
   if (broad_phase_->lists_pairs_once())
-    graph_.add_new(pairs_to_add_, pool_, added);
+    graph_.add_new(pairs, pool_, added);
   else
-    graph_.add(pairs_to_add_, added);
+    graph_.add(pairs, added);
+}
+
+std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>> lists) {
+  if (lists.size() == 1) return lists[0];
+  std::size_t count = 0;
+  for (const std::vector<Pair>& list : lists) count += list.size();
+  give_back_room(pairs_to_add_, count);
+  make_room(pairs_to_add_, count);
+  for (const std::vector<Pair>& list : lists) pairs_to_add_.insert(pairs_to_add_.end(), list.begin(), list.end());
+  return pairs_to_add_;
 }
 
 void NativeSimulator::make_room_for_changes() {
@@ -393,6 +398,7 @@ std::size_t NativeSimulator::list_bytes() const {
   std::size_t bytes = bytes_of(blocks_, block_counts_, changed_blocks_, seats_begun_, seats_ended_, pairs_gone_,
                                first_manifolds_, meetings_, begun_, ended_, hits_, pairs_to_add_) +
                       neighbourhood_.memory_bytes();
+  if (!new_pairs_.empty()) bytes += bytes_of(new_pairs_[0]);
   for (const auto* list : {&active_, &in_contact_, &changed_, &forced_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;

@@ -113,6 +113,7 @@ class NativeSimulator : public Simulator {
   void divide_if_worth_while();
   void divide();
   Cost cost_of_domains() const;
+  std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
   void take_over_changes();
   void place_changes();
   void gather_changes();
