@@ -30,6 +30,12 @@ struct alignas(16) FlightData {
   float zero = 0;
 };
 
+/// Of a body's contacts that are solved, the exclusive or of their indices: the contact of a body that has one, and the
+/// way from one to the other in a body that has two. The same of the slots of the bodies on their other sides.
+struct SolvedContacts {
+  std::uint32_t contacts_xor = 0, neighbours_xor = 0;
+};
+
 struct BodyState {
   std::vector<Pose> poses;
   std::vector<Velocity> velocities;
@@ -39,9 +45,7 @@ struct BodyState {
   std::vector<float> slow_time;               ///< s that the body has been slow
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
-  /// Exclusive or of the indices of its contacts that are solved: the contact of a body that has one, and the way from
-  /// one to the other in a body that has two. The same of the slots of the bodies on their other sides.
-  std::vector<std::uint32_t> contacts_xor, neighbours_xor;
+  std::vector<SolvedContacts> solved;
   std::vector<Force> forces;
   std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 
@@ -74,7 +78,7 @@ struct BodyState {
   /// Brings the bit of `to_solve` up to date.
   void note_to_solve(std::uint32_t slot) {
     const std::uint64_t bit = std::uint64_t{1} << slot % 64;
-    const bool is = (colour_mask[slot] | overflow_count[slot]) != 0 || (flags[slot] & kinematic);
+    const bool is = colour_mask[slot] != 0 || overflow_count[slot] != 0 || (flags[slot] & kinematic);
     to_solve[slot / 64] = is ? to_solve[slot / 64] | bit : to_solve[slot / 64] & ~bit;
   }
 

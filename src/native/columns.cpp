@@ -30,7 +30,7 @@ void Columns::update(std::span<const std::uint32_t> in_contact, std::size_t larg
                         any_is_uneven_))
     return;
   for (const std::uint32_t slot : in_contact)
-    if (contacts_of(slot) == 1 && contacts_of(state_.neighbours_xor[slot]) == 2) tops_.push_back(slot);
+    if (contacts_of(slot) == 1 && contacts_of(state_.solved[slot].neighbours_xor) == 2) tops_.push_back(slot);
   const std::size_t chunks = (tops_.size() + top_grain - 1) / top_grain;
   if (found_.size() < chunks) found_.resize(chunks);
   pool.for_each_chunk(tops_.size(), top_grain, [&](std::size_t begin, std::size_t end) {
@@ -47,7 +47,7 @@ void Columns::find(std::span<const std::uint32_t> tops, Found& found) const {
   found.columns.clear();
   found.links.clear();
   // Contacts lie anywhere in memory, in other cores' caches above all.
-  for (const std::uint32_t top : tops) prefetch_to_read(&graph_[state_.contacts_xor[top]]);
+  for (const std::uint32_t top : tops) prefetch_to_read(&graph_[state_.solved[top].contacts_xor]);
   for (const std::uint32_t top : tops) follow_from(top, found);
 }
 
@@ -57,7 +57,7 @@ void Columns::follow_from(std::uint32_t top, Found& found) const {
   std::uint32_t above = top, contact = 0;
   bool stands = false;
   while (!stands) {
-    contact ^= state_.contacts_xor[above];
+    contact ^= state_.solved[above].contacts_xor;
     const Contact& c = graph_[contact];
     const std::uint32_t below = c.a == above ? c.b : c.a;
     if (c.colour == overflow_colour || (!c.fixed_a && contacts_of(below) > 2)) break;

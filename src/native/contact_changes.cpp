@@ -19,6 +19,25 @@
 
 namespace fathom::native {
 
+namespace {
+
+/// Calls each of the acts for all of [begin, end), some turns before the next act: what lies anywhere in memory is
+/// fetched, step by step, until the last act has it at hand.
+template <class... Acts>
+void one_after_the_other(std::size_t begin, std::size_t end, const Acts&... acts) {
+  constexpr std::size_t turns = 3, last = turns * (sizeof...(acts) - 1);
+  for (std::size_t i = begin; i < end + last; ++i) {
+    std::size_t late = 0;
+    const auto call = [&](const auto& act) {
+      if (i >= begin + late && i - late < end) act(i - late);
+      late += turns;
+    };
+    (call(acts), ...);
+  }
+}
+
+}  // namespace
+
 void NativeSimulator::take_over_changes() {
   place_changes();
   gather_changes();
@@ -37,7 +56,9 @@ void NativeSimulator::take_over_changes() {
     graph_.uncolour(ended);
     if (!wakes_any) graph_.colour(begun);
   };
-  for_each_part(pool_, changes, colour, [&](std::size_t part, std::size_t parts) {
+  // Many threads do the rest before the one with the colours can help.
+  const std::size_t threads = parts_for(pool_, changes), parts = threads > 3 ? threads - 1 : threads;
+  pool_.for_each_chunk_beside(colour, parts, 1, [&](std::size_t part, std::size_t) {
     graph_.forget({pairs_gone_.data(), pairs_gone_.size()}, part, parts);
     make_first_manifolds(part, parts, wakes_any);
   });
@@ -45,15 +66,13 @@ void NativeSimulator::take_over_changes() {
   std::size_t hits = 0;
   for (const std::size_t of_part : hits_in_part_) hits += of_part;
   grow_to(hits_, hits);
-  for_each_part(
-      pool_, changes, [] {},
-      [&](std::size_t part, std::size_t parts) {
-        graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
-        list_hits(part, parts);
-        const std::span<const std::uint32_t> slots = changed();
-        for (std::size_t i = part * slots.size() / parts; i < (part + 1) * slots.size() / parts; ++i)
-          state_.flags[slots[i]] &= static_cast<std::uint8_t>(~box_changed);
-      });
+  for_each_part(pool_, parts, [&](std::size_t part) {
+    graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
+    list_hits(part, parts);
+    const std::span<const std::uint32_t> slots = changed();
+    for (std::size_t i = part * slots.size() / parts; i < (part + 1) * slots.size() / parts; ++i)
+      state_.flags[slots[i]] &= static_cast<std::uint8_t>(~box_changed);
+  });
   if (wakes_any) begin_one_by_one();
 }
 
@@ -66,7 +85,6 @@ void NativeSimulator::place_changes() {
     const BlockCounts counts = block_counts_[next.block];
     profile.counts.recycled += counts.recycled;
     if ((counts.begun | counts.ended | counts.gone) == 0) continue;
-    prefetch_to_read(&blocks_[next.block]);
     changed_blocks_.push_back(next);
     next.begun += counts.begun;
     next.ended += counts.ended;
@@ -84,61 +102,67 @@ void NativeSimulator::gather_changes() {
   const std::size_t changes = seats_begun_.size() + seats_ended_.size() + pairs_gone_.size();
   const std::size_t ended_before = ended_.size();
   grow_to(ended_, ended_before + seats_ended_.size());
-  for_each_part(
-      pool_, changes, [] {},
-      [&](std::size_t part, std::size_t parts) {
-        const std::size_t end = (part + 1) * changed_blocks_.size() / parts;
-        for (std::size_t i = part * changed_blocks_.size() / parts; i < end; ++i) {
-          if (i + 4 < end) {
-            const BlockOfChanges& block = blocks_[changed_blocks_[i + 4].block];
-            prefetch_to_read(block.begun.data());
-            prefetch_to_read(block.ended.data());
-            prefetch_to_read(block.gone.data());
-          }
-          if (i + 2 < end) {
-            const BlockOfChanges& block = blocks_[changed_blocks_[i + 2].block];
-            for (const NewManifold& fresh : block.begun) graph_.prefetch(fresh.contact);
-            for (const std::uint32_t index : block.ended) graph_.prefetch(index);
-            for (const std::uint32_t index : block.gone) graph_.prefetch(index);
-          }
-          PlacedBlock place = changed_blocks_[i];
-          const BlockOfChanges& block = blocks_[place.block];
-          for (const NewManifold& fresh : block.begun) {
-            const Seat seat = graph_.seat_of(fresh.contact);
-            begun_[place.begun] = event(seat.a, seat.b);
-            first_manifolds_[place.begun] = &fresh;
-            seats_begun_[place.begun++] = seat;
-          }
-          for (const std::uint32_t index : block.ended) {
-            const Seat seat = graph_.end(place.ended, index);
-            ended_[ended_before + place.ended] = event(seat.a, seat.b);
-            seats_ended_[place.ended++] = seat;
-          }
-          for (const std::uint32_t index : block.gone) {
-            pairs_gone_[place.gone] = graph_.leave(place.gone, index);
-            ++place.gone;
-          }
-        }
-      });
+  const std::size_t parts = parts_for(pool_, changes);
+  for_each_part(pool_, parts, [&](std::size_t part) {
+    const auto block = [&](std::size_t i) -> const BlockOfChanges& { return blocks_[changed_blocks_[i].block]; };
+    const auto fetch_block = [&](std::size_t i) { prefetch_to_read(&block(i)); };
+    const auto fetch_lists = [&](std::size_t i) {
+      prefetch_to_read(block(i).begun.data());
+      prefetch_to_read(block(i).ended.data());
+      prefetch_to_read(block(i).gone.data());
+    };
+    const auto fetch_contacts = [&](std::size_t i) {
+      for (const NewManifold& fresh : block(i).begun) graph_.prefetch(fresh.contact);
+      for (const std::uint32_t index : block(i).ended) graph_.prefetch(index);
+      for (const std::uint32_t index : block(i).gone) graph_.prefetch(index);
+    };
+    const auto take = [&](std::size_t i) { gather(block(i), changed_blocks_[i], ended_before); };
+    const std::size_t blocks = changed_blocks_.size();
+    one_after_the_other(part * blocks / parts, (part + 1) * blocks / parts, fetch_block, fetch_lists, fetch_contacts,
+                        take);
+  });
+}
+
+void NativeSimulator::gather(const BlockOfChanges& block, PlacedBlock place, std::size_t ended_before) {
+  for (const NewManifold& fresh : block.begun) {
+    const Seat seat = graph_.seat_of(fresh.contact);
+    begun_[place.begun] = event(seat.a, seat.b);
+    first_manifolds_[place.begun] = &fresh;
+    seats_begun_[place.begun++] = seat;
+  }
+  for (const std::uint32_t index : block.ended) {
+    const Seat seat = graph_.end(place.ended, index);
+    ended_[ended_before + place.ended] = event(seat.a, seat.b);
+    seats_ended_[place.ended++] = seat;
+  }
+  for (const std::uint32_t index : block.gone) {
+    pairs_gone_[place.gone] = graph_.leave(place.gone, index);
+    ++place.gone;
+  }
 }
 
 void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any) {
-  constexpr std::size_t ahead = 4;
   const std::size_t count = first_manifolds_.size();
-  const std::size_t begin = part * count / parts, end = (part + 1) * count / parts;
+  const std::size_t begin = part * count / parts;
   std::size_t hits = begin;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (i + ahead < end) {
-      prefetch_to_read(first_manifolds_[i + ahead]);
-      graph_.prefetch(seats_begun_[i + ahead].contact);
-      for (const std::uint32_t slot : {seats_begun_[i + ahead].a, seats_begun_[i + ahead].b})
-        prefetch_to_read(&bodies[slot]);
+  const auto fetch = [&](std::size_t i) {
+    prefetch_to_read(&first_manifolds_[i]->contact);
+    prefetch_to_read(&first_manifolds_[i]->manifold.points[2]);
+    graph_.prefetch(seats_begun_[i].contact);
+    for (const std::uint32_t slot : {seats_begun_[i].a, seats_begun_[i].b}) {
+      prefetch_to_read(&bodies[slot]);
+      prefetch_to_read(&bodies[slot].material);
+      prefetch_to_read(&state_.poses[slot]);
+      prefetch_to_read(&state_.velocities[slot]);
     }
+  };
+  const auto make = [&](std::size_t i) {
     const std::uint32_t place = graph_.new_manifold(i);
     meetings_[hits] = first_manifold(*first_manifolds_[i], place);
     hits += meetings_[hits].approach_speed > def.solver.restitution_threshold;
     if (!wakes_any) graph_[first_manifolds_[i]->contact].manifold = place;
-  }
+  };
+  one_after_the_other(begin, (part + 1) * count / parts, fetch, make);
   hits_in_part_[part] = hits - begin;
 }
 

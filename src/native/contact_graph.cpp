@@ -68,34 +68,41 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
     return i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(first_new + i - old);
   };
   grow_contacts(pairs.size() - old);
-  for_each_part(
-      pool, pairs.size(), [] {},
-      [&](std::size_t part, std::size_t parts) {
-        const std::size_t end = (part + 1) * pairs.size() / parts;
-        for (std::size_t i = part * pairs.size() / parts; i < end; ++i) {
-          if (i + ahead < end) {
-            prefetch_to_write(&contacts_[place(i + ahead)]);
-            for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
-              prefetch_to_read(&state_.bounds[slot]);
-          }
-          fill(contacts_[place(i)], pairs[i], contacts_made_ + i);
-        }
-        for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
-      });
+  const std::size_t parts = parts_for(pool, pairs.size());
+  for_each_part(pool, parts, [&](std::size_t part) {
+    const std::size_t end = (part + 1) * pairs.size() / parts;
+    for (std::size_t i = part * pairs.size() / parts; i < end; ++i) {
+      if (i + ahead < end) {
+        prefetch_to_write(&contacts_[place(i + ahead)]);
+        for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
+          prefetch_to_read(&state_.bounds[slot]);
+      }
+      fill(contacts_[place(i)], pairs[i], contacts_made_ + i);
+    }
+    for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
+  });
   contacts_made_ += pairs.size();
   if (added)
     for (std::size_t i = 0; i < pairs.size(); ++i) added->push_back(place(i));
   free_.resize(free_.size() - old);
 }
 
-// What each thread looks for among all pairs it finds by their hashes, which costs less than sorting them out.
+// Every thread looks through all pairs for those of its tables, which costs less than sorting them out; a few at a
+// time, without branches, which nobody could predict.
 template <class Act>
 void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts,
                                       const Act& act) const {
-  const auto is_mine = [&](Pair p) { return PairSet::table(p.a, p.b) * parts / PairSet::tables == part; };
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (i + ahead < pairs.size() && is_mine(pairs[i + ahead])) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
-    if (is_mine(pairs[i])) act(pairs[i]);
+  constexpr std::size_t batch = 32;
+  const std::size_t first = part * PairSet::tables / parts, count = (part + 1) * PairSet::tables / parts - first;
+  std::uint32_t mine[batch];
+  for (std::size_t i = 0; i < pairs.size();) {
+    std::size_t found = 0;
+    for (; i < pairs.size() && found < batch; ++i) {
+      mine[found] = static_cast<std::uint32_t>(i);
+      found += PairSet::table(pairs[i].a, pairs[i].b) - first < count;
+    }
+    for (std::size_t k = 0; k < found; ++k) pairs_.prefetch(pairs[mine[k]].a, pairs[mine[k]].b);
+    for (std::size_t k = 0; k < found; ++k) act(pairs[mine[k]]);
   }
 }
 
@@ -181,7 +188,9 @@ void ContactGraph::uncolour(std::uint32_t index) {
 
 void ContactGraph::colour(std::span<Seat> seats) {
   colouring_ += !seats.empty();
-  for (Seat& seat : seats) {
+  for (std::size_t i = 0; i < seats.size(); ++i) {
+    if (i + ahead < seats.size()) prefetch_bodies(seats[i + ahead]);
+    Seat& seat = seats[i];
     std::uint32_t taken = state_.colour_mask[seat.b];
     taken |= seat.fixed_a ? ~fixed_colours : state_.colour_mask[seat.a] | fixed_colours;
     const bool is_free = ~taken != 0;
@@ -199,7 +208,9 @@ void ContactGraph::colour(std::span<Seat> seats) {
 }
 
 void ContactGraph::uncolour(std::span<const Seat> seats) {
-  for (const Seat& seat : seats) {
+  for (std::size_t i = 0; i < seats.size(); ++i) {
+    if (i + ahead < seats.size()) prefetch_bodies(seats[i + ahead]);
+    const Seat& seat = seats[i];
     if (seat.colour == no_colour) continue;
     ++colouring_;
     seat.for_each_body([&](std::uint32_t slot) {
@@ -214,12 +225,20 @@ void ContactGraph::uncolour(std::span<const Seat> seats) {
   }
 }
 
+void ContactGraph::prefetch_bodies(const Seat& seat) const {
+  seat.for_each_body([&](std::uint32_t slot) {
+    prefetch_to_write(&state_.colour_mask[slot]);
+    prefetch_to_write(&state_.solved[slot]);
+  });
+}
+
 void ContactGraph::note_in_bodies(const Seat& seat) {
-  state_.contacts_xor[seat.b] ^= seat.contact;
-  state_.neighbours_xor[seat.b] ^= seat.a;
-  if (seat.fixed_a) return;
-  state_.contacts_xor[seat.a] ^= seat.contact;
-  state_.neighbours_xor[seat.a] ^= seat.b;
+  const auto note = [&](std::uint32_t slot, std::uint32_t other) {
+    state_.solved[slot].contacts_xor ^= seat.contact;
+    state_.solved[slot].neighbours_xor ^= other;
+  };
+  note(seat.b, seat.a);
+  if (!seat.fixed_a) note(seat.a, seat.b);
 }
 
 void ContactGraph::count(const Seat& seat, int more) {

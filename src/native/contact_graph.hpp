@@ -43,13 +43,17 @@ struct Seat {
   }
 };
 
-/// Calls act(part, parts) for parts of `items` things, each by one thread, while the caller's begins with alone(). The
-/// number of parts depends on that of threads.
-template <class Alone, class Act>
-void for_each_part(ThreadPool& pool, std::size_t items, const Alone& alone, const Act& act) {
+/// How many parts so many contacts or pairs are changed in.
+inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
   constexpr std::size_t least_to_share = 128;
-  const std::size_t parts = items < least_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
-  pool.for_each_chunk_beside(alone, parts, 1, [&](std::size_t part, std::size_t) { act(part, parts); });
+  return items < least_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
+}
+
+/// Calls act(part) for each part, by one thread.
+template <class Act>
+void for_each_part(ThreadPool& pool, std::size_t parts, const Act& act) {
+  const auto alone = [] {};
+  pool.for_each_chunk_beside(alone, parts, 1, [&](std::size_t part, std::size_t) { act(part); });
 }
 
 class ContactGraph {
@@ -148,6 +152,7 @@ class ContactGraph {
   void for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts, const Act& act) const;
   std::vector<std::uint32_t>& list_of(const Seat& seat);
   void enlist(const Seat& seat);
+  void prefetch_bodies(const Seat& seat) const;
   /// That the contact is solved from now on, or no more.
   void note_in_bodies(const Seat& seat);
   void count(const Seat& seat, int more);

@@ -115,8 +115,13 @@ class NativeSimulator : public Simulator {
   Cost cost_of_domains() const;
   std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
   void take_over_changes();
+  /// A block with changes, and where these begin among those of all blocks.
+  struct PlacedBlock {
+    std::uint32_t block, begun, ended, gone;
+  };
   void place_changes();
   void gather_changes();
+  void gather(const BlockOfChanges& block, PlacedBlock place, std::size_t ended_before);
   void begin_one_by_one();
   void make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any);
   void list_hits(std::size_t part, std::size_t parts);
@@ -164,9 +169,6 @@ class NativeSimulator : public Simulator {
   // something.
   struct BlockCounts {
     std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0;
-  };
-  struct PlacedBlock {
-    std::uint32_t block, begun, ended, gone;  // where its changes begin among those of all blocks
   };
   std::size_t block_size_ = contact_grain;
   std::vector<BlockOfChanges> blocks_;
