@@ -113,11 +113,12 @@ class ContactGraph {
   /// alone().
   template <class Alone, class OfBodies, class OfTables>
   void for_each_owner(ThreadPool& pool, const Alone& alone, const OfBodies& of_bodies, const OfTables& of_tables) const;
+  std::size_t list_number(const Contact& c) const { return domains_.unit(c) * (overflow_colour + 1) + c.colour; }
   std::vector<std::uint32_t>& list_of(const Contact& c);
+  void enlist_all(ThreadPool& pool);
   void enlist(std::uint32_t index);
   /// That the contact is solved from now on, or no more.
   void note_in_bodies(std::uint32_t index);
-  std::vector<Domains::Link> links_between() const;
   void link(std::uint32_t index, std::uint32_t side);
   void unlink(std::uint32_t index, std::uint32_t side);
   static std::uint32_t body(const Contact& c, std::uint32_t side) { return side == 0 ? c.a : c.b; }
