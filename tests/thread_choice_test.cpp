@@ -108,6 +108,15 @@ TEST(ThreadChoice, NeverTriesLongSteps) {
   EXPECT_EQ(run.changes, 0);
 }
 
+TEST(ThreadChoice, NeverTriesOneThreadWhereThatWouldBeASpike) {
+  Scene run;  // 2.4 ms of work
+  run.steps(20000, 120, 16, 16, [&](int threads) {
+    EXPECT_GT(threads, 4);
+    return 2.4e-3 / threads + 100e-6;
+  });
+  EXPECT_EQ(run.threads, 16);
+}
+
 TEST(ThreadChoice, KeepsWhatItMeasuredWhenTheGuessChanges) {
   Scene run;
   run.steps(600, 4, 16, 2, [](int threads) { return threads == 2 ? 100e-6 : 150e-6; });

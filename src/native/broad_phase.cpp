@@ -90,7 +90,7 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
-  static constexpr std::size_t least_changed = 256, least_part = 32;
+  static constexpr std::size_t least_changed = 16, least_part = 32;
 
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {

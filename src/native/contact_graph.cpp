@@ -4,6 +4,7 @@
 #include <atomic>
 #include <bit>
 #include <cstddef>
+#include <utility>
 
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/softness.hpp"
@@ -288,29 +289,44 @@ void ContactGraph::enlist(const Seat& seat) {
 
 // --- domains -------------------------------------------------------------------------------------------------
 
-std::vector<Domains::Link> ContactGraph::links_between() const {
-  std::vector<Domains::Link> links;
-  links.reserve(between_);
-  for (const Contact& c : contacts_)
-    if (c.in_use && c.colour != no_colour && !c.fixed_a) links.push_back({c.a, c.b});
-  return links;
-}
-
 void ContactGraph::divide(std::span<const std::uint32_t> slots, ThreadPool& pool) {
   ++colouring_;
   if (slots.empty())
     domains_.clear();
   else
-    domains_.divide(slots, links_between(), state_, pool);
-  colours_.resize(domains_.units() * (overflow_colour + 1));
-  for (std::vector<std::uint32_t>& list : colours_) list.clear();
-  unit_sizes_.assign(domains_.units(), 0);
-  for (std::uint32_t index = 0; index < contacts_.size(); ++index) {
-    if (!contacts_[index].in_use || contacts_[index].colour == no_colour) continue;
-    const Seat seat = seat_of(index);
-    enlist(seat);
-    ++unit_sizes_[seat.unit];
+    domains_.divide(slots, contacts_, between_, state_, pool);
+  enlist_all(pool);
+}
+
+// In the order of contacts. Two passes, so that several threads know where to write.
+void ContactGraph::enlist_all(ThreadPool& pool) {
+  constexpr std::size_t grain = 4096;
+  const std::size_t lists = domains_.units() * (overflow_colour + 1), chunks = (contacts_.size() + grain - 1) / grain;
+  colours_.resize(lists);
+  std::vector<std::uint32_t> next(chunks * lists);  // by chunk and list: how many, then the next one's place
+  const auto for_each_in = [&](std::size_t begin, std::size_t end, const auto& act) {
+    for (std::size_t index = begin; index < end; ++index)
+      if (const Contact& c = contacts_[index]; c.in_use && c.colour != no_colour)
+        act(static_cast<std::uint32_t>(index), next[begin / grain * lists + list_number(c)]);
+  };
+  pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for_each_in(begin, end, [](std::uint32_t, std::uint32_t& count) { ++count; });
+  });
+  for (std::size_t list = 0; list < lists; ++list) {
+    std::uint32_t size = 0;
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) size += std::exchange(next[chunk * lists + list], size);
+    make_room(colours_[list], size);
+    colours_[list].resize(size);
   }
+  pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& place) {
+      colours_[list_number(contacts_[index])][place] = index;
+      places_[index] = place++;
+    });
+  });
+  unit_sizes_.assign(domains_.units(), 0);
+  for (std::size_t list = 0; list < lists; ++list)
+    unit_sizes_[list / (overflow_colour + 1)] += static_cast<std::uint32_t>(colours_[list].size());
 }
 
 std::size_t ContactGraph::memory_bytes() const {

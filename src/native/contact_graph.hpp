@@ -150,13 +150,14 @@ class ContactGraph {
   void fill(Contact& c, Pair pair, std::uint64_t born) const;
   template <class Act>
   void for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts, const Act& act) const;
+  std::size_t list_number(const Contact& c) const { return domains_.unit(c) * (overflow_colour + 1) + c.colour; }
   std::vector<std::uint32_t>& list_of(const Seat& seat);
+  void enlist_all(ThreadPool& pool);
   void enlist(const Seat& seat);
   void prefetch_bodies(const Seat& seat) const;
   /// That the contact is solved from now on, or no more.
   void note_in_bodies(const Seat& seat);
   void count(const Seat& seat, int more);
-  std::vector<Domains::Link> links_between() const;
 
   BodyTable& bodies_;
   BodyState& state_;

@@ -16,6 +16,8 @@ namespace {
 
 constexpr std::uint32_t key_bits = 11;  // a coordinate
 constexpr std::uint32_t key_range = 1u << key_bits;
+constexpr std::size_t least_slots = 256;     // to place in several threads
+constexpr std::size_t contact_grain = 4096;  // contacts to look at in several threads
 
 // For the contacts that a body may yet get.
 constexpr float least_weight = 0.125f;
@@ -92,11 +94,11 @@ void Domains::set_counts(const std::array<std::uint32_t, divisions>& counts) {
 
 void Domains::clear() { set_counts({}); }
 
-void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state,
-                     ThreadPool& pool) {
+void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
+                     const BodyState& state, ThreadPool& pool) {
   // Few enough that lanes of their colours are well filled, enough for as many threads as such a heap is worth.
   std::size_t count = 16;
-  while (count < 128 && links.size() > 1600 * count) count *= 2;
+  while (count < 128 && between > 1600 * count) count *= 2;
 
   const Spread spread = spread_of(slots, state);
   int first = 0, second = 1;
@@ -105,19 +107,25 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
   if (third == 1) second = 2;
   if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
 
-  const auto sort_by = [&](int major, int minor, std::vector<Place>& order) {
-    order.reserve(slots.size());
-    const auto key = [&](std::uint32_t slot, int axis) {
-      return quantised(static_cast<double>(state.poses[slot].position[axis]), spread.mean[axis],
-                       spread.deviation[axis]);
-    };
-    for (const std::uint32_t slot : slots) order.push_back({key(slot, major) << key_bits | key(slot, minor), slot});
+  Orders orders{std::vector<Place>(slots.size()), std::vector<Place>(slots.size())};
+  pool.for_each_part(slots.size(), least_slots, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t slot = slots[i];
+      const auto key = [&](int axis) {
+        return quantised(static_cast<double>(state.poses[slot].position[axis]), spread.mean[axis],
+                         spread.deviation[axis]);
+      };
+      const std::uint32_t along_first = key(first), along_second = key(second);
+      orders.by_first[i] = {along_first << key_bits | along_second, slot};
+      orders.by_second[i] = {along_second << key_bits | along_first, slot};
+    }
+  });
+  const auto sort = [](std::vector<Place>& order) {
     std::vector<Place> sorted;
     radix_sort(order, sorted, 2 * key_bits, [](const Place& place) { return place.key; });
   };
-  Orders orders;
   do_both(
-      pool, [&] { sort_by(first, second, orders.by_first); }, [&] { sort_by(second, first, orders.by_second); });
+      pool, [&] { sort(orders.by_first); }, [&] { sort(orders.by_second); });
   std::fill(ids_.begin(), ids_.end(), Ids{});
   const float aspect = static_cast<float>(spread.deviation[first] / spread.deviation[second]);
   // Borders of the second division are midway between those of the first, those of the third midway again; both have
@@ -129,7 +137,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Link>
   weights_.assign(ids_.size(), 0);
   for (const std::uint32_t slot : slots) weights_[slot] = least_weight + contacts_of(state, slot);
   divide(0, fine, fine, 0, orders);
-  balance_first(links, orders, state);
+  balance_first(contacts, orders, state, pool);
   divide(0, fine, fine, 0, orders);
   do_both(
       pool, [&] { divide(1, middle, fine, 0.5f, orders); }, [&] { divide(2, coarse, fine, 0.25f, orders); });
@@ -161,14 +169,20 @@ void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset,
 }
 
 // Domains at the rim of a heap lose fewer of their bodies' contacts to borders, and get fewer bodies for it.
-void Domains::balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state) {
+void Domains::balance_first(std::span<const Contact> contacts, const Orders& orders, const BodyState& state,
+                            ThreadPool& pool) {
   std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
   for (const Place& place : orders.by_first) {
     weight[home(place.slot)] += weights_[place.slot];
     work[home(place.slot)] += least_weight + contacts_with_fixed(state, place.slot);
   }
-  for (const Link link : links)
-    if (home(link.a) == home(link.b)) work[home(link.a)] += 1;
+  std::vector<std::uint32_t> within((contacts.size() / contact_grain + 1) * counts_[0]);  // by chunk and domain
+  pool.for_each_chunk(contacts.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const counts = &within[begin / contact_grain * counts_[0]];
+    for (const Contact& c : contacts.subspan(begin, end - begin))
+      if (c.in_use && c.colour != no_colour && !c.fixed_a && home(c.a) == home(c.b)) ++counts[home(c.a)];
+  });
+  for (std::size_t i = 0; i < within.size(); ++i) work[i % counts_[0]] += static_cast<float>(within[i]);
   for (const Place& place : orders.by_first) weights_[place.slot] *= work[home(place.slot)] / weight[home(place.slot)];
 }
 

@@ -51,12 +51,10 @@ class Domains {
   }
   std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
 
-  struct Link {
-    std::uint32_t a, b;
-  };
-  /// Divides the bodies `slots` anew, whose contacts with each other are `links`, given the colours of all contacts.
-  void divide(std::span<const std::uint32_t> slots, std::span<const Link> links, const BodyState& state,
-              ThreadPool& pool);
+  /// Divides the bodies `slots` anew, given all contacts and their colours; `between` of them are between two bodies
+  /// that can be pushed.
+  void divide(std::span<const std::uint32_t> slots, std::span<const Contact> contacts, std::size_t between,
+              const BodyState& state, ThreadPool& pool);
   void clear();
   /// New bodies belong to the first domains.
   void resize(std::size_t slots) { ids_.resize(slots, Ids{}); }
@@ -87,7 +85,7 @@ class Domains {
   static Grid grid(std::size_t count, float aspect);
   void set_counts(const std::array<std::uint32_t, divisions>& counts);
   void divide(std::size_t division, Grid grid, Grid finest, float offset, const Orders& orders);
-  void balance_first(std::span<const Link> links, const Orders& orders, const BodyState& state);
+  void balance_first(std::span<const Contact> contacts, const Orders& orders, const BodyState& state, ThreadPool& pool);
 
   std::vector<Ids> ids_;  // by slot
   std::array<std::uint32_t, divisions> counts_{};

@@ -84,8 +84,8 @@ int NativeSimulator::threads_worth_while() {
   if (pool_.size() == 1) return 1;
   const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
   const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about
-  constexpr double least = 80e-6, least_a_thread = 20e-6, hopeless_a_thread = 10e-6;
-  const double guess = std::max(1.0, work / least_a_thread);
+  constexpr double least = 80e-6, hopeless_a_thread = 10e-6;
+  const double guess = std::max(1.0, work / ThreadChoice::worth_a_thread);
   const bool alone = work < std::max(least, 2 * waiting_in_a_heap());
   const int most = std::clamp(static_cast<int>(work / hopeless_a_thread), 1, pool_.size());
   return thread_choice_.next(guess, alone ? 1 : guess, most);

@@ -37,7 +37,8 @@ int ThreadChoice::candidate(int most) const {
     case Way::twice:
       return std::min(most, 2 * choice_);
     default:
-      return choice_ > 1 ? 1 : whole(guess_, most);
+      if (choice_ == 1) return whole(guess_, most);
+      return worth_a_thread * guess_ > spike * median() ? choice_ : 1;
   }
 }
 

@@ -8,7 +8,7 @@
 // * Trials get rare: each that fails doubles the pause before the next, up to a thousand steps. One that is clearly
 //   slower ends after two to four steps, so that all of them cost less than 1 % of a long run.
 // * A step that takes long is never tried with other numbers: more threads are worth while then, and half of them would
-//   be a spike.
+//   be a spike. So would one thread where the work is estimated to take it more than twice as long.
 // * Medians before and after, and a margin, keep noise from deciding; where two numbers are equally good, it stays.
 #pragma once
 
@@ -19,13 +19,15 @@ namespace fathom {
 
 class ThreadChoice {
  public:
-  /// Threads for the coming step, of `most` ≥ 1 that are possible. The work is enough for `guess` > 0 of them, which
-  /// may be more than there are; `start` is what to begin with. The guess is followed when it changes by more than a
-  /// quarter; what was measured is kept as the choice's ratio to it.
+  /// Threads for the coming step, of `most` ≥ 1 that are possible. The work is enough for `guess` > 0 of them, each
+  /// having `worth_a_thread` to do, which may be more than there are; `start` is what to begin with. The guess is
+  /// followed when it changes by more than a quarter; what was measured is kept as the choice's ratio to it.
   int next(double guess, double start, int most);
   /// That step took `seconds`.
   void took(double seconds);
 
+  /// What one thread does in this time (s) is worth having it.
+  static constexpr double worth_a_thread = 20e-6;
   /// Steps longer than this (s) are left alone.
   static constexpr double longest = 1e-3;
   /// Steps before the first trial, and between later ones.
@@ -37,6 +39,7 @@ class ThreadChoice {
   static constexpr double margin = 0.95;   // of the time before and after
   static constexpr double hopeless = 1.1;  // of the time before, twice
   static constexpr double absurd = 1.5;    // of the time before, although not settled
+  static constexpr double spike = 2;       // of the time before, by the guess
 
   enum class Phase { steady, trial, check };
   /// A leap, to one thread or to the guess, may land where a few steps would not lead: two threads that wait for each
