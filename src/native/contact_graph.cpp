@@ -283,7 +283,11 @@ std::vector<std::uint32_t>& ContactGraph::list_of(const Seat& seat) {
 void ContactGraph::enlist(const Seat& seat) {
   std::vector<std::uint32_t>& list = list_of(seat);
   places_[seat.contact] = static_cast<std::uint32_t>(list.size());
-  make_room(list, list.size() + 1);
+  if (list.size() == list.capacity()) {
+    const std::size_t before = list.capacity();
+    make_room(list, list.size() + 1);
+    std::atomic_ref(colours_room_).fetch_add(list.capacity() - before, std::memory_order_relaxed);
+  }
   list.push_back(seat.contact);
 }
 
@@ -325,18 +329,20 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
     });
   });
   unit_sizes_.assign(domains_.units(), 0);
-  for (std::size_t list = 0; list < lists; ++list)
-    unit_sizes_[list / (overflow_colour + 1)] += static_cast<std::uint32_t>(colours_[list].size());
+  colours_room_ = 0;
+  for (std::size_t list = 0; list < lists; ++list) {
+    unit_sizes_[list / (overflow_colour + 1)] += colours_[list].size();
+    colours_room_ += colours_[list].capacity();
+  }
 }
 
 std::size_t ContactGraph::memory_bytes() const {
-  std::size_t sum = contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
-                    pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
-                    colours_.capacity() * sizeof(colours_[0]) +
-                    (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity()) *
-                        sizeof(std::uint32_t);
-  for (const auto& list : colours_) sum += list.capacity() * sizeof(std::uint32_t);
-  return sum;
+  return contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
+         pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
+         colours_.capacity() * sizeof(colours_[0]) +
+         (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
+          colours_room_) *
+             sizeof(std::uint32_t);
 }
 
 }  // namespace fathom::native

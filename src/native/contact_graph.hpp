@@ -64,7 +64,7 @@ class ContactGraph {
   const Contact& operator[](std::uint32_t index) const { return contacts_[index]; }
   /// Upper end of indices; slots in between may be unused (`Contact::in_use`).
   std::size_t size() const { return contacts_.size(); }
-  std::size_t pair_count() const { return pairs_.size(); }
+  std::size_t pair_count() const { return contacts_.size() - free_.size(); }
   const PairSet& pairs() const { return pairs_; }
   ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
@@ -174,6 +174,7 @@ class ContactGraph {
   std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free
   Domains domains_;
   std::vector<std::vector<std::uint32_t>> colours_;  // by unit and colour
+  std::size_t colours_room_ = 0;                     // contacts, in the room of all these lists
   std::vector<std::size_t> unit_sizes_ = {0};
   std::size_t sizes_[overflow_colour + 1] = {};
   std::size_t between_ = 0;

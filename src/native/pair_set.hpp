@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -36,7 +37,11 @@ class PairSet {
   void insert(std::uint32_t a, std::uint32_t b) {
     const std::uint64_t key = make_key(a, b), hash = hashed(key);
     Table& table = tables_[hash >> table_shift];
-    if ((table.count + 1) * 4 > table.keys.size() * 3) table.grow();
+    if ((table.count + 1) * 4 > table.keys.size() * 3) {
+      const std::size_t before = table.keys.size();
+      table.grow();
+      std::atomic_ref(room_).fetch_add(table.keys.size() - before, std::memory_order_relaxed);
+    }
     table.place(key, hash);
     ++table.count;
   }
@@ -64,11 +69,7 @@ class PairSet {
     for (const Table& table : tables_) sum += table.count;
     return sum;
   }
-  std::size_t memory_bytes() const {
-    std::size_t sum = 0;
-    for (const Table& table : tables_) sum += table.keys.capacity() * sizeof(std::uint64_t);
-    return sum;
-  }
+  std::size_t memory_bytes() const { return room_ * sizeof(std::uint64_t); }
 
  private:
   static constexpr int table_shift = 64 - 6;
@@ -105,6 +106,7 @@ class PairSet {
   static std::uint64_t hashed(std::uint64_t key) { return key * 0x9e3779b97f4a7c15ull; }
 
   std::array<Table, tables> tables_;
+  std::size_t room_ = 0;  // keys of all tables, which lie in the caches of who changed them
 };
 
 }  // namespace fathom::native

@@ -28,11 +28,14 @@ void ContactGraph::restore(ByteReader& in) {
   const std::size_t slots = state_.size(), contacts = contacts_.size();
   grow_to(places_, contacts);
   std::fill(places_.begin(), places_.end(), 0);
-  for (const std::vector<std::uint32_t>& list : colours_)
+  colours_room_ = 0;
+  for (const std::vector<std::uint32_t>& list : colours_) {
+    colours_room_ += list.capacity();
     for (std::uint32_t place = 0; place < list.size(); ++place) {
       in.require(list[place] < contacts);
       places_[list[place]] = place;
     }
+  }
   std::size_t in_use = 0, coloured = 0;
   std::vector<std::uint32_t> colours(slots, 0), overflow(slots, 0);
   for (const Contact& c : contacts_) {
