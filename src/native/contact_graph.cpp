@@ -291,11 +291,14 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for_each_in(begin, end, [](std::uint32_t, std::uint32_t& count) { ++count; });
   });
+  std::vector<std::uint32_t> sizes(lists);
+  for (std::uint32_t* of_chunk = places.data(); of_chunk != places.data() + places.size(); of_chunk += lists)
+    for (std::size_t list = 0; list < lists; ++list) sizes[list] += std::exchange(of_chunk[list], sizes[list]);
+  unit_sizes_.assign(domains_.units(), 0);
   for (std::size_t list = 0; list < lists; ++list) {
-    std::uint32_t size = 0;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) size += std::exchange(places[chunk * lists + list], size);
-    make_room(colours_[list], size);
-    colours_[list].resize(size);
+    make_room(colours_[list], sizes[list]);
+    colours_[list].resize(sizes[list]);
+    unit_sizes_[list / (overflow_colour + 1)] += sizes[list];
   }
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& place) {
@@ -304,9 +307,6 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
       colours_[list_number(c)][c.colour_slot] = index;
     });
   });
-  unit_sizes_.assign(domains_.units(), 0);
-  for (std::size_t list = 0; list < lists; ++list)
-    unit_sizes_[list / (overflow_colour + 1)] += static_cast<std::uint32_t>(colours_[list].size());
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
