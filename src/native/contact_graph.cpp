@@ -316,11 +316,16 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for_each_in(begin, end, [](std::uint32_t, std::uint32_t& count) { ++count; });
   });
+  std::vector<std::uint32_t> sizes(lists);
+  for (std::uint32_t* of_chunk = next.data(); of_chunk != next.data() + next.size(); of_chunk += lists)
+    for (std::size_t list = 0; list < lists; ++list) sizes[list] += std::exchange(of_chunk[list], sizes[list]);
+  unit_sizes_.assign(domains_.units(), 0);
+  colours_room_ = 0;
   for (std::size_t list = 0; list < lists; ++list) {
-    std::uint32_t size = 0;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) size += std::exchange(next[chunk * lists + list], size);
-    make_room(colours_[list], size);
-    colours_[list].resize(size);
+    make_room(colours_[list], sizes[list]);
+    colours_[list].resize(sizes[list]);
+    unit_sizes_[list / (overflow_colour + 1)] += sizes[list];
+    colours_room_ += colours_[list].capacity();
   }
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& place) {
@@ -328,12 +333,6 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
       places_[index] = place++;
     });
   });
-  unit_sizes_.assign(domains_.units(), 0);
-  colours_room_ = 0;
-  for (std::size_t list = 0; list < lists; ++list) {
-    unit_sizes_[list / (overflow_colour + 1)] += colours_[list].size();
-    colours_room_ += colours_[list].capacity();
-  }
 }
 
 std::size_t ContactGraph::memory_bytes() const {

@@ -37,21 +37,21 @@ void forget_overlap(Contact& c, const BodyTable& bodies) {
   if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
 }
 
-void prefetch_for(const Contact& c, const ContactManifold* manifolds, const BodyState& state) {
-  if (!c.in_use) return;
+// Without branches, which nobody could predict: what is not needed costs less.
+void prefetch_bodies(const Contact& c, const BodyState& state) {
   for (const std::uint32_t slot : {c.a, c.b}) {
     prefetch_to_read(&state.bounds[slot]);
     prefetch_to_read(&state.poses[slot]);
+    prefetch_to_read(&state.velocities[slot]);
   }
-  if (c.touching()) {
-    // Three lines, of the four, have what `moved_little` reads.
-    const ContactManifold& m = manifolds[c.manifold];
-    prefetch_to_read(&m.points[0].other);
-    prefetch_to_read(&m.points[2].other);
-    prefetch_to_read(&m.rotation_at_build.z);
-  } else {
-    for (const std::uint32_t slot : {c.a, c.b}) prefetch_to_read(&state.velocities[slot]);
-  }
+}
+
+/// Three lines, of the four, have what `moved_little` reads.
+void prefetch_manifold(const Contact& c, const ContactManifold* manifolds) {
+  const ContactManifold& m = manifolds[c.touching() ? c.manifold : 0];
+  prefetch_to_read(&m.points[0].other);
+  prefetch_to_read(&m.points[2].other);
+  prefetch_to_read(&m.rotation_at_build.z);
 }
 
 /// Written only where it changes: contacts are read by the threads that solve them, too, and stay in their caches.
@@ -59,7 +59,8 @@ void put(AxisCache& to, const AxisCache& axis) {
   if (std::bit_cast<std::uint32_t>(to) != std::bit_cast<std::uint32_t>(axis)) to = axis;
 }
 
-constexpr std::uint32_t prefetch_distance = 8;
+// Contacts ahead. There are more manifolds than fit a core's cache; bodies mostly fit.
+constexpr std::uint32_t bodies_ahead = 8, manifolds_ahead = 16;
 
 /// Room for something of each of a chunk's contacts.
 template <class T>
@@ -85,6 +86,7 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   if (manifold && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
 
+  if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
   forget_overlap(c, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   return {Change::nothing, true, margin, b_in_a};
@@ -124,7 +126,8 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   std::uint32_t contact_of[contact_grain], place_of[contact_grain];
   Unset<AxisCache> caches;
   for (std::uint32_t i = first; i < end; ++i) {
-    if (i + prefetch_distance < contacts.size()) prefetch_for(contacts[i + prefetch_distance], manifolds, state);
+    if (i + manifolds_ahead < contacts.size()) prefetch_manifold(contacts[i + manifolds_ahead], manifolds);
+    if (i + bodies_ahead < contacts.size()) prefetch_bodies(contacts[i + bodies_ahead], state);
     Contact& c = contacts[i];
     Change& change = changes[i - first] = Change::nothing;
     if (!c.in_use) continue;

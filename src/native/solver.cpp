@@ -322,14 +322,10 @@ void ContactSolver::make_room_for_blocks() {
   single_count_ = overflow_.size();
   wide_blocks_.stride = block_bytes(wide_);
   single_blocks_.stride = block_bytes(single_);
-  const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride + alignment;
-  if (block_memory_bytes_ < bytes) {
-    block_memory_bytes_ = std::max(bytes, block_memory_bytes_ + block_memory_bytes_ / 4);
-    block_memory_.reset();
-    block_memory_ = std::make_unique_for_overwrite<std::byte[]>(block_memory_bytes_);
-  }
-  const std::size_t misaligned = reinterpret_cast<std::uintptr_t>(block_memory_.get()) % alignment;
-  wide_blocks_.blocks = block_memory_.get() + (misaligned ? alignment - misaligned : 0);
+  const std::size_t bytes = wide_count * wide_blocks_.stride + single_count_ * single_blocks_.stride;
+  if (block_memory_.capacity() < bytes)
+    block_memory_.reserve(std::max(bytes, block_memory_.capacity() + block_memory_.capacity() / 4));
+  wide_blocks_.blocks = block_memory_.data();
   single_blocks_.blocks = wide_blocks_.blocks + wide_count * wide_blocks_.stride;
   if (!graph_.may_bounce()) {
     wide_blocks_.bounces = single_blocks_.bounces = nullptr;

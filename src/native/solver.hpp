@@ -16,13 +16,13 @@
 #include <cstddef>
 #include <fathom/world.hpp>
 #include <functional>
-#include <memory>
 #include <vector>
 
 #include "native/columns.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "threads/thread_pool.hpp"
+#include "world/large_array.hpp"
 
 namespace fathom::native {
 
@@ -55,7 +55,8 @@ class ContactSolver {
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return block_memory_bytes_ + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() + columns_.memory_bytes();
+    return block_memory_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() +
+           columns_.memory_bytes();
   }
 
  private:
@@ -105,9 +106,7 @@ class ContactSolver {
   ThreadPool& pool_;
   const SolverKernels& wide_;
   const SolverKernels& single_;
-  // Blocks of constraints; alignment by hand because `new` gives 16 bytes. Whoever prepares a block touches it first.
-  std::unique_ptr<std::byte[]> block_memory_;
-  std::size_t block_memory_bytes_ = 0;
+  LargeArray<std::byte> block_memory_;  // whoever prepares a block touches it first
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;

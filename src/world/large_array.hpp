@@ -1,6 +1,8 @@
 // Arrays that grow while they are in use and may become large: they lie in pages of their own, which growing moves in
 // the address space instead of copying them. A vector that grows step by step to 4 MB fetches five times that from the
-// system, page fault by page fault, and it is the one thread that grows it who waits.
+// system, page fault by page fault, and it is the one thread that grows it who waits. From 2 MB on they are aligned to
+// huge pages and ask for them: contacts and manifolds are read in no order, and a thousand small pages is all that a
+// core's translation buffers hold.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +13,8 @@
 
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 #include <sys/mman.h>
+
+#include <cstdint>
 #define FATHOM_HAS_MREMAP
 #endif
 
@@ -70,12 +74,14 @@ class LargeArray {
   static T* grown(T* old, std::size_t old_capacity, std::size_t capacity) {
 #ifdef FATHOM_HAS_MREMAP
     if (is_mapped(capacity)) {
-      const std::size_t before = old_capacity * sizeof(T), now = capacity * sizeof(T);
-      const bool moves = is_mapped(old_capacity);
-      void* const memory = moves ? mremap(old, before, now, MREMAP_MAYMOVE)
-                                 : mmap(nullptr, now, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+      const std::size_t now = mapped_bytes(capacity);
+      void* memory = mapped(now);
+      if (is_mapped(old_capacity))
+        memory = mremap(old, mapped_bytes(old_capacity), now, MREMAP_MAYMOVE | MREMAP_FIXED, memory);
+      else
+        take_over(static_cast<T*>(memory), old, old_capacity);
       if (memory == MAP_FAILED) throw std::bad_alloc();
-      if (!moves) take_over(static_cast<T*>(memory), old, old_capacity);
+      if (now >= huge_page) madvise(memory, now, MADV_HUGEPAGE);  // a wish: without them it is slower, no more
       return static_cast<T*>(memory);
     }
 #endif
@@ -83,6 +89,23 @@ class LargeArray {
     take_over(memory, old, old_capacity);
     return memory;
   }
+#ifdef FATHOM_HAS_MREMAP
+  static constexpr std::size_t huge_page = std::size_t{1} << 21;
+  static constexpr std::size_t page = 65536;  // the largest that processors have
+  static std::size_t mapped_bytes(std::size_t capacity) { return (capacity * sizeof(T) + page - 1) / page * page; }
+  static void* mapped(std::size_t bytes) {
+    const std::size_t slack = bytes >= huge_page ? huge_page : 0;
+    void* const memory = mmap(nullptr, bytes + slack, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) throw std::bad_alloc();
+    if (slack == 0) return memory;
+    // What lies before the first huge page goes back, and what lies behind the array.
+    char* const first = static_cast<char*>(memory);
+    const std::size_t before = -reinterpret_cast<std::uintptr_t>(first) % huge_page;
+    if (before > 0) munmap(first, before);
+    if (before < slack) munmap(first + before + bytes, slack - before);
+    return first + before;
+  }
+#endif
   static void take_over(T* to, T* old, std::size_t capacity) {
     if (capacity > 0) std::memcpy(static_cast<void*>(to), old, capacity * sizeof(T));
     release(old, capacity);
@@ -91,7 +114,7 @@ class LargeArray {
     if (!data) return;
 #ifdef FATHOM_HAS_MREMAP
     if (is_mapped(capacity)) {
-      munmap(data, capacity * sizeof(T));
+      munmap(data, mapped_bytes(capacity));
       return;
     }
 #endif
