@@ -69,9 +69,9 @@ void NativeSimulator::take_over_changes() {
   for_each_part(pool_, parts, [&](std::size_t part) {
     graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
     list_hits(part, parts);
-    const std::span<const std::uint32_t> slots = changed();
-    for (std::size_t i = part * slots.size() / parts; i < (part + 1) * slots.size() / parts; ++i)
-      state_.flags[slots[i]] &= static_cast<std::uint8_t>(~box_changed);
+    const std::size_t first = part * changed_count_ / parts, end = (part + 1) * changed_count_ / parts;
+    for (const std::uint32_t slot : changed().subspan(first, end - first))
+      state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   });
   if (wakes_any) begin_one_by_one();
 }
