@@ -95,11 +95,12 @@ class TreeBroadPhase : public BroadPhase {
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {
     constexpr std::size_t grain = 8;
-    return search_chunks(
-        input.changed.size(), grain, pool, found, [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
-          for (std::size_t i = begin; i < end; ++i)
-            search(input, input.changed[i], hits, pairs, [&](const Aabb& box) { moving_.overlap(box, hits); });
-        });
+    const auto search_for = [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
+      search(
+          input, input.changed.subspan(begin, end - begin), hits, pairs,
+          [&](const Aabb& box) { moving_.overlap(box, hits); }, [](std::uint32_t, std::size_t) {});
+    };
+    return search_chunks(input.changed.size(), grain, pool, found, search_for);
   }
 
   // Neighbours search the same nodes, most of which their thread has refitted. What they find is brought into the order
@@ -108,26 +109,24 @@ class TreeBroadPhase : public BroadPhase {
                                     std::vector<std::vector<Pair>>& found) {
     const std::span<const std::uint32_t> leaves = moving_.leaves();
     runs_.make_room((leaves.size() + Bvh::family - 1) / Bvh::family, input.state.size());
-    const std::size_t lists = search_chunks(leaves.size(), Bvh::family, pool, runs_.lists(),
-                                            [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
-                                              const std::size_t list = begin / Bvh::family;
-                                              std::array<std::uint32_t, Bvh::family> changed;
-                                              std::size_t count = 0;
-                                              for (std::size_t i = begin; i < end; ++i) {
-                                                changed[count] = leaves[i];
-                                                count += input.is_changed(leaves[i]);
-                                              }
-                                              if (count == 0) return runs_.note_list(list, 0);
-                                              Bvh::Nearby nearby;
-                                              moving_.list_nearby(list, nearby);
-                                              for (std::size_t i = 0; i < count; ++i) {
-                                                const std::size_t before = pairs.size();
-                                                search(input, changed[i], hits, pairs,
-                                                       [&](const Aabb& box) { moving_.overlap(box, nearby, hits); });
-                                                runs_.note(changed[i], list, before, pairs.size() - before);
-                                              }
-                                              runs_.note_list(list, pairs.size());
-                                            });
+    const auto search_for = [&](std::size_t begin, std::size_t end, auto& hits, auto& pairs) {
+      const std::size_t list = begin / Bvh::family;
+      std::array<std::uint32_t, Bvh::family> changed;
+      std::size_t count = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        changed[count] = leaves[i];
+        count += input.is_changed(leaves[i]);
+      }
+      if (count == 0) return runs_.note_list(list, 0);
+      Bvh::Nearby nearby;
+      moving_.list_nearby(list, nearby);
+      search(
+          input, std::span(changed).first(count), hits, pairs,
+          [&](const Aabb& box) { moving_.overlap(box, nearby, hits); },
+          [&](std::uint32_t slot, std::size_t first) { runs_.note(slot, list, first, pairs.size() - first); });
+      runs_.note_list(list, pairs.size());
+    };
+    const std::size_t lists = search_chunks(leaves.size(), Bvh::family, pool, runs_.lists(), search_for);
     if (found.empty()) found.resize(1);
     runs_.gather(lists, input.changed, pool, found[0]);
     return 1;
@@ -175,24 +174,36 @@ class TreeBroadPhase : public BroadPhase {
       (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
   }
 
-  /// `search_moving`: of a box, among bodies that can move, into `hits`.
-  template <class SearchMoving>
-  void search(const BroadPhaseInput& input, std::uint32_t slot, std::vector<std::uint32_t>& hits,
-              std::vector<Pair>& found, const SearchMoving& search_moving) const {
-    const Aabb& box = input.state.bounds[slot].fat_box;
+  /// Of at most `Bvh::family` bodies. `search_moving`: of a box, among bodies that can move, into `hits`. Calls
+  /// note(slot, first) where all that `slot` found lies in `found` from `first` on.
+  template <class SearchMoving, class Note>
+  void search(const BroadPhaseInput& input, std::span<const std::uint32_t> slots, std::vector<std::uint32_t>& hits,
+              std::vector<Pair>& found, const SearchMoving& search_moving, const Note& note) const {
+    // All of them search before the first looks up what it knows already, which has to be fetched.
+    std::array<std::size_t, Bvh::family + 1> first_of;
     hits.clear();
-    search_moving(box);
-    if (!is_fixed(input, slot)) fixed_.overlap(box, hits);
-    // Of two changed bodies the one in the lower slot reports.
-    std::size_t count = 0;
-    for (const std::uint32_t other : hits) {
-      hits[count] = other;
-      count += other > slot || (other != slot && !input.is_changed(other));
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      const std::uint32_t slot = slots[i];
+      const Aabb& box = input.state.bounds[slot].fat_box;
+      std::size_t count = first_of[i] = hits.size();
+      search_moving(box);
+      if (!is_fixed(input, slot)) fixed_.overlap(box, hits);
+      // Of two changed bodies the one in the lower slot reports.
+      for (std::size_t k = count; k < hits.size(); ++k) {
+        const std::uint32_t other = hits[k];
+        hits[count] = other;
+        count += other > slot || (other != slot && !input.is_changed(other));
+      }
+      hits.resize(count);
+      for (std::size_t k = first_of[i]; k < count; ++k) input.known.prefetch(slot, hits[k]);
     }
-    hits.resize(count);
-    for (const std::uint32_t other : hits) input.known.prefetch(slot, other);
-    for (const std::uint32_t other : hits)
-      if (input.is_wanted(slot, other)) found.push_back({slot, other});
+    first_of[slots.size()] = hits.size();
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      const std::size_t first = found.size();
+      for (std::size_t k = first_of[i]; k < first_of[i + 1]; ++k)
+        if (input.is_wanted(slots[i], hits[k])) found.push_back({slots[i], hits[k]});
+      note(slots[i], first);
+    }
   }
 
   Bvh moving_, fixed_;
