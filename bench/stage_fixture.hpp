@@ -36,7 +36,7 @@ struct StageFixture {
     for (std::uint32_t i = 0; i < graph.size(); ++i) update(i, begun);
     graph.make_manifolds(begun.size());
     for (const NewManifold& fresh : begun) {
-      graph.begin(static_cast<std::size_t>(&fresh - begun.data()), fresh.contact);
+      graph[fresh.contact].manifold = graph.new_manifold(static_cast<std::size_t>(&fresh - begun.data()));
       graph.mix_materials(graph[fresh.contact]);
       set_manifold(graph.manifold(graph[fresh.contact]), fresh.manifold, fresh.b_in_a);
       graph.colour(fresh.contact);
