@@ -34,7 +34,7 @@ struct Contacts {
     graph.add({&pair, 1});
     const auto contact = static_cast<std::uint32_t>(graph.size() - 1);
     graph.make_manifolds(1);
-    graph[contact].manifold = graph.new_manifold(0);
+    graph.begin(0, contact);
     graph.colour(contact);
   }
 

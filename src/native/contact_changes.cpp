@@ -157,10 +157,9 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
     }
   };
   const auto make = [&](std::size_t i) {
-    const std::uint32_t place = graph_.new_manifold(i);
-    meetings_[hits] = first_manifold(*first_manifolds_[i], place);
+    meetings_[hits] = first_manifold(*first_manifolds_[i], graph_.manifold_at(graph_.new_manifold(i)));
     hits += meetings_[hits].approach_speed > def.solver.restitution_threshold;
-    if (!wakes_any) graph_[first_manifolds_[i]->contact].manifold = place;
+    if (!wakes_any) graph_.begin(i, first_manifolds_[i]->contact);
   };
   one_after_the_other(begin, (part + 1) * count / parts, fetch, make);
   hits_in_part_[part] = hits - begin;
@@ -177,7 +176,7 @@ void NativeSimulator::list_hits(std::size_t part, std::size_t parts) {
 void NativeSimulator::begin_one_by_one() {
   for (std::size_t i = 0; i < seats_begun_.size(); ++i) {
     const Seat& seat = seats_begun_[i];
-    graph_[seat.contact].manifold = graph_.new_manifold(i);
+    graph_.begin(i, seat.contact);
     for (const std::uint32_t slot : {seat.a, seat.b})
       if (is_asleep(slot)) {
         islands_.wake(slot);
@@ -191,14 +190,13 @@ bool NativeSimulator::is_asleep(std::uint32_t slot) const {
   return !(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic;
 }
 
-HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, std::uint32_t place) {
+HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
   Contact& c = graph_[fresh.contact];
   const auto thickness = [&](std::uint32_t slot) {
     const BodyInfo& info = bodies[slot];
     const Geometry& shape = info.geometry;
     return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
   };
-  ContactManifold& manifold = graph_.manifold_at(place);
   manifold = {};
   graph_.mix_materials(c, manifold);
   const float overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),

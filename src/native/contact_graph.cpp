@@ -36,7 +36,7 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* 
     }
     fill(contacts_[index], pair, contacts_made_++);
     pairs_.insert(pair.a, pair.b);
-    body_contacts_.forget();
+    if (body_contacts_.are_kept()) body_contacts_.add(index, contacts_[index]);
     if (added) added->push_back(index);
   }
 }
@@ -62,7 +62,6 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
 
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
   if (pairs.empty()) return;
-  body_contacts_.forget();
   // The places that one pair after the other would take: free ones from the last, then new ones.
   const std::size_t old = std::min(free_.size(), pairs.size()), first_new = contacts_.size();
   const auto place = [&](std::size_t i) {
@@ -83,6 +82,8 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
     for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
   });
   contacts_made_ += pairs.size();
+  for (std::size_t i = 0; i < pairs.size() && body_contacts_.are_kept(); ++i)
+    body_contacts_.add(place(i), contacts_[place(i)]);
   if (added)
     for (std::size_t i = 0; i < pairs.size(); ++i) added->push_back(place(i));
   free_.resize(free_.size() - old);

@@ -88,9 +88,11 @@ class ContactGraph {
   Pair leave(std::size_t i, std::uint32_t index);
   /// Forgets a part of the pairs.
   void forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts);
-  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in place new_manifold(i).
+  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in place new_manifold(i), and begin(i,
+  /// index) gives it to the contact.
   void make_manifolds(std::size_t count);
   std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
+  void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   ContactManifold& manifold_at(std::uint32_t place) { return manifolds_[place]; }
   void mix_materials(const Contact& contact, ContactManifold& manifold);
   void mix_materials(const Contact& contact);
@@ -132,8 +134,7 @@ class ContactGraph {
   /// Calls act(index) for each contact of the body, the newest first; `act` may remove that contact.
   template <class Act>
   void for_each_of(std::uint32_t slot, const Act& act) {
-    for (const std::uint32_t index : body_contacts_.of(slot, {contacts_.data(), contacts_.size()}))
-      if (contacts_[index].in_use) act(index);
+    for (const std::uint32_t index : body_contacts_.of(slot, contacts_, state_.size())) act(index);
   }
 
   std::size_t memory_bytes() const;

@@ -126,7 +126,7 @@ class NativeSimulator : public Simulator {
   void make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any);
   void list_hits(std::size_t part, std::size_t parts);
   bool is_asleep(std::uint32_t slot) const;
-  HitEvent first_manifold(const NewManifold& fresh, std::uint32_t place);
+  HitEvent first_manifold(const NewManifold& fresh, ContactManifold& manifold);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   HitEvent hit(const Contact& c, const ContactManifold& manifold) const;

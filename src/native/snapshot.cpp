@@ -39,10 +39,10 @@ void ContactGraph::restore(ByteReader& in) {
   std::size_t in_use = 0, coloured = 0;
   std::vector<std::uint32_t> colours(slots, 0), overflow(slots, 0);
   for (const Contact& c : contacts_) {
-    in.require(is_sound(c.in_use) && is_sound(c.fixed_a));
+    in.require(is_sound(c.in_use) && is_sound(c.fixed_a) && c.a < slots && c.b < slots);
     if (!c.in_use) continue;
     ++in_use;
-    in.require(c.a < slots && c.b < slots && c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
+    in.require(c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
     in.require(!c.touching() || c.manifold < manifolds_.size());
     in.require(!pairs_.contains(c.a, c.b));
     pairs_.insert(c.a, c.b);
