@@ -37,21 +37,21 @@ void forget_overlap(Contact& c, const BodyTable& bodies) {
   if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
 }
 
-// Without branches, which nobody could predict: what is not needed costs less.
-void prefetch_bodies(const Contact& c, const BodyState& state) {
+void prefetch_for(const Contact& c, const ContactManifold* manifolds, const BodyState& state) {
+  if (!c.in_use) return;
   for (const std::uint32_t slot : {c.a, c.b}) {
     prefetch_to_read(&state.bounds[slot]);
     prefetch_to_read(&state.poses[slot]);
-    prefetch_to_read(&state.velocities[slot]);
   }
-}
-
-/// Three lines, of the four, have what `moved_little` reads.
-void prefetch_manifold(const Contact& c, const ContactManifold* manifolds) {
-  const ContactManifold& m = manifolds[c.touching() ? c.manifold : 0];
-  prefetch_to_read(&m.points[0].other);
-  prefetch_to_read(&m.points[2].other);
-  prefetch_to_read(&m.rotation_at_build.z);
+  if (c.touching()) {
+    // Three lines, of the four, have what `moved_little` reads.
+    const ContactManifold& m = manifolds[c.manifold];
+    prefetch_to_read(&m.points[0].other);
+    prefetch_to_read(&m.points[2].other);
+    prefetch_to_read(&m.rotation_at_build.z);
+  } else {
+    for (const std::uint32_t slot : {c.a, c.b}) prefetch_to_read(&state.velocities[slot]);
+  }
 }
 
 /// Written only where it changes: contacts are read by the threads that solve them, too, and stay in their caches.
@@ -59,8 +59,7 @@ void put(AxisCache& to, const AxisCache& axis) {
   if (std::bit_cast<std::uint32_t>(to) != std::bit_cast<std::uint32_t>(axis)) to = axis;
 }
 
-// Contacts ahead. There are more manifolds than fit a core's cache; bodies mostly fit.
-constexpr std::uint32_t bodies_ahead = 8, manifolds_ahead = 16;
+constexpr std::uint32_t prefetch_distance = 16;  // contacts
 
 /// Room for something of each of a chunk's contacts.
 template <class T>
@@ -126,8 +125,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   std::uint32_t contact_of[contact_grain], place_of[contact_grain];
   Unset<AxisCache> caches;
   for (std::uint32_t i = first; i < end; ++i) {
-    if (i + manifolds_ahead < contacts.size()) prefetch_manifold(contacts[i + manifolds_ahead], manifolds);
-    if (i + bodies_ahead < contacts.size()) prefetch_bodies(contacts[i + bodies_ahead], state);
+    if (i + prefetch_distance < contacts.size()) prefetch_for(contacts[i + prefetch_distance], manifolds, state);
     Contact& c = contacts[i];
     Change& change = changes[i - first] = Change::nothing;
     if (!c.in_use) continue;
