@@ -4,8 +4,7 @@
 //
 // 1. Every thread gathers what some blocks of contacts have met, into places that were counted out before.
 // 2. One thread takes and gives colours, whose choice depends on all that were chosen before. Meanwhile the others
-// forget
-//    the pairs that are gone and set up the manifolds of those that begin to touch.
+//    forget the pairs that are gone and set up the manifolds of those that begin to touch.
 // 3. Colours' lists are brought up to date, each by one thread.
 #include <algorithm>
 
