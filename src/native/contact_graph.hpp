@@ -52,8 +52,9 @@ inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
 /// Calls act(part) for each part, by one thread.
 template <class Act>
 void for_each_part(ThreadPool& pool, std::size_t parts, const Act& act) {
-  const auto alone = [] {};
-  pool.for_each_chunk_beside(alone, parts, 1, [&](std::size_t part, std::size_t) { act(part); });
+  pool.for_each_part(parts, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) act(part);
+  });
 }
 
 class ContactGraph {
