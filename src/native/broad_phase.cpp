@@ -1,5 +1,6 @@
 #include "native/broad_phase.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -90,7 +91,7 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
-  static constexpr std::size_t least_changed = 16, least_part = 32;
+  static constexpr std::size_t least_changed = 16, least_part = 32, many_hits = 64;
 
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {
@@ -195,6 +196,9 @@ class TreeBroadPhase : public BroadPhase {
         count += other > slot || (other != slot && !input.is_changed(other));
       }
       hits.resize(count);
+      // What a large body meets is listed in the order of slots, in which its contacts will be looked at.
+      if (count - first_of[i] > many_hits)
+        std::sort(hits.begin() + static_cast<std::ptrdiff_t>(first_of[i]), hits.end());
       for (std::size_t k = first_of[i]; k < count; ++k) input.known.prefetch(slot, hits[k]);
     }
     first_of[slots.size()] = hits.size();

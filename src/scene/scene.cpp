@@ -46,7 +46,12 @@ std::span<const Kicker::Kick> Kicker::due(std::uint64_t steps) {
 
 SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), kicker_(scene) {
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
-  ids_.reserve(scene.bodies.size());
+  try {
+    ids_ = world_.add_bodies(scene.bodies);
+    return;
+  } catch (const Error&) {
+    // Added none. One by one tells which body it was, whose name the world does not know.
+  }
   for (const BodyDef& body : scene.bodies) {
     try {
       ids_.push_back(world_.add(body));

@@ -10,6 +10,7 @@
 #include "collision/manifold.hpp"
 #include "geometry/support.hpp"
 #include "math/eigen.hpp"
+#include "world/placement.hpp"
 #include "world/simulator.hpp"
 #include "world/validate.hpp"
 
@@ -63,6 +64,21 @@ BodyId World::add(const BodyDef& def) {
     throw Error(ErrorCode::capacity, "add body: out of memory at " + std::to_string(sim.bodies.count()) + " bodies");
   }
   return id;
+}
+
+std::vector<BodyId> World::add_bodies(std::span<const BodyDef> defs) {
+  std::vector<BodyId> ids(defs.size());
+  const std::vector<std::uint32_t> order = placement_order(defs);
+  for (std::size_t added = 0; added < order.size(); ++added) {
+    const std::uint32_t i = order[added];
+    try {
+      ids[i] = add(defs[i]);
+    } catch (const Error& error) {
+      while (added > 0) remove(ids[order[--added]]);
+      throw Error(error.code(), "body " + std::to_string(i) + ": " + error.what());
+    }
+  }
+  return ids;
 }
 
 void World::reserve(std::uint32_t count) {
