@@ -281,13 +281,17 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
 
 template <class D>
 void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
+  constexpr std::size_t ahead = 2;
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
     const std::size_t used = block.header().lanes;
-    if (blocks.scattered && i + 1 < end) {
-      const Block<D> next = block_at<D>(blocks, i + 1);
-      for (std::size_t lane = 0; lane < next.header().lanes; ++lane)
-        prefetch_to_write(constrained.manifolds[next.manifold()[lane]].impulses);
+    if (blocks.scattered && i + ahead < end) {
+      const Block<D> later = block_at<D>(blocks, i + ahead);
+      for (std::size_t lane = 0; lane < later.header().lanes; ++lane) {
+        const ContactManifold& m = constrained.manifolds[later.manifold()[lane]];
+        prefetch_to_write(m.impulses);
+        prefetch_to_write(&m.step_impulse);
+      }
     }
     float* impulses[Block<D>::width];
     float* friction_impulses[Block<D>::width];

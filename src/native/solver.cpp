@@ -36,21 +36,34 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
+/// Calls act(slot) for bodies that other threads have moved, fetched ahead of their turn.
+template <class Act>
+void ContactSolver::for_each_fetched(std::span<const std::uint32_t> slots, const Act& act) {
+  constexpr std::size_t ahead = 8;
+  const Act mine = act;  // where no other thread can see it, and the compiler knows
+  const auto fetch = [&](std::uint32_t slot) {
+    prefetch_to_write(&state_.solver_bodies()[slot]);
+    prefetch_to_write(&state_.warm[slot]);
+    prefetch_to_read(&state_.motion[slot]);
+  };
+  for (std::size_t i = 0; i < std::min(ahead, slots.size()); ++i) fetch(slots[i]);
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (i + ahead < slots.size()) fetch(slots[i + ahead]);
+    mine(slots[i]);
+  }
+}
+
 class ContactSolver::Everything {
  public:
   explicit Everything(ContactSolver& solver) : s_(solver) {}
 
   template <class Act>
   void bodies(const Act& act) const {
-    constexpr std::size_t ahead = 4;
-    const bool scattered = s_.pool_.thread_count() > 1;  // otherwise they are in the order of memory
     const std::span<const std::uint32_t> slots = s_.layout_.bodies();
     s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
       const Act mine = act;  // where no other thread can see it, and the compiler knows
-      for (std::size_t i = begin; i < end; ++i) {
-        if (scattered && i + ahead < end) prefetch(slots[i + ahead]);
-        mine(slots[i]);
-      }
+      if (s_.pool_.thread_count() > 1) return s_.for_each_fetched(slots.subspan(begin, end - begin), mine);
+      for (std::size_t i = begin; i < end; ++i) mine(slots[i]);  // in the order of memory
     });
   }
 
@@ -76,12 +89,6 @@ class ContactSolver::Everything {
   }
 
  private:
-  void prefetch(std::uint32_t slot) const {
-    prefetch_to_write(&s_.state_.solver_bodies()[slot]);
-    prefetch_to_write(&s_.state_.warm[slot]);
-    prefetch_to_read(&s_.state_.motion[slot]);
-  }
-
   ContactSolver& s_;
 };
 
@@ -93,10 +100,7 @@ class ContactSolver::InDomains {
 
   template <class Act>
   void bodies(const Act& act) const {
-    put_off([this, act](const Unit& unit) {
-      const Act mine = act;  // where no other thread can see it, and the compiler knows
-      for (const std::uint32_t slot : layout_.bodies(unit)) mine(slot);
-    });
+    put_off([this, act](const Unit& unit) { s_.for_each_fetched(layout_.bodies(unit), act); });
   }
 
   template <class Kernel>
@@ -148,9 +152,12 @@ class ContactSolver::InDomains {
   }
 
   template <class Kernel>
-  void run(const Kernel& kernel, const ConstraintLayout::Range& stretches) const {
-    for (const auto& stretch : layout_.stretches(stretches))
-      kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
+  void run(const Kernel& kernel, const ConstraintLayout::Range& range) const {
+    const std::span<const ConstraintLayout::Stretch> stretches = layout_.stretches(range);
+    if (stretches.empty()) return;
+    BlockArray blocks = s_.wide_blocks_;
+    blocks.fetch_end = stretches.back().end;  // stretches are short
+    for (const auto& stretch : stretches) kernel(s_.wide_, blocks, stretch.first, stretch.end);
   }
 
   template <class Act>

@@ -71,6 +71,8 @@ class ContactSolver {
   class OneGroup;
 
   template <class Act>
+  void for_each_fetched(std::span<const std::uint32_t> slots, const Act& act);
+  template <class Act>
   void for_each_group(const Act& act);
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();

@@ -41,6 +41,7 @@ struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
   std::size_t stride = 0;  ///< bytes from block to block
+  std::size_t fetch_end = 0;  ///< bodies of blocks up to there may be fetched, even beyond those that are asked for
   bool shared = false;     ///< several threads write the bodies in turn
   bool scattered = false;  ///< what constraints are made of is in other threads' caches, or in no near one
 };
