@@ -8,6 +8,7 @@
 // nearly as equal shares allow, and of the bodies there.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -81,14 +82,17 @@ class ConstraintLayout {
   }
   std::span<const Stretch> stretches(const Group& group) const { return stretches(group.stretches); }
 
-  /// Calls act(begin, end) for parts of the stretch's blocks, or of the bodies in contact, on the threads whose shares
-  /// they are.
+  /// Calls act(begin, end, share_end) for parts of the stretch's blocks on the threads whose shares they are, and which
+  /// end there.
   template <class Act>
   void for_each_part(std::size_t stretch, const Act& act) {
     const std::size_t* first = cuts(stretch);
+    const std::size_t shares = stretches_[stretch].shares;
     pool_.for_each_share(
-        stretches_[stretch].shares, [&](std::size_t t) { return first[t]; }, act);
+        shares, [&](std::size_t t) { return first[t]; },
+        [&](std::size_t begin, std::size_t end) { act(begin, end, *std::lower_bound(first, first + shares, end)); });
   }
+  /// Calls act(begin, end) for parts of the bodies in contact, on the threads whose shares they are.
   template <class Act>
   void for_each_part_of_bodies(const Act& act) {
     pool_.for_each_share(

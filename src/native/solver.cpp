@@ -75,8 +75,11 @@ class ContactSolver::Everything {
   void colours(const Kernel& kernel) const {
     if (s_.single_count_ > 0) kernel(s_.single_, s_.single_blocks_, 0, s_.single_count_);
     for (std::size_t i = 0; i < s_.layout_.stretches().size(); ++i)
-      s_.layout_.for_each_part(
-          i, [&](std::size_t begin, std::size_t end) { kernel(s_.wide_, s_.wide_blocks_, begin, end); });
+      s_.layout_.for_each_part(i, [&](std::size_t begin, std::size_t end, std::size_t share_end) {
+        BlockArray blocks = s_.wide_blocks_;
+        blocks.fetch_end = share_end;
+        kernel(s_.wide_, blocks, begin, end);
+      });
   }
   /// Calls act(bundle) for columns.
   template <class Act>
