@@ -126,7 +126,9 @@ TEST(ConstraintLayout, OneLargeIslandIsSharedByAllThreads) {
     check(layout, c, 16);
     std::vector<int> visits(layout.blocks(), 0), of_all(layout.blocks(), 0), bodies(c.in_contact.size(), 0);
     for (std::size_t s = 0; s < layout.stretches().size(); ++s)
-      layout.for_each_part(s, [&](std::size_t begin, std::size_t end) {
+      layout.for_each_part(s, [&](std::size_t begin, std::size_t end, std::size_t share_end) {
+        EXPECT_LE(end, share_end);
+        EXPECT_LE(share_end, layout.stretches()[s].end);
         for (std::size_t i = begin; i < end; ++i) ++visits[i];
       });
     layout.for_each_part_of_all([&](std::size_t begin, std::size_t end) {

@@ -2,8 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
+#include <numeric>
+#include <vector>
 
+#include "random.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test {
@@ -98,6 +102,83 @@ TEST(World, RefusesMoreBodiesThanItsLimit) {
   expect_error(ErrorCode::capacity, "limit of 2", [&] { world.add(cube({0, 0, 3})); });
   expect_error(ErrorCode::capacity, "limit of 2", [&] { world.reserve(1'000'000'000); });
   EXPECT_EQ(world.body_count(), 2u);
+}
+
+TEST(World, AddsSeveralBodiesAtOnce) {
+  World world(quiet_world());
+  const std::vector<BodyDef> defs{ground(), cube({0, 0, 1}), cube({4, 0, 2})};
+  const std::vector<BodyId> ids = world.add_bodies(defs);
+  ASSERT_EQ(ids.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(world.pose(ids[i]).position, defs[i].pose.position);
+  EXPECT_EQ(world.body_count(), 3u);
+  EXPECT_TRUE(world.add_bodies({}).empty());
+}
+
+TEST(World, AddsNoneOfSeveralBodiesWhereOneIsRefused) {
+  WorldDef def = quiet_world();
+  def.max_bodies = 3;
+  World world(def);
+  const BodyId gone = world.add(cube({9, 0, 1}));
+  world.remove(gone);
+  const std::uint64_t hash = world.state_hash();
+  std::vector<BodyDef> defs{cube({0, 0, 1}), cube({3, 0, 1}), cube({6, 0, 1})};
+  defs[1].pose.position.x = nan;
+  expect_error(ErrorCode::invalid_argument, "body 1: ", [&] { world.add_bodies(defs); });
+  EXPECT_EQ(world.body_count(), 0u);
+  defs[1].pose.position.x = 3;
+  defs.push_back(cube({9, 0, 1}));
+  expect_error(ErrorCode::capacity, "body 3: add body: the world already holds its limit of 3",
+               [&] { world.add_bodies(defs); });
+  EXPECT_EQ(world.body_count(), 0u);
+  EXPECT_EQ(world.state_hash(), hash);
+  world.step();
+  defs.pop_back();
+  EXPECT_EQ(world.add_bodies(defs)[0].index, gone.index);
+}
+
+double way_from_index_to_index(const World& world) {
+  double sum = 0;
+  for (std::size_t i = 1; i < world.poses().size(); ++i)
+    sum += static_cast<double>(length(world.poses()[i].position - world.poses()[i - 1].position));
+  return sum;
+}
+
+TEST(World, NeighboursAddedTogetherGetNeighbouringIndices) {
+  Random random(7);
+  std::vector<BodyDef> defs;
+  for (int i = 0; i < 2000; ++i) defs.push_back(cube(50.0f * in_cube(random)));
+  World one_by_one(quiet_world()), together(quiet_world());
+  for (const BodyDef& def : defs) one_by_one.add(def);
+  const std::vector<BodyId> ids = together.add_bodies(defs);
+  for (std::size_t i = 0; i < defs.size(); ++i)
+    ASSERT_EQ(together.pose(ids[i]).position, defs[i].pose.position) << "body " << i;
+  EXPECT_LT(4 * way_from_index_to_index(together), way_from_index_to_index(one_by_one));
+}
+
+TEST(World, RowsOfBodiesKeepTheirOrder) {
+  std::vector<BodyDef> defs;
+  for (int i = 0; i < 2000; ++i)
+    defs.push_back(cube({1.1f * static_cast<float>(i % 40), 1.1f * static_cast<float>(i / 40), 1}));
+  World world(quiet_world());
+  const std::vector<BodyId> ids = world.add_bodies(defs);
+  for (std::uint32_t i = 0; i < ids.size(); ++i) ASSERT_EQ(ids[i].index, i);
+}
+
+TEST(World, ContactsOfALargeBodyComeInTheOrderOfTheOthers) {
+  if (quiet_world().simulator != SimulatorKind::native)
+    GTEST_SKIP() << "others list contacts as their devices find them";
+  Random random(3);
+  World world(quiet_world());
+  world.add(ground());
+  std::vector<std::uint32_t> places(200);
+  std::iota(places.begin(), places.end(), 0u);
+  std::shuffle(places.begin(), places.end(), random);
+  for (const std::uint32_t place : places)
+    world.add(cube({2.0f * static_cast<float>(place % 20) - 19, 2.0f * static_cast<float>(place / 20) - 9, 0.5f}));
+  world.step();
+  ASSERT_EQ(world.contacts_begun().size(), places.size());
+  EXPECT_TRUE(
+      std::ranges::is_sorted(world.contacts_begun(), {}, [](const ContactEvent& event) { return event.b.index; }));
 }
 
 TEST(World, RefusesBadForcesAndQueries) {

@@ -157,10 +157,10 @@ class World {
   // Bodies ------------------------------------------------------------------------------------------------
   /// Throws `invalid_argument` (non-finite, negative or zero values), `capacity`.
   BodyId add(const BodyDef& def);
-  /// Adds several at once; returns their ids in the order of `defs`. From a thousand on, and where `defs` goes to and fro
-  /// in space, neighbours get neighbouring indices, which makes steps on several threads faster. Which index a body gets
-  /// is a function of `defs` and of the bodies added and removed before. Throws what `add` throws, saying "body 17: …"
-  /// of defs[17], and has then added none.
+  /// Adds several at once; returns their ids in the order of `defs`. From a thousand on, and where `defs` goes to and
+  /// fro in space, neighbours get neighbouring indices, which makes steps on several threads faster. Which index a body
+  /// gets is a function of `defs` and of the bodies added and removed before. Throws what `add` throws, saying "body
+  /// 17: …" of defs[17], and has then added none.
   std::vector<BodyId> add_bodies(std::span<const BodyDef> defs);
   /// Makes room for `bodies` so that adding them allocates little.
   void reserve(std::uint32_t bodies);

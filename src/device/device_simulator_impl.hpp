@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "device/device_simulator.hpp"
-#include "device/morton_order.hpp"
+#include "geometry/morton_order.hpp"
 
 namespace fathom::device {
 

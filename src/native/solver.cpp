@@ -61,8 +61,8 @@ class ContactSolver::Everything {
   void bodies(const Act& act) const {
     const std::span<const std::uint32_t> slots = s_.layout_.bodies();
     s_.layout_.for_each_part_of_bodies([&](std::size_t begin, std::size_t end) {
-      const Act mine = act;  // where no other thread can see it, and the compiler knows
-      if (s_.pool_.thread_count() > 1) return s_.for_each_fetched(slots.subspan(begin, end - begin), mine);
+      if (s_.pool_.thread_count() > 1) return s_.for_each_fetched(slots.subspan(begin, end - begin), act);
+      const Act mine = act;                                      // where the compiler knows that nobody else writes it
       for (std::size_t i = begin; i < end; ++i) mine(slots[i]);  // in the order of memory
     });
   }

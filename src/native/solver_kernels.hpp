@@ -40,10 +40,10 @@ struct Constrained {
 struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
-  std::size_t stride = 0;  ///< bytes from block to block
+  std::size_t stride = 0;     ///< bytes from block to block
   std::size_t fetch_end = 0;  ///< bodies of blocks up to there may be fetched, even beyond those that are asked for
-  bool shared = false;     ///< several threads write the bodies in turn
-  bool scattered = false;  ///< what constraints are made of is in other threads' caches, or in no near one
+  bool shared = false;        ///< several threads write the bodies in turn
+  bool scattered = false;     ///< what constraints are made of is in other threads' caches, or in no near one
 };
 
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,

@@ -11,9 +11,8 @@
 
 namespace fathom {
 
-/// Indices of `defs` in the order in which to add them: as they are, or, where that goes to and fro in space, along a
-/// Morton curve of their positions (Morton, "A computer oriented geodetic data base", IBM 1966). Rows and layers keep
-/// their order, whose contacts need fewer colours.
+/// Indices of `defs`, whose positions are finite, in the order in which to add them: as they are, or, where that goes
+/// to and fro in space, along a Morton curve. Rows and layers keep their order, whose contacts need fewer colours.
 std::vector<std::uint32_t> placement_order(std::span<const BodyDef> defs);
 
 }  // namespace fathom

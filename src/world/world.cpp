@@ -67,17 +67,23 @@ BodyId World::add(const BodyDef& def) {
 }
 
 std::vector<BodyId> World::add_bodies(std::span<const BodyDef> defs) {
-  std::vector<BodyId> ids(defs.size());
-  const std::vector<std::uint32_t> order = placement_order(defs);
-  for (std::size_t added = 0; added < order.size(); ++added) {
-    const std::uint32_t i = order[added];
-    try {
-      ids[i] = add(defs[i]);
+  const auto refused = [](std::size_t i, const Error& error) {
+    return Error(error.code(), "body " + std::to_string(i) + ": " + error.what());
+  };
+  for (std::size_t i = 0; i < defs.size(); ++i) try {
+      check_body(defs[i]);
     } catch (const Error& error) {
-      while (added > 0) remove(ids[order[--added]]);
-      throw Error(error.code(), "body " + std::to_string(i) + ": " + error.what());
+      throw refused(i, error);
     }
-  }
+  const std::vector<std::uint32_t> order = placement_order(defs);
+  std::vector<BodyId> ids(defs.size());
+  for (std::size_t added = 0; added < order.size(); ++added) try {
+      ids[order[added]] = add(defs[order[added]]);
+    } catch (const Error& error) {
+      const Error of_body = refused(order[added], error);
+      while (added > 0) remove(ids[order[--added]]);
+      throw of_body;
+    }
   return ids;
 }
 

@@ -1,8 +1,8 @@
-#include "device/morton_order.hpp"
+#include "geometry/morton_order.hpp"
 
 #include <algorithm>
 
-namespace fathom::device {
+namespace fathom {
 
 namespace {
 
@@ -37,4 +37,4 @@ std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& places) {
   return order;
 }
 
-}  // namespace fathom::device
+}  // namespace fathom

@@ -1,0 +1,14 @@
+// Neighbours in space as neighbours in memory.
+#pragma once
+
+#include <cstdint>
+#include <fathom/math.hpp>
+#include <vector>
+
+namespace fathom {
+
+/// Indices of the places, which are finite, in the order of their Morton codes (10 bits an axis over the places'
+/// bounds; Morton, "A computer oriented geodetic data base", IBM 1966); of equal codes the lower index first.
+std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& places);
+
+}  // namespace fathom
