@@ -15,12 +15,12 @@ using enum BroadPhase;
 // clang-format off
 constexpr std::array<Golden, 7> table{{
     {"drift", 500, 240, soft, tree, {0x796950276f29cbf5, 0x6bdd38b0471d431d}, {0x9bd00a52c62e3b0f, 0x97ba5ef10ff77a15}},
-    {"layers", 500, 300, soft, tree, {0x894adeabbdc249c8, 0x79a210637e916a29}, {0xc56b32b11982f80c, 0xf9671e917bca8aa9}},
-    {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xf3859a8eab1d656e}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
-    {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x9c6021bb0d5e97f9}, {0x981fab05b2e7fdc4, 0x075a0c40c73c3221}},
+    {"layers", 500, 300, soft, tree, {0x894adeabbdc249c8, 0xf9671e917bca8aa9}, {0xc56b32b11982f80c, 0xf9671e917bca8aa9}},
+    {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
+    {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x981fab05b2e7fdc4, 0x075a0c40c73c3221}},
     {"columns", 60, 300, soft, tree, {0xbbe04a8c43870555, 0xfb0453a30c941756}, {0xe5a5ac58c3d8384c, 0x0f29a6d05ee47de1}},
     {"layers", 500, 300, soft, sweep, {0x894adeabbdc249c8, 0x505297b24d6b8e41}, {0xc56b32b11982f80c, 0xf9671e917bca8aa9}},
-    {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0x79a210637e916a29}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
+    {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0xf9671e917bca8aa9}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
 }};
 // clang-format on
 
