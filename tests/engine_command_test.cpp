@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <utility>
+#include <vector>
 
 #include "engine/command_runner.hpp"
 #include "engine_fixture.hpp"
+#include "random.hpp"
 
 namespace fathom::engine::test {
 namespace {
@@ -60,6 +62,35 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
   runner.run(removal);
   EXPECT_EQ(by_command.body_count(), 0u);
   EXPECT_THAT(refusal([&] { runner.run(removal); }), HasSubstr("body"));
+}
+
+TEST(EngineCommands, ManyBodiesHaveTheirOwnHandles) {
+  fathom::test::Random random(11);
+  World world(fathom::test::quiet_world());
+  CommandRunner runner(world);
+  CommandList list;
+  std::vector<BodyDef> defs;
+  for (std::uint32_t i = 0; i < 1500; ++i) {
+    defs.push_back(cube(40.0f * fathom::test::in_cube(random)));
+    list.add({i, 1}, defs.back());
+  }
+  runner.run(list);
+  for (std::uint32_t i = 0; i < defs.size(); ++i) {
+    EXPECT_EQ(world.pose(runner.body({i, 1})).position, defs[i].pose.position);
+    EXPECT_EQ(runner.handle(runner.body({i, 1})).index, i);
+  }
+}
+
+TEST(EngineCommands, ARefusedBodyAmongManyIsNamed) {
+  World world(fathom::test::quiet_world());
+  CommandRunner runner(world);
+  CommandList list;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    BodyDef def = cube({2.0f * static_cast<float>(i), 0, 1});
+    if (i == 2) def.mass = -1;
+    list.add({i, 1}, def);
+  }
+  EXPECT_THAT(refusal([&] { runner.run(list); }), HasSubstr("body {index 2, generation 1}: "));
 }
 
 }  // namespace

@@ -431,7 +431,7 @@ TEST(EngineModes, AllGiveTheSameStatesOnADevice) {
 }
 
 TEST(EngineModes, SceneEntitiesGiveTheStatesOfTheScene) {
-  for (const Scene& scene : {drift(50), layers(150), pyramid(5)}) {
+  for (const Scene& scene : {drift(50), drift(1100), layers(150), pyramid(5)}) {
     World world(scene.world);
     SceneInstance instance(scene, world);
     for (int i = 0; i < 70; ++i) instance.prepare_step(), world.step();

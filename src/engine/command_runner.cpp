@@ -1,5 +1,7 @@
 #include "engine/command_runner.hpp"
 
+#include <algorithm>
+#include <span>
 #include <string>
 
 namespace fathom::engine {
@@ -10,6 +12,17 @@ constexpr std::uint32_t most_handles = 1u << 28;
 
 std::string text(BodyHandle handle) {
   return "{index " + std::to_string(handle.index) + ", generation " + std::to_string(handle.generation) + "}";
+}
+
+bool is_handle(BodyHandle handle) { return handle.index < most_handles && handle.generation != 0; }
+
+/// How many of the commands, from the first on, add bodies whose definitions lie side by side.
+std::size_t additions(std::span<const Command> commands) {
+  std::size_t count = 0;
+  while (count < commands.size() && commands[count].kind == CommandKind::add && is_handle(commands[count].body) &&
+         commands[count].definition == commands.front().definition + count)
+    ++count;
+  return count;
 }
 
 }  // namespace
@@ -51,18 +64,36 @@ void CommandRunner::set_entries(std::vector<Entry> entries) {
 }
 
 void CommandRunner::run(const CommandList& list) {
-  for (const Command& command : list.commands()) {
-    try {
-      run(command, list);
-    } catch (const Error& error) {
-      throw Error(error.code(), "body " + text(command.body) + ": " + error.what());
+  for (std::span<const Command> left = list.commands(); !left.empty();) {
+    const std::span<const Command> next = left.first(std::max<std::size_t>(1, additions(left)));
+    left = left.subspan(next.size());
+    if (next.size() > 1 && add_together(next, list)) continue;
+    for (const Command& command : next) {
+      try {
+        run(command, list);
+      } catch (const Error& error) {
+        throw Error(error.code(), "body " + text(command.body) + ": " + error.what());
+      }
     }
   }
 }
 
+// False, and none added, where the world refuses one; one by one tells which.
+bool CommandRunner::add_together(std::span<const Command> additions, const CommandList& list) {
+  const std::size_t first = additions.front().definition;
+  if (first + additions.size() > list.definitions().size()) return false;
+  std::vector<BodyId> ids;
+  try {
+    ids = world_->add_bodies(std::span(list.definitions()).subspan(first, additions.size()));
+  } catch (const Error&) {
+    return false;
+  }
+  for (std::size_t i = 0; i < ids.size(); ++i) note(additions[i].body, ids[i]);
+  return true;
+}
+
 void CommandRunner::add(BodyHandle handle, const BodyDef& definition) {
-  if (handle.index >= most_handles || handle.generation == 0)
-    throw Error(ErrorCode::invalid_argument, "add body: this is no handle");
+  if (!is_handle(handle)) throw Error(ErrorCode::invalid_argument, "add body: this is no handle");
   note(handle, world_->add(definition));
 }
 

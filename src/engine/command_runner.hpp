@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fathom/world.hpp>
+#include <span>
 #include <vector>
 
 #include "engine/command.hpp"
@@ -34,6 +35,7 @@ class CommandRunner {
 
  private:
   void run(const Command& command, const CommandList& list);
+  bool add_together(std::span<const Command> additions, const CommandList& list);
   void add(BodyHandle handle, const BodyDef& definition);
   void note(BodyHandle handle, BodyId body);
 

@@ -26,6 +26,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+
 #include "native/brace-inl.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/prefetch.hpp"
@@ -419,10 +421,9 @@ HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
 template <class D, class Act>
 HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end, const SolverBody* bodies,
                            const Act& act) {
-  constexpr std::size_t ahead = 1;
   const std::size_t fetch_end = blocks.shared ? std::max(end, blocks.fetch_end) : 0;
   for (std::size_t i = begin; i < end; ++i) {
-    if (i + ahead < fetch_end) prefetch_bodies(block_at<D>(blocks, i + ahead), bodies);
+    if (i + 1 < fetch_end) prefetch_bodies(block_at<D>(blocks, i + 1), bodies);
     act(block_at<D>(blocks, i));
   }
 }
