@@ -1,0 +1,285 @@
+// Direct solution of supports: how a structure at rest passes its load down to the ground. Pure, for host and device.
+//
+// A sweep carries a change from one contact to the next, so a heavy load or a tall structure needs many of them, and
+// meanwhile its contacts give way. But where every contact of a structure presses and none slips, the velocities are
+// known: the bodies move as one with what they stand on. What is left to find is who gives whom which impulse. The
+// contact graph's levels (Guendelman, Bridson, Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003) order
+// it: a body's *supports* are its contacts with bodies nearer to the ground. From the top level down each body asks its
+// supports for the momentum that brings it, and all that it carries, to the common motion; of all ways to share that
+// among the points it takes the one least in proportion to what they carry already. What contacts cannot give, because
+// they would pull or slip, is left out, and the structure goes the part of the way that leaves it least kinetic energy.
+// So a solution never adds energy, whatever it could not hold.
+#pragma once
+
+#include "dynamics/contact_rows.hpp"
+
+namespace fathom {
+
+/// Points that press, or are no farther apart than this (m), may give impulses.
+inline constexpr float support_reach = 1e-4f;
+/// Rounds of leaving out points that would pull.
+inline constexpr int support_rounds = 3;
+
+/// Symmetric 6×6 matrix over (force, torque), or its Cholesky factor: the lower triangle by rows.
+struct Triangle6 {
+  float m[21] = {};
+
+  FATHOM_HD static constexpr int index(int row, int column) { return row * (row + 1) / 2 + column; }
+  FATHOM_HD float& operator()(int row, int column) { return m[index(row, column)]; }
+  FATHOM_HD float operator()(int row, int column) const { return m[index(row, column)]; }
+};
+
+/// Momentum (N·s) and angular momentum about some point (N·m·s); or the multipliers of rows over them.
+struct Wrench {
+  Vec3 force, torque;
+
+  FATHOM_HD Wrench& operator+=(const Wrench& w) {
+    force += w.force, torque += w.torque;
+    return *this;
+  }
+};
+FATHOM_HD Wrench operator-(const Wrench& w) { return {-w.force, -w.torque}; }
+
+/// m + weight · r rᵀ
+FATHOM_HD void add_row(Triangle6& m, const Wrench& r, float weight) {
+  const float row[6] = {r.force.x, r.force.y, r.force.z, r.torque.x, r.torque.y, r.torque.z};
+  for (int i = 0; i < 6; ++i) {
+    const float scaled = weight * row[i];
+    for (int j = 0; j <= i; ++j) m(i, j) = fma(scaled, row[j], m(i, j));
+  }
+}
+
+/// Cholesky factor of a matrix scaled to a unit diagonal (Golub, Van Loan, "Matrix Computations", 4.2), so that a
+/// body's size does not matter. False where it is nearly singular: the body can move in some way that no support
+/// resists.
+FATHOM_HD bool factorise(const Triangle6& m, Triangle6& factor) {
+  constexpr float least_pivot = 1e-4f;
+  float scale[6];
+  for (int i = 0; i < 6; ++i) {
+    if (!(m(i, i) > 0)) return false;
+    scale[i] = 1.0f / fathom::sqrt(m(i, i));
+  }
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      float sum = m(i, j) * scale[i] * scale[j];
+      for (int k = 0; k < j; ++k) sum = fma(-factor(i, k), factor(j, k), sum);
+      if (i != j) {
+        factor(i, j) = sum / factor(j, j);
+      } else {
+        if (!(sum > least_pivot)) return false;
+        factor(i, i) = fathom::sqrt(sum);
+      }
+    }
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j <= i; ++j) factor(i, j) /= scale[i];
+  return true;
+}
+
+/// The solution y of (factor · factorᵀ) y = w.
+FATHOM_HD Wrench solve(const Triangle6& factor, const Wrench& w) {
+  float y[6] = {w.force.x, w.force.y, w.force.z, w.torque.x, w.torque.y, w.torque.z};
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < i; ++j) y[i] = fma(-factor(i, j), y[j], y[i]);
+    y[i] /= factor(i, i);
+  }
+  for (int i = 5; i >= 0; --i) {
+    for (int j = i + 1; j < 6; ++j) y[i] = fma(-factor(j, i), y[j], y[i]);
+    y[i] /= factor(i, i);
+  }
+  return {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
+}
+
+/// A contact through which a body rests on another, as it is throughout a step.
+struct SupportRows {
+  Vec3 n, t1;                         ///< unit, world axes; n points from the contact's A to its B
+  Vec3 arm_upper, arm_lower;          ///< m, from the centres of the upper and the lower body to c
+  float x[max_manifold_points];       ///< m, of the points along t1, from c
+  float y[max_manifold_points];       ///< m, along t2
+  float weight[max_manifold_points];  ///< N·s: shares are in proportion to it; 0 where a point does not press
+  float slide_weight;                 ///< N·s, of sliding along t1 and t2
+  float twist_radius;                 ///< m, mean distance of the patch from c
+  float friction;
+  float up;  ///< 1 where B is the upper body, else −1
+
+  FATHOM_HD Vec3 t2() const { return cross(n, t1); }
+  /// Of point i, from c (m).
+  FATHOM_HD Vec3 point(int i) const { return mul_add(x[i] * t1, y[i], t2()); }
+  FATHOM_HD bool holds() const { return weight[0] + weight[1] + weight[2] + weight[3] > 0; }
+};
+
+/// What a contact gives more than it does: to the upper body along +n·up, N·s and N·m·s.
+struct SupportChange {
+  float normal[max_manifold_points];
+  float slide_1, slide_2, twist;
+  std::uint32_t left_out;  ///< a bit for each point that is to give nothing at all
+};
+
+/// Weights of a contact's points. A body's own weight in a substep, `body_weight` (N·s), lets points take load that do
+/// not carry any yet; `touches` has a bit for each point that may.
+FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std::uint32_t touches, float body_weight) {
+  constexpr float share_of_body = 0.1f, share_of_contact = 0.02f;
+  const float base = fma(share_of_contact, impulses.sum(), share_of_body * body_weight);
+  float sum = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    r.weight[i] = touches >> i & 1u ? impulses.normal[i] + base : 0.0f;
+    sum += r.weight[i];
+  }
+  // A slippery contact is not asked for more friction than it has.
+  r.slide_weight = sum * min(2 * r.friction, 1.0f);
+}
+
+/// Adds to `m` the rows by which a contact acts on its upper body, but for the points that are left out.
+FATHOM_HD void add_support(Triangle6& m, const SupportRows& r, std::uint32_t left_out) {
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (r.weight[i] > 0 && !(left_out >> i & 1u)) add_row(m, {r.n, cross(r.arm_upper + r.point(i), r.n)}, r.weight[i]);
+  const Vec3 t2 = r.t2();
+  add_row(m, {r.t1, cross(r.arm_upper, r.t1)}, r.slide_weight);
+  add_row(m, {t2, cross(r.arm_upper, t2)}, r.slide_weight);
+  add_row(m, {Vec3{}, r.n}, r.slide_weight * r.twist_radius * r.twist_radius);
+}
+
+/// The contact's part of what the multipliers `y` stand for. Returns true where a point would have to pull.
+FATHOM_HD bool share_out(const SupportRows& r, const ContactImpulses& impulses, const Wrench& y,
+                         SupportChange& change) {
+  bool pulls = false;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (change.left_out >> i & 1u) continue;
+    const Vec3 lever = cross(r.arm_upper + r.point(i), r.n);
+    change.normal[i] = (r.up * r.weight[i]) * (dot(r.n, y.force) + dot(lever, y.torque));
+    pulls |= r.weight[i] > 0 && impulses.normal[i] + change.normal[i] < 0;
+  }
+  const float weight = r.up * r.slide_weight;
+  const Vec3 t2 = r.t2();
+  change.slide_1 = weight * (dot(r.t1, y.force) + dot(cross(r.arm_upper, r.t1), y.torque));
+  change.slide_2 = weight * (dot(t2, y.force) + dot(cross(r.arm_upper, t2), y.torque));
+  change.twist = weight * r.twist_radius * r.twist_radius * dot(r.n, y.torque);
+  return pulls;
+}
+
+/// Leaves out the points that would have to pull: they give up what they carry.
+FATHOM_HD void leave_out(const SupportRows& r, const ContactImpulses& impulses, SupportChange& change) {
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (!(r.weight[i] > 0) || impulses.normal[i] + change.normal[i] >= 0) continue;
+    change.left_out |= 1u << i;
+    change.normal[i] = -impulses.normal[i];
+  }
+}
+
+/// Keeps a change within what a contact can give: it does not pull, and friction stays in its cone.
+FATHOM_HD void limit_change(const SupportRows& r, const ContactImpulses& impulses, SupportChange& change) {
+  float load = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    change.normal[i] = max(change.normal[i], -impulses.normal[i]);
+    load += impulses.normal[i] + change.normal[i];
+  }
+  const float limit = r.friction * load;
+  const float slide_1 = impulses.slide_1 + change.slide_1, slide_2 = impulses.slide_2 + change.slide_2;
+  const float squared = fma(slide_1, slide_1, slide_2 * slide_2);
+  const float shrink = squared > limit * limit ? limit / fathom::sqrt(squared) : 1.0f;
+  change.slide_1 = fma(slide_1, shrink, -impulses.slide_1);
+  change.slide_2 = fma(slide_2, shrink, -impulses.slide_2);
+  const float twist_limit = limit * r.twist_radius;
+  change.twist = clamp(impulses.twist + change.twist, -twist_limit, twist_limit) - impulses.twist;
+}
+
+/// What the upper body gets by a change, about c.
+FATHOM_HD Wrench wrench_of(const SupportRows& r, const SupportChange& change) {
+  float sum = 0, sum_x = 0, sum_y = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    sum += change.normal[i];
+    sum_x = fma(r.x[i], change.normal[i], sum_x);
+    sum_y = fma(r.y[i], change.normal[i], sum_y);
+  }
+  const Vec3 t2 = r.t2();
+  const Vec3 force = mul_add(mul_add(sum * r.n, change.slide_1, r.t1), change.slide_2, t2);
+  const Vec3 torque = mul_add(mul_add(change.twist * r.n, sum_y, r.t1), -sum_x, t2);
+  return {r.up * force, r.up * torque};
+}
+/// The same about the centre of a body, `arm` (m) from there to c.
+FATHOM_HD Wrench about_centre(const Wrench& w, Vec3 arm) { return {w.force, w.torque + cross(arm, w.force)}; }
+
+/// Impulses with `part` of a change.
+FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, float part, ContactImpulses& impulses) {
+  const float before = impulses.sum();
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (r.weight[i] > 0) impulses.normal[i] = max(fma(part, change.normal[i], impulses.normal[i]), 0.0f);
+  impulses.slide_1 = fma(part, change.slide_1, impulses.slide_1);
+  impulses.slide_2 = fma(part, change.slide_2, impulses.slide_2);
+  impulses.twist = fma(part, change.twist, impulses.twist);
+  impulses.step += impulses.sum() - before;
+}
+
+/// What a body asks its supports for, shared out among them. `Supports` gives access to them:
+///
+///     int count();  const SupportRows& rows(k);  ContactImpulses impulses(k);  SupportChange& change(k);
+///
+/// `factor` is of all rows. Returns what the body gets, about its centre.
+template <class Supports>
+FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const Wrench& demand) {
+  const int count = supports.count();
+  for (int k = 0; k < count; ++k) supports.change(k).left_out = 0;
+  Wrench rest = demand;
+  Triangle6 of_fewer;
+  const Triangle6* current = &factor;
+  for (int round = 0;; ++round) {
+    const Wrench y = solve(*current, rest);
+    bool pulls = false;
+    for (int k = 0; k < count; ++k) pulls |= share_out(supports.rows(k), supports.impulses(k), y, supports.change(k));
+    if (!pulls || round == support_rounds) break;
+    rest = demand;
+    Triangle6 m;
+    for (int k = 0; k < count; ++k) {
+      const SupportRows& r = supports.rows(k);
+      SupportChange& change = supports.change(k);
+      leave_out(r, supports.impulses(k), change);
+      SupportChange given_up{};
+      for (int i = 0; i < max_manifold_points; ++i)
+        if (change.left_out >> i & 1u) given_up.normal[i] = change.normal[i];
+      rest += -about_centre(wrench_of(r, given_up), r.arm_upper);
+      add_support(m, r, change.left_out);
+    }
+    if (!factorise(m, of_fewer)) break;
+    current = &of_fewer;
+  }
+  Wrench got;
+  for (int k = 0; k < count; ++k) {
+    const SupportRows& r = supports.rows(k);
+    limit_change(r, supports.impulses(k), supports.change(k));
+    got += about_centre(wrench_of(r, supports.change(k)), r.arm_upper);
+  }
+  return got;
+}
+
+/// The part of a change, 0 to 1, that leaves least kinetic energy: `slope` is Σ u·ΔP of all bodies, u their velocities
+/// against the common motion and ΔP their changes of momentum, `curvature` Σ Δu·ΔP.
+FATHOM_HD float best_part(float slope, float curvature) {
+  return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
+}
+
+/// What makes sweeps alone too soft for a contact: it carries more than so many times what its own bodies' weight would
+/// be. A free-standing column of cubes on springs of angular frequency ω buckles like an elastic one when it is about
+/// 1.2 (d ω² / g)^⅓ cubes high, d being half a cube's edge (docs/solver.md), and the weight of one body compresses a
+/// contact by g / ω², which a thin body has no room for. `stiffness` is ω² / g (1/m), `half_thickness` of the thinner
+/// body (m).
+FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
+  const float x = half_thickness * stiffness;
+  // A cube root by Newton's method from below: exact to 1 % between 1 and 10⁶, and the same on every target.
+  float root = 1 + 0.02f * min(x, 4000.0f);
+  for (int i = 0; i < 12; ++i) root = (2 * root + x / (root * root)) * (1.0f / 3);
+  return min(0.9f * root, 0.02f * x);
+}
+
+/// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
+/// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.
+FATHOM_HD Softness stiffened(const Softness& s, float held) {
+  constexpr float push_out_rate = 20;  // 1/s
+  const float soft = 1 - held;
+  Softness out;
+  out.impulse_scale = soft * s.impulse_scale;
+  out.mass_scale = held < 1 ? fma(soft, s.mass_scale - 1.0f, 1.0f) : 1.0f;
+  out.bias_rate = fma(soft, s.bias_rate - push_out_rate, push_out_rate);
+  return out;
+}
+
+}  // namespace fathom
