@@ -26,6 +26,9 @@ FATHOM_HD Softness make_soft(float hertz, float damping_ratio, float h) {
   return {omega / a1, a2 * a3, a3};
 }
 
+/// By which springs against bodies that cannot be pushed are stiffer, as their frequency is twice as high.
+inline constexpr float fixed_stiffness_ratio = 4;
+
 /// Of contacts of one step.
 struct ContactSoftness {
   Softness dynamic;  ///< between two bodies that can be pushed

@@ -15,8 +15,12 @@
 
 namespace fathom {
 
-/// Points that press, or are no farther apart than this (m), may give impulses.
-inline constexpr float support_reach = 1e-4f;
+/// Points that press, or are no farther apart than this, may give impulses (m; `arm` is a body's from its centre).
+FATHOM_HD float support_reach(Vec3 arm) { return min(5e-4f, 0.02f * length(arm)); }
+/// 1/s of the penetration that becomes velocity in a contact that is held.
+inline constexpr float support_push_out_rate = 20;
+/// See `support_slop`.
+inline constexpr float most_support_slop = 1e-4f, patch_radius_slop = 0.01f;
 /// Rounds of leaving out points that would pull.
 inline constexpr int support_rounds = 3;
 
@@ -139,21 +143,22 @@ FATHOM_HD void add_support(Triangle6& m, const SupportRows& r, std::uint32_t lef
   add_row(m, {Vec3{}, r.n}, r.slide_weight * r.twist_radius * r.twist_radius);
 }
 
-/// The contact's part of what the multipliers `y` stand for. Returns true where a point would have to pull.
-FATHOM_HD bool share_out(const SupportRows& r, const ContactImpulses& impulses, const Wrench& y,
-                         SupportChange& change) {
+/// The contact's part of what the multipliers `y` stand for, beside `renewal`. Returns true where a point would have to
+/// pull.
+FATHOM_HD bool share_out(const SupportRows& r, const ContactImpulses& impulses, const SupportChange& renewal,
+                         const Wrench& y, SupportChange& change) {
   bool pulls = false;
   for (int i = 0; i < max_manifold_points; ++i) {
     if (change.left_out >> i & 1u) continue;
     const Vec3 lever = cross(r.arm_upper + r.point(i), r.n);
-    change.normal[i] = (r.up * r.weight[i]) * (dot(r.n, y.force) + dot(lever, y.torque));
+    change.normal[i] = fma(r.up * r.weight[i], dot(r.n, y.force) + dot(lever, y.torque), renewal.normal[i]);
     pulls |= r.weight[i] > 0 && impulses.normal[i] + change.normal[i] < 0;
   }
   const float weight = r.up * r.slide_weight;
   const Vec3 t2 = r.t2();
-  change.slide_1 = weight * (dot(r.t1, y.force) + dot(cross(r.arm_upper, r.t1), y.torque));
-  change.slide_2 = weight * (dot(t2, y.force) + dot(cross(r.arm_upper, t2), y.torque));
-  change.twist = weight * r.twist_radius * r.twist_radius * dot(r.n, y.torque);
+  change.slide_1 = fma(weight, dot(r.t1, y.force) + dot(cross(r.arm_upper, r.t1), y.torque), renewal.slide_1);
+  change.slide_2 = fma(weight, dot(t2, y.force) + dot(cross(r.arm_upper, t2), y.torque), renewal.slide_2);
+  change.twist = fma(weight * r.twist_radius * r.twist_radius, dot(r.n, y.torque), renewal.twist);
   return pulls;
 }
 
@@ -210,6 +215,21 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
   impulses.step += impulses.sum() - before;
 }
 
+/// The part of its impulses that a contact gives up in a solution, to be shared out anew with the rest: contacts that
+/// strain against each other, which no motion tells of, let go of it in some tens of substeps.
+inline constexpr float support_renewal = 0.05f;
+
+/// What a contact gives up so.
+FATHOM_HD SupportChange given_up(const SupportRows& r, const ContactImpulses& impulses) {
+  SupportChange change{};
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (r.weight[i] > 0) change.normal[i] = -support_renewal * impulses.normal[i];
+  change.slide_1 = -support_renewal * impulses.slide_1;
+  change.slide_2 = -support_renewal * impulses.slide_2;
+  change.twist = -support_renewal * impulses.twist;
+  return change;
+}
+
 /// What a body asks its supports for, shared out among them. `Supports` gives access to them:
 ///
 ///     int count();  const SupportRows& rows(k);  ContactImpulses impulses(k);  SupportChange& change(k);
@@ -218,25 +238,33 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
 template <class Supports>
 FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const Wrench& demand) {
   const int count = supports.count();
-  for (int k = 0; k < count; ++k) supports.change(k).left_out = 0;
   Wrench rest = demand;
+  for (int k = 0; k < count; ++k) {
+    const SupportRows& r = supports.rows(k);
+    supports.change(k).left_out = 0;
+    rest += -about_centre(wrench_of(r, given_up(r, supports.impulses(k))), r.arm_upper);
+  }
   Triangle6 of_fewer;
   const Triangle6* current = &factor;
   for (int round = 0;; ++round) {
     const Wrench y = solve(*current, rest);
     bool pulls = false;
-    for (int k = 0; k < count; ++k) pulls |= share_out(supports.rows(k), supports.impulses(k), y, supports.change(k));
+    for (int k = 0; k < count; ++k) {
+      const ContactImpulses now = supports.impulses(k);
+      pulls |= share_out(supports.rows(k), now, given_up(supports.rows(k), now), y, supports.change(k));
+    }
     if (!pulls || round == support_rounds) break;
     rest = demand;
     Triangle6 m;
     for (int k = 0; k < count; ++k) {
       const SupportRows& r = supports.rows(k);
+      const ContactImpulses now = supports.impulses(k);
       SupportChange& change = supports.change(k);
-      leave_out(r, supports.impulses(k), change);
-      SupportChange given_up{};
+      leave_out(r, now, change);
+      SupportChange gone = given_up(r, now);
       for (int i = 0; i < max_manifold_points; ++i)
-        if (change.left_out >> i & 1u) given_up.normal[i] = change.normal[i];
-      rest += -about_centre(wrench_of(r, given_up), r.arm_upper);
+        if (change.left_out >> i & 1u) gone.normal[i] = change.normal[i];
+      rest += -about_centre(wrench_of(r, gone), r.arm_upper);
       add_support(m, r, change.left_out);
     }
     if (!factorise(m, of_fewer)) break;
@@ -257,29 +285,38 @@ FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
-/// What makes sweeps alone too soft for a contact: it carries more than so many times what its own bodies' weight would
-/// be. A free-standing column of cubes on springs of angular frequency ω buckles like an elastic one when it is about
-/// 1.2 (d ω² / g)^⅓ cubes high, d being half a cube's edge (docs/solver.md), and the weight of one body compresses a
-/// contact by g / ω², which a thin body has no room for. `stiffness` is ω² / g (1/m), `half_thickness` of the thinner
-/// body (m).
+/// How far bodies of `mass` (kg) are held that a solution leaves twice the kinetic energy `energy` (J) of: 0 where they
+/// fall as fast as if nothing held them, gaining `fall` (m/s) in a substep.
+FATHOM_HD float part_held(float energy, float mass, float fall) {
+  return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * fall * fall)), 1.0f);
+}
+
+/// What makes sweeps alone too soft for a contact: it carries more than so many times what its two bodies would weigh
+/// as one effective mass. A free-standing column of cubes on springs of angular frequency ω buckles like an elastic one
+/// when it is about 1.2 (d ω² / g)^⅓ cubes high, d being half a cube's edge, each contact carrying twice as much as it
+/// has cubes above (docs/solver.md); and a load compresses a contact, for which a thin body has no room. `stiffness` is
+/// ω² / g (1/m), `half_thickness` of the thinner body (m).
 FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
   const float x = half_thickness * stiffness;
   // A cube root by Newton's method from below: exact to 1 % between 1 and 10⁶, and the same on every target.
   float root = 1 + 0.02f * min(x, 4000.0f);
   for (int i = 0; i < 12; ++i) root = (2 * root + x / (root * root)) * (1.0f / 3);
-  return min(0.9f * root, 0.02f * x);
+  return min(1.8f * root, 0.04f * x);
 }
+
+/// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of
+/// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
+FATHOM_HD float support_slop(float patch_radius) { return min(most_support_slop, patch_radius_slop * patch_radius); }
+/// A separation (m) beyond the slop.
+FATHOM_HD float beyond_slop(float separation, float slop) { return separation - clamp(separation, -slop, slop); }
 
 /// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
 /// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.
 FATHOM_HD Softness stiffened(const Softness& s, float held) {
-  constexpr float push_out_rate = 20;  // 1/s
+  if (!(held > 0)) return s;
   const float soft = 1 - held;
-  Softness out;
-  out.impulse_scale = soft * s.impulse_scale;
-  out.mass_scale = held < 1 ? fma(soft, s.mass_scale - 1.0f, 1.0f) : 1.0f;
-  out.bias_rate = fma(soft, s.bias_rate - push_out_rate, push_out_rate);
-  return out;
+  return {fma(soft, s.bias_rate - support_push_out_rate, support_push_out_rate), fma(soft, s.mass_scale - 1, 1.0f),
+          soft * s.impulse_scale};
 }
 
 }  // namespace fathom

@@ -30,12 +30,6 @@ struct alignas(16) FlightData {
   float zero = 0;
 };
 
-/// Of a body's contacts that are solved, the exclusive or of their indices: the contact of a body that has one, and the
-/// way from one to the other in a body that has two. The same of the slots of the bodies on their other sides.
-struct SolvedContacts {
-  std::uint32_t contacts_xor = 0, neighbours_xor = 0;
-};
-
 struct BodyState {
   std::vector<Pose> poses;
   std::vector<Velocity> velocities;
@@ -45,7 +39,6 @@ struct BodyState {
   std::vector<float> slow_time;               ///< s that the body has been slow
   std::vector<std::uint32_t> colour_mask;     ///< colours its contacts occupy
   std::vector<std::uint32_t> overflow_count;  ///< its contacts without a colour
-  std::vector<SolvedContacts> solved;
   std::vector<Force> forces;
   std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 

@@ -10,60 +10,25 @@
 
 #include <hwy/highway.h>
 
+#include "native/constraint_fields.hpp"
 #include "native/lanes-inl.hpp"
 #include "native/solver_kernels.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-enum Field : int {
-  normal_x,
-  normal_y,
-  normal_z,
-  tangent_x,
-  tangent_y,
-  tangent_z,
-  arm_a_x,
-  arm_a_y,
-  arm_a_z,
-  arm_b_x,
-  arm_b_y,
-  arm_b_z,
-  k_nn,
-  k_n1,
-  k_n2,
-  k_11,
-  k_12,
-  k_22,
-  points,  // five a point: x, y, separation, effective mass, impulse
-  friction = points + 5 * max_manifold_points,
-  friction_impulse_1,
-  friction_impulse_2,
-  twist_impulse,
-  slide_11,
-  slide_12,
-  slide_22,  // inverse of the tangential 2×2 matrix
-  twist_mass,
-  patch_radius,
-  step_impulse,  // along the normal, of all points over the step
-  inertia_a,     // six each: xx yy zz xy xz yz
-  inertia_b = inertia_a + 6,
-  field_count = inertia_b + 6
-};
 /// Kept apart, see BlockArray.
 enum BounceField : int {
   restitution,
   pull,  // relative acceleration along the normal
   bounce_field_count
 };
-enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };
 
 template <class D>
 struct Block {
   static constexpr std::size_t width = hn::MaxLanes(D());
-  static constexpr std::size_t header_bytes = 64;
   static constexpr std::size_t bytes_up_to(std::size_t field) {
-    return (header_bytes + (3 + field) * width * 4 + 63) / 64 * 64;
+    return (block_header_bytes + (block_indices + field) * width * 4 + 63) / 64 * 64;
   }
   using V = hn::Vec<D>;
 
@@ -71,11 +36,12 @@ struct Block {
   float* bounces;  // null where nothing bounces
 
   HWY_INLINE BlockHeader& header() const { return *reinterpret_cast<BlockHeader*>(base); }
-  HWY_INLINE std::uint32_t* a() const { return reinterpret_cast<std::uint32_t*>(base + header_bytes); }
+  HWY_INLINE std::uint32_t* a() const { return reinterpret_cast<std::uint32_t*>(base + block_header_bytes); }
   HWY_INLINE std::uint32_t* b() const { return a() + width; }
   HWY_INLINE std::uint32_t* manifold() const { return a() + 2 * width; }
   HWY_INLINE float* at(int field) const {
-    return reinterpret_cast<float*>(base + header_bytes) + (3 + static_cast<std::size_t>(field)) * width;
+    return reinterpret_cast<float*>(base + block_header_bytes) +
+           (block_indices + static_cast<std::size_t>(field)) * width;
   }
   HWY_INLINE V get(int field) const { return hn::Load(D(), at(field)); }
   HWY_INLINE void set(int field, V v) const { hn::Store(v, D(), at(field)); }
@@ -92,7 +58,7 @@ struct Block {
     set(field, m.xx), set(field + 1, m.yy), set(field + 2, m.zz), set(field + 3, m.xy), set(field + 4, m.xz),
         set(field + 5, m.yz);
   }
-  HWY_INLINE static int point(int p, PointField f) { return points + p * point_fields + f; }
+  HWY_INLINE static int point(int p, PointField f) { return point_field(p, f); }
 };
 
 template <class D>

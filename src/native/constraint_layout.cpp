@@ -49,7 +49,6 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   units_.clear();
   stretches_.clear();
   blocks_ = 0;
-  largest_island_ = SIZE_MAX;
   if (may_use_domains(in_contact.slots)) {
     fill_by_unit();
     place_bodies_by_unit(in_contact.slots);
@@ -294,7 +293,6 @@ void ConstraintLayout::join_islands() {
     link.root = root(link.b);
     largest = std::max(largest, ++island_[link.root].weight);
   }
-  largest_island_ = largest;
 }
 
 // Islands make groups in the order of their first bodies. False where that leaves too much to one thread.

@@ -60,6 +60,8 @@ class ConstraintLayout {
 
   /// Contact of each lane, or `none`.
   const std::uint32_t* lanes() const { return lanes_.data(); }
+  std::size_t lane_count() const { return blocks_ * width_; }
+  std::size_t width() const { return width_; }
   std::size_t blocks() const { return blocks_; }
   int colours() const { return colours_; }
   std::span<const Stretch> stretches() const { return stretches_; }
@@ -73,8 +75,6 @@ class ConstraintLayout {
     return {stretches_.data() + range.begin, range.end - range.begin};
   }
 
-  /// Contacts of the largest island, or as many as there may be where islands were not looked for.
-  std::size_t largest_island() const { return largest_island_; }
   /// Empty where all bodies are one group, shared by all threads.
   std::span<const Group> groups() const { return groups_; }
   std::span<const std::uint32_t> bodies(const Group& group) const {
@@ -166,7 +166,6 @@ class ConstraintLayout {
   struct Link {  // a contact; `root` is its A until islands are joined
     std::uint32_t contact, colour, b, root;
   };
-  std::size_t largest_island_ = SIZE_MAX;
   std::vector<Group> groups_;
   std::vector<Island> island_;                // by slot
   std::vector<std::uint32_t> group_of_body_;  // by place in `in_contact`

@@ -191,15 +191,10 @@ bool NativeSimulator::is_asleep(std::uint32_t slot) const {
 
 HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
   Contact& c = graph_[fresh.contact];
-  const auto thickness = [&](std::uint32_t slot) {
-    const BodyInfo& info = bodies[slot];
-    const Geometry& shape = info.geometry;
-    return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
-  };
   manifold = {};
   graph_.mix_materials(c, manifold);
-  const float overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
-                                      contact_sag(def) * length(def.gravity));
+  const float overlap = first_overlap(fresh.manifold, manifold.restitution, half_thickness(bodies[c.a]),
+                                      half_thickness(bodies[c.b]), contact_sag(def) * length(def.gravity));
   c.recycle_distance = overlap > 0 ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   return hit(c, manifold);

@@ -204,7 +204,6 @@ void ContactGraph::colour(std::span<Seat> seats) {
         ++state_.overflow_count[slot];
       state_.note_to_solve(slot);
     });
-    note_in_bodies(seat);
     count(seat, 1);
   }
 }
@@ -222,25 +221,12 @@ void ContactGraph::uncolour(std::span<const Seat> seats) {
         --state_.overflow_count[slot];
       state_.note_to_solve(slot);
     });
-    note_in_bodies(seat);
     count(seat, -1);
   }
 }
 
 void ContactGraph::prefetch_bodies(const Seat& seat) const {
-  seat.for_each_body([&](std::uint32_t slot) {
-    prefetch_to_write(&state_.colour_mask[slot]);
-    prefetch_to_write(&state_.solved[slot]);
-  });
-}
-
-void ContactGraph::note_in_bodies(const Seat& seat) {
-  const auto note = [&](std::uint32_t slot, std::uint32_t other) {
-    state_.solved[slot].contacts_xor ^= seat.contact;
-    state_.solved[slot].neighbours_xor ^= other;
-  };
-  note(seat.b, seat.a);
-  if (!seat.fixed_a) note(seat.a, seat.b);
+  seat.for_each_body([&](std::uint32_t slot) { prefetch_to_write(&state_.colour_mask[slot]); });
 }
 
 void ContactGraph::count(const Seat& seat, int more) {

@@ -142,7 +142,7 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_);
+    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_, s.colouring_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -157,8 +157,6 @@ class ContactGraph {
   void enlist_all(ThreadPool& pool);
   void enlist(const Seat& seat);
   void prefetch_bodies(const Seat& seat) const;
-  /// That the contact is solved from now on, or no more.
-  void note_in_bodies(const Seat& seat);
   void count(const Seat& seat, int more);
 
   BodyTable& bodies_;

@@ -198,7 +198,7 @@ void NativeSimulator::build_constraints() {
 void NativeSimulator::lay_out_constraints() {
   if (cell_solver_) return;
   if (pool_.thread_count() > 1 && !graph_.domains().in_use()) neighbourhood_.update(*broad_phase_, state_.size());
-  solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_);
+  solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_, steps + 1);
 }
 
 void NativeSimulator::solve() {
@@ -210,6 +210,7 @@ void NativeSimulator::solve() {
     });
   } else {
     solver_.solve([&](std::span<const std::uint32_t> slots) { move_part<true>(slots); });
+    solver_.supports().end_step(steps + 1);
   }
 }
 

@@ -34,6 +34,7 @@ struct LaneContacts {
   const float* inertia_of_b[width];
   HWY_ALIGN float counts[width];
   HWY_ALIGN float overlaps[width];
+  HWY_ALIGN float held[width];
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -58,7 +59,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -76,6 +77,12 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = m.points[3].other;
     lanes.overlaps[i] = c.overlap();
+    lanes.held[i] = 0;
+    if (view.held) {
+      if (view.levels[c.a] != view.levels[c.b])
+        lanes.held[i] = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
+      h.held = h.held || lanes.held[i] > 0;
+    }
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -239,6 +246,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(slide_22, hn::Mul(s11, inverse_det));
   block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
   block.set(patch_radius, hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share)));
+  if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, i_a);
     block.set_inertia(inertia_b, i_b);
@@ -280,7 +288,19 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
 }
 
 template <class D>
-void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained) {
+HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
+  const D d;
+  const auto speed = hn::Mul(block.get(step_impulse), block.get(k_nn));
+  if (hn::AllFalse(d, hn::Gt(speed, hn::Set(d, watch.least)))) return;
+  HWY_ALIGN float speeds[Block<D>::width];
+  hn::Store(speed, d, speeds);
+  for (std::size_t i = 0; i < block.header().lanes; ++i)
+    if (speeds[i] > watch.least && block.manifold()[i] != none) watch.look_at(block.a()[i], block.b()[i], speeds[i]);
+}
+
+template <class D>
+void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained,
+           const LoadWatch& watch) {
   constexpr std::size_t ahead = 2;
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
@@ -293,8 +313,8 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
         prefetch_to_write(&m.step_impulse);
       }
     }
-    float* impulses[Block<D>::width];
-    float* friction_impulses[Block<D>::width];
+    float* impulses[Block<D>::width] = {};
+    float* friction_impulses[Block<D>::width] = {};
     for (std::size_t lane = 0; lane < used; ++lane) {
       ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
       impulses[lane] = m.impulses;
@@ -311,6 +331,7 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
                 {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
                  block.get(step_impulse)},
                 friction_impulses, used);
+    if (watch.overloads) watch_loads(block, watch);
   }
 }
 

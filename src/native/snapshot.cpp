@@ -58,7 +58,6 @@ void ContactGraph::restore(ByteReader& in) {
       colours[slot] |= bit;
       overflow[slot] += bit == 0;
     });
-    note_in_bodies(seat);
     count(seat, 1);
   }
   in.require(colours == state_.colour_mask && overflow == state_.overflow_count);
@@ -99,6 +98,7 @@ void NativeSimulator::save(ByteWriter& write) const {
   Domains::archive(graph_.domains(), write);
   ContactGraph::archive(graph_, write);
   write(cost_when_divided_);
+  SupportSolver::archive(solver_.supports(), write);
   Islands::archive(islands_, write);
   broad_phase_->save(write);
   write(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);
@@ -113,6 +113,7 @@ void NativeSimulator::restore(ByteReader& in) {
   }
   graph_.restore(in);
   in(cost_when_divided_);
+  solver_.supports().restore(in, state_.size());
   islands_.restore(in);
   broad_phase_->restore(in, state_.bounds, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_);

@@ -32,7 +32,7 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyS
       wide_(wide_kernels()),
       single_(single_kernels()),
       layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
-      columns_(bodies, state, graph, wide_) {}
+      supports_(def, bodies, state, graph) {}
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
@@ -81,14 +81,10 @@ class ContactSolver::Everything {
         kernel(s_.wide_, blocks, begin, end);
       });
   }
-  /// Calls act(bundle) for columns.
+  /// Calls act(structure) for structures that are held by their supports.
   template <class Act>
-  void columns(const Act& act) const {
-    const std::span<const ColumnBundle> columns = s_.columns_.all();
-    if (columns.empty()) return;
-    s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) act(columns[i]);
-    });
+  void structures(const Act& act) const {
+    s_.for_each_structure(act);
   }
 
  private:
@@ -116,13 +112,10 @@ class ContactSolver::InDomains {
   }
 
   template <class Act>
-  void columns(const Act& act) const {
-    const std::span<const ColumnBundle> columns = s_.columns_.all();
-    if (columns.empty()) return;
-    complete();  // columns go through domains, and come after all of a sweep
-    s_.pool_.for_each_part(columns.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) act(columns[i]);
-    });
+  void structures(const Act& act) const {
+    if (s_.supports_.empty()) return;
+    complete();  // structures go through domains, and come after all of a sweep
+    s_.for_each_structure(act);
   }
 
   void complete() const {
@@ -195,15 +188,24 @@ class ContactSolver::OneGroup {
       kernel(s_.wide_, s_.wide_blocks_, stretch.first, stretch.end);
   }
   template <class Act>
-  void columns(const Act& act) const {
+  void structures(const Act& act) const {
     const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
-    for (const ColumnBundle& bundle : s_.columns_.of_group(number)) act(bundle);
+    for (const std::uint32_t structure : s_.supports_.of_group(number)) act(structure);
   }
 
  private:
   ContactSolver& s_;
   const Group& group_;
 };
+
+template <class Act>
+void ContactSolver::for_each_structure(const Act& act) {
+  const std::span<const std::uint32_t> structures = supports_.all();
+  if (structures.empty()) return;
+  pool_.for_each_part(structures.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) act(structures[i]);
+  });
+}
 
 template <class Act>
 void ContactSolver::for_each_group(const Act& act) {
@@ -215,16 +217,14 @@ void ContactSolver::for_each_group(const Act& act) {
 
 // --- build ---------------------------------------------------------------------------------------------------
 
-void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood) {
+void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   const bool several = pool_.thread_count() > 1;
   wide_blocks_.scattered = several || graph_.domains().in_use();
   wide_blocks_.shared = several && layout_.groups().empty();
-  if (has_moved && def_.solver.method == Solver::soft)
-    columns_.update(in_contact.slots, layout_.largest_island(), pool_);
-  columns_.choose(layout_, pool_);
+  if (def_.solver.method == Solver::soft) supports_.update(in_contact.slots, layout_, has_moved, step);
 }
 
 void ContactSolver::build() {
@@ -289,8 +289,8 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 }
 
 BodiesView ContactSolver::view() {
-  return {state_.poses.data(), state_.solver_bodies(), state_.inertia.data(), state_.motion.data(),
-          overlap_kept(def_.dt)};
+  return {state_.poses.data(),   state_.solver_bodies(), state_.inertia.data(), state_.motion.data(),
+          overlap_kept(def_.dt), supports_.held(),       supports_.levels()};
 }
 
 void ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -319,6 +319,16 @@ void ContactSolver::load_body(std::uint32_t slot) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
   }
+}
+
+LoadWatch ContactSolver::load_watch() {
+  LoadWatch watch;
+  watch.stiffness = supports_.stiffness();
+  if (def_.solver.method != Solver::soft || !(watch.stiffness > 0)) return {};
+  watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies();
+  watch.unit = length(def_.gravity) * def_.dt;
+  watch.least = sweep_load(bodies_.least_half_thickness(), watch.stiffness) * watch.unit;
+  return watch;
 }
 
 std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
@@ -364,15 +374,15 @@ void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t
       load_group(layout_.bodies(group));
       prepare(group.blocks.begin, group.blocks.end);
       substeps(OneGroup(*this, group));
-      wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, constrained);
+      wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, constrained, load_watch());
       act(layout_.bodies(group));
     });
     return;
   }
   substeps(Everything(*this));
   layout_.for_each_part_of_all(
-      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, constrained); });
-  single_.store(single_blocks_, 0, single_count_, constrained);
+      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, constrained, load_watch()); });
+  single_.store(single_blocks_, 0, single_count_, constrained, load_watch());
   layout_.for_each_part_of_bodies(
       [&](std::size_t begin, std::size_t end) { act(layout_.bodies().subspan(begin, end - begin)); });
 }
@@ -387,8 +397,9 @@ void ContactSolver::solve_in_domains(const Act& act) {
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
   work.for_each_first([&](const Unit& unit) {
     const auto i = static_cast<std::size_t>(&unit - units);
-    wide_.store(wide_blocks_, unit.blocks.begin, unit.blocks.end, graph_.constrained());
-    wide_.store(wide_blocks_, first + i * across / count, first + (i + 1) * across / count, graph_.constrained());
+    wide_.store(wide_blocks_, unit.blocks.begin, unit.blocks.end, graph_.constrained(), load_watch());
+    wide_.store(wide_blocks_, first + i * across / count, first + (i + 1) * across / count, graph_.constrained(),
+                load_watch());
     act(layout_.bodies(unit));
   });
 }
@@ -412,16 +423,16 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = strike_threshold(def_, h);
   const BodyIntegration integrate = integration(h);
-  work.columns([&](const ColumnBundle& columns) { wide_.load_columns(wide_blocks_, columns, view(), soft); });
+  work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     begin_impulses(work, substep == 0);
     sweep(work, &SolverKernels::solve, soft);
-    brace(work, true, soft);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     sweep(work, &SolverKernels::relax, soft);
-    brace(work, false, soft);
+    work.structures([this](std::uint32_t structure) { supports_.solve(structure); });
   }
+  work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
@@ -478,13 +489,6 @@ template <class Work>
 void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters) {
   work.colours([this, pass, parameters](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
-  });
-}
-
-template <class Work>
-void ContactSolver::brace(const Work& work, bool pushes_out, const SweepParameters& parameters) {
-  work.columns([this, pushes_out, &parameters](const ColumnBundle& columns) {
-    wide_.brace(wide_blocks_, columns, view(), pushes_out, parameters);
   });
 }
 

@@ -9,7 +9,7 @@
 //   they changed it by in this substep. That sum is carried per body (`WarmStart`) and added as if it were an
 //   acceleration. For a body without contacts it is exactly zero.
 // * Sweeps are in the manifold's own frame (see solver_kernels.cpp).
-// * After every sweep, columns are braced by a direct solution (dynamics/columns.hpp).
+// * Where sweeps are too soft, structures are held by a direct solution (dynamics/support.hpp).
 #pragma once
 
 #include <atomic>
@@ -18,9 +18,9 @@
 #include <functional>
 #include <vector>
 
-#include "native/columns.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
+#include "native/support_solver.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/large_array.hpp"
 
@@ -44,19 +44,24 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Lays out blocks of constraints, neighbours together, and finds columns.
-  void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
+  /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for, in the
+  /// step with this number.
+  void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step);
   /// Gathers what the sweeps read, unless `solve` will do that group by group.
   void build();
   /// All substeps; hands the impulses back to the contacts and calls act(slots), by any thread, for parts of the bodies
   /// in contact, for which `BodyState::solver` then holds velocities and movement of the step.
   void solve(const std::function<void(std::span<const std::uint32_t>)>& act);
 
+  /// For snapshots.
+  SupportSolver& supports() { return supports_; }
+  const SupportSolver& supports() const { return supports_; }
+
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
     return block_memory_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() +
-           columns_.memory_bytes();
+           supports_.memory_bytes();
   }
 
  private:
@@ -73,7 +78,10 @@ class ContactSolver {
   template <class Act>
   void for_each_fetched(std::span<const std::uint32_t> slots, const Act& act);
   template <class Act>
+  void for_each_structure(const Act& act);
+  template <class Act>
   void for_each_group(const Act& act);
+  LoadWatch load_watch();
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
@@ -97,8 +105,6 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
-  template <class Work>
-  void brace(const Work& work, bool pushes_out, const SweepParameters& parameters);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;
@@ -114,7 +120,7 @@ class ContactSolver {
   std::size_t single_count_ = 0;
   std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
-  Columns columns_;
+  SupportSolver supports_;
   // Counted by all threads, who read what is above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };

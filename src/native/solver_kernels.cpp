@@ -28,7 +28,7 @@
 
 #include <algorithm>
 
-#include "native/brace-inl.hpp"
+#include "dynamics/support.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
@@ -237,6 +237,27 @@ HWY_INLINE auto is_uneven(V inverse_mass_a, V inverse_mass_b) {
   return hn::And(hn::Gt(least, hn::Zero(d)), hn::Gt(most, hn::Mul(hn::Set(d, uneven_ratio), least)));
 }
 
+/// `fathom::beyond_slop` in lanes that are held.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V beyond_slop(const Block<D>& block, V separation) {
+  const D d;
+  const V slop =
+      hn::Min(hn::Set(d, most_support_slop), hn::Mul(hn::Set(d, patch_radius_slop), block.get(patch_radius)));
+  const V within = hn::Max(hn::Neg(slop), hn::Min(separation, slop));
+  return hn::IfThenElse(hn::Gt(block.get(held_part), hn::Zero(d)), hn::Sub(separation, within), separation);
+}
+
+/// `fathom::stiffened` in lanes.
+template <class V>
+HWY_INLINE void stiffen(V held, V& bias_rate, V& mass_scale, V& impulse_scale) {
+  const hn::DFromV<V> d;
+  const V one = hn::Set(d, 1.0f), soft = hn::Sub(one, held), rate = hn::Set(d, support_push_out_rate);
+  const auto is_held = hn::Gt(held, hn::Zero(d));
+  bias_rate = hn::IfThenElse(is_held, hn::MulAdd(soft, hn::Sub(bias_rate, rate), rate), bias_rate);
+  mass_scale = hn::IfThenElse(is_held, hn::MulAdd(soft, hn::Sub(mass_scale, one), one), mass_scale);
+  impulse_scale = hn::IfThenElse(is_held, hn::Mul(soft, impulse_scale), impulse_scale);
+}
+
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
 template <Pass pass, class D, class B>
 HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies, const SweepParameters& p,
@@ -245,10 +266,11 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   const V inverse_substep = hn::Set(d, p.inverse_substep);
-  const V bias_rate = hn::Set(d, softness.bias_rate), push_out = hn::Set(d, -p.push_out_velocity);
-  const V mass_scale = hn::Set(d, softness.mass_scale);
+  const V push_out = hn::Set(d, -p.push_out_velocity);
+  V bias_rate = hn::Set(d, softness.bias_rate), mass_scale = hn::Set(d, softness.mass_scale);
   V impulse_scale = hn::Set(d, softness.impulse_scale);
   if constexpr (pass == Pass::soft) {
+    if (block.header().held) stiffen(block.get(held_part), bias_rate, mass_scale, impulse_scale);
     const auto uneven = is_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass);
     impulse_scale = hn::IfThenElse(uneven, hn::Mul(hn::Set(d, uneven_share), impulse_scale), impulse_scale);
   }
@@ -259,7 +281,8 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
   for (int i = 0; i < count; ++i) {
     const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
     const V mass = block.get(Block<D>::point(i, point_mass)), old = block.get(Block<D>::point(i, point_impulse));
-    const V separation = hn::Add(block.get(Block<D>::point(i, point_separation)), at_point(moved, x, y));
+    V separation = hn::Add(block.get(Block<D>::point(i, point_separation)), at_point(moved, x, y));
+    if (block.header().held) separation = beyond_slop(block, separation);
     const V speed = at_point(rows.motion, x, y);
     const auto apart = hn::Gt(separation, zero);
     // A point still apart may close its gap within the substep and no more: a speculative contact.
@@ -470,7 +493,6 @@ SolverKernels make_kernels(const char* name) {
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
           bounce_field_count * Block<D>::width,
-          row_fields * Block<D>::width,
           prepare<D>,
           warm_start<D>,
           clear<D>,
@@ -478,8 +500,6 @@ SolverKernels make_kernels(const char* name) {
           sweep<Pass::relax, D>,
           strike<D>,
           sweep<Pass::iterate, D>,
-          load_columns<D>,
-          brace<D>,
           store<D>};
 }
 
@@ -518,6 +538,21 @@ const std::vector<SolverKernels>& all_kernels() {
 const SolverKernels* selected = nullptr;
 
 }  // namespace
+
+void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse_speed) const {
+  constexpr float slow = 1;  // m/s; what is faster is not held
+  float thinner = 1e30f, stiffer = stiffness;
+  for (const std::uint32_t slot : {a, b}) {
+    if (length_squared(bodies[slot].linear) > slow * slow) return;
+    if (bodies[slot].inverse_mass > 0)
+      thinner = min(thinner, half_thickness((*table)[slot]));
+    else
+      stiffer = fixed_stiffness_ratio * stiffness;
+  }
+  if (!(impulse_speed > sweep_load(thinner, stiffer) * unit)) return;
+  overloads->mark(a);
+  overloads->mark(b);
+}
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }
 const SolverKernels& single_kernels() { return all_kernels().back(); }

@@ -8,6 +8,8 @@
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 #include "native/contact.hpp"
+#include "native/overloads.hpp"
+#include "world/body_table.hpp"
 
 namespace fathom::native {
 
@@ -26,7 +28,21 @@ struct BodiesView {
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
   const BodyMotion* motion = nullptr;
-  float overlap_kept = 1;  ///< a step (dynamics/overlap.hpp)
+  float overlap_kept = 1;                 ///< a step (dynamics/overlap.hpp)
+  const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
+  const std::uint16_t* levels = nullptr;  ///< of bodies that are held
+};
+
+/// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
+struct LoadWatch {
+  Overloads* overloads = nullptr;  ///< null: nobody watches
+  const BodyTable* table = nullptr;
+  const SolverBody* bodies = nullptr;
+  float least = 0;      ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
+  float unit = 0;       ///< m/s, of a contact that carries its own bodies' weight
+  float stiffness = 0;  ///< 1/m, see `sweep_load`
+
+  void look_at(std::uint32_t a, std::uint32_t b, float impulse_speed) const;
 };
 
 /// Constraints and manifolds they are made from.
@@ -55,17 +71,7 @@ struct BlockHeader {
   bool still_a = false;         ///< … nor moves by itself
   bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
   bool restitution = false;     ///< some lane bounces
-};
-
-/// Columns side by side, one a lane (dynamics/columns.hpp). Arrays have `width` entries a row; lanes beyond `used` are
-/// empty columns.
-struct ColumnBundle {
-  std::uint32_t contacts = 0;              ///< of the tallest
-  const std::uint32_t* lengths = nullptr;  ///< contacts of each lane's column
-  const std::uint32_t* bodies = nullptr;   ///< slots from the base up, `none` beyond the top; contacts + 1 rows
-  const std::uint32_t* lanes = nullptr;    ///< of all blocks' lanes, the contact above each body; any beyond the top
-  const float* up = nullptr;               ///< 1 where B of that contact is above, else −1
-  float* work = nullptr;                   ///< aligned; contacts + 1 times `column_floats`
+  bool held = false;            ///< some lane is held by its supports' direct solution
 };
 
 struct SolverKernels {
@@ -74,7 +80,6 @@ struct SolverKernels {
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
   std::size_t bounce_floats;          ///< a block
-  std::size_t column_floats;          ///< a row of columns
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
   /// returns how many points they have.
@@ -89,14 +94,9 @@ struct SolverKernels {
   void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  /// Reads what stays the same in all braces of a step, after `prepare`.
-  void (*load_columns)(BlockArray blocks, const ColumnBundle& columns, const BodiesView& view,
-                       const SweepParameters& p);
-  /// Braces columns (dynamics/columns.hpp).
-  void (*brace)(BlockArray blocks, const ColumnBundle& columns, const BodiesView& view, bool pushes_out,
-                const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds.
-  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained);
+  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained,
+                const LoadWatch& watch);
 };
 
 /// The kernels for this machine, and the same one lane wide for constraints that no colour could take.

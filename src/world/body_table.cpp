@@ -3,6 +3,7 @@
 #include <fathom/error.hpp>
 #include <string>
 
+#include "dynamics/overlap.hpp"
 #include "geometry/support.hpp"
 #include "math/text.hpp"
 #include "math/vec3d.hpp"
@@ -69,16 +70,19 @@ BodyInfo make_info(const BodyDef& def) {
 
 std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_count() : free_slots_.back(); }
 
-void BodyTable::note_mass(const BodyInfo& info) {
-  if (info.motion != MotionType::dynamic) return;
-  least_inverse_mass_ = min(least_inverse_mass_, info.inverse_mass);
-  most_inverse_mass_ = max(most_inverse_mass_, info.inverse_mass);
+float half_thickness(const BodyInfo& info) {
+  const Geometry& shape = info.geometry;
+  return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
+}
+
+void BodyTable::note_thickness(const BodyInfo& info) {
+  if (info.motion == MotionType::dynamic) least_half_thickness_ = min(least_half_thickness_, half_thickness(info));
 }
 
 BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
   any_anisotropic_ = any_anisotropic_ || !info.isotropic;
-  note_mass(info);
+  note_thickness(info);
   const std::uint32_t slot = next_slot();
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);

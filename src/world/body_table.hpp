@@ -37,6 +37,9 @@ struct alignas(64) BodyInfo {
   std::uint64_t user_data = 0;
 };
 
+/// Half of the body's thickness (m), about.
+float half_thickness(const BodyInfo& info);
+
 /// Slots with generations: a removed body's slot is reused, its old ids are not.
 class BodyTable {
  public:
@@ -58,9 +61,8 @@ class BodyTable {
   std::uint32_t count() const { return count_; }
   /// True once any dynamic body had an inertia that is no multiple of the identity.
   bool any_anisotropic() const { return any_anisotropic_; }
-  /// The inverse masses (1/kg) of all dynamic bodies, past ones too, are within these.
-  float least_inverse_mass() const { return least_inverse_mass_; }
-  float most_inverse_mass() const { return most_inverse_mass_; }
+  /// Of the thinnest dynamic body so far (m).
+  float least_half_thickness() const { return least_half_thickness_; }
   /// Living bodies in ascending order of slot.
   std::span<const BodyId> living() const;
   void reserve(std::uint32_t bodies);
@@ -74,14 +76,14 @@ class BodyTable {
   const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
 
  private:
-  void note_mass(const BodyInfo& info);
+  void note_thickness(const BodyInfo& info);
 
   std::vector<BodyInfo> infos_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::uint32_t count_ = 0;
   bool any_anisotropic_ = false;
-  float least_inverse_mass_ = std::numeric_limits<float>::max(), most_inverse_mass_ = 0;
+  float least_half_thickness_ = std::numeric_limits<float>::max();
   mutable std::vector<BodyId> living_;
   mutable bool living_is_current_ = true;
 };

@@ -38,9 +38,9 @@ void BodyTable::restore(ByteReader& in) {
     BodyInfo& info = infos_[body.index];
     archive_info(in, info);
     in.require(info.motion <= MotionType::dynamic);
-    note_mass(info);
     info.shape = shapes.read();
     info.geometry = geometry(info.shape);
+    note_thickness(info);
   }
 }
 

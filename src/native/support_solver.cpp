@@ -1,0 +1,321 @@
+#include "native/support_solver.hpp"
+
+#include <algorithm>
+
+#include "world/archive.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+/// J/kg above which a structure is coming down, and is left to the sweeps.
+constexpr float calm_energy = 0.1f;
+/// Steps after which structures are looked for again where all were coming down.
+constexpr std::uint64_t steps_to_resume = 8;
+
+Vec3 get3(const LaneFields& f, int field) { return {f[field], f[field + 1], f[field + 2]}; }
+
+bool moves(const Velocity& v) { return length_squared(v.linear) + length_squared(v.angular) > 0; }
+
+constexpr float not_a_member = -1;
+
+}  // namespace
+
+float SupportSolver::stiffness() const {
+  const float gravity = length(def_.gravity);
+  if (!(gravity > 0)) return 0;
+  const float omega = 2 * pi * contact_hertz(def_.solver, def_.dt / static_cast<float>(def_.solver.substeps));
+  return omega * omega / gravity;
+}
+
+void SupportSolver::update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
+                           std::uint64_t step) {
+  overloads_.resize(state_.size());
+  make_room(held_, state_.size());
+  held_.resize(state_.size(), not_a_member);
+  if (!(stiffness() > 0)) return;
+  const bool is_new = support_graph_.update(in_contact, overloads_, stiffness(), step);
+  overloads_.clear();
+  if (is_new || has_moved) {
+    structures_.assign(support_graph_.structures().size(), {});
+    body_.resize(support_graph_.members().size());
+    contact_.resize(support_graph_.supports().size());
+    find_lanes(layout);
+    order_by_group(layout);
+  }
+  choose_held();
+}
+
+// What becomes part of a structure counts as held at once: springs that gave way under the load that a solution gave
+// their contacts would let go of it again.
+void SupportSolver::choose_held() {
+  last_held_.swap(held_);
+  held_.assign(last_held_.size(), not_a_member);
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const SupportGraph::Structure& s = support_graph_.structures()[i];
+    StructureState& state = structures_[i];
+    state = {};
+    state.is_held = find_base(s, state.base) && is_calm(s, state.base);
+    for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
+      const std::uint32_t slot = member(k).slot;
+      held_[slot] = last_held_[slot] < 0 ? 1 : last_held_[slot];
+    }
+  }
+}
+
+void SupportSolver::find_lanes(const ConstraintLayout& layout) {
+  const std::size_t count = layout.lane_count();
+  grow_to(lane_of_, graph_.size());
+  for (std::size_t i = 0; i < count; ++i)
+    if (layout.lanes()[i] != none) lane_of_[layout.lanes()[i]] = static_cast<std::uint32_t>(i);
+  lanes_.resize(contact_.size());
+  for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] = lane_of_[support_graph_.supports()[i].contact];
+}
+
+// A structure is part of an island, and so of one group: that of its first support's block.
+void SupportSolver::order_by_group(const ConstraintLayout& layout) {
+  const auto lane = [&](std::uint32_t structure) {
+    return lanes_[member(support_graph_.structures()[structure].first).first_support];
+  };
+  order_.resize(structures_.size());
+  for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return lane(a) < lane(b); });
+  first_of_group_.clear();
+  std::uint32_t next = 0;
+  for (const ConstraintLayout::Group& group : layout.groups()) {
+    first_of_group_.push_back(next);
+    while (next < order_.size() && lane(order_[next]) < group.blocks.end * layout.width()) ++next;
+  }
+  first_of_group_.push_back(next);
+}
+
+// --- prepare -------------------------------------------------------------------------------------------------
+
+void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h) {
+  const SupportGraph::Structure& s = support_graph_.structures()[structure];
+  if (!structures_[structure].is_held) return;
+  const auto width = static_cast<std::size_t>(kernels.width);
+  structures_[structure].fall = length(def_.gravity) * h;
+  for (std::uint32_t i = s.first; i < s.end; ++i) {
+    const SupportGraph::Member& m = member(i);
+    for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k)
+      contact_[k].fields = {blocks.blocks + lanes_[k] / width * blocks.stride, width, lanes_[k] % width};
+    load_body(i, structures_[structure].base);
+    load_supports(i, h);
+  }
+}
+
+/// False where a structure stands on things that move differently.
+bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) const {
+  bool any = false;
+  for (std::uint32_t i = s.first; i < s.end && member(i).level == 1; ++i) {
+    const SupportGraph::Member& m = member(i);
+    for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
+      const SupportGraph::Support& support = support_graph_.supports()[k];
+      if (support.lower != none) continue;
+      const Velocity& v = state_.velocities[support.base];
+      const Base found = moves(v) ? Base{state_.poses[support.base].position, v.linear, v.angular} : Base{};
+      if (any && !(found.linear == base.linear && found.angular == base.angular && found.position == base.position))
+        return false;
+      base = found;
+      any = true;
+    }
+  }
+  return any;
+}
+
+bool SupportSolver::is_calm(const SupportGraph::Structure& s, const Base& base) const {
+  float energy = 0, mass = 0;
+  for (std::uint32_t i = s.first; i < s.end; ++i) {
+    const std::uint32_t slot = member(i).slot;
+    const Vec3 common = base.linear + cross(base.angular, state_.poses[slot].position - base.position);
+    const Vec3 u = state_.velocities[slot].linear - common;
+    const float m = bodies_[slot].mass;
+    energy = fma(0.5f * m, length_squared(u), energy);
+    mass += m;
+  }
+  return energy <= calm_energy * mass;
+}
+
+void SupportSolver::load_body(std::uint32_t i, const Base& base) {
+  const std::uint32_t slot = member(i).slot;
+  const SolverBody& body = state_.solver_bodies()[slot];
+  Body& b = body_[i];
+  b.is_held = false;
+  if (!(body.inverse_mass > 0)) return;
+  b.mass = 1 / body.inverse_mass;
+  b.target_linear = base.linear + cross(base.angular, state_.poses[slot].position - base.position);
+  b.target_angular = base.angular;
+  const float inverse = body.inverse_inertia;
+  if (inverse > 0) {
+    const float inertia = 1 / inverse;
+    b.inertia = {{inertia, 0, 0}, {0, inertia, 0}, {0, 0, inertia}};
+    b.inverse_inertia = {inverse, inverse, inverse, 0, 0, 0};
+  } else {
+    const WorldInertia& w = state_.inertia[slot];
+    b.inverse_inertia = {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+    b.inertia = to_matrix(rotated(to_matrix(state_.poses[slot].rotation), bodies_[slot].inertia));
+  }
+}
+
+void SupportSolver::load_supports(std::uint32_t i, float h) {
+  const SupportGraph::Member& m = member(i);
+  Body& b = body_[i];
+  if (!(b.mass > 0)) return;
+  const float body_weight = b.mass * length(state_.motion[m.slot].acceleration) * h;
+  Triangle6 rows;
+  bool any = false;
+  for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
+    const std::uint32_t lower = support_graph_.supports()[k].lower;
+    contact_[k].acts = (lower == none || body_[lower].is_held) && load_rows(k, body_weight);
+    if (!contact_[k].acts) continue;
+    add_support(rows, contact_[k].rows, 0);
+    any = true;
+  }
+  b.is_held = any && factorise(rows, b.factor);
+  for (std::uint32_t k = m.first_support; !b.is_held && k < m.first_support + m.support_count; ++k)
+    contact_[k].acts = false;
+}
+
+bool SupportSolver::load_rows(std::uint32_t support, float body_weight) {
+  const SupportGraph::Support& s = support_graph_.supports()[support];
+  const LaneFields& f = contact_[support].fields;
+  SupportRows& r = contact_[support].rows;
+  const int count = graph_.manifold(graph_[s.contact]).point_count();
+  contact_[support].count = count;
+  r.n = get3(f, normal_x), r.t1 = get3(f, tangent_x);
+  r.arm_upper = get3(f, s.b_is_upper ? arm_b_x : arm_a_x);
+  r.arm_lower = get3(f, s.b_is_upper ? arm_a_x : arm_b_x);
+  r.up = s.b_is_upper ? 1.0f : -1.0f;
+  r.friction = f[friction], r.twist_radius = f[patch_radius];
+  const float reach = support_reach(r.arm_upper);
+  std::uint32_t touches = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    r.x[i] = i < count ? f[point_field(i, point_x)] : 0;
+    r.y[i] = i < count ? f[point_field(i, point_y)] : 0;
+    if (i < count && (f[point_field(i, point_impulse)] > 0 || f[point_field(i, point_separation)] <= reach))
+      touches |= 1u << i;
+  }
+  weigh_points(r, impulses(f, count), touches, body_weight);
+  return r.holds();
+}
+
+ContactImpulses SupportSolver::impulses(const LaneFields& f, int count) {
+  ContactImpulses p;
+  for (int i = 0; i < count; ++i) p.normal[i] = f[point_field(i, point_impulse)];
+  p.slide_1 = f[friction_impulse_1], p.slide_2 = f[friction_impulse_2], p.twist = f[twist_impulse];
+  p.step = f[step_impulse];
+  return p;
+}
+
+// --- solve ---------------------------------------------------------------------------------------------------
+
+/// The supports of a member that act.
+class SupportSolver::SupportsOf {
+ public:
+  SupportsOf(SupportSolver& solver, const SupportGraph::Member& m) : s_(solver) {
+    for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count && count_ < most; ++k)
+      if (s_.contact_[k].acts) index_[count_++] = k;
+  }
+  static constexpr int most = colour_count;  // a body has one contact of each colour
+
+  int count() const { return count_; }
+  Contact& contact(int k) const { return s_.contact_[index_[k]]; }
+  const SupportRows& rows(int k) const { return contact(k).rows; }
+  SupportChange& change(int k) const { return contact(k).change; }
+  ContactImpulses impulses(int k) const { return SupportSolver::impulses(contact(k).fields, contact(k).count); }
+
+ private:
+  SupportSolver& s_;
+  std::uint32_t index_[most];
+  int count_ = 0;
+};
+
+void SupportSolver::solve(std::uint32_t structure) {
+  const SupportGraph::Structure& s = support_graph_.structures()[structure];
+  StructureState& state = structures_[structure];
+  if (!state.is_held) return;
+  SolverBody* const bodies = state_.solver_bodies();
+  float slope = 0, curvature = 0, energy = 0, mass = 0;
+  for (std::uint32_t i = s.end; i-- > s.first;) {
+    Body& b = body_[i];
+    if (!b.is_held) continue;
+    const SupportGraph::Member& m = member(i);
+    const SolverBody& body = bodies[m.slot];
+    const Vec3 linear = body.linear - b.target_linear, angular = body.angular - b.target_angular;
+    Wrench passed_on;
+    for (const std::uint32_t k : support_graph_.loads(m))
+      if (contact_[k].acts) passed_on += about_centre(contact_[k].given, contact_[k].rows.arm_lower);
+    const Wrench excess{b.mass * linear, b.inertia * angular};
+    energy += dot(linear, excess.force) + dot(angular, excess.torque);
+    mass += b.mass;
+    Wrench demand = passed_on;
+    demand += -excess;
+    SupportsOf supports(*this, m);
+    b.gained = ask_supports(supports, b.factor, demand);
+    b.gained += -passed_on;
+    for (int k = 0; k < supports.count(); ++k)
+      supports.contact(k).given = wrench_of(supports.rows(k), supports.change(k));
+    b.linear_change = body.inverse_mass * b.gained.force;
+    b.angular_change = b.inverse_inertia * b.gained.torque;
+    slope += dot(linear, b.gained.force) + dot(angular, b.gained.torque);
+    curvature += dot(b.linear_change, b.gained.force) + dot(b.angular_change, b.gained.torque);
+  }
+  state.part = best_part(slope, curvature);
+  state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
+  for (std::uint32_t i = s.first; i < s.end; ++i) {
+    const Body& b = body_[i];
+    if (!b.is_held) continue;
+    const SupportGraph::Member& m = member(i);
+    SolverBody& body = bodies[m.slot];
+    body.linear = mul_add(body.linear, state.part, b.linear_change);
+    body.angular = mul_add(body.angular, state.part, b.angular_change);
+    for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
+      if (!contact_[k].acts) continue;
+      const LaneFields& f = contact_[k].fields;
+      ContactImpulses p = impulses(f, contact_[k].count);
+      apply_change(contact_[k].rows, contact_[k].change, state.part, p);
+      for (int j = 0; j < max_manifold_points; ++j)
+        if (contact_[k].rows.weight[j] > 0) f[point_field(j, point_impulse)] = p.normal[j];
+      f[friction_impulse_1] = p.slide_1, f[friction_impulse_2] = p.slide_2, f[twist_impulse] = p.twist;
+      f[step_impulse] = p.step;
+    }
+  }
+}
+
+void SupportSolver::finish(std::uint32_t structure) {
+  const SupportGraph::Structure& s = support_graph_.structures()[structure];
+  if (!structures_[structure].is_held) return;
+  for (std::uint32_t i = s.first; i < s.end; ++i)
+    held_[member(i).slot] = body_[i].is_held ? structures_[structure].held : 0;
+}
+
+void SupportSolver::end_step(std::uint64_t step) {
+  int held = 0;
+  for (auto& b : body_) held += b.is_held;
+  printf("step %d structures %zu members %zu held %d part %.4f heldstruct %d\n", (int)step, structures_.size(),
+         body_.size(), held, structures_.empty() ? 0.0 : (double)structures_[0].part,
+         structures_.empty() ? 0 : (int)structures_[0].is_held);
+}
+if (empty()) return;
+const auto is_held = [](const StructureState& s) { return s.is_held; };
+if (std::none_of(structures_.begin(), structures_.end(), is_held)) support_graph_.rest_until(step + steps_to_resume);
+}
+
+// --- the rest ------------------------------------------------------------------------------------------------
+
+void SupportSolver::restore(ByteReader& in, std::size_t slots) {
+  archive(*this, in);
+  in.require(held_.size() <= slots);
+  support_graph_.restored(in, slots);
+  overloads_.restored();
+}
+
+std::size_t SupportSolver::memory_bytes() const {
+  const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
+  return bytes_of(held_, structures_, body_, contact_, lane_of_, lanes_, order_, first_of_group_) +
+         overloads_.memory_bytes() + support_graph_.memory_bytes();
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,121 @@
+// Structures at rest, held by a direct solution after every relax sweep (dynamics/support.hpp).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dynamics/support.hpp"
+#include "native/constraint_fields.hpp"
+#include "native/constraint_layout.hpp"
+#include "native/solver_kernels.hpp"
+#include "native/support_graph.hpp"
+
+namespace fathom::native {
+
+class SupportSolver {
+ public:
+  SupportSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, const ContactGraph& graph)
+      : def_(def), bodies_(bodies), state_(state), graph_(graph), support_graph_(bodies, state, graph) {}
+
+  Overloads& overloads() { return overloads_; }
+  /// ω² / g of contacts, as `sweep_load` has it (1/m); 0 where nothing weighs.
+  float stiffness() const;
+
+  /// Finds structures among the bodies in contact, and where the layout has their constraints. `has_moved`: the layout
+  /// is another than in the last step.
+  void update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
+              std::uint64_t step);
+
+  bool empty() const { return structures_.empty(); }
+  /// By number, all of them, or those of a group.
+  std::span<const std::uint32_t> all() const { return order_; }
+  std::span<const std::uint32_t> of_group(std::size_t group) const {
+    if (order_.empty()) return {};
+    return {order_.data() + first_of_group_[group], order_.data() + first_of_group_[group + 1]};
+  }
+  /// By slot, how far a body's structure was held in the last step; below 0 where it is in none. Null where none is.
+  const float* held() const { return empty() ? nullptr : held_.data(); }
+
+  const std::uint16_t* levels() const { return support_graph_.levels(); }
+
+  /// Reads what a step's solutions have in common, once blocks are prepared. `h`: a substep (s).
+  void prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h);
+  /// Takes the structure to its common motion, as far as its contacts can.
+  void solve(std::uint32_t structure);
+  /// After the last substep.
+  void finish(std::uint32_t structure);
+  /// After all structures of the step with this number.
+  void end_step(std::uint64_t step);
+
+  std::size_t memory_bytes() const;
+
+  template <class Self, class Archive>
+  static void archive(Self& s, Archive& a) {
+    Overloads::archive(s.overloads_, a);
+    SupportGraph::archive(s.support_graph_, a);
+    a(s.held_);
+  }
+  void restore(ByteReader& in, std::size_t slots);
+
+ private:
+  struct Body {
+    Vec3 target_linear, target_angular;  ///< the structure's common motion
+    Vec3 linear_change, angular_change;  ///< of velocity, by the last solution
+    Mat3 inertia;                        ///< world axes
+    SymMat3 inverse_inertia;
+    float mass = 0;
+    bool is_held = false;
+    Triangle6 factor;
+    Wrench gained;  ///< N·s and N·m·s about the centre
+  };
+  struct Contact {
+    LaneFields fields;
+    SupportRows rows;
+    SupportChange change;
+    Wrench given;  ///< to the upper body, about the contact
+    int count = 0;
+    bool acts = false;
+  };
+  /// The common motion of what a structure stands on.
+  struct Base {
+    Vec3 position, linear, angular;
+  };
+  class SupportsOf;
+
+  const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
+  void choose_held();
+  void find_lanes(const ConstraintLayout& layout);
+  void order_by_group(const ConstraintLayout& layout);
+  bool find_base(const SupportGraph::Structure& s, Base& base) const;
+  bool is_calm(const SupportGraph::Structure& s, const Base& base) const;
+  void load_body(std::uint32_t i, const Base& base);
+  void load_supports(std::uint32_t i, float h);
+  bool load_rows(std::uint32_t support, float body_weight);
+  static ContactImpulses impulses(const LaneFields& fields, int count);
+
+  const WorldDef& def_;
+  const BodyTable& bodies_;
+  BodyState& state_;
+  const ContactGraph& graph_;
+  Overloads overloads_;
+  SupportGraph support_graph_;
+  std::vector<float> last_held_;
+  std::vector<float> held_;  // by slot
+  struct StructureState {
+    bool is_held = false;
+    float part = 0;  ///< of the last solution that was possible
+    float held = 0;  ///< see `part_held`
+    float fall = 0;  ///< m/s, what gravity gives in a substep
+    Base base;
+  };
+  std::vector<StructureState> structures_;
+  std::vector<Body> body_;              // by member
+  std::vector<Contact> contact_;        // by support
+  std::vector<std::uint32_t> lane_of_;  // by contact
+  std::vector<std::uint32_t> lanes_;    // by support
+  std::vector<std::uint32_t> order_, first_of_group_;
+};
+
+}  // namespace fathom::native
