@@ -292,15 +292,9 @@ void SupportSolver::finish(std::uint32_t structure) {
 }
 
 void SupportSolver::end_step(std::uint64_t step) {
-  int held = 0;
-  for (auto& b : body_) held += b.is_held;
-  printf("step %d structures %zu members %zu held %d part %.4f heldstruct %d\n", (int)step, structures_.size(),
-         body_.size(), held, structures_.empty() ? 0.0 : (double)structures_[0].part,
-         structures_.empty() ? 0 : (int)structures_[0].is_held);
-}
-if (empty()) return;
-const auto is_held = [](const StructureState& s) { return s.is_held; };
-if (std::none_of(structures_.begin(), structures_.end(), is_held)) support_graph_.rest_until(step + steps_to_resume);
+  if (empty()) return;
+  const auto is_held = [](const StructureState& s) { return s.is_held; };
+  if (std::none_of(structures_.begin(), structures_.end(), is_held)) support_graph_.rest_until(step + steps_to_resume);
 }
 
 // --- the rest ------------------------------------------------------------------------------------------------
