@@ -70,7 +70,7 @@ class Blocks {
   void solve() { sweep(kernels_.solve); }
   void relax() { sweep(kernels_.relax); }
   void iterate() { sweep(kernels_.iterate); }
-  void store() { kernels_.store(array_, 0, stretches_.back(), graph_.constrained()); }
+  void store() { kernels_.store(array_, 0, stretches_.back(), graph_.constrained(), {}); }
 
   /// Otherwise sweeps repeated for ever would end in denormal numbers.
   void reset_bodies() {
