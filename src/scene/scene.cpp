@@ -28,6 +28,12 @@ std::size_t dynamic_body_count(const Scene& scene) {
   }));
 }
 
+std::optional<std::size_t> Stream::due(std::uint64_t steps) const {
+  const auto every = static_cast<std::uint64_t>(interval);
+  if (count == 0 || steps == 0 || steps % every != 0) return {};
+  return first + static_cast<std::size_t>(steps / every - 1) % count;
+}
+
 Kicker::Kicker(const Scene& scene) : kicks_(scene.kicks), random_(scene.kicks ? scene.kicks->seed : 0) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (scene.bodies[i].motion == MotionType::dynamic) dynamic_bodies_.push_back(i);
@@ -44,7 +50,11 @@ std::span<const Kicker::Kick> Kicker::due(std::uint64_t steps) {
   return due_;
 }
 
-SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), kicker_(scene) {
+SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), kicker_(scene), stream_(scene.stream) {
+  if (stream_) {
+    const auto begin = scene.bodies.begin() + static_cast<std::ptrdiff_t>(stream_->first);
+    streamed_.assign(begin, begin + static_cast<std::ptrdiff_t>(stream_->count));
+  }
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
   try {
     ids_ = world_.add_bodies(scene.bodies);
@@ -64,6 +74,11 @@ SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), 
 void SceneInstance::prepare_step() {
   for (const Kicker::Kick& kick : kicker_.due(world_.step_count()))
     world_.add_velocity(ids_[kick.body], kick.linear, kick.angular);
+  if (!stream_) return;
+  if (const auto body = stream_->due(world_.step_count())) {
+    world_.remove(ids_[*body]);
+    ids_[*body] = world_.add(streamed_[*body - stream_->first]);
+  }
 }
 
 }  // namespace fathom

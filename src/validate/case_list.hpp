@@ -47,6 +47,8 @@ void standing_plates(const Setup& setup, Record& record);
 void standing_heavy_on_light(const Setup& setup, Record& record);
 void standing_stones(const Setup& setup, Record& record);
 void standing_pyramids(const Setup& setup, Record& record);
+// heaps.cpp
+void heaps(const Setup& setup, Record& record);
 // tunnelling.cpp
 void bullets(const Setup& setup, Record& record);
 void spinning_rods(const Setup& setup, Record& record);

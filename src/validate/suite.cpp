@@ -64,6 +64,8 @@ constexpr auto table = std::to_array<Case>({
      standing_stones},
     {"standing", "standing-pyramids", "Pyramids of 1,240 and 9,455 cubes settle by at most 7 and 25 mm.",
      standing_pyramids},
+    {"heaps", "heaps",
+     "Random heaps of all shapes, sizes, densities, floors and time steps: nobody is lost, all comes to rest.", heaps},
     {"tunnelling", "bullets", "Bullets of 1 cm at 300 m/s against plates of 1 cm.", bullets},
     {"tunnelling", "spinning-rods", "Spinning rods are thrown at a plate of 1 cm.", spinning_rods},
     {"tunnelling", "boxes-into-wall", "Boxes at 50 m/s hit a wall.", boxes_into_wall},
