@@ -44,6 +44,8 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
+  /// Whether these bodies' contacts are laid out by domains, which need to know no neighbours.
+  bool may_use_domains(std::span<const std::uint32_t> in_contact) const { return layout_.may_use_domains(in_contact); }
   /// Lays out blocks of constraints, neighbours together, and finds columns.
   void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
   /// Gathers what the sweeps read, unless `solve` will do that group by group.
