@@ -105,12 +105,12 @@ TEST(Heap, BodiesOfAStreamLeaveAndComeBack) {
   EXPECT_LT(world.pose(before).position.z, heap.scene.bodies[stream.first].pose.position.z);
   instance.prepare_step();
   EXPECT_FALSE(world.contains(before));
-  EXPECT_EQ(world.pose(instance.ids()[stream.first]).position.z, heap.scene.bodies[stream.first].pose.position.z);
+  EXPECT_TRUE(world.pose(instance.ids()[stream.first]).position == stream.sources[0].position);
   EXPECT_EQ(world.body_count(), heap.scene.bodies.size());
   EXPECT_FALSE(stream.due(0).has_value());
   const auto turns = static_cast<std::uint64_t>(stream.interval);
-  EXPECT_EQ(stream.due(turns * stream.count), stream.first + stream.count - 1);
-  EXPECT_EQ(stream.due(turns * (stream.count + 1)), stream.first);
+  EXPECT_EQ(stream.due(turns * stream.sources.size()), stream.first + stream.sources.size() - 1);
+  EXPECT_EQ(stream.due(turns * (stream.sources.size() + 1)), stream.first);
 }
 
 /// Some seeds one after the other, so that the test's program runs several such at the same time.

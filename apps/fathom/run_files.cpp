@@ -24,7 +24,7 @@ RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneIns
   kicker_.emplace(scene);
   for (const BodyId id : instance.ids()) handles_.push_back({id.index, id.generation});
   stream_ = scene.stream;
-  if (stream_) bodies_ = scene.bodies;
+  streamed_ = streamed_bodies(scene);
 }
 
 RunFiles::~RunFiles() {
@@ -42,7 +42,7 @@ void RunFiles::prepare_step() {
     engine::BodyHandle& handle = handles_[*renewed];
     commands_.push({CommandKind::remove, handle, {}, {}, {}, 0});
     ++handle.generation;
-    commands_.add(handle, bodies_[*renewed]);
+    commands_.add(handle, streamed_[*renewed - stream_->first]);
   }
   recorder_->before_step(world_.step_count() + 1, commands_, *runner_);
   runner_->run(commands_);

@@ -42,7 +42,7 @@ class RunFiles {
   std::optional<engine::CommandRunner> runner_;
   std::optional<Kicker> kicker_;
   std::optional<Stream> stream_;
-  std::vector<BodyDef> bodies_;              // of a scene with a stream
+  std::vector<BodyDef> streamed_;
   std::vector<engine::BodyHandle> handles_;  // by place in Scene::bodies
   engine::CommandList commands_;
 };

@@ -26,7 +26,10 @@ EntityDef entity_of(const Scene& scene, std::size_t index);
 class StreamEntity final : public Entity {
  public:
   StreamEntity(const Scene& scene, std::vector<EntityId> bodies) : stream_(*scene.stream), bodies_(std::move(bodies)) {
-    for (std::size_t i = 0; i < stream_.count; ++i) definitions_.push_back(entity_of(scene, stream_.first + i));
+    for (std::size_t i = 0; i < stream_.sources.size(); ++i) {
+      definitions_.push_back(entity_of(scene, stream_.first + i));
+      definitions_.back().physics->pose = stream_.sources[i];
+    }
   }
 
   void tick(const Tick& tick) override {

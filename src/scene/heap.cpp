@@ -35,10 +35,10 @@ void choose_world(Random& random, const Heap& heap, WorldDef& world) {
   world.sleep.enabled = random.bits() % 2 == 0;
 }
 
-/// 30 to 300, fewer where a heap has many steps.
+/// 30 to 300, fewer where a heap has many steps or is so small that all bodies are within each other's margins.
 int body_count(Random& random, const Heap& heap) {
   const double steps = 30 * heap.time_unit / static_cast<double>(heap.scene.world.dt);
-  const double most = std::clamp(400'000 / steps, 30.0, 300.0);
+  const double most = std::clamp(400'000 / steps, 30.0, heap.largest < 0.05 ? 80.0 : 300.0);
   return static_cast<int>(log_uniform(random, 30, most + 0.5));
 }
 
@@ -133,6 +133,25 @@ void add_bin(Random& random, Heap& heap, Quat tilt, bool is_smooth) {
   }
 }
 
+/// Bodies stay for about four units of time and come back over the bin, side by side: the one before at the same place
+/// has fallen out of the way by then.
+Stream stream_from(const Heap& heap, const std::vector<BodyDef>& bodies, double top, double widest) {
+  const double half_width = static_cast<double>(heap.half_width), dt = static_cast<double>(heap.scene.world.dt);
+  const auto side = static_cast<std::size_t>(2 * half_width / widest), places = side * side;
+  const double stay = 4 * heap.time_unit / static_cast<double>(bodies.size());
+  const double clear = 1.2 * std::sqrt(2 * widest / 9.81) / static_cast<double>(places);
+  Stream stream{static_cast<int>(std::ceil(std::max(stay, clear) / dt)), first_body, {}};
+  const double cell = 2 * half_width / static_cast<double>(side);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Pose source = bodies[i].pose;
+    const double x = (static_cast<double>(i % side) + 0.5) * cell - half_width;
+    const double y = (static_cast<double>(i % places / side) + 0.5) * cell - half_width;
+    source.position = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(top + 0.5 * widest)};
+    stream.sources.push_back(source);
+  }
+  return stream;
+}
+
 }  // namespace
 
 const char* name_of(HeapKind kind) {
@@ -186,19 +205,12 @@ Heap make_heap(std::uint64_t seed) {
   const Quat tilt = heap.kind == HeapKind::slope ? random_tilt(random) : Quat{};
   const double rise = highest_corner(tilt, half_width), bottom = rise + 0.05 * widest;
   heap.lowest = static_cast<float>(-rise);
-  double top = place_apart(bodies, half_width, bottom);
-  // Where bodies come back, the heap is below them: no body is larger than its cell.
-  if (heap.kind == HeapKind::stream) top = place_apart(bodies, half_width, top);
+  const double top = place_apart(bodies, half_width, bottom);
   heap.rim = static_cast<float>(2 * top);
 
   add_bin(random, heap, tilt, recipe.friction_high <= 0);
   heap.scene.bodies.insert(heap.scene.bodies.end(), bodies.begin(), bodies.end());
-  if (heap.kind == HeapKind::stream) {
-    // Each body stays for about four units of time.
-    const double steps = 4 * heap.time_unit / static_cast<double>(heap.scene.world.dt);
-    const auto interval = static_cast<int>(std::ceil(steps / static_cast<double>(bodies.size())));
-    heap.scene.stream = Stream{interval, first_body, bodies.size()};
-  }
+  if (heap.kind == HeapKind::stream) heap.scene.stream = stream_from(heap, bodies, top, widest);
   return heap;
 }
 

@@ -21,12 +21,12 @@ struct Kicks {
   std::uint64_t seed = 1;
 };
 
-/// Bodies that come and go: before the steps interval, 2·interval, … one of them leaves the world and comes back as it
-/// was at the start, each in its turn.
+/// Bodies that come and go: before the steps interval, 2·interval, … one of them leaves the world and comes back at its
+/// source, as it was at the start but for that, each in its turn.
 struct Stream {
-  int interval = 1;       ///< steps
-  std::size_t first = 0;  ///< in Scene::bodies
-  std::size_t count = 0;
+  int interval = 1;           ///< steps
+  std::size_t first = 0;      ///< in Scene::bodies
+  std::vector<Pose> sources;  ///< of this body and the next ones, as many as there are
 
   /// Who leaves and comes back when `steps` steps have been made.
   std::optional<std::size_t> due(std::uint64_t steps) const;
@@ -46,6 +46,9 @@ struct Scene {
   std::optional<Stream> stream;
   std::optional<float> ground_height;  ///< m, the ground's surface where the scene has one; quality is measured from it
 };
+
+/// What the bodies of the scene's stream come back as, from the first on.
+std::vector<BodyDef> streamed_bodies(const Scene& scene);
 
 /// Bodies that forces and contacts move.
 std::size_t dynamic_body_count(const Scene& scene);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <vector>
 
 #include "scene/heap_bodies.hpp"
@@ -99,6 +100,14 @@ class HeapRun {
         if (depth / limit > worst.depth / worst.limit) worst = {depth, limit, i, k};
       }
     return worst;
+  }
+
+  std::string between(const Overlap& overlap) const {
+    const auto mass_of = [&](std::size_t i) { return is_dynamic(i) ? wide(mass_[i].mass) : 0.0; };
+    char text[120];
+    std::snprintf(text, sizeof text, "; deepest between bodies %zu (%.3g kg) and %zu (%.3g kg)", overlap.a,
+                  mass_of(overlap.a), overlap.b, mass_of(overlap.b));
+    return text;
   }
 
   int awake() const {
@@ -199,8 +208,7 @@ Record judge_heap(std::uint64_t seed, const Setup& setup) {
     record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg");
     const HeapRun::Overlap overlap = run.deepest_overlap();
     record.at_most("deepest overlap once settled", overlap.depth, overlap.limit, "m");
-    if (overlap.depth > overlap.limit)
-      record.note("; deepest between bodies " + std::to_string(overlap.a) + " and " + std::to_string(overlap.b));
+    if (overlap.depth > overlap.limit) record.note(run.between(overlap));
   }
   if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0);
   record.at_most("hashes that differ with 1, 2 and 4 threads", hashes_that_differ(heap, setup, hash), 0);
