@@ -99,8 +99,9 @@ double highest_corner(Quat tilt, double half_width) {
 }
 
 BodyDef floor(Random& random, const Heap& heap, Quat tilt, const Material& material) {
-  // So wide that what is thrown over the rim finds ground, and that a sliding floor does not end.
-  const float half_side = 12 * heap.half_width;
+  // So wide that a sliding floor does not end; a slope no wider than the bin, or it would hide the heap.
+  const bool is_slope = heap.kind == HeapKind::slope;
+  const float half_side = is_slope ? 1.2f * (heap.half_width + 2 * heap.floor_half_height) : 12 * heap.half_width;
   BodyDef def = part({half_side, half_side, heap.floor_half_height}, {}, material);
   def.pose.rotation = tilt;
   def.pose.position = rotate(tilt, {0, 0, -heap.floor_half_height});

@@ -68,7 +68,7 @@ class HeapRun {
   }
 
   /// Notes who is beyond a wall or the floor by more than `share` of its outer radius. Who once rose over the rim may
-  /// be beyond a wall.
+  /// be anywhere.
   void look_for_bodies_outside(double share) {
     const Pose& floor = world_.pose(id(0));
     const Vec3d up = to_double(rotate(floor.rotation, {0, 0, 1}));
@@ -79,7 +79,7 @@ class HeapRun {
       const double within = share * outer_[i];
       if (p.z + outer_[i] > wide(heap_.rim)) over_rim_[i] = 1;
       const bool is_beside = std::max(std::abs(p.x), std::abs(p.y)) > wide(heap_.half_width) + within;
-      if ((is_beside && !over_rim_[i]) || dot(up, p - surface) < -within) outside_[i] = 1;
+      if (!over_rim_[i] && (is_beside || dot(up, p - surface) < -within)) outside_[i] = 1;
     }
   }
 
