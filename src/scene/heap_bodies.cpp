@@ -95,7 +95,7 @@ HeapRecipe HeapRecipe::make(Random& random) {
   recipe.restitution_high = chance(random, 0.5) ? 0 : 0.9 * random.unit();
   // What rolls or slides freely comes to rest by the air alone.
   const bool has_round = recipe.has(ShapeType::sphere) || recipe.has(ShapeType::capsule);
-  if (has_round || recipe.friction_high < 0.2) recipe.damping = 0.5;
+  if (has_round || recipe.friction_high < 0.2) recipe.damping = 1;
   return recipe;
 }
 
