@@ -253,6 +253,14 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "pyramid", "--layers", "0"}, "--layers must be at least 1, not 0"},
       {{"run", "pyramid", "--layers", "3", "--bodies", "3"}, "excludes"},
       {{"run", "pyramid", "--layers", "1000000"}, "a world holds at most"},
+      {{"run", "heap", "--seed", "-1"}, "must be a whole number from 0, not -1"},
+      {{"run", "heap", "--seed", "one"}, "must be a whole number from 0, not one"},
+      {{"run", "heap", "--bodies", "10"}, "leave --bodies and --layers out and try another --seed"},
+      {{"run", "drift", "--seed", "3"}, "--seed says which heap it is; 'drift' has none"},
+      {{"run", "heaps"}, "did you mean 'heap'?"},
+      {{"validate", "--only", "heaps", "--seeds", "0"}, "must be a whole number from 1, not 0"},
+      {{"validate", "--only", "heaps", "--first", "x"}, "must be a whole number from 0, not x"},
+      {{"validate", "--only", "free-fall", "--seeds", "3"}, "add --only heaps"},
       {{"run", "drift", "--steps", "0"}, "must be a whole number from 1, not 0"},
       {{"run", "drift", "--steps", "3", "--seconds", "3"}, "excludes"},
       {{"run", "drift", "--seconds", "nan"}, "must be a finite number greater than 0, not nan"},
@@ -331,6 +339,22 @@ TEST_F(Program, ValidateListsItsCasesAndRefusesOthers) {
   const Outcome outcome = fathom({"validate", "--only", "nonsense"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("no case has 'nonsense' in its name"));
+}
+
+// Seed 26 is a stream: bodies leave and come back while it is recorded.
+TEST_F(Program, HeapsOfASeedRunAreRecordedAndPlayed) {
+  const std::vector<std::string> size{"heap", "--seed", "26", "--steps", "60", "--threads", "1"};
+  const auto with = [&](std::vector<std::string> first, const std::vector<std::string>& more) {
+    first.insert(first.end(), size.begin(), size.end());
+    first.insert(first.end(), more.begin(), more.end());
+    return fathom(first);
+  };
+  EXPECT_EQ(with({"run"}, {"--quiet", "--json", path("plain.json")}).exit_code, 0);
+  EXPECT_EQ(with({"run"}, {"--quiet", "--json", path("recorded.json"), "--record", path("heap.fathom")}).exit_code, 0);
+  EXPECT_EQ(json::parse(read_text(path("plain.json"))).at("state_hash"),
+            json::parse(read_text(path("recorded.json"))).at("state_hash"));
+  EXPECT_EQ(fathom({"replay", path("heap.fathom"), "--threads", "1"}).exit_code, 0);
+  EXPECT_EQ(fathom({"play", "heap", "--seed", "26", "--steps", "60", "--quiet"}).exit_code, 0);
 }
 
 TEST_F(Program, InterruptedRunWritesWhatItMeasured) {

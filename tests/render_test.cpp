@@ -14,6 +14,7 @@
 #include "render/stage.hpp"
 #include "render/web_page.hpp"
 #include "scene/environments.hpp"
+#include "scene/heap.hpp"
 #include "scene/scene_file.hpp"
 #include "test_hulls.hpp"
 
@@ -92,6 +93,16 @@ TEST(Picture, ComesBackFromItsFile) {
   EXPECT_EQ(difference(image, back, 0).mean, 0);
   EXPECT_THROW(read_png(path + ".absent"), Error);
   EXPECT_THROW(write_png(image, "/nowhere/picture.png"), Error);
+}
+
+TEST(WorldPicture, WallsOfABinAreLeftOut) {
+  Scene scene = make_heap(43).scene;
+  World world(scene.world);
+  const SceneInstance instance(scene, world);
+  const std::vector<BodyId> walls(instance.ids().begin() + 1, instance.ids().begin() + 5);
+  EXPECT_THAT(bin_walls(world), testing::UnorderedElementsAreArray(walls));
+  world.remove(walls[2]);
+  EXPECT_THAT(bin_walls(world), testing::IsEmpty());
 }
 
 TEST(Gpu, ChoicesAreRead) {

@@ -12,6 +12,9 @@ int list() {
                environment.default_bodies, environment.bodies_of_layers ? " or --layers L" : "");
   }
   fmt::print(
+      "  heap      random bodies of all shapes, sizes and densities in a bin, on a slope or on a moving floor\n"
+      "            which one: --seed K (1); it decides the bodies, the time step, the substeps and sleeping\n");
+  fmt::print(
       "\nSimulators\n"
       "  native    multi-threaded SIMD on the CPU\n"
       "  device    a GPU, or the host running its kernels (--device)\n"

@@ -15,13 +15,17 @@ void declare_size(CLI::App& command, RunOptions& options) {
       ->type_name("L")
       ->group("Size")
       ->excludes(bodies);
+  command.add_option("--seed", options.seed, "Which heap; it decides all that the heap is made of (1)")
+      ->type_name("K")
+      ->check(whole_number(0))
+      ->group("Size");
 }
 
 void declare_which_scene(CLI::App& command, RunOptions& options) {
   command
       .add_option(
           "scene", options.scene,
-          "drift, layers, spread, pyramid, ring, walls ('fathom list' describes them), or a scene file (*.toml)")
+          "drift, layers, spread, pyramid, ring, walls, heap ('fathom list' describes them), or a scene file (*.toml)")
       ->required()
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);
@@ -161,6 +165,14 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
   command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
   command.add_flag("--list", options.list, "Say which cases there are");
   declare_simulator_choice(command, options, "Which simulator is validated (native)");
+  command.add_option("--seeds", options.seeds, "How many random heaps the case 'heaps' judges (60, --short 6)")
+      ->type_name("N")
+      ->check(whole_number(1, 1'000'000'000))
+      ->group("Heaps");
+  command.add_option("--first", options.first, "Seed of the first of them (1)")
+      ->type_name("K")
+      ->check(whole_number(0))
+      ->group("Heaps");
   command.add_option("--html", options.html, "Write the report with tables and plots")
       ->type_name("FILE")
       ->group("Output");
@@ -169,6 +181,10 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
       ->group("Output");
   command.add_flag("--quiet", options.quiet, "No line for every check")->group("Output");
   command.footer(
+      "Examples:\n"
+      "  fathom validate --html validation.html\n"
+      "  fathom validate --only heaps --seeds 100 --first 1 --simulator device\n"
+      "\n"
       "Exit code: 0 all checks pass or fail as they are known to; 1 a check fails; 2 the command line or a file is "
       "wrong.");
 }

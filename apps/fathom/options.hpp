@@ -28,6 +28,7 @@ struct RunOptions {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
   std::optional<std::int64_t> layers;
+  std::optional<std::uint64_t> seed;  ///< of a heap
   std::optional<SimulatorKind> simulator;
   std::optional<std::string> device;
   std::optional<int> ahead;
@@ -65,6 +66,8 @@ struct ValidateOptions {
   int threads = 0;
   bool brief = false;
   bool list = false;
+  std::optional<int> seeds;  ///< of the case heaps
+  std::optional<std::uint64_t> first;
   std::string html;
   std::string json;
   bool quiet = false;

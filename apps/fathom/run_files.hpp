@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "engine/recording.hpp"
 #include "scene/scene.hpp"
@@ -40,6 +41,9 @@ class RunFiles {
   std::unique_ptr<engine::Recorder> recorder_;
   std::optional<engine::CommandRunner> runner_;
   std::optional<Kicker> kicker_;
+  std::optional<Stream> stream_;
+  std::vector<BodyDef> streamed_;
+  std::vector<engine::BodyHandle> handles_;  // by place in Scene::bodies
   engine::CommandList commands_;
 };
 

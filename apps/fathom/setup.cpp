@@ -9,6 +9,7 @@
 
 #include "engine/config.hpp"
 #include "scene/environments.hpp"
+#include "scene/heap.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/suggest.hpp"
 
@@ -37,14 +38,26 @@ std::int64_t size_in_bodies(const Environment& environment, const RunOptions& op
 [[noreturn]] void refuse_unknown(const std::string& scene) {
   std::vector<std::string_view> known;
   for (const Environment& environment : environments()) known.push_back(environment.name);
+  known.push_back("heap");
   throw Error(ErrorCode::invalid_argument,
               "there is no environment '" + scene + "' (a scene file's name ends in .toml)" + suggestion(scene, known));
 }
 
+Scene read_heap(const RunOptions& options) {
+  if (options.bodies || options.layers) {
+    throw Error(ErrorCode::invalid_argument,
+                "a heap's seed says how many bodies it has; leave --bodies and --layers out and try another --seed");
+  }
+  return make_heap(options.seed.value_or(1)).scene;
+}
+
 Scene read_scene(const RunOptions& options) {
+  if (options.seed && options.scene != "heap")
+    throw Error(ErrorCode::invalid_argument, "--seed says which heap it is; '" + options.scene + "' has none");
   if (const Environment* environment = find_environment(options.scene)) {
     return environment->make(size_in_bodies(*environment, options));
   }
+  if (options.scene == "heap") return read_heap(options);
   if (!looks_like_file(options.scene)) refuse_unknown(options.scene);
   if (options.bodies || options.layers) {
     throw Error(ErrorCode::invalid_argument,

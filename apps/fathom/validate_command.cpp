@@ -35,6 +35,20 @@ std::vector<const Case*> chosen(const std::vector<std::string>& only) {
   return list;
 }
 
+/// Options that no chosen case reads would seem to work.
+void check_heap_options(const ValidateOptions& options, const std::vector<const Case*>& list) {
+  const auto is_heaps = [](const Case* test) { return test->name == std::string_view("heaps"); };
+  if ((options.seeds || options.first) && std::ranges::none_of(list, is_heaps))
+    throw Error(ErrorCode::invalid_argument, "--seeds and --first are those of the case heaps; add --only heaps");
+}
+
+/// Whoever reads JSON from stdout reads nothing else there.
+void say(const Output& json, const std::string& text) {
+  std::FILE* to = json.is_stdout() ? stderr : stdout;
+  fmt::print(to, "{}", text);
+  std::fflush(to);
+}
+
 Circumstances circumstances() {
   const std::time_t now = std::time(nullptr);
   return {build_info::version,  build_info::commit, build_info::build_type,
@@ -49,13 +63,17 @@ int validate(const ValidateOptions& options) {
     for (const Case* test : list) fmt::print("{:<14} {:<18} {}\n", test->group, test->name, test->about);
     return finished;
   }
-  const Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  check_heap_options(options, list);
+  setup.heap_seeds = options.seeds.value_or(0);
+  setup.first_heap = options.first.value_or(setup.first_heap);
   World probe(world_def(setup));  // refuses a device that is not there before anything runs
   Output html(options.html), json(options.json);
+  if (!options.quiet) setup.say = [&](const std::string& line) { say(json, line + "\n"); };
   std::vector<Result> results;
   for (const Case* test : list) {
     results.push_back(run_case(*test, setup));
-    if (!options.quiet) fmt::print(json.is_stdout() ? stderr : stdout, "{}", to_text(results.back()));
+    if (!options.quiet) say(json, to_text(results.back()));
   }
   const Circumstances where = circumstances();
   if (html.wanted()) html.stream() << to_html(results, setup, where);

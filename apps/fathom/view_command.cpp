@@ -13,6 +13,7 @@ namespace {
 /// The command line's options with what the panel chose instead.
 RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer::Choice& first) {
   if (choice.scene != first.scene || choice.bodies != first.bodies) options.layers.reset();
+  if (choice.scene != first.scene) options.seed.reset();
   options.scene = choice.scene;
   options.bodies = choice.bodies;
   options.simulator = choice.simulator;

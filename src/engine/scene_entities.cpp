@@ -20,10 +20,44 @@ class KickingEntity final : public Entity {
   std::vector<EntityId> bodies_;
 };
 
+EntityDef entity_of(const Scene& scene, std::size_t index);
+
+/// Who comes back does so at the start of the next frame.
+class StreamEntity final : public Entity {
+ public:
+  StreamEntity(const Scene& scene, std::vector<EntityId> bodies) : stream_(*scene.stream), bodies_(std::move(bodies)) {
+    for (std::size_t i = 0; i < stream_.sources.size(); ++i) {
+      definitions_.push_back(entity_of(scene, stream_.first + i));
+      definitions_.back().physics->pose = stream_.sources[i];
+    }
+  }
+
+  void tick(const Tick& tick) override {
+    const std::optional<std::size_t> body = stream_.due(tick.step - 1);
+    if (!body) return;
+    EntityWorld& world = tick.engine.world();
+    world.destroy(bodies_[*body]);
+    bodies_[*body] = world.spawn(definitions_[*body - stream_.first]);
+  }
+
+ private:
+  Stream stream_;
+  std::vector<EntityId> bodies_;
+  std::vector<EntityDef> definitions_;
+};
+
 Colour colour_of(const BodyDef& body, std::size_t index) {
   constexpr std::array palette{Colour{0.86f, 0.37f, 0.26f}, Colour{0.93f, 0.69f, 0.25f}, Colour{0.35f, 0.63f, 0.45f},
                                Colour{0.27f, 0.53f, 0.74f}, Colour{0.55f, 0.42f, 0.68f}};
   return body.motion == MotionType::fixed ? Colour{0.45f, 0.47f, 0.5f} : palette[index % palette.size()];
+}
+
+/// Without a name.
+EntityDef entity_of(const Scene& scene, std::size_t index) {
+  EntityDef def;
+  def.physics = scene.bodies[index];
+  def.graphics = GraphicsBody{scene.bodies[index].shape, colour_of(scene.bodies[index], index), {}};
+  return def;
 }
 
 }  // namespace
@@ -52,11 +86,8 @@ std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
   for (const NamedBody& named : scene.names) names[named.body] = named.name;
   std::vector<EntityId> ids;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const BodyDef& body = scene.bodies[i];
-    EntityDef def;
+    EntityDef def = entity_of(scene, i);
     def.name = names[i];
-    def.physics = body;
-    def.graphics = GraphicsBody{body.shape, colour_of(body, i), {}};
     ids.push_back(engine.world().spawn(std::move(def)));
   }
   if (scene.kicks) {
@@ -64,6 +95,12 @@ std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
     def.name = "kicks";
     def.tick = TickPhase::before;
     engine.world().spawn(std::move(def), std::make_unique<KickingEntity>(scene, ids));
+  }
+  if (scene.stream) {
+    EntityDef def;
+    def.name = "stream";
+    def.tick = TickPhase::before;
+    engine.world().spawn(std::move(def), std::make_unique<StreamEntity>(scene, ids));
   }
   return ids;
 }

@@ -52,6 +52,9 @@ class ConstraintLayout {
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
+  /// False where there are no domains, or contacts in the overflow or kinematic bodies forbid to use them; blocks are
+  /// then in the order of the neighbourhood.
+  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
   bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
 
@@ -114,7 +117,6 @@ class ConstraintLayout {
   void share_out();
   void share_out_bodies(const Neighbourhood& neighbourhood);
 
-  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   bool any_kinematic(std::span<const std::uint32_t> in_contact) const;
   /// Colours the unit's contacts between bodies anew, into `recoloured_`. False where that is not worth while.
   bool recolour(std::size_t unit);

@@ -197,7 +197,8 @@ void NativeSimulator::build_constraints() {
 
 void NativeSimulator::lay_out_constraints() {
   if (cell_solver_) return;
-  if (pool_.thread_count() > 1 && !graph_.domains().in_use()) neighbourhood_.update(*broad_phase_, state_.size());
+  if (pool_.thread_count() > 1 && !solver_.may_use_domains(in_contact_))
+    neighbourhood_.update(*broad_phase_, state_.size());
   solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_, steps + 1);
 }
 

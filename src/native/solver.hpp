@@ -44,6 +44,8 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
+  /// Whether these bodies' contacts are laid out by domains, which need to know no neighbours.
+  bool may_use_domains(std::span<const std::uint32_t> in_contact) const { return layout_.may_use_domains(in_contact); }
   /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for, in the
   /// step with this number.
   void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step);

@@ -8,6 +8,14 @@ namespace {
 constexpr float floor_half_width = 5.0f;  // m
 constexpr int read_every = 30;            // updates with poses on the device
 
+/// Whether `wall` stands beside `inside` over its whole height: along x (axis 0) or y, on the lower or the upper side.
+bool covers(const Aabb& wall, const Aabb& inside, int axis, bool upper) {
+  const int across = 1 - axis;
+  const bool is_beyond = upper ? wall.lower[axis] >= inside.upper[axis] : wall.upper[axis] <= inside.lower[axis];
+  return is_beyond && wall.lower[across] <= inside.lower[across] && wall.upper[across] >= inside.upper[across] &&
+         wall.lower.z <= inside.lower.z && wall.upper.z >= inside.upper.z;
+}
+
 }  // namespace
 
 bool is_ground(const World& world, BodyId id) {
@@ -17,12 +25,28 @@ bool is_ground(const World& world, BodyId id) {
          shape.half_extents.y >= floor_half_width;
 }
 
+std::vector<BodyId> bin_walls(const World& world) {
+  const Aabb bounds = moving_bounds(world);
+  const Aabb inside = grown(bounds, -0.1f * min_component(half_extents(bounds)));  // some lean against the walls
+  std::vector<BodyId> walls;
+  for (int side = 0; side < 4; ++side) {
+    const std::size_t before = walls.size();
+    for (const BodyId id : world.bodies())
+      if (world.motion(id) == MotionType::fixed && covers(world.bounds(id), inside, side / 2, side % 2 != 0))
+        walls.push_back(id);
+    if (walls.size() == before) return {};
+  }
+  return walls;
+}
+
 void WorldPicture::list_bodies(const World& world, Renderer& renderer) {
   bodies_.assign(world.bodies().begin(), world.bodies().end());
   std::vector<DrawnBody> drawn;
   drawn.reserve(bodies_.size());
   ground_height_.reset();
+  const std::vector<BodyId> walls = bin_walls(world);
   for (const BodyId id : bodies_) {
+    if (std::ranges::find(walls, id) != walls.end()) continue;
     const bool ground = is_ground(world, id);
     drawn.push_back({id.index, world.shape(id), ground});
     if (ground) ground_height_ = max(ground_height_.value_or(-1e30f), world.bounds(id).upper.z);

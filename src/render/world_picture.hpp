@@ -12,7 +12,8 @@ namespace fathom::render {
 
 class WorldPicture {
  public:
-  /// Gives the renderer the world's bodies where they have changed, their colours and their poses.
+  /// Gives the renderer the world's bodies where they have changed, their colours and their poses. The walls of a bin
+  /// around all that moves are left out, so that it is seen.
   /// Poses on the GPU that draws do not pass through the host. What the host would have to read poses for, the
   /// bounds and which bodies sleep, is then brought up to date every 30th time, or where `exact` asks for it.
   void update(const World& world, Renderer& renderer, Colouring colouring = Colouring::start, bool exact = false);
@@ -36,6 +37,9 @@ class WorldPicture {
 
 /// A fixed box so wide that it is a floor.
 bool is_ground(const World& world, BodyId id);
+
+/// The fixed bodies that wall in all that moves on its four sides, so that nobody could see it; else none.
+std::vector<BodyId> bin_walls(const World& world);
 
 /// Bounds (m) of the dynamic bodies without the most distant, so that a few strays do not count; of all bodies but
 /// floors where none is dynamic.

@@ -40,19 +40,6 @@ void add_square(Scene& scene, std::int64_t columns, std::int64_t bodies, double 
   }
 }
 
-/// Uniform over all rotations: a point of the unit ball in four dimensions, found by rejection, has a
-/// uniform direction. It needs no sine, whose last bit differs between machines.
-Quat random_rotation(Random& random) {
-  for (;;) {
-    const double w = random.symmetric(1), x = random.symmetric(1), y = random.symmetric(1), z = random.symmetric(1);
-    const double square = w * w + x * x + y * y + z * z;
-    if (square > 1.0 || square < 1e-4) continue;
-    const double scale = 1.0 / std::sqrt(square);
-    return {static_cast<float>(scale * w), static_cast<float>(scale * x), static_cast<float>(scale * y),
-            static_cast<float>(scale * z)};
-  }
-}
-
 std::int64_t square_root(std::int64_t n) {
   auto root = static_cast<std::int64_t>(std::sqrt(static_cast<double>(n)));
   while (root * root > n) --root;
@@ -107,6 +94,17 @@ Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side)
   scene.names.push_back({"ground", 0});
   scene.ground_height = ground_half_extents.z;
   return scene;
+}
+
+Quat random_rotation(Random& random) {
+  for (;;) {
+    const double w = random.symmetric(1), x = random.symmetric(1), y = random.symmetric(1), z = random.symmetric(1);
+    const double square = w * w + x * x + y * y + z * z;
+    if (square > 1.0 || square < 1e-4) continue;
+    const double scale = 1.0 / std::sqrt(square);
+    return {static_cast<float>(scale * w), static_cast<float>(scale * x), static_cast<float>(scale * y),
+            static_cast<float>(scale * z)};
+  }
 }
 
 Scene drift(std::int64_t bodies) {

@@ -28,6 +28,22 @@ std::size_t dynamic_body_count(const Scene& scene) {
   }));
 }
 
+std::optional<std::size_t> Stream::due(std::uint64_t steps) const {
+  const auto every = static_cast<std::uint64_t>(interval);
+  if (sources.empty() || steps == 0 || steps % every != 0) return {};
+  return first + static_cast<std::size_t>(steps / every - 1) % sources.size();
+}
+
+std::vector<BodyDef> streamed_bodies(const Scene& scene) {
+  std::vector<BodyDef> bodies;
+  if (!scene.stream) return bodies;
+  for (std::size_t i = 0; i < scene.stream->sources.size(); ++i) {
+    bodies.push_back(scene.bodies[scene.stream->first + i]);
+    bodies.back().pose = scene.stream->sources[i];
+  }
+  return bodies;
+}
+
 Kicker::Kicker(const Scene& scene) : kicks_(scene.kicks), random_(scene.kicks ? scene.kicks->seed : 0) {
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     if (scene.bodies[i].motion == MotionType::dynamic) dynamic_bodies_.push_back(i);
@@ -44,7 +60,8 @@ std::span<const Kicker::Kick> Kicker::due(std::uint64_t steps) {
   return due_;
 }
 
-SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), kicker_(scene) {
+SceneInstance::SceneInstance(const Scene& scene, World& world)
+    : world_(world), kicker_(scene), stream_(scene.stream), streamed_(streamed_bodies(scene)) {
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
   try {
     ids_ = world_.add_bodies(scene.bodies);
@@ -64,6 +81,11 @@ SceneInstance::SceneInstance(const Scene& scene, World& world) : world_(world), 
 void SceneInstance::prepare_step() {
   for (const Kicker::Kick& kick : kicker_.due(world_.step_count()))
     world_.add_velocity(ids_[kick.body], kick.linear, kick.angular);
+  if (!stream_) return;
+  if (const auto body = stream_->due(world_.step_count())) {
+    world_.remove(ids_[*body]);
+    ids_[*body] = world_.add(streamed_[*body - stream_->first]);
+  }
 }
 
 }  // namespace fathom

@@ -21,6 +21,17 @@ struct Kicks {
   std::uint64_t seed = 1;
 };
 
+/// Bodies that come and go: before the steps interval, 2·interval, … one of them leaves the world and comes back at its
+/// source, as it was at the start but for that, each in its turn.
+struct Stream {
+  int interval = 1;           ///< steps
+  std::size_t first = 0;      ///< in Scene::bodies
+  std::vector<Pose> sources;  ///< of this body and the next ones, as many as there are
+
+  /// Who leaves and comes back when `steps` steps have been made.
+  std::optional<std::size_t> due(std::uint64_t steps) const;
+};
+
 struct NamedBody {
   std::string name;
   std::size_t body = 0;  ///< index in Scene::bodies
@@ -32,8 +43,12 @@ struct Scene {
   std::vector<BodyDef> bodies;
   std::vector<NamedBody> names;  ///< of the bodies that have one
   std::optional<Kicks> kicks;
+  std::optional<Stream> stream;
   std::optional<float> ground_height;  ///< m, the ground's surface where the scene has one; quality is measured from it
 };
+
+/// What the bodies of the scene's stream come back as, from the first on.
+std::vector<BodyDef> streamed_bodies(const Scene& scene);
 
 /// Bodies that forces and contacts move.
 std::size_t dynamic_body_count(const Scene& scene);
@@ -64,16 +79,20 @@ class SceneInstance {
   /// Adds the scene's bodies. Throws what `World::add` throws, saying which body it was.
   SceneInstance(const Scene& scene, World& world);
 
-  /// What the scene does before the next step: its kicks. Depends on the number of steps only.
+  /// What the scene does before the next step: its kicks, its stream. Depends on the number of steps only.
   void prepare_step();
 
   /// The body of each of Scene::bodies.
   const std::vector<BodyId>& ids() const { return ids_; }
+  /// For those who carry the stream out in place of `prepare_step`: the body that came back.
+  void replaced(std::size_t body, BodyId id) { ids_[body] = id; }
 
  private:
   World& world_;
   std::vector<BodyId> ids_;
   Kicker kicker_;
+  std::optional<Stream> stream_;
+  std::vector<BodyDef> streamed_;
 };
 
 }  // namespace fathom

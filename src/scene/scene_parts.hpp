@@ -19,4 +19,8 @@ Scene empty_scene(std::string_view name, std::int64_t bodies);
 /// With a ground of 1 km², or so large that it carries a square of `side` metres, whose top is at 0.5 m.
 Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side = 0);
 
+/// Uniform over all rotations: a point of the unit ball in four dimensions, found by rejection, has a
+/// uniform direction. It needs no sine, whose last bit differs between machines.
+Quat random_rotation(Random& random);
+
 }  // namespace fathom

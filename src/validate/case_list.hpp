@@ -40,6 +40,15 @@ void arch(const Setup& setup, Record& record);
 void dominoes(const Setup& setup, Record& record);
 void crossed_tower(const Setup& setup, Record& record);
 void spinning_top(const Setup& setup, Record& record);
+// standing.cpp
+void standing_large_pyramid(const Setup& setup, Record& record);
+void standing_walls(const Setup& setup, Record& record);
+void standing_plates(const Setup& setup, Record& record);
+void standing_heavy_on_light(const Setup& setup, Record& record);
+void standing_stones(const Setup& setup, Record& record);
+void standing_pyramids(const Setup& setup, Record& record);
+// heaps.cpp
+void heaps(const Setup& setup, Record& record);
 // tunnelling.cpp
 void bullets(const Setup& setup, Record& record);
 void spinning_rods(const Setup& setup, Record& record);

@@ -1,0 +1,45 @@
+// Random heaps: bodies of every mixture of shapes, sizes, slenderness and density that fall into a bin.
+#pragma once
+
+#include <cstdint>
+
+#include "scene/scene.hpp"
+
+namespace fathom {
+
+enum class HeapKind : std::uint8_t {
+  bin,            ///< a level floor
+  slope,          ///< a tilted floor; what slides ends at the lowest wall
+  sliding_floor,  ///< kinematic, moves sideways under the walls
+  turning_floor,  ///< kinematic, turns about the vertical
+  stream,         ///< bodies leave and come back all the time
+};
+const char* name_of(HeapKind kind);
+
+struct Heap {
+  Scene scene;  ///< body 0 is the floor, 1 to 4 are the walls
+  HeapKind kind = HeapKind::bin;
+  float floor_half_height = 0;  ///< of the floor's box (m)
+  float half_width = 0;         ///< of the bin, inside: |x| and |y| (m)
+  float rim = 0;                ///< height of the walls (m)
+  float lowest = 0;             ///< height of the floor's lowest point in the bin (m)
+  bool has_restitution = false;
+  bool has_damping = false;
+  double largest = 0;  ///< extent of the largest body (m)
+  double size_ratio = 1, slenderness = 1, density_ratio = 1;
+  double largest_restitution = 0;
+  /// Times are multiples of it (s): what is L times as large falls and settles √L times as slowly. 1 up to 1 m.
+  double time_unit = 1;
+
+  /// Where the floor rests and nobody comes or goes.
+  bool is_at_rest_in_the_end() const { return kind == HeapKind::bin || kind == HeapKind::slope; }
+};
+
+/// The heap of a seed, which decides everything. 30 to 300 bodies from 5 mm to 50 m, Δt from 1/240 to 1/30 s, 2 to 8
+/// substeps; the same on every machine.
+Heap make_heap(std::uint64_t seed);
+
+/// One line of text: what is particular about a heap.
+std::string describe(const Heap& heap);
+
+}  // namespace fathom

@@ -1,0 +1,31 @@
+// How deep two convex shapes overlap, slow and exact: in double precision, by brute force over all features, and
+// without a line of the engine's own collision detection, which it judges.
+#pragma once
+
+#include <fathom/shape.hpp>
+#include <utility>
+#include <vector>
+
+#include "math/vec3d.hpp"
+
+namespace fathom::validate {
+
+/// A placed shape as the set of points within `radius` of a core: a point, a segment or a polyhedron.
+struct Solid {
+  struct Face {
+    Vec3d normal;              ///< outward unit
+    std::vector<int> corners;  ///< counter-clockwise seen from outside
+  };
+  std::vector<Vec3d> corners;
+  std::vector<Face> faces;                 ///< none of points and segments
+  std::vector<std::pair<int, int>> edges;  ///< none of points
+  double radius = 0;
+  Vec3d lower, upper;  ///< bounds
+
+  Solid(const Shape& shape, const Pose& pose);
+};
+
+/// The least distance (m) by which one must move so that they do not overlap; 0 where they do not.
+double overlap_depth(const Solid& a, const Solid& b);
+
+}  // namespace fathom::validate

@@ -1,0 +1,226 @@
+#include "validate/heap_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "scene/heap_bodies.hpp"
+#include "validate/bodies.hpp"
+#include "validate/exact_overlap.hpp"
+
+namespace fathom::validate {
+namespace {
+
+// In units of the heap's time, which are seconds for bodies of up to a metre.
+constexpr double settled_after = 15, asleep_after = 30, judged_without_rest = 10, compared_for = 2;
+// What bounces at more than half its speed may go on for minutes.
+constexpr double most_restitution_at_rest = 0.5;
+
+WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
+  WorldDef def = heap.scene.world;
+  def.simulator = setup.simulator;
+  def.device = setup.device;
+  def.threads = threads;
+  return def;
+}
+
+/// A heap in a world, and what is measured while it falls.
+class HeapRun {
+ public:
+  HeapRun(const Heap& heap, const Setup& setup, int threads)
+      : heap_(heap), world_(definition(heap, setup, threads)), instance_(heap.scene, world_) {
+    for (const BodyId id : instance_.ids()) {
+      const bool is_dynamic = world_.motion(id) == MotionType::dynamic;
+      mass_.push_back(is_dynamic ? world_.mass_properties(id) : MassProperties{});
+      outer_.push_back(outer_radius(world_.shape(id)));
+    }
+    over_rim_.resize(instance_.ids().size());
+    outside_.resize(instance_.ids().size());
+    total_mass_ = 0;
+    for (const MassProperties& body : mass_) total_mass_ += wide(body.mass);
+  }
+
+  void step() {
+    instance_.prepare_step();
+    world_.step();
+    for (const Quarantine& event : world_.quarantined()) lost_.push_back(event.body.index);
+  }
+
+  double kinetic_energy() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < mass_.size(); ++i) {
+      if (!is_dynamic(i)) continue;
+      const Velocity& v = world_.velocity(id(i));
+      const Vec3 spin = inverse_rotate(world_.pose(id(i)).rotation, v.angular);
+      const Vec3d linear = to_double(v.linear);
+      sum += 0.5 * (wide(mass_[i].mass) * dot(linear, linear) + wide(dot(spin, mass_[i].inertia * spin)));
+    }
+    return sum;
+  }
+
+  /// Over the floor's lowest point (J).
+  double potential_energy() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < mass_.size(); ++i)
+      sum += wide(mass_[i].mass) * g * (wide(world_.pose(id(i)).position.z) - wide(heap_.lowest));
+    return sum;
+  }
+
+  /// Notes who is beyond a wall or the floor by more than `share` of its outer radius. Who once rose over the rim may
+  /// be anywhere.
+  void look_for_bodies_outside(double share) {
+    const Pose& floor = world_.pose(id(0));
+    const Vec3d up = to_double(rotate(floor.rotation, {0, 0, 1}));
+    const Vec3d surface = to_double(floor.position) + wide(heap_.floor_half_height) * up;
+    for (std::size_t i = 0; i < mass_.size(); ++i) {
+      if (!is_dynamic(i)) continue;
+      const Vec3d p = to_double(world_.pose(id(i)).position);
+      const double within = share * outer_[i];
+      if (p.z + outer_[i] > wide(heap_.rim)) over_rim_[i] = 1;
+      const bool is_beside = std::max(std::abs(p.x), std::abs(p.y)) > wide(heap_.half_width) + within;
+      if (!over_rim_[i] && (is_beside || dot(up, p - surface) < -within)) outside_[i] = 1;
+    }
+  }
+
+  /// The worst overlap beside what it may be.
+  struct Overlap {
+    double depth = 0, limit = 1;  // m
+    std::size_t a = 0, b = 0;     // places in the scene
+  };
+  Overlap deepest_overlap() const {
+    std::vector<Solid> solids;
+    for (const BodyId body : instance_.ids()) solids.emplace_back(world_.shape(body), world_.pose(body));
+    Overlap worst;
+    for (std::size_t i = 0; i < solids.size(); ++i)
+      for (std::size_t k = i + 1; k < solids.size(); ++k) {
+        if (!is_dynamic(k)) continue;
+        const double depth = overlap_depth(solids[i], solids[k]);
+        const double limit = is_dynamic(i) ? std::min(depth_limit(i), depth_limit(k)) : depth_limit(k);
+        if (depth / limit > worst.depth / worst.limit) worst = {depth, limit, i, k};
+      }
+    return worst;
+  }
+
+  std::string between(const Overlap& overlap) const {
+    const auto mass_of = [&](std::size_t i) { return is_dynamic(i) ? wide(mass_[i].mass) : 0.0; };
+    char text[120];
+    std::snprintf(text, sizeof text, "; deepest between bodies %zu (%.3g kg) and %zu (%.3g kg)", overlap.a,
+                  mass_of(overlap.a), overlap.b, mass_of(overlap.b));
+    return text;
+  }
+
+  int awake() const {
+    int count = 0;
+    for (std::size_t i = 0; i < mass_.size(); ++i) count += is_dynamic(i) && world_.is_awake(id(i));
+    return count;
+  }
+  int lost() {
+    if (!all_finite(world_)) lost_.push_back(BodyId{}.index);
+    std::ranges::sort(lost_);
+    lost_.erase(std::ranges::unique(lost_).begin(), lost_.end());
+    return static_cast<int>(lost_.size());
+  }
+  bool has_lost_bodies() const { return !lost_.empty(); }
+  int outside() const { return static_cast<int>(std::ranges::count(outside_, 1)); }
+  int over_rim() const { return static_cast<int>(std::ranges::count(over_rim_, 1)); }
+  double total_mass() const { return total_mass_; }
+  const World& world() const { return world_; }
+
+ private:
+  bool is_dynamic(std::size_t i) const { return mass_[i].mass > 0; }
+  BodyId id(std::size_t i) const { return instance_.ids()[i]; }
+
+  /// 2 mm or 2 % of the inner radius. Of bodies thinner than 2 cm 2 mm would be much of the body, so for them it is a
+  /// fifth of the inner radius, a tenth of the thickness.
+  double depth_limit(std::size_t i) const {
+    const Shape& shape = world_.shape(id(i));
+    const double inner = shape.type == ShapeType::hull  ? wide(shape.hull->inner_radius())
+                         : shape.type == ShapeType::box ? wide(min_component(shape.half_extents))
+                                                        : wide(shape.radius);
+    return std::max(0.02 * inner, std::min(0.002, 0.2 * inner));
+  }
+
+  const Heap& heap_;
+  World world_;
+  SceneInstance instance_;
+  std::vector<MassProperties> mass_;  // by place in the scene; without mass what is not dynamic
+  std::vector<double> outer_;
+  std::vector<char> over_rim_, outside_;
+  std::vector<std::uint32_t> lost_;
+  double total_mass_ = 0;
+};
+
+int steps_in(const Heap& heap, double units) {
+  return static_cast<int>(std::lround(units * heap.time_unit / wide(heap.scene.world.dt)));
+}
+
+int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expected) {
+  int differ = 0;
+  for (const int threads : {1, 2, 4}) {
+    if (threads == setup.threads) continue;
+    HeapRun run(heap, setup, threads);
+    for (int i = steps_in(heap, compared_for); i > 0; --i) run.step();
+    differ += run.world().state_hash() != expected;
+  }
+  return differ;
+}
+
+}  // namespace
+
+Record judge_heap(std::uint64_t seed, const Setup& setup) {
+  const Heap heap = make_heap(seed);
+  Record record;
+  record.note(describe(heap));
+  HeapRun run(heap, setup, setup.threads);
+  const bool rests = heap.is_at_rest_in_the_end() && heap.largest_restitution <= most_restitution_at_rest;
+  const bool keeps_energy = heap.is_at_rest_in_the_end() && !heap.has_restitution;
+  const bool sleeps = rests && heap.scene.world.sleep.enabled;
+  const int to_settle = steps_in(heap, rests ? settled_after : judged_without_rest);
+  const int most_steps = sleeps ? steps_in(heap, asleep_after) : to_settle;
+  const int to_compare = steps_in(heap, compared_for);
+  constexpr int between_looks = 16;
+
+  const double start_energy = run.potential_energy();
+  double energy = start_energy, largest_rise = 0, energy_when_settled = 0;
+  std::uint64_t hash = 0;
+  for (int i = 1; i <= most_steps && !run.has_lost_bodies(); ++i) {
+    run.step();
+    if (keeps_energy) {
+      const double now = run.kinetic_energy() + run.potential_energy();
+      largest_rise = std::max(largest_rise, (now - energy) / start_energy);
+      energy = now;
+    }
+    if (i == to_compare) hash = run.world().state_hash();
+    if (i == to_settle) energy_when_settled = run.kinetic_energy();
+    if (i % between_looks == 0) run.look_for_bodies_outside(1);
+    if (i >= to_settle && run.awake() == 0) break;
+  }
+  record.at_most("bodies quarantined or not finite", run.lost(), 0);
+  if (run.lost() > 0) return record;
+  // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
+  run.look_for_bodies_outside(rests ? 0 : 1);
+  record.at_most("bodies outside the bin or under the floor", run.outside(), 0);
+  const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
+  record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
+  if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3);
+  if (rests) {
+    record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg");
+    const HeapRun::Overlap overlap = run.deepest_overlap();
+    record.at_most("deepest overlap once settled", overlap.depth, overlap.limit, "m");
+    if (overlap.depth > overlap.limit) record.note(run.between(overlap));
+  }
+  if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0);
+  record.at_most("hashes that differ with 1, 2 and 4 threads", hashes_that_differ(heap, setup, hash), 0);
+  return record;
+}
+
+std::string view_command(std::uint64_t seed, const Setup& setup) {
+  std::string command = "fathom view heap --seed " + std::to_string(seed);
+  if (setup.simulator == SimulatorKind::device) command += " --simulator device";
+  if (setup.simulator == SimulatorKind::hybrid) command += " --simulator hybrid";
+  if (setup.simulator != SimulatorKind::native) command += " --device " + setup.device;
+  return command;
+}
+
+}  // namespace fathom::validate

@@ -1,0 +1,56 @@
+// Random heaps, a seed each (scene/heap.hpp): what must hold in every one (heap_checks.hpp).
+#include <cstdio>
+#include <map>
+
+#include "validate/case_list.hpp"
+#include "validate/heap_checks.hpp"
+
+namespace fathom::validate {
+namespace {
+
+std::string to_line(const Check& check) {
+  char text[200];
+  std::snprintf(text, sizeof text, "%s: %.4g (at most %.4g)%s%s", check.name.c_str(), check.value, check.limit,
+                check.unit.empty() ? "" : " ", check.unit.c_str());
+  return text;
+}
+
+/// An error of the engine is a failed check of that seed alone.
+Record judged(std::uint64_t seed, const Setup& setup) {
+  try {
+    return judge_heap(seed, setup);
+  } catch (const Error& error) {
+    Record record;
+    record.at_most("ended with an error", 1, 0);
+    record.note(error.what());
+    return record;
+  }
+}
+
+}  // namespace
+
+void heaps(const Setup& setup, Record& record) {
+  const int seeds = setup.heap_seeds > 0 ? setup.heap_seeds : setup.full ? 60 : 6;
+  std::map<std::string, int> judged_by, failed;
+  for (int i = 0; i < seeds; ++i) {
+    const std::uint64_t seed = setup.first_heap + static_cast<std::uint64_t>(i);
+    const Record found = judged(seed, setup);
+    std::string failures;
+    for (const Check& check : found.checks) {
+      ++judged_by[check.name];
+      if (check.passed()) continue;
+      ++failed[check.name];
+      failures += (failures.empty() ? "" : "; ") + to_line(check);
+    }
+    if (failures.empty()) continue;
+    std::string line = "seed " + std::to_string(seed) + ": " + failures + "\n  ";
+    for (const std::string& note : found.notes) line += note;
+    line += "\n  " + view_command(seed, setup);
+    record.note(line);
+    if (setup.say) setup.say(line);
+  }
+  for (const auto& [name, count] : judged_by)
+    record.at_most(name + ": heaps of " + std::to_string(count), failed[name], 0);
+}
+
+}  // namespace fathom::validate

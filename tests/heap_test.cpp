@@ -1,0 +1,142 @@
+// Random heaps: the seed decides everything, they are of every kind, and what must hold holds in each of sixty.
+#include "scene/heap.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <string>
+
+#include "scene/heap_bodies.hpp"
+#include "validate/exact_overlap.hpp"
+#include "validate/heap_checks.hpp"
+
+namespace fathom::validate {
+namespace {
+
+std::uint64_t bits_of(const Scene& scene) {
+  std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a
+  const auto mix = [&](float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    hash = (hash ^ bits) * 0x100000001b3u;
+  };
+  const auto mix_vector = [&](Vec3 v) { mix(v.x), mix(v.y), mix(v.z); };
+  mix(scene.world.dt);
+  for (const BodyDef& body : scene.bodies) {
+    mix_vector(body.pose.position), mix_vector(body.pose.rotation.vector());
+    mix_vector(body.velocity.linear), mix_vector(body.shape.half_extents);
+    mix(body.shape.radius), mix(body.density), mix(body.material.friction), mix(body.material.restitution);
+  }
+  return hash;
+}
+
+TEST(Heap, TheSeedDecidesEverything) {
+  for (const std::uint64_t seed : {0u, 1u, 17u})
+    EXPECT_EQ(bits_of(make_heap(seed).scene), bits_of(make_heap(seed).scene));
+  EXPECT_NE(bits_of(make_heap(1).scene), bits_of(make_heap(2).scene));
+}
+
+double extent(const Shape& shape) {
+  if (shape.type == ShapeType::box) return 2 * static_cast<double>(max_component(shape.half_extents));
+  return 2 * outer_radius(shape);
+}
+
+TEST(Heap, AreOfEveryKind) {
+  std::set<HeapKind> kinds;
+  std::set<ShapeType> shapes;
+  std::set<int> substeps;
+  std::set<long> rates;
+  double smallest = 1e9, largest = 0, most_slender = 0;
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    const Heap heap = make_heap(seed);
+    kinds.insert(heap.kind);
+    substeps.insert(heap.scene.world.solver.substeps);
+    rates.insert(std::lround(1 / static_cast<double>(heap.scene.world.dt)));
+    EXPECT_GE(dynamic_body_count(heap.scene), 30u);
+    EXPECT_LE(dynamic_body_count(heap.scene), 300u);
+    for (const BodyDef& body : heap.scene.bodies) {
+      if (body.motion != MotionType::dynamic) continue;
+      shapes.insert(body.shape.type);
+      smallest = std::min(smallest, extent(body.shape));
+      largest = std::max(largest, extent(body.shape));
+      if (body.shape.type == ShapeType::box)
+        most_slender = std::max(most_slender,
+                                extent(body.shape) / 2 / static_cast<double>(min_component(body.shape.half_extents)));
+    }
+  }
+  EXPECT_EQ(kinds.size(), 5u);
+  EXPECT_EQ(shapes.size(), 4u);
+  EXPECT_EQ(substeps, (std::set<int>{2, 3, 4, 6, 8}));
+  EXPECT_EQ(rates, (std::set<long>{30, 60, 120, 240}));
+  EXPECT_GE(smallest, 0.003);  // hulls are within their ellipsoid, and may be shorter than it
+  EXPECT_LT(smallest, 0.01);
+  EXPECT_GT(largest, 30);
+  EXPECT_LT(largest, 60);  // twice the farthest corner
+  EXPECT_GT(most_slender, 90);
+}
+
+TEST(Heap, BeginsApartAndInTheBin) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const Heap heap = make_heap(seed);
+    std::vector<Solid> solids;
+    for (const BodyDef& body : heap.scene.bodies) solids.emplace_back(body.shape, body.pose);
+    for (std::size_t i = 0; i < solids.size(); ++i) {
+      if (heap.scene.bodies[i].motion != MotionType::dynamic) continue;
+      EXPECT_LT(solids[i].upper.z, static_cast<double>(heap.rim)) << seed;
+      for (std::size_t k = 0; k < i; ++k) EXPECT_EQ(overlap_depth(solids[k], solids[i]), 0) << seed << " " << i;
+    }
+  }
+}
+
+TEST(Heap, BodiesOfAStreamLeaveAndComeBack) {
+  std::uint64_t seed = 0;
+  while (make_heap(seed).kind != HeapKind::stream) ++seed;
+  Heap heap = make_heap(seed);
+  heap.scene.world.threads = 1;
+  const Stream stream = *heap.scene.stream;
+  World world(heap.scene.world);
+  SceneInstance instance(heap.scene, world);
+  const BodyId before = instance.ids()[stream.first];
+  for (int i = 0; i < stream.interval; ++i) instance.prepare_step(), world.step();
+  EXPECT_TRUE(world.contains(before));
+  EXPECT_LT(world.pose(before).position.z, heap.scene.bodies[stream.first].pose.position.z);
+  instance.prepare_step();
+  EXPECT_FALSE(world.contains(before));
+  EXPECT_TRUE(world.pose(instance.ids()[stream.first]).position == stream.sources[0].position);
+  EXPECT_EQ(world.body_count(), heap.scene.bodies.size());
+  EXPECT_FALSE(stream.due(0).has_value());
+  const auto turns = static_cast<std::uint64_t>(stream.interval);
+  EXPECT_EQ(stream.due(turns * stream.sources.size()), stream.first + stream.sources.size() - 1);
+  EXPECT_EQ(stream.due(turns * (stream.sources.size() + 1)), stream.first);
+}
+
+/// Some seeds one after the other, so that the test's program runs several such at the same time.
+class Heaps : public testing::TestWithParam<std::uint64_t> {};
+
+void expect_sound(std::uint64_t seed, const Setup& setup) {
+  const Record record = judge_heap(seed, setup);
+  for (const Check& check : record.checks)
+    EXPECT_TRUE(check.passed()) << "seed " << seed << ": " << check.name << ": " << check.value << " " << check.unit
+                                << ", must be at most " << check.limit << "; " << view_command(seed, setup);
+}
+
+constexpr std::uint64_t native_seeds = 5, device_seeds = 3;
+
+TEST_P(Heaps, AreSound) {
+  for (std::uint64_t seed = GetParam(); seed < GetParam() + native_seeds; ++seed) expect_sound(seed, {.threads = 1});
+}
+INSTANTIATE_TEST_SUITE_P(Native, Heaps, testing::Range(std::uint64_t{1}, std::uint64_t{61}, native_seeds));
+
+class HeapsOnTheDevice : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(HeapsOnTheDevice, AreSound) {
+  for (std::uint64_t seed = GetParam(); seed < GetParam() + device_seeds; ++seed)
+    expect_sound(seed, {SimulatorKind::device, "host", 1});
+}
+INSTANTIATE_TEST_SUITE_P(Host, HeapsOnTheDevice, testing::Range(std::uint64_t{1}, std::uint64_t{13}, device_seeds));
+
+}  // namespace
+}  // namespace fathom::validate
