@@ -141,7 +141,7 @@ class Kernels : public testing::TestWithParam<std::tuple<bool, bool>> {
     SymMat3 inverse{uniform(1, 5),        uniform(1, 5),        uniform(1, 5),
                     uniform(-0.4f, 0.4f), uniform(-0.4f, 0.4f), uniform(-0.4f, 0.4f)};
     if (isotropic) inverse = {inverse.xx, inverse.xx, inverse.xx, 0, 0, 0}, solver.inverse_inertia = inverse.xx;
-    p.inertias[which] = {inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz, 0, 0};
+    p.inertias[which] = {inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz, 0, 0, {}};
     body.linear = to_double(solver.linear), body.angular = to_double(solver.angular);
     body.inverse_mass = static_cast<double>(inverse_mass);
     const Mat3 m = to_matrix(inverse);

@@ -418,7 +418,7 @@ struct LoadBodies {
       }
       if (!c.is_isotropic()) {
         const SymMat3 world = rotated(to_matrix(q), bodies.tensors[i].inverse);
-        bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+        bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
       }
     }
     bodies.motion[i] = motion;

@@ -149,7 +149,7 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   settings.restitution_threshold = s.restitution_threshold;
   settings.sag = contact_sag(def);
   settings.solve = solve_parameters(def);
-  settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), s.max_linear_speed, def.sleep.enabled,
+  settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), settings.solve.limits, def.sleep.enabled,
                    def.sleep.linear_speed};
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();

@@ -15,7 +15,7 @@ namespace fathom::device {
 struct MoveParameters {
   float dt;  ///< s
   std::uint32_t substeps;
-  float max_linear_speed;  ///< m/s
+  SpeedLimits limits;
   bool sleeping;
   float slow_below;  ///< m/s
 };
@@ -47,8 +47,12 @@ struct MoveBodies {
       if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
       pose.position = pose.position + s.moved;
-      // The solver has turned anisotropic bodies already.
-      if (c.is_isotropic()) pose.rotation = turned(pose.rotation, s.turned);
+      if (c.is_isotropic()) {
+        pose.rotation = turned(pose.rotation, s.turned);
+      } else {
+        pose.rotation = bodies.inertia[i].rotation;
+        v.angular = rotate(pose.rotation, inverse_rotate(before.rotation, s.angular));
+      }
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
     } else {
@@ -68,8 +72,10 @@ struct MoveBodies {
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (flags & forced_flag) bodies.forces[i] = {};
     // A rest of a velocity beyond all limits could be as large as any other.
-    if (limit(v.linear, p.max_linear_speed)) rest = {};
-    limit(v.angular, pi / p.dt);
+    const Vec3 slower = limited(v.linear, p.limits.linear);
+    if (!(slower == v.linear)) rest = {};
+    v.linear = slower;
+    v.angular = limited(v.angular, p.limits.angular);
     // −0 becomes +0, so that equal states have equal bits.
     v.linear += Vec3{};
     v.angular += Vec3{};
@@ -90,13 +96,6 @@ struct MoveBodies {
   }
 
  private:
-  FATHOM_HD static bool limit(Vec3& v, float most) {
-    const float squared = dot(v, v);
-    if (!(squared > most * most)) return false;
-    v *= most / fathom::sqrt(squared);
-    return true;
-  }
-
   /// What acts on a body but its forces (m/s²).
   FATHOM_HD Vec3 pull(const BodyConstants& c) const { return c.gravity_scale * counters->gravity; }
 
@@ -120,10 +119,11 @@ struct MoveBodies {
   /// As the solver moves it, whose rounding this repeats.
   FATHOM_HD void move_kinematic(Pose& pose, const Velocity& v) const {
     const float h = p.dt / static_cast<float>(p.substeps);
+    const Vec3 linear = limited(v.linear, p.limits.linear), angular = limited(v.angular, p.limits.angular);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      moved = mul_add(moved, h, v.linear);
-      turning = mul_add(turning, h, v.angular);
+      moved = mul_add(moved, h, linear);
+      turning = mul_add(turning, h, angular);
     }
     pose.position = pose.position + moved;
     pose.rotation = turned(pose.rotation, turning);
@@ -145,7 +145,7 @@ struct MoveBodies {
     const float angular_damping = damping_factor(c.angular_damping, h);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
+      v.angular = limited(mul_add(angular_damping * v.angular, h, angular_acceleration), p.limits.angular);
       if (c.is_isotropic())
         turning = mul_add(turning, h, v.angular);
       else
@@ -162,7 +162,7 @@ struct MoveBodies {
         moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       }
     }
-    pose.position = pose.position + moved;
+    pose.position = pose.position + limited(moved, p.dt * p.limits.linear);
     if (c.is_isotropic()) pose.rotation = turned(pose.rotation, turning);
   }
 

@@ -23,6 +23,7 @@ struct SolveParameters {
   bool warm_start = true;  ///< else every substep begins without impulses
   ContactSoftness contacts;
   float push_out_velocity = 0, restitution_threshold = 0;
+  SpeedLimits limits;
 };
 
 /// Coefficients of both solvers, as the native simulator has them.
@@ -33,6 +34,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.substeps = static_cast<std::uint32_t>(s.substeps);
   p.h = def.dt / static_cast<float>(s.substeps);
   p.push_out_velocity = s.push_out_velocity;
+  p.limits = speed_limits(s.max_linear_speed, p.h);
   p.restitution_threshold = strike_threshold(def, p.h);
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;
@@ -449,7 +451,7 @@ struct SolveConstraints {
     if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
-    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{});
+    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) | slow_down(i, linear, angular);
     const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
     const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
     Vec3 turned = f.rows[7].xyz();
@@ -457,10 +459,8 @@ struct SolveConstraints {
       // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyTensors t = bodies.tensors[i];
       const Vec3 before = angular;
-      Quat q = bodies.poses[i].rotation;
-      turned += step_torque_free(q, angular, t.inertia, t.inverse, p.h);
-      // A body that fails keeps an orientation; its angular velocity tells that it failed.
-      if (is_finite(q)) bodies.poses[i].rotation = q;
+      turned += step_torque_free_in_contact(bodies.inertia[i].rotation, bodies.poses[i].rotation, angular, t.inertia,
+                                            t.inverse, p.h);
       bodies.warm[i].angular_reference += angular - before;
     } else {
       turned = mul_add(turned, p.h, angular);
@@ -473,14 +473,26 @@ struct SolveConstraints {
     store_velocity(i, linear, angular, due + 1);
   }
 
+  /// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was.
+  FATHOM_HD bool slow_down(std::uint32_t i, Vec3& linear, Vec3& angular) const {
+    const Vec3 slower = limited(linear, p.limits.linear), turning_slower = limited(angular, p.limits.angular);
+    const bool is_cut = !(slower == linear);
+    if (!is_cut && turning_slower == angular) return false;
+    bodies.warm[i].linear_reference += slower - linear;
+    bodies.warm[i].angular_reference += turning_slower - angular;
+    linear = slower;
+    angular = turning_slower;
+    return is_cut;
+  }
+
   /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.
   FATHOM_HD void move_unpushed(const Plan& plan, std::uint32_t i) const {
     if (!plan.any_kinematic) return;
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
     SolverQuads& body = bodies.solver[i];
-    const Vec3 v = mean_velocity(true, body.linear.xyz(), {}, p.h);
+    const Vec3 v = limited(body.linear.xyz(), p.limits.linear), w = limited(body.angular.xyz(), p.limits.angular);
     body.moved = quad(mul_add(body.moved.xyz(), p.h, v), body.moved.w);
-    body.turned = quad(mul_add(body.turned.xyz(), p.h, body.angular.xyz()), body.turned.w);
+    body.turned = quad(mul_add(body.turned.xyz(), p.h, w), body.turned.w);
   }
 };
 

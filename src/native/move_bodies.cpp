@@ -32,8 +32,21 @@ struct QuatV {
   V w, x, y, z;
 };
 
+/// `fathom::within_half_a_turn` in lanes.
+Vec3V<V> within_half_a_turn(Vec3V<V> phi) {
+  const V squared = dot(phi, phi);
+  const auto far = hn::Gt(squared, set(pi * pi));
+  if (hn::AllFalse(D(), far)) return phi;
+  const V angle = hn::IfThenElse(far, hn::Sqrt(squared), set(1.0f));
+  const V turns = hn::Floor(hn::MulAdd(angle, set(0.15915494f), set(0.5f)));
+  const V rest = hn::MulAdd(turns, set(1.7484556e-7f), hn::NegMulAdd(turns, set(6.2831855f), angle));
+  const V kept = hn::IfThenElseZero(hn::Lt(angle, set(0x1p20f)), hn::Div(rest, angle));
+  return scale(hn::IfThenElse(far, kept, set(1.0f)), phi);
+}
+
 /// `fathom::exponential` in lanes, the same series.
 QuatV exponential(Vec3V<V> phi) {
+  phi = within_half_a_turn(phi);
   const V x = hn::Mul(set(0.25f), dot(phi, phi));
   V c = hn::MulAdd(x, set(1.0f / 479001600.0f), set(-1.0f / 3628800.0f));
   for (const float k : {1.0f / 40320.0f, -1.0f / 720.0f, 1.0f / 24.0f, -0.5f, 1.0f}) c = hn::MulAdd(x, c, set(k));
@@ -59,11 +72,21 @@ QuatV normalised(QuatV q) {
   return {hn::Mul(s, q.w), hn::Mul(s, q.x), hn::Mul(s, q.y), hn::Mul(s, q.z)};
 }
 
+/// `to` becomes `from` in some lanes.
+void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
+  to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
+}
+
+/// `fathom::limited` in lanes.
 Vec3V<V> limited(Vec3V<V> v, float limit) {
-  const V squared = dot(v, v);
-  const auto fast = hn::Gt(squared, set(limit * limit));
+  const auto fast = hn::Gt(dot(v, v), set(limit * limit));
   if (hn::AllFalse(D(), fast)) return v;
-  return scale(hn::IfThenElse(fast, hn::Div(set(limit), hn::Sqrt(squared)), set(1.0f)), v);
+  const V largest = hn::Max(hn::Abs(v.x), hn::Max(hn::Abs(v.y), hn::Abs(v.z)));
+  const Vec3V<V> scaled{hn::Div(v.x, largest), hn::Div(v.y, largest), hn::Div(v.z, largest)};
+  const V length = hn::Sqrt(dot(scaled, scaled));
+  Vec3V<V> result = v;
+  take(fast, scale(hn::Div(set(limit), length), scaled), result);
+  return result;
 }
 
 // −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
@@ -109,11 +132,6 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   const D d;
   linear = linear + Vec3V<V>{hn::Load(d, extra[0]), hn::Load(d, extra[1]), hn::Load(d, extra[2])};
   angular = angular + Vec3V<V>{hn::Load(d, extra[3]), hn::Load(d, extra[4]), hn::Load(d, extra[5])};
-}
-
-/// `to` becomes `from` in some lanes.
-void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
-  to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
 }
 
 /// All substeps of bodies without contacts, which are all dynamic. Without damping they are one, an exact parabola.
@@ -201,17 +219,22 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
     const BodyInfo& info = bodies[slot];
     if (info.isotropic) continue;
     Quat rotation = state.poses[slot].rotation;
-    if constexpr (!in_contact) {
+    Vec3 angular;
+    if constexpr (in_contact) {
+      const Quat now = state.inertia[slot].rotation;
+      angular = rotate(now, inverse_rotate(rotation, {w[0][i], w[1][i], w[2][i]}));
+      rotation = now;
+    } else {
       // Damping and torque change the angular velocity by the same amount in lanes; here it is spread over the
       // substeps.
-      Vec3 angular{start[0][i], start[1][i], start[2][i]};
+      angular = {start[0][i], start[1][i], start[2][i]};
       const Vec3 change = (1.0f / static_cast<float>(p.substeps)) * (Vec3{w[0][i], w[1][i], w[2][i]} - angular);
       for (int s = 0; s < p.substeps; ++s) {
-        angular += change;
+        angular = fathom::limited(angular + change, p.limits.angular);
         step_torque_free(rotation, angular, info.inertia, info.inverse_inertia, h);
       }
-      w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
     }
+    w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
     q[0][i] = rotation.w, q[1][i] = rotation.x, q[2][i] = rotation.y, q[3][i] = rotation.z;
   }
   m.rotation = {hn::Load(d, q[0]), hn::Load(d, q[1]), hn::Load(d, q[2]), hn::Load(d, q[3])};
@@ -353,14 +376,16 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     fly_on(lanes, state, p, before, m);
   } else {
     integrate_free(lanes, bodies, state, p, m);
+    m.moved = limited(m.moved, p.dt * p.limits.linear);
+    m.turned = limited(m.turned, p.dt * p.limits.angular);
   }
   m.position = m.position + m.moved;
   m.rotation = normalised(product(exponential(m.turned), m.rotation));
   turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
   const std::size_t failed = isolate(lanes, state, before, m);
-  m.rest = rest_within(m, p.max_linear_speed);
-  m.linear = without_negative_zeros(limited(m.linear, p.max_linear_speed));
-  m.angular = without_negative_zeros(limited(m.angular, pi / p.dt));
+  m.rest = rest_within(m, p.limits.linear);
+  m.linear = without_negative_zeros(limited(m.linear, p.limits.linear));
+  m.angular = without_negative_zeros(limited(m.angular, p.limits.angular));
   m.position = without_negative_zeros(m.position);
   lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, m.rest.z});
   lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});

@@ -228,10 +228,11 @@ void NativeSimulator::finish() {
 
 template <bool in_contact>
 void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
+  const float h = def.dt / static_cast<float>(def.solver.substeps);
   const MoveParameters parameters{.gravity = def.gravity,
                                   .dt = def.dt,
                                   .substeps = def.solver.substeps,
-                                  .max_linear_speed = def.solver.max_linear_speed,
+                                  .limits = speed_limits(def.solver.max_linear_speed, h),
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};

@@ -317,7 +317,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   }
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
-    state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+    state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
 }
 
@@ -352,7 +352,14 @@ void ContactSolver::make_room_for_blocks() {
 // --- solve ---------------------------------------------------------------------------------------------------
 
 BodyIntegration ContactSolver::integration(float h) {
-  return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
+  return {bodies_,
+          state_.solver_bodies(),
+          state_.motion.data(),
+          state_.warm.data(),
+          state_.inertia.data(),
+          state_.poses.data(),
+          h,
+          speed_limits(def_.solver.max_linear_speed, h)};
 }
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act) {
