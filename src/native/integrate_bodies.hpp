@@ -44,6 +44,18 @@ HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, 
   return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
 }
 
+/// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was. Rare, and a
+/// function of its own without `this`, so that loops keep what they know of BodyIntegration in registers.
+HWY_NOINLINE inline bool slow_down(SolverBody& body, WarmStart& warm, SpeedLimits limits) {
+  const Vec3 linear = limited(body.linear, limits.linear), angular = limited(body.angular, limits.angular);
+  warm.linear_reference += linear - body.linear;
+  warm.angular_reference += angular - body.angular;
+  const bool is_cut = !(linear == body.linear);
+  body.linear = linear;
+  body.angular = angular;
+  return is_cut;
+}
+
 /// Plain pointers, so that loops need not look for the arrays again after every body.
 struct BodyIntegration {
   const BodyTable& table;
@@ -76,7 +88,7 @@ struct BodyIntegration {
   HWY_INLINE void position(std::uint32_t slot) const {
     const QuadTag d;
     SolverBody& body = bodies[slot];
-    const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down(slot);
+    const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down(body, warm[slot], limits);
     const Quad mean = is_cut ? load(body.linear) : mean_velocity(body, motion[slot], warm[slot], h);
     put(body.moved, hn::MulAdd(hn::Set(d, h), mean, load(body.moved)));
     if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
@@ -98,17 +110,6 @@ struct BodyIntegration {
     const float least = limits.linear < limits.angular ? limits.linear : limits.angular;
     const Quad v = load(body.linear), w = load(body.angular);
     return !hn::AllFalse(d, hn::Gt(hn::MulAdd(v, v, hn::Mul(w, w)), hn::Set(d, 0.33f * least * least)));
-  }
-  /// What is cut is no contact's doing either. Returns whether the linear velocity was.
-  HWY_NOINLINE bool slow_down(std::uint32_t slot) const {
-    SolverBody& body = bodies[slot];
-    const Vec3 linear = limited(body.linear, limits.linear), angular = limited(body.angular, limits.angular);
-    warm[slot].linear_reference += linear - body.linear;
-    warm[slot].angular_reference += angular - body.angular;
-    const bool is_cut = !(linear == body.linear);
-    body.linear = linear;
-    body.angular = angular;
-    return is_cut;
   }
 };
 
