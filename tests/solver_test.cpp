@@ -208,7 +208,7 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
       ASSERT_LT(error(p.solver[1].angular, p.a.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
       ASSERT_LT(error(p.solver[2].angular, p.b.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
     }
-    kernels.store(array, 0, 1, constrained);
+    kernels.store(array, 0, 1, &lane, constrained, 1.0f);
     for (int i = 0; i < textbook.count; ++i)
       ASSERT_NEAR(static_cast<double>(p.manifold.impulses[i]), textbook.impulse[i], 5e-3) << "trial " << trial;
   }

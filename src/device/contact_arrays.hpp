@@ -54,6 +54,7 @@ enum Stop : std::uint32_t {
   no_stop,
   no_room_for_pairs,      ///< nothing has been changed: the step is done again
   no_room_for_manifolds,  ///< contacts begin: the step goes on where they were deferred
+  body_failed,            ///< its state is not finite: all is solved again without it
 };
 
 struct alignas(8) PairRecord {
@@ -179,7 +180,7 @@ struct ContactArrays {
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  std::uint32_t unused;
+  std::uint32_t overlaps;  ///< 1: a part of the overlap counts as touching (dynamics/overlap.hpp)
 };
 
 /// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.

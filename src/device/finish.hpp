@@ -25,10 +25,10 @@ struct MoveBodies {
   BodyArrays bodies;
   Grid grid;
   Counters* counters;
-  std::uint32_t* quarantined;  ///< list of bodies, `Counters::quarantined` of them
   MoveParameters p;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
+    if (counters->stopped) return;
     NotedBox fat = bodies.fat[i];
     if (fat.changes) {
       fat.changes = 0;
@@ -66,7 +66,8 @@ struct MoveBodies {
       rest = {};
       new_flags = (new_flags & ~awake_flag) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
-      quarantined[exec::atomic_add(counters->quarantined, 1u)] = i;
+      exec::atomic_add(counters->quarantined, 1u);
+      bodies.isolated_in[i] = counters->step + 1;
       exec::atomic_store(counters->layout_dirty, 1u);
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;

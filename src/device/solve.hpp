@@ -7,6 +7,8 @@
 #include <fathom/world.hpp>
 
 #include "device/constraint_rows.hpp"
+#include "dynamics/body_fault.hpp"
+#include "dynamics/overlap.hpp"
 #include "dynamics/rotation.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
@@ -357,6 +359,11 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
     }
+    if (!is_sound(a, b, impulses)) {
+      impulses = {};
+      a.linear = exec::load_shared_quad(at_a.linear).xyz(), a.angular = exec::load_shared_quad(at_a.angular).xyz();
+      b.linear = exec::load_shared_quad(at_b.linear).xyz(), b.angular = exec::load_shared_quad(at_b.angular).xyz();
+    }
     // Velocities first: others wait for them.
     if (pushes_b) store_velocity(pair.b, b.linear, b.angular, due_b + 1);
     if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
@@ -436,6 +443,7 @@ struct SolveConstraints {
     const bool first = place.what == integrate_first_v;
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
+    if (place.substep > 0) fail_on_request(SolverStage::relaxes, place, i, linear, angular);
     WarmStart w;
     if (!first) {
       w = warm_start_of(f);
@@ -443,6 +451,7 @@ struct SolveConstraints {
     }
     integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference);
     integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference);
+    fail_on_request(SolverStage::velocities, place, i, linear, angular);
     store_velocity(i, linear, angular, due + 1);
     bodies.warm[i] = w;
   }
@@ -451,6 +460,7 @@ struct SolveConstraints {
     if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
+    fail_on_request(SolverStage::pushes, place, i, linear, angular);
     const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) | slow_down(i, linear, angular);
     const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
     const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
@@ -465,12 +475,42 @@ struct SolveConstraints {
     } else {
       turned = mul_add(turned, p.h, angular);
     }
+    fail_on_request(SolverStage::positions, place, i, linear, angular);
+    if (!is_finite(linear) || !is_finite(angular) || !is_finite(moved) || !is_finite(turned)) isolate(i);
     // Where nobody counts, inverse mass and inertia stay.
     const bool counts = place.by_data;
     const float count = __builtin_bit_cast(float, place.moves + 1);
     exec::store_shared_quad(bodies.solver[i].moved, quad(moved, counts ? count : f.rows[6].w));
     exec::store_shared_quad(bodies.solver[i].turned, quad(turned, counts ? count : f.rows[7].w));
     store_velocity(i, linear, angular, due + 1);
+  }
+
+  /// A body whose state is not finite stays where it was when the step began, a fixed obstacle, and the step stops, to
+  /// be solved again from there. No contact carries what is not finite to another body (`is_sound`), and sweeps make
+  /// nothing of the kind, so those that fail are found when they are moved.
+  FATHOM_HD void isolate(std::uint32_t i) const {
+    std::uint32_t& flags = bodies.flags[i];
+    if (flags & isolated_flag) return;  // found in an earlier substep
+    flags = (flags & ~static_cast<std::uint32_t>(awake_flag | forced_flag)) | isolated_flag;
+    bodies.forces[i] = {};
+    bodies.velocities[i] = Velocity{};
+    bodies.poses[i].reserved = 0;
+    bodies.isolated_in[i] = counters->step + 1;
+    exec::atomic_add(counters->quarantined, 1u);
+    exec::atomic_store(counters->any_isolated, 1u);
+    exec::atomic_store(counters->layout_dirty, 1u);
+    exec::atomic_store(counters->stopped, static_cast<std::uint32_t>(body_failed));
+  }
+
+  /// For tests, and on the host alone. What a sweep does is done to a body before its next integration.
+  FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage stage, [[maybe_unused]] Place place,
+                                 [[maybe_unused]] std::uint32_t i, [[maybe_unused]] Vec3& linear,
+                                 [[maybe_unused]] Vec3& angular) const {
+#if !defined(__CUDA_ARCH__) && !defined(FATHOM_SYCL_SOURCE)
+    if (body_fault.is_due(stage, stage == SolverStage::relaxes ? place.substep - 1 : place.substep) &&
+        bodies.constants[i].category == body_fault.category)
+      body_fault.act(linear, angular);
+#endif
   }
 
   /// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was.
@@ -496,12 +536,18 @@ struct SolveConstraints {
   }
 };
 
-/// Hands the impulses back to the manifolds. One that is not finite is forgotten.
+/// Hands the impulses back to the manifolds, and what a step leaves of overlaps to the contacts. An impulse that is not
+/// finite is forgotten.
 struct StoreImpulses {
   ContactArrays contacts;
   ConstraintArrays constraints;
+  const Counters* counters;
+  float overlap_kept;  ///< a step
 
   FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    const ConstraintHead head = constraints.heads[k];
+    if (head.overlaps) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
@@ -512,6 +558,15 @@ struct StoreImpulses {
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
+  }
+
+ private:
+  FATHOM_HD void fade_overlap(std::uint32_t k, int count) const {
+    Contact& c = contacts.contacts[constraints.contact[k]];
+    const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
+    float nearest = 1e30f;
+    for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
+    c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
   }
 };
 

@@ -470,7 +470,10 @@ class ColumnLanes {
                           hn::Mul(mu, total), hn::Mul(mu, change));
     const ConeV<V> twists(gather(k, twist_impulse), zero(), twist, zero(), hn::Mul(lever, total),
                           hn::Mul(lever, change));
-    return twists.part_within(holds, slides.part_within(holds, part));
+    part = twists.part_within(holds, slides.part_within(holds, part));
+    // Where a body is not finite its piece stays as it is: a brace must not carry that to all of the column.
+    const V sums = hn::Add(hn::Add(hn::Add(slide_1, slide_2), hn::Add(twist, change)), hn::Add(m.x, hn::Add(m.y, m.z)));
+    return hn::IfThenElseZero(hn::Eq(hn::Sub(sums, sums), zero()), part);
   }
 
   /// Velocities and impulses of that part of the change.

@@ -97,8 +97,11 @@ void Columns::find_lanes(std::span<const std::uint32_t> lanes, ThreadPool& pool)
 }
 
 bool Columns::is_calm(const Column& c) const {
-  const Velocity& top = state_.velocities[links_[c.first + c.contacts - 1].above];
-  return fathom::is_calm(top.linear, state_.velocities[links_[c.first].below].linear);
+  const std::uint32_t slot = links_[c.first + c.contacts - 1].above;
+  const Velocity& top = state_.velocities[slot];
+  // One that stands still because it was isolated is no top.
+  return !(state_.flags[slot] & isolated) &&
+         fathom::is_calm(top.linear, state_.velocities[links_[c.first].below].linear);
 }
 
 void Columns::choose(const ConstraintLayout& layout, ThreadPool& pool) {

@@ -52,6 +52,8 @@ class ConstraintLayout {
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
+  /// Whether `update` will lay them out by domains; else threads share them out by the neighbourhood.
+  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
   bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
 
@@ -114,7 +116,6 @@ class ConstraintLayout {
   void share_out();
   void share_out_bodies(const Neighbourhood& neighbourhood);
 
-  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   bool any_kinematic(std::span<const std::uint32_t> in_contact) const;
   /// Colours the unit's contacts between bodies anew, into `recoloured_`. False where that is not worth while.
   bool recolour(std::size_t unit);

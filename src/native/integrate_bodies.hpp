@@ -20,6 +20,13 @@ using Quad = hn::Vec<QuadTag>;
 HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
 HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
 
+/// NaN in some element where a body's velocity is not finite, else zeros. It never becomes so again, and while it is,
+/// what the body has moved is finite too.
+HWY_INLINE Quad not_finite(const SolverBody& body) {
+  const Quad sum = hn::Add(load(body.linear), load(body.angular));
+  return hn::Sub(sum, sum);
+}
+
 /// v ← damping · v + h · acceleration + W.
 HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm, Vec3& reference,
                           Carry carry) {

@@ -26,7 +26,6 @@ struct BodiesView {
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
   const BodyMotion* motion = nullptr;
-  float overlap_kept = 1;  ///< a step (dynamics/overlap.hpp)
 };
 
 /// Constraints and manifolds they are made from.
@@ -55,6 +54,7 @@ struct BlockHeader {
   bool still_a = false;         ///< … nor moves by itself
   bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
   bool restitution = false;     ///< some lane bounces
+  bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
 };
 
 /// Columns side by side, one a lane (dynamics/columns.hpp). Arrays have `width` entries a row; lanes beyond `used` are
@@ -77,7 +77,7 @@ struct SolverKernels {
   std::size_t column_floats;          ///< a row of columns
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
-  /// returns how many points they have.
+  /// returns how many points they have. May be done again.
   std::size_t (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
                          const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
@@ -95,8 +95,10 @@ struct SolverKernels {
   /// Braces columns (dynamics/columns.hpp).
   void (*brace)(BlockArray blocks, const ColumnBundle& columns, const BodiesView& view, bool pushes_out,
                 const SweepParameters& p);
-  /// Writes accumulated impulses back to the manifolds.
-  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained);
+  /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
+  /// the contacts.
+  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                const Constrained& constrained, float overlap_kept);
 };
 
 /// The kernels for this machine, and the same one lane wide for constraints that no colour could take.
