@@ -133,6 +133,7 @@ struct Counters {
   std::uint32_t constraints = 0;
   std::uint32_t constraint_groups = 0;
   std::uint32_t any_kinematic = 0;  ///< 1: some body that contacts cannot push moves
+  std::uint32_t overrun = 0;        ///< 1: the solver had more phases or items than it was launched for
 
   // For the report.
   std::uint32_t active = 0;  ///< where bodies may sleep
@@ -147,6 +148,7 @@ struct Report {
   std::uint32_t manifolds = 0;  ///< in use; of a stopped step, those that it needs
   std::uint32_t constraints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
+  std::uint32_t overrun = 0;
 };
 
 struct ContactArrays {

@@ -1,6 +1,7 @@
 // finish: bodies move to where the solver took them, boxes follow, islands fall asleep, the step is reported.
 #pragma once
 
+#include "check/check.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
 #include "device/solve.hpp"
@@ -83,9 +84,14 @@ struct MoveBodies {
     pose.position += Vec3{};
     rest += Vec3{};
     v.reserved0 = rest.x, v.reserved1 = rest.y, pose.reserved = rest.z;
+    FATHOM_ASSERT(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), i);
+    FATHOM_ASSERT(abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, i);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
     const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
+    FATHOM_VALIDATE(contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))),
+                             bounds(bodies.geometry(i), pose)),
+                    i);
     bodies.boxes[i] = box;
     if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
     if (p.sleeping) account_for_sleep(i, c, v);
@@ -203,6 +209,7 @@ struct EndStep {
     r.quarantined = c.quarantined;
     r.islands = c.islands;
     r.active = c.active;
+    r.overrun = c.overrun;
     reports[number % report_count] = r;
   }
 };

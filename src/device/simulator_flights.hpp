@@ -34,6 +34,11 @@ void DeviceSimulator<D>::retire_oldest() {
     lane.staged_data = exec::PinnedBuffer<BodyData>(device_, 0);
   }
   flights_.pop_front();
+  if (report.overrun)
+    throw Error(ErrorCode::capacity,
+                "step " + std::to_string(report.step) +
+                    ": the device's solver had more phases or items than it was launched for; "
+                    "this is an error of the simulator, and the step's contacts are not all solved");
   profile_is_current_ = false;
   events_are_current_ = false;
   if (def.ahead > 0) bodies_are_current_ = false;

@@ -6,6 +6,7 @@
 
 #include <fathom/world.hpp>
 
+#include "check/check.hpp"
 #include "device/constraint_rows.hpp"
 #include "dynamics/body_fault.hpp"
 #include "dynamics/overlap.hpp"
@@ -164,6 +165,8 @@ struct SolveConstraints {
     begin(plan, place);
     return place;
   }
+
+  FATHOM_HD void report_overrun() const { exec::atomic_store(counters->overrun, 1u); }
 
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     return place.serial ? plan.overflow : place.stretch.count;
@@ -543,6 +546,7 @@ struct StoreImpulses {
   ConstraintArrays constraints;
   const Counters* counters;
   float overlap_kept;  ///< a step
+  bool ends_with_friction;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
@@ -553,11 +557,16 @@ struct StoreImpulses {
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
     const bool ok = is_finite(sum);
+    FATHOM_VALIDATE(n.x >= 0 && n.y >= 0 && n.z >= 0 && n.w >= 0, constraints.bodies[k].b);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
     m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
+    // The `impulse` solver ends with the points, which friction has not seen then.
+    FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
+                                               1.001f * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
+                    constraints.bodies[k].b);
   }
 
  private:

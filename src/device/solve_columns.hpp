@@ -218,6 +218,7 @@ struct SolveWithColumns {
     if (place.brace == rungs || place.brace == holds) return {at, static_cast<Brace>(place.brace + 1), false};
     return {solver.next(plan, at), no_brace, place.brace == changes};
   }
+  FATHOM_HD void report_overrun() const { solver.report_overrun(); }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     return place.brace == no_brace ? solver.items(plan, place.in_solve) : plan.columns << plan.log_lanes;
   }

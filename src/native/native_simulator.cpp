@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "check/check.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -76,6 +77,7 @@ void NativeSimulator::step() {
   queries_are_current_ = false;
   profile.step = ++steps;
   count();
+  if constexpr (check::validates) validate();
 }
 
 // Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch, and threads
@@ -204,7 +206,8 @@ void NativeSimulator::build_constraints() {
 
 void NativeSimulator::lay_out_constraints() {
   if (cell_solver_) return;
-  if (pool_.thread_count() > 1 && !solver_.may_use_domains(in_contact_)) neighbourhood_.update(*broad_phase_, state_.size());
+  if (pool_.thread_count() > 1 && !solver_.may_use_domains(in_contact_))
+    neighbourhood_.update(*broad_phase_, state_.size());
   solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_);
 }
 

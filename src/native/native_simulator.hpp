@@ -134,6 +134,12 @@ class NativeSimulator : public Simulator {
   void isolate(std::uint32_t slot);
   void isolate_moved();
   void isolate_on_request();
+  /// checks.cpp
+  void validate() const;
+  void validate_bodies() const;
+  void validate_contacts() const;
+  void validate_colours() const;
+  bool was_solved(const Contact& c) const;
   void count();
   std::size_t list_bytes() const;
 
