@@ -41,7 +41,7 @@ class Blocks {
       : kernels_(kernels), scene_(pyramid(pyramid_size)), graph_(scene_.graph) {
     scene_.make_contacts();
     ContactSolver solver(scene_.scene.world, scene_.bodies, scene_.state, graph_, scene_.pool);
-    solver.lay_out({scene_.moving, 1}, {});
+    solver.lay_out({scene_.moving, 1}, {}, 1);
     solver.build();
     const float h = scene_.scene.world.dt / 4;
     for (const std::uint32_t slot : scene_.moving)
@@ -70,7 +70,7 @@ class Blocks {
   void solve() { sweep(kernels_.solve); }
   void relax() { sweep(kernels_.relax); }
   void iterate() { sweep(kernels_.iterate); }
-  void store() { kernels_.store(array_, 0, stretches_.back(), graph_.constrained(), {}); }
+  void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), graph_.constrained(), 1, {}); }
 
   /// Otherwise sweeps repeated for ever would end in denormal numbers.
   void reset_bodies() {

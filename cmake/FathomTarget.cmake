@@ -1,6 +1,22 @@
+# Which checks of src/check are compiled in: 0 none, 1 the cheap ones, 2 all.
+if(FATHOM_CHECKS STREQUAL "AUTO")
+  if(FATHOM_SANITIZE OR CMAKE_BUILD_TYPE STREQUAL "Debug")
+    set(FATHOM_CHECK_LEVEL 2)
+  elseif(CMAKE_BUILD_TYPE MATCHES "^(Release|MinSizeRel)$")
+    set(FATHOM_CHECK_LEVEL 0)
+  else()
+    set(FATHOM_CHECK_LEVEL 1)
+  endif()
+elseif(FATHOM_CHECKS)
+  set(FATHOM_CHECK_LEVEL 2)
+else()
+  set(FATHOM_CHECK_LEVEL 0)
+endif()
+
 # Flags every target of this project is built with.
 function(fathom_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_definitions(${target} PRIVATE FATHOM_CHECKS=${FATHOM_CHECK_LEVEL})
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   set(flags
     -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion

@@ -141,7 +141,7 @@ class Kernels : public testing::TestWithParam<std::tuple<bool, bool>> {
     SymMat3 inverse{uniform(1, 5),        uniform(1, 5),        uniform(1, 5),
                     uniform(-0.4f, 0.4f), uniform(-0.4f, 0.4f), uniform(-0.4f, 0.4f)};
     if (isotropic) inverse = {inverse.xx, inverse.xx, inverse.xx, 0, 0, 0}, solver.inverse_inertia = inverse.xx;
-    p.inertias[which] = {inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz, 0, 0};
+    p.inertias[which] = {inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz, 0, 0, {}};
     body.linear = to_double(solver.linear), body.angular = to_double(solver.angular);
     body.inverse_mass = static_cast<double>(inverse_mass);
     const Mat3 m = to_matrix(inverse);
@@ -208,7 +208,7 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
       ASSERT_LT(error(p.solver[1].angular, p.a.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
       ASSERT_LT(error(p.solver[2].angular, p.b.angular), 5e-3) << "trial " << trial << ", sweep " << sweep;
     }
-    kernels.store(array, 0, 1, constrained, {});
+    kernels.store(array, 0, 1, &lane, constrained, 1.0f, {});
     for (int i = 0; i < textbook.count; ++i)
       ASSERT_NEAR(static_cast<double>(p.manifold.impulses[i]), textbook.impulse[i], 5e-3) << "trial " << trial;
   }

@@ -51,7 +51,9 @@ struct SolverSettings {
   float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
   float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces; at least g h, h a substep
-  float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
+  /// m/s; faster bodies are slowed to it. Angular speeds are limited to half a turn a substep: 754 rad/s at 4 substeps
+  /// and 1/60 s.
+  float max_linear_speed = 1000.0f;
 };
 
 struct SleepSettings {
@@ -135,7 +137,8 @@ struct RayHit {
 };
 
 /// A body taken out of the simulation because its state was not finite after a step; its pose is that
-/// before the step, its velocity zero. It stays fixed until its velocity or pose is set again.
+/// before the step, its velocity zero. All others are as if it had been taken out before the step. It stays fixed until
+/// its velocity or pose is set again.
 struct Quarantine {
   BodyId body;
   std::uint64_t step = 0;

@@ -185,6 +185,7 @@ struct BodyArrays {
   std::uint32_t* parent;        ///< of the forest that islands are found with
   std::uint32_t* island_slow;   ///< least slow time of the island, as bits
   std::uint32_t* island_woken;  ///< number of the step that woke it
+  std::uint32_t* isolated_in;   ///< number of the step that isolated it
 
   // Columns, as long as constraints are laid out as they are.
   Neighbours* neighbours;

@@ -9,6 +9,8 @@
 // and tries again in the next: no contact is ever left out.
 #pragma once
 
+#include "check/check.hpp"
+#include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/find_columns.hpp"
 #include "exec/atomic.hpp"
@@ -349,6 +351,14 @@ struct LayOutConstraints {
   Counters* counters;
   bool notes_neighbours;  ///< for columns
 
+  /// Whether its bodies hold the colour for it.
+  FATHOM_HD bool has_its_colour(const Contact& c) const {
+    if (c.colour() == overflow_colour) return true;
+    const std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+    return taken[c.b] & bit && (c.fixed_a() || taken[c.a] & bit);
+  }
+
   FATHOM_HD void operator()(auto group, Local& local) const {
     auto rank = per_item<std::uint32_t>(group);
     group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
@@ -367,6 +377,9 @@ struct LayOutConstraints {
       const std::uint32_t index = group.index() * group_size + item;
       const Contact& c = contacts.contacts[index];
       const std::uint32_t place = local.place[c.colour()] + rank[item];
+      FATHOM_ASSERT(place < contacts.manifold_capacity, c.b);
+      FATHOM_ASSERT(c.manifold < contacts.manifold_capacity, c.b);
+      FATHOM_VALIDATE(has_its_colour(c), c.b);
       constraints.contact[place] = index;
       constraints.manifold[place] = c.manifold;
       constraints.bodies[place] = {c.a, c.b};
@@ -390,6 +403,9 @@ struct LoadBodies {
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;
+    // A body's contacts have a colour each, but those in the overflow: so colours share no body.
+    FATHOM_VALIDATE(
+        counters->overflow > 0 || bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) == bodies.touching[i], i);
     const bool solved = bodies.touching[i] > 0 || c.motion() != MotionType::dynamic;
     if (!solved) return;
     SolverBody body;
@@ -418,7 +434,7 @@ struct LoadBodies {
       }
       if (!c.is_isotropic()) {
         const SymMat3 world = rotated(to_matrix(q), bodies.tensors[i].inverse);
-        bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+        bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
       }
     }
     bodies.motion[i] = motion;

@@ -54,6 +54,7 @@ enum Stop : std::uint32_t {
   no_stop,
   no_room_for_pairs,      ///< nothing has been changed: the step is done again
   no_room_for_manifolds,  ///< contacts begin: the step goes on where they were deferred
+  body_failed,            ///< its state is not finite: all is solved again without it
 };
 
 struct alignas(8) PairRecord {
@@ -132,6 +133,7 @@ struct Counters {
   std::uint32_t constraints = 0;
   std::uint32_t constraint_groups = 0;
   std::uint32_t any_kinematic = 0;  ///< 1: some body that contacts cannot push moves
+  std::uint32_t overrun = 0;        ///< 1: the solver had more phases or items than it was launched for
 
   // For the report.
   std::uint32_t active = 0;  ///< where bodies may sleep
@@ -146,6 +148,7 @@ struct Report {
   std::uint32_t manifolds = 0;  ///< in use; of a stopped step, those that it needs
   std::uint32_t constraints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
+  std::uint32_t overrun = 0;
 };
 
 struct ContactArrays {
@@ -179,7 +182,7 @@ struct ContactArrays {
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  std::uint32_t unused;
+  std::uint32_t overlaps;  ///< 1: a part of the overlap counts as touching (dynamics/overlap.hpp)
 };
 
 /// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.

@@ -6,7 +6,6 @@ namespace fathom::device {
 
 BodyMemory::BodyMemory(exec::Memory& m)
     : slots(m),
-      quarantined(m),
       constants_(m),
       tensors_(m),
       forces_(m),
@@ -25,6 +24,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       touching_(m),
       island_(m),
       island_woken_(m),
+      isolated_in_(m),
       parent_(m),
       island_slow_(m),
       neighbours_(m),
@@ -38,7 +38,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(quarantined), act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(neighbours_);
+  act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(neighbours_);
   act(motion_), act(warm_), act(inertia_);
 }
 
@@ -74,6 +74,7 @@ BodyArrays BodyMemory::arrays() {
           .parent = parent_.data(),
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
+          .isolated_in = isolated_in_.data(),
           .neighbours = neighbours_.data(),
           .columns = columns_.data(),
           .column_contacts = column_contacts_.data(),

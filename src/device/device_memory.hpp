@@ -40,7 +40,6 @@ class BodyMemory {
   BodyArrays arrays();
 
   exec::Buffer<std::uint32_t> slots;  ///< World's slot of a device index, or `none`
-  exec::Buffer<std::uint32_t> quarantined;
   HullArrays hulls;
 
   /// Calls act(buffer) for those that outlive a step.
@@ -49,7 +48,7 @@ class BodyMemory {
     act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
-    act(island_woken_), act(solver_);
+    act(island_woken_), act(isolated_in_), act(solver_);
   }
 
  private:
@@ -66,7 +65,7 @@ class BodyMemory {
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, recoloured_, refurthered_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, parent_, island_slow_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, parent_, island_slow_;
   exec::Buffer<Neighbours> neighbours_;
   exec::Buffer<ColumnRange> columns_;
   exec::Buffer<ColumnContact> column_contacts_;

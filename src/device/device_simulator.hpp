@@ -132,7 +132,8 @@ class DeviceSimulator final : public Simulator {
   void forget_graphs();
   void order_in_space();
   /// `resumes`: what is left of a step that stopped half way.
-  void submit(Flight& flight, bool with_edits, bool resumes = false);
+  /// `after`: why the step stopped, of which only what is left is submitted.
+  void submit(Flight& flight, bool with_edits, Stop after = no_stop);
   void reserve_results(Lane& lane);
   void submit_results(Lane& lane);
   SlotResults& publish(SlotResults& results);
@@ -152,6 +153,7 @@ class DeviceSimulator final : public Simulator {
   void retire_oldest();
   void retire_all() const;
   void repair(const Report& report);
+  void make_room_for(const Report& report);
   /// Retires what a reader must, or may, see.
   void look() const;
   void make_profile();

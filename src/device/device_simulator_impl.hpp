@@ -149,7 +149,7 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   settings.restitution_threshold = s.restitution_threshold;
   settings.sag = contact_sag(def);
   settings.solve = solve_parameters(def);
-  settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), s.max_linear_speed, def.sleep.enabled,
+  settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), settings.solve.limits, def.sleep.enabled,
                    def.sleep.linear_speed};
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();
@@ -211,15 +211,23 @@ void DeviceSimulator<D>::order_in_space() {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, bool resumes) {
+void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
   if (copies_results()) reserve_results(lane);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) upload_edits(flight);
-  if (resumes) {
-    lane.rest_graph.emplace(device_.record([step = step_of(lane)]() mutable { step.submit_rest(); }));
+  if (body_fault.is_due(SolverStage::before_step, 0))
+    device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
+                         IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
+  if (after != no_stop) {
+    lane.rest_graph.emplace(device_.record([step = step_of(lane), after]() mutable {
+      if (after == body_failed)
+        step.submit_again();
+      else
+        step.submit_rest();
+    }));
     device_.launch(*lane.rest_graph);
   } else {
     device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);

@@ -168,7 +168,7 @@ struct ApplyEdits {
     bodies.colours[i] = bodies.further[i] = bodies.best[i] = 0;
     bodies.touching[i] = 0;
     bodies.island[i] = i;
-    bodies.island_woken[i] = 0;
+    bodies.island_woken[i] = bodies.isolated_in[i] = 0;
     bodies.solver[i] = SolverQuads(SolverBody{});
     bodies.known[i] = no_box();
     bodies.fat[i] = no_box();
@@ -222,6 +222,22 @@ struct FollowEdits {
   ApplyEdits edits;
 
   FATHOM_HD void operator()(std::uint32_t i) const { edits.follow(i); }
+};
+
+/// For tests, and on the host alone: isolates bodies of a category before a step.
+struct IsolateOnRequest {
+  BodyArrays bodies;
+  Counters* counters;
+  std::uint32_t category;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (!bodies.is_awake(i) || !bodies.constants[i].is_dynamic() || bodies.constants[i].category != category) return;
+    bodies.flags[i] = (bodies.flags[i] & ~static_cast<std::uint32_t>(awake_flag)) | isolated_flag;
+    bodies.velocities[i] = Velocity{};
+    bodies.poses[i].reserved = 0;
+    exec::atomic_store(counters->any_isolated, 1u);
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
 };
 
 struct SetGravity {

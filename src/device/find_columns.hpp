@@ -29,7 +29,8 @@ struct FindColumns {
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (!counters->finds_columns) {
       if (i < counters->columns) choose(bodies.columns[i]);
-    } else if (bodies.touching[i] == 1 && bodies.neighbours[i].first != none && bodies.constants[i].is_dynamic()) {
+    } else if (bodies.touching[i] == 1 && bodies.neighbours[i].first != none && bodies.constants[i].is_dynamic() &&
+               bodies.is_awake(i)) {
       look_down(i);
     }
   }

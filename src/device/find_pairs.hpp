@@ -35,7 +35,7 @@ struct BeginStep {
     c.to_collide[0] = c.to_collide[1] = 0;
     c.waking = run && c.wake_asked ? c.bodies : 0;
     // A step that stopped half way goes on with these.
-    if (c.stopped == no_room_for_manifolds) return;
+    if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
     for (std::uint32_t& n : c.uncoloured) n = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;
   }

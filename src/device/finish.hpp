@@ -1,6 +1,7 @@
 // finish: bodies move to where the solver took them, boxes follow, islands fall asleep, the step is reported.
 #pragma once
 
+#include "check/check.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
 #include "device/solve.hpp"
@@ -15,7 +16,7 @@ namespace fathom::device {
 struct MoveParameters {
   float dt;  ///< s
   std::uint32_t substeps;
-  float max_linear_speed;  ///< m/s
+  SpeedLimits limits;
   bool sleeping;
   float slow_below;  ///< m/s
 };
@@ -25,10 +26,10 @@ struct MoveBodies {
   BodyArrays bodies;
   Grid grid;
   Counters* counters;
-  std::uint32_t* quarantined;  ///< list of bodies, `Counters::quarantined` of them
   MoveParameters p;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
+    if (counters->stopped) return;
     NotedBox fat = bodies.fat[i];
     if (fat.changes) {
       fat.changes = 0;
@@ -47,8 +48,12 @@ struct MoveBodies {
       if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
       pose.position = pose.position + s.moved;
-      // The solver has turned anisotropic bodies already.
-      if (c.is_isotropic()) pose.rotation = turned(pose.rotation, s.turned);
+      if (c.is_isotropic()) {
+        pose.rotation = turned(pose.rotation, s.turned);
+      } else {
+        pose.rotation = bodies.inertia[i].rotation;
+        v.angular = rotate(pose.rotation, inverse_rotate(before.rotation, s.angular));
+      }
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
     } else {
@@ -62,23 +67,31 @@ struct MoveBodies {
       rest = {};
       new_flags = (new_flags & ~awake_flag) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
-      quarantined[exec::atomic_add(counters->quarantined, 1u)] = i;
+      exec::atomic_add(counters->quarantined, 1u);
+      bodies.isolated_in[i] = counters->step + 1;
       exec::atomic_store(counters->layout_dirty, 1u);
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (flags & forced_flag) bodies.forces[i] = {};
     // A rest of a velocity beyond all limits could be as large as any other.
-    if (limit(v.linear, p.max_linear_speed)) rest = {};
-    limit(v.angular, pi / p.dt);
+    const Vec3 slower = limited(v.linear, p.limits.linear);
+    if (!(slower == v.linear)) rest = {};
+    v.linear = slower;
+    v.angular = limited(v.angular, p.limits.angular);
     // −0 becomes +0, so that equal states have equal bits.
     v.linear += Vec3{};
     v.angular += Vec3{};
     pose.position += Vec3{};
     rest += Vec3{};
     v.reserved0 = rest.x, v.reserved1 = rest.y, pose.reserved = rest.z;
+    FATHOM_ASSERT(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), i);
+    FATHOM_ASSERT(abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, i);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
     const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
+    FATHOM_VALIDATE(contains(grown(box, 1e-4f * c.radius + 1e-6f * max_component(abs(pose.position))),
+                             bounds(bodies.geometry(i), pose)),
+                    i);
     bodies.boxes[i] = box;
     if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
     if (p.sleeping) account_for_sleep(i, c, v);
@@ -90,13 +103,6 @@ struct MoveBodies {
   }
 
  private:
-  FATHOM_HD static bool limit(Vec3& v, float most) {
-    const float squared = dot(v, v);
-    if (!(squared > most * most)) return false;
-    v *= most / fathom::sqrt(squared);
-    return true;
-  }
-
   /// What acts on a body but its forces (m/s²).
   FATHOM_HD Vec3 pull(const BodyConstants& c) const { return c.gravity_scale * counters->gravity; }
 
@@ -120,10 +126,11 @@ struct MoveBodies {
   /// As the solver moves it, whose rounding this repeats.
   FATHOM_HD void move_kinematic(Pose& pose, const Velocity& v) const {
     const float h = p.dt / static_cast<float>(p.substeps);
+    const Vec3 linear = limited(v.linear, p.limits.linear), angular = limited(v.angular, p.limits.angular);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      moved = mul_add(moved, h, v.linear);
-      turning = mul_add(turning, h, v.angular);
+      moved = mul_add(moved, h, linear);
+      turning = mul_add(turning, h, angular);
     }
     pose.position = pose.position + moved;
     pose.rotation = turned(pose.rotation, turning);
@@ -145,7 +152,7 @@ struct MoveBodies {
     const float angular_damping = damping_factor(c.angular_damping, h);
     Vec3 moved, turning;
     for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      v.angular = mul_add(angular_damping * v.angular, h, angular_acceleration);
+      v.angular = limited(mul_add(angular_damping * v.angular, h, angular_acceleration), p.limits.angular);
       if (c.is_isotropic())
         turning = mul_add(turning, h, v.angular);
       else
@@ -162,7 +169,7 @@ struct MoveBodies {
         moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       }
     }
-    pose.position = pose.position + moved;
+    pose.position = pose.position + limited(moved, p.dt * p.limits.linear);
     if (c.is_isotropic()) pose.rotation = turned(pose.rotation, turning);
   }
 
@@ -202,6 +209,7 @@ struct EndStep {
     r.quarantined = c.quarantined;
     r.islands = c.islands;
     r.active = c.active;
+    r.overrun = c.overrun;
     reports[number % report_count] = r;
   }
 };

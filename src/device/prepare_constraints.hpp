@@ -3,7 +3,6 @@
 
 #include "device/build_constraints.hpp"
 #include "device/constraint_rows.hpp"
-#include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -21,7 +20,6 @@ struct PrepareConstraints {
   ConstraintArrays constraints;
   Counters* counters;
   bool orders_overflow;
-  float overlap_kept;  ///< a step
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     group.once([&] { local.points = 0; });
@@ -68,11 +66,9 @@ struct PrepareConstraints {
     ContactFrame frame;
     PointRow points[max_manifold_points];
     ContactImpulses impulses;
-    Contact& contact = contacts.contacts[constraints.contact[k]];
+    const Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
-    const float nearest =
-        prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, a, b, frame, points, impulses);
-    if (overlap > 0) contact.overlap = faded_overlap(overlap, nearest, overlap_kept);
+    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, a, b, frame, points, impulses);
     const int count = m.point_count();
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, frame);
@@ -95,7 +91,7 @@ struct PrepareConstraints {
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
-    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, overlap > 0 ? 1u : 0u};
   }
 };
 

@@ -34,6 +34,11 @@ void DeviceSimulator<D>::retire_oldest() {
     lane.staged_data = exec::PinnedBuffer<BodyData>(device_, 0);
   }
   flights_.pop_front();
+  if (report.overrun)
+    throw Error(ErrorCode::capacity,
+                "step " + std::to_string(report.step) +
+                    ": the device's solver had more phases or items than it was launched for; "
+                    "this is an error of the simulator, and the step's contacts are not all solved");
   profile_is_current_ = false;
   events_are_current_ = false;
   if (def.ahead > 0) bodies_are_current_ = false;
@@ -48,11 +53,24 @@ void DeviceSimulator<D>::retire_all() const {
   while (!flights_.empty()) self().retire_oldest();
 }
 
-/// Makes room for what a step found no room for, then submits it, or what is left of it, and all that came after it
-/// once more. The first one's edits have been applied already, those of the others have been passed over.
+/// Makes room for what a step found no room for, or has its bodies that failed isolated; then submits it, or what is
+/// left of it, and all that came after it once more. The first one's edits have been applied already, those of the
+/// others have been passed over.
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
+  if (report.stopped != body_failed) make_room_for(report);
+  const bool begins_anew = report.stopped == no_room_for_pairs;
+  if (begins_anew) device_.parallel_for(1, GoOn{counters_.data()});
+  bool first = true;
+  for (Flight& flight : flights_) {
+    submit(flight, !first, first && !begins_anew ? static_cast<Stop>(report.stopped) : no_stop);
+    first = false;
+  }
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::make_room_for(const Report& report) {
   forget_graphs();
   const bool resumes = report.stopped == no_room_for_manifolds;
   // A quarter more would be 80 % full at once.
@@ -64,12 +82,6 @@ void DeviceSimulator<D>::repair(const Report& report) {
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), published_room());
   record();
-  if (!resumes) device_.parallel_for(1, GoOn{counters_.data()});
-  bool first = true;
-  for (Flight& flight : flights_) {
-    submit(flight, !first, first && resumes);
-    first = false;
-  }
 }
 
 template <exec::Device D>

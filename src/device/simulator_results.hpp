@@ -67,8 +67,9 @@ void DeviceSimulator<D>::fetch_events_now() {
   std::sort(begun_.begin(), begun_.end(), before);
   std::sort(ended_.begin(), ended_.end(), before);
   std::sort(hits_.begin(), hits_.end(), before);
-  for (const std::uint32_t index : download(body_memory_.quarantined.data(), newest_.quarantined))
-    quarantined_.push_back({id_of(index), newest_.step});
+  const auto isolated_in = download(body_memory_.arrays().isolated_in, newest_.quarantined ? slot_of_.size() : 0);
+  for (std::uint32_t index = 0; index < isolated_in.size(); ++index)
+    if (isolated_in[index] == newest_.step) quarantined_.push_back({id_of(index), newest_.step});
   std::sort(quarantined_.begin(), quarantined_.end(),
             [](const Quarantine& x, const Quarantine& y) { return x.body.index < y.body.index; });
   events_are_current_ = true;

@@ -71,7 +71,7 @@ struct FallAsleep {
   float time;  ///< s
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (!bodies.is_awake(i) || !bodies.constants[i].is_dynamic()) return;
+    if (counters->stopped || !bodies.is_awake(i) || !bodies.constants[i].is_dynamic()) return;
     const std::uint32_t root = root_of(bodies.parent, i);
     if (__builtin_bit_cast(float, bodies.island_slow[root]) < time) return;
     bodies.island[i] = root;

@@ -6,7 +6,10 @@
 
 #include <fathom/world.hpp>
 
+#include "check/check.hpp"
 #include "device/constraint_rows.hpp"
+#include "dynamics/body_fault.hpp"
+#include "dynamics/overlap.hpp"
 #include "dynamics/rotation.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
@@ -23,6 +26,7 @@ struct SolveParameters {
   bool warm_start = true;  ///< else every substep begins without impulses
   ContactSoftness contacts;
   float push_out_velocity = 0, restitution_threshold = 0;
+  SpeedLimits limits;
 };
 
 /// Coefficients of both solvers, as the native simulator has them.
@@ -33,6 +37,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.substeps = static_cast<std::uint32_t>(s.substeps);
   p.h = def.dt / static_cast<float>(s.substeps);
   p.push_out_velocity = s.push_out_velocity;
+  p.limits = speed_limits(s.max_linear_speed, p.h);
   p.restitution_threshold = strike_threshold(def, p.h);
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;
@@ -160,6 +165,8 @@ struct SolveConstraints {
     begin(plan, place);
     return place;
   }
+
+  FATHOM_HD void report_overrun() const { exec::atomic_store(counters->overrun, 1u); }
 
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     return place.serial ? plan.overflow : place.stretch.count;
@@ -355,6 +362,11 @@ struct SolveConstraints {
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
     }
+    if (!is_sound(a, b, impulses)) {
+      impulses = {};
+      a.linear = exec::load_shared_quad(at_a.linear).xyz(), a.angular = exec::load_shared_quad(at_a.angular).xyz();
+      b.linear = exec::load_shared_quad(at_b.linear).xyz(), b.angular = exec::load_shared_quad(at_b.angular).xyz();
+    }
     // Velocities first: others wait for them.
     if (pushes_b) store_velocity(pair.b, b.linear, b.angular, due_b + 1);
     if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
@@ -434,6 +446,7 @@ struct SolveConstraints {
     const bool first = place.what == integrate_first_v;
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
+    if (place.substep > 0) fail_on_request(SolverStage::relaxes, place, i, linear, angular);
     WarmStart w;
     if (!first) {
       w = warm_start_of(f);
@@ -441,6 +454,7 @@ struct SolveConstraints {
     }
     integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference);
     integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference);
+    fail_on_request(SolverStage::velocities, place, i, linear, angular);
     store_velocity(i, linear, angular, due + 1);
     bodies.warm[i] = w;
   }
@@ -449,7 +463,8 @@ struct SolveConstraints {
     if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
-    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{});
+    fail_on_request(SolverStage::pushes, place, i, linear, angular);
+    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) | slow_down(i, linear, angular);
     const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
     const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
     Vec3 turned = f.rows[7].xyz();
@@ -457,14 +472,14 @@ struct SolveConstraints {
       // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyTensors t = bodies.tensors[i];
       const Vec3 before = angular;
-      Quat q = bodies.poses[i].rotation;
-      turned += step_torque_free(q, angular, t.inertia, t.inverse, p.h);
-      // A body that fails keeps an orientation; its angular velocity tells that it failed.
-      if (is_finite(q)) bodies.poses[i].rotation = q;
+      turned += step_torque_free_in_contact(bodies.inertia[i].rotation, bodies.poses[i].rotation, angular, t.inertia,
+                                            t.inverse, p.h);
       bodies.warm[i].angular_reference += angular - before;
     } else {
       turned = mul_add(turned, p.h, angular);
     }
+    fail_on_request(SolverStage::positions, place, i, linear, angular);
+    if (!is_finite(linear) || !is_finite(angular) || !is_finite(moved) || !is_finite(turned)) isolate(i);
     // Where nobody counts, inverse mass and inertia stay.
     const bool counts = place.by_data;
     const float count = __builtin_bit_cast(float, place.moves + 1);
@@ -473,33 +488,94 @@ struct SolveConstraints {
     store_velocity(i, linear, angular, due + 1);
   }
 
+  /// A body whose state is not finite stays where it was when the step began, a fixed obstacle, and the step stops, to
+  /// be solved again from there. No contact carries what is not finite to another body (`is_sound`), and sweeps make
+  /// nothing of the kind, so those that fail are found when they are moved.
+  FATHOM_HD void isolate(std::uint32_t i) const {
+    std::uint32_t& flags = bodies.flags[i];
+    if (flags & isolated_flag) return;  // found in an earlier substep
+    flags = (flags & ~static_cast<std::uint32_t>(awake_flag | forced_flag)) | isolated_flag;
+    bodies.forces[i] = {};
+    bodies.velocities[i] = Velocity{};
+    bodies.poses[i].reserved = 0;
+    bodies.isolated_in[i] = counters->step + 1;
+    exec::atomic_add(counters->quarantined, 1u);
+    exec::atomic_store(counters->any_isolated, 1u);
+    exec::atomic_store(counters->layout_dirty, 1u);
+    exec::atomic_store(counters->stopped, static_cast<std::uint32_t>(body_failed));
+  }
+
+  /// For tests, and on the host alone. What a sweep does is done to a body before its next integration.
+  FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage stage, [[maybe_unused]] Place place,
+                                 [[maybe_unused]] std::uint32_t i, [[maybe_unused]] Vec3& linear,
+                                 [[maybe_unused]] Vec3& angular) const {
+#if !defined(__CUDA_ARCH__) && !defined(FATHOM_SYCL_SOURCE)
+    if (body_fault.is_due(stage, stage == SolverStage::relaxes ? place.substep - 1 : place.substep) &&
+        bodies.constants[i].category == body_fault.category)
+      body_fault.act(linear, angular);
+#endif
+  }
+
+  /// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was.
+  FATHOM_HD bool slow_down(std::uint32_t i, Vec3& linear, Vec3& angular) const {
+    const Vec3 slower = limited(linear, p.limits.linear), turning_slower = limited(angular, p.limits.angular);
+    const bool is_cut = !(slower == linear);
+    if (!is_cut && turning_slower == angular) return false;
+    bodies.warm[i].linear_reference += slower - linear;
+    bodies.warm[i].angular_reference += turning_slower - angular;
+    linear = slower;
+    angular = turning_slower;
+    return is_cut;
+  }
+
   /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.
   FATHOM_HD void move_unpushed(const Plan& plan, std::uint32_t i) const {
     if (!plan.any_kinematic) return;
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;
     SolverQuads& body = bodies.solver[i];
-    const Vec3 v = mean_velocity(true, body.linear.xyz(), {}, p.h);
+    const Vec3 v = limited(body.linear.xyz(), p.limits.linear), w = limited(body.angular.xyz(), p.limits.angular);
     body.moved = quad(mul_add(body.moved.xyz(), p.h, v), body.moved.w);
-    body.turned = quad(mul_add(body.turned.xyz(), p.h, body.angular.xyz()), body.turned.w);
+    body.turned = quad(mul_add(body.turned.xyz(), p.h, w), body.turned.w);
   }
 };
 
-/// Hands the impulses back to the manifolds. One that is not finite is forgotten.
+/// Hands the impulses back to the manifolds, and what a step leaves of overlaps to the contacts. An impulse that is not
+/// finite is forgotten.
 struct StoreImpulses {
   ContactArrays contacts;
   ConstraintArrays constraints;
+  const Counters* counters;
+  float overlap_kept;  ///< a step
+  bool ends_with_friction;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    const ConstraintHead head = constraints.heads[k];
+    if (head.overlaps) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
     const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
     const bool ok = is_finite(sum);
+    FATHOM_VALIDATE(n.x >= 0 && n.y >= 0 && n.z >= 0 && n.w >= 0, constraints.bodies[k].b);
     m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
     m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
+    // The `impulse` solver ends with the points, which friction has not seen then.
+    FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
+                                               1.001f * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
+                    constraints.bodies[k].b);
+  }
+
+ private:
+  FATHOM_HD void fade_overlap(std::uint32_t k, int count) const {
+    Contact& c = contacts.contacts[constraints.contact[k]];
+    const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
+    float nearest = 1e30f;
+    for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
+    c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
   }
 };
 

@@ -218,6 +218,7 @@ struct SolveWithColumns {
     if (place.brace == rungs || place.brace == holds) return {at, static_cast<Brace>(place.brace + 1), false};
     return {solver.next(plan, at), no_brace, place.brace == changes};
   }
+  FATHOM_HD void report_overrun() const { solver.report_overrun(); }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     return place.brace == no_brace ? solver.items(plan, place.in_solve) : plan.columns << plan.log_lanes;
   }
@@ -268,7 +269,11 @@ struct SolveWithColumns {
     const ColumnHold h = ColumnHolds(stored, contacts).hold(k, r.arm_above);
     const ColumnGift gift = column_gift(r, h.gain);
     stored.put_change(k, h, gift);
-    if (h.end > h.begin) stored.limit_part(h.begin, column_limits(r, gift, h.weight).part_possible(1));
+    if (h.end == h.begin) return;
+    // Where a body is not finite its piece stays as it is: a brace must not carry that to all of the column.
+    const bool finite = is_finite(gift.multipliers.x + gift.multipliers.y + gift.multipliers.z + gift.load +
+                                  gift.slide_1 + gift.slide_2 + gift.twist);
+    stored.limit_part(h.begin, finite ? column_limits(r, gift, h.weight).part_possible(1) : 0.0f);
   }
 
   FATHOM_HD static void change(const ColumnView& column, const StoredRungs& stored, std::uint32_t k, bool pushes_out) {

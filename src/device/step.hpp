@@ -52,7 +52,6 @@ class Step {
         constraints_(contacts.constraints()),
         grid_(grid.grid(settings.grid_base)),
         grid_entries_(grid.entries()),
-        quarantined_(bodies.quarantined.data()),
         counters_(counters),
         reports_(reports),
         report_count_(report_count),
@@ -79,10 +78,23 @@ class Step {
     update_bodies();
   }
 
+  /// What is left of a step that stopped because a body failed, with that body isolated.
+  void submit_again() {
+    device_.parallel_for(1, RepeatStep{counters_, SortOutContacts::group_size});
+    if (settings_.published.cells) published_.measure_world();
+    mark(&StageMarks<D>::manifolds);
+    lay_out_constraints();
+    solve_and_finish();
+  }
+
  private:
   void update_bodies() {
     mark(&StageMarks<D>::manifolds);
     build_constraints();
+    solve_and_finish();
+  }
+
+  void solve_and_finish() {
     mark(&StageMarks<D>::built);
     solve();
     mark(&StageMarks<D>::solved);
@@ -126,6 +138,10 @@ class Step {
     if (settings_.move.sleeping)
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
     if (!settings_.published.cells) choose_colours();
+    lay_out_constraints();
+  }
+
+  void lay_out_constraints() {
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
     device_.parallel_groups(contact_groups(), CountColours{bodies_, contacts_, counters_});
     device_.parallel_groups(1, ScheduleColours{counters_});
@@ -133,10 +149,10 @@ class Step {
     if (settings_.published.cells) published_.partition(constraints());
     const FindColumns columns{bodies_, contacts_, constraints_, counters_};
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, columns, has_columns()});
-    device_.parallel_groups({&counters_->constraint_groups,
-                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-                            PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells,
-                                               overlap_kept(settings_.dt)});
+    device_.parallel_groups(
+        {&counters_->constraint_groups,
+         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
   }
 
   void choose_colours() {
@@ -158,11 +174,12 @@ class Step {
     else
       device_.parallel_phases(most_phases, body_capacity_, solver);
     if (has_columns()) device_.parallel_phases(most_phases + brace_phases, body_capacity_, SolveWithColumns{solver});
-    device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_});
+    device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_, counters_, overlap_kept(settings_.dt),
+                                                      settings_.solve.soft});
   }
 
   void finish() {
-    device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, quarantined_, settings_.move});
+    device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, settings_.move});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
       device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, JoinIslands{bodies_, contacts_});
@@ -193,7 +210,6 @@ class Step {
   ConstraintArrays constraints_;
   Grid grid_;
   std::uint32_t grid_entries_;
-  std::uint32_t* quarantined_;
   Counters* counters_;
   Report* reports_;
   std::uint32_t report_count_;

@@ -241,6 +241,23 @@ struct ResumeStep {
   }
 };
 
+/// Takes up a step that stopped because a body failed, where constraints are built.
+struct RepeatStep {
+  Counters* counters;
+  std::uint32_t contact_group_size;
+
+  FATHOM_HD void operator()(std::uint32_t) const {
+    Counters& c = *counters;
+    c.stopped = no_stop;
+    c.live_bodies = c.bodies;
+    c.live_contacts = c.contacts;
+    c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
+    c.layout_dirty = 1;
+    c.recolouring = c.waking = 0;
+    c.points = c.islands = c.active = 0;
+  }
+};
+
 /// The deferred contacts, which are to collide once more.
 struct ListDeferred {
   ContactArrays contacts;

@@ -270,6 +270,15 @@ FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, C
   impulses.slide_2 = new_2;
 }
 
+/// Whether all is finite that a sweep leaves of a contact. Where it is not, both bodies stay as they were and the
+/// contact forgets its impulses: so nothing that is not finite gets from one body to another.
+template <class Inertia>
+FATHOM_HD bool is_sound(const ContactBody<Inertia>& a, const ContactBody<Inertia>& b, const ContactImpulses& impulses) {
+  const auto sum = [](Vec3 v) { return v.x + v.y + v.z; };
+  const float bodies = (sum(a.linear) + sum(a.angular)) + (sum(b.linear) + sum(b.angular));
+  return is_finite(bodies + ((impulses.sum() + impulses.twist) + (impulses.slide_1 + impulses.slide_2)));
+}
+
 /// Rounds over the points of a contact that strike together.
 inline constexpr int strike_rounds = 8;
 

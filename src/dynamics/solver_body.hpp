@@ -43,10 +43,12 @@ struct alignas(64) WarmStart {
   float pad3 = 0;
 };
 
-/// Inverse inertia in world axes; two quads.
-struct alignas(32) WorldInertia {
+/// What only bodies with several principal moments need: inverse inertia in world axes when the step began, and how the
+/// body has turned since. Three quads. The pose stays as it was until the step ends, so that it can be done again.
+struct alignas(16) WorldInertia {
   float xx = 0, yy = 0, zz = 0, xy = 0;
   float xz = 0, yz = 0, pad0 = 0, pad1 = 0;
+  Quat rotation;
 };
 
 }  // namespace fathom

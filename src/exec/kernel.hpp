@@ -57,6 +57,8 @@ enum class Wait : std::uint32_t {
 /// `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
 /// `is_serial(plan, place)`, one work-item runs all items in order.
 ///
+/// It may have `void report_overrun()`, called where there are more phases or items than were launched for, of which
+/// those beyond are not run.
 /// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
 /// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
 /// true. Or it has `Wait wait_before(plan, place)`, which says it of each phase but the first.
@@ -97,6 +99,9 @@ struct WithoutPlan {
   FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
   FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
   FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t item, const Fetched&) const { kernel(phase, item); }
+  FATHOM_HD void report_overrun() const {
+    if constexpr (requires { kernel.report_overrun(); }) kernel.report_overrun();
+  }
 };
 
 template <PhaseKernel K>

@@ -3,9 +3,20 @@
 
 #include <cstdint>
 
+#include "check/check.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::exec {
+
+/// Phases and items of a phase are no more than were launched for. That there should be more is an error, which the
+/// kernel reports if it can (`report_overrun()`); what is beyond is not run.
+template <class Kernel>
+FATHOM_HD std::uint32_t within(const Kernel& kernel, std::uint32_t wanted, std::uint32_t most) {
+  FATHOM_ASSERT(wanted <= most);
+  if (wanted <= most) return wanted;
+  if constexpr (requires { kernel.report_overrun(); }) kernel.report_overrun();
+  return most;
+}
 
 /// The items of a phase that are one work-item's: `first`, `first + stride` … below `end`.
 struct ItemShare {
@@ -18,7 +29,7 @@ FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& 
                              std::uint32_t most_items) {
   const std::uint32_t n = kernel.items(plan, place);
   if (kernel.is_serial(plan, place)) return {first == 0 ? 0 : n, 1, n};
-  return {first, stride, n < most_items ? n : most_items};
+  return {first, stride, within(kernel, n, most_items)};
 }
 
 /// Items of a phase that begins now.
@@ -43,8 +54,7 @@ template <bool ends_at_empty, class Kernel, class Barrier>
 FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t most_phases,
                            std::uint32_t most_items, const Kernel& kernel, const typename Kernel::Plan& plan,
                            Barrier& barrier) {
-  const std::uint32_t planned_phases = kernel.phases(plan);
-  const std::uint32_t phases = planned_phases < most_phases ? planned_phases : most_phases;
+  const std::uint32_t phases = within(kernel, kernel.phases(plan), most_phases);
   if (phases == 0) return;
   // How many items a phase without a plan has may be what the phase before has counted.
   constexpr bool is_planned = Kernel::plan_parts > 0;

@@ -123,9 +123,8 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
 template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
-  const float nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap(), a, b, row.frame,
-                                        row.points, row.impulses);
-  if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), nearest, overlap_kept(def_.dt));
+  row.nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap(), a, b, row.frame, row.points,
+                                row.impulses);
   if (m.restitution == 0) return;
   const ContactAxes axes(row.frame);
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {
@@ -155,18 +154,32 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
       strike();
     }
     body_solver_.integrate_velocities(in_contact, h, carry);
+    fail(in_contact, SolverStage::velocities, substep);
     if (!s.warm_start)
       sweep<Pass::clear>();
     else if (substep == 0)
       sweep<Pass::warm_start>();
+    fail(in_contact, SolverStage::warm_start, substep);
     ends_substep_ = false;
     for (int i = soft ? 1 : s.iterations; i > 0; --i) {
       ends_substep_ = !soft && i == 1;
       sweep<Pass::push>();
     }
+    fail(in_contact, SolverStage::pushes, substep);
     body_solver_.integrate_positions(in_contact, h);
+    fail(in_contact, SolverStage::positions, substep);
     ends_substep_ = true;
     if (soft) sweep<Pass::relax>();
+    fail(in_contact, SolverStage::relaxes, substep);
+  }
+}
+
+void CellSolver::fail(std::span<const std::uint32_t> in_contact, SolverStage stage, int substep) {
+  if (!body_fault.is_due(stage, static_cast<std::uint32_t>(substep))) return;
+  for (const std::uint32_t slot : in_contact) {
+    SolverBody& body = state_.solver_bodies()[slot];
+    if (body.inverse_mass > 0 && bodies_[slot].filter.category == body_fault.category)
+      body_fault.act(body.linear, body.angular);
   }
 }
 
@@ -230,6 +243,11 @@ void CellSolver::sweep_row(Row& row) {
     }
     if (ends_substep_) row.impulses.step += row.impulses.sum();
   }
+  // As in native/solver_kernels.cpp: nothing crosses a contact that is not finite.
+  if (!is_sound(a, b, row.impulses)) {
+    row.impulses = {};
+    return;
+  }
   const auto put = [&](std::uint32_t slot, const ContactBody<Inertia>& from) {
     SolverBody& to = state_.solver[slot + 1];
     to.linear = from.linear;
@@ -243,7 +261,9 @@ void CellSolver::store() {
   pool_.for_each_chunk(rows_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Row& row = rows_[i];
-      ContactManifold& m = graph_.manifold(graph_[row.contact]);
+      Contact& c = graph_[row.contact];
+      if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), row.nearest, overlap_kept(def_.dt));
+      ContactManifold& m = graph_.manifold(c);
       for (int k = 0; k < max_manifold_points; ++k) m.impulses[k] = row.impulses.normal[k];
       m.friction_impulse[0] = row.impulses.slide_1;
       m.friction_impulse[1] = row.impulses.slide_2;

@@ -24,7 +24,7 @@ class CellSolver {
   // As ContactSolver's.
   void build(std::span<const std::uint32_t> in_contact);
   void solve(std::span<const std::uint32_t> in_contact);
-  void store();
+  void store();  ///< and fades overlaps
 
   std::size_t cell_count() const { return cells_.empty() ? 0 : cells_.size() - 1; }
   std::size_t point_count() const { return point_count_; }
@@ -44,6 +44,7 @@ class CellSolver {
     BounceRow bounce;
     std::uint32_t contact, a, b;
     int count;
+    float nearest;  ///< m, of the points when the step began
     bool isotropic, pushes_fixed;
   };
   enum class Pass { warm_start, clear, push, relax, strike };
@@ -53,6 +54,7 @@ class CellSolver {
   template <class Inertia>
   void prepare_as(Row& row, Contact& contact, const ContactManifold& manifold);
   void strike();
+  void fail(std::span<const std::uint32_t> in_contact, SolverStage stage, int substep);
   template <Pass pass>
   void sweep();
   template <Pass pass, class Inertia>

@@ -52,8 +52,7 @@ class ConstraintLayout {
   ConstraintLayout(const BodyState& state, const ContactGraph& graph, ThreadPool& pool, std::size_t width)
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
-  /// False where there are no domains, or contacts in the overflow or kinematic bodies forbid to use them; blocks are
-  /// then in the order of the neighbourhood.
+  /// Whether `update` will lay them out by domains; else threads share them out by the neighbourhood.
   bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
   /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
   bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);

@@ -32,7 +32,7 @@ struct QuatV {
   V w, x, y, z;
 };
 
-/// `fathom::exponential` in lanes, the same series.
+/// `fathom::exponential` in lanes, the same series, of at most half a turn.
 QuatV exponential(Vec3V<V> phi) {
   const V x = hn::Mul(set(0.25f), dot(phi, phi));
   V c = hn::MulAdd(x, set(1.0f / 479001600.0f), set(-1.0f / 3628800.0f));
@@ -59,11 +59,28 @@ QuatV normalised(QuatV q) {
   return {hn::Mul(s, q.w), hn::Mul(s, q.x), hn::Mul(s, q.y), hn::Mul(s, q.z)};
 }
 
+/// `to` becomes `from` in some lanes.
+void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
+  to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
+}
+
+/// `fathom::limited` in lanes.
 Vec3V<V> limited(Vec3V<V> v, float limit) {
-  const V squared = dot(v, v);
-  const auto fast = hn::Gt(squared, set(limit * limit));
-  if (hn::AllFalse(D(), fast)) return v;
-  return scale(hn::IfThenElse(fast, hn::Div(set(limit), hn::Sqrt(squared)), set(1.0f)), v);
+  const auto fast = hn::Gt(dot(v, v), set(limit * limit));
+  const V largest = hn::Max(hn::Abs(v.x), hn::Max(hn::Abs(v.y), hn::Abs(v.z)));
+  const Vec3V<V> scaled{hn::Div(v.x, largest), hn::Div(v.y, largest), hn::Div(v.z, largest)};
+  take(fast, scale(hn::Div(set(limit), hn::Sqrt(dot(scaled, scaled))), scaled), v);
+  return v;
+}
+
+/// `fathom::within_half_a_turn` in lanes.
+Vec3V<V> within_half_a_turn(Vec3V<V> phi) {
+  const auto far = hn::Gt(dot(phi, phi), set(pi * pi));
+  const V angle = hn::IfThenElse(far, hn::Sqrt(dot(phi, phi)), set(1.0f));
+  const V turns = hn::Floor(hn::MulAdd(angle, set(0.15915494f), set(0.5f)));
+  const V rest = hn::MulAdd(turns, set(1.7484556e-7f), hn::NegMulAdd(turns, set(6.2831855f), angle));
+  const V kept = hn::IfThenElseZero(hn::Lt(angle, set(0x1p20f)), hn::Div(rest, angle));
+  return scale(hn::IfThenElse(far, kept, set(1.0f)), phi);
 }
 
 // −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
@@ -75,13 +92,6 @@ struct Motion {
   Vec3V<V> moved, turned;
   QuatV rotation;
 };
-
-/// The rest of velocities that will not be cut; one of a velocity beyond all limits could be as large as any other.
-Vec3V<V> rest_within(const Motion& m, float limit) {
-  const auto kept = hn::Le(dot(m.linear, m.linear), set(limit * limit));
-  return without_negative_zeros(
-      {hn::IfThenElseZero(kept, m.rest.x), hn::IfThenElseZero(kept, m.rest.y), hn::IfThenElseZero(kept, m.rest.z)});
-}
 
 /// `fathom::accelerate` in lanes.
 void accelerate(Motion& m, Vec3V<V> change) {
@@ -109,11 +119,6 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   const D d;
   linear = linear + Vec3V<V>{hn::Load(d, extra[0]), hn::Load(d, extra[1]), hn::Load(d, extra[2])};
   angular = angular + Vec3V<V>{hn::Load(d, extra[3]), hn::Load(d, extra[4]), hn::Load(d, extra[5])};
-}
-
-/// `to` becomes `from` in some lanes.
-void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
-  to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
 }
 
 /// All substeps of bodies without contacts, which are all dynamic. Without damping they are one, an exact parabola.
@@ -199,19 +204,25 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
-    if (info.isotropic) continue;
+    if (info.isotropic || state.flags[slot] & isolated) continue;
     Quat rotation = state.poses[slot].rotation;
-    if constexpr (!in_contact) {
+    Vec3 angular;
+    if constexpr (in_contact) {
+      const Quat now = state.inertia[slot].rotation;
+      angular = rotate(now, inverse_rotate(rotation, {w[0][i], w[1][i], w[2][i]}));
+      rotation = now;
+    } else {
       // Damping and torque change the angular velocity by the same amount in lanes; here it is spread over the
       // substeps.
-      Vec3 angular{start[0][i], start[1][i], start[2][i]};
+      angular = fathom::limited({start[0][i], start[1][i], start[2][i]}, p.limits.angular);
       const Vec3 change = (1.0f / static_cast<float>(p.substeps)) * (Vec3{w[0][i], w[1][i], w[2][i]} - angular);
       for (int s = 0; s < p.substeps; ++s) {
-        angular += change;
+        angular = fathom::limited(angular + change, p.limits.angular);
         step_torque_free(rotation, angular, info.inertia, info.inverse_inertia, h);
       }
-      w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
     }
+    angular = fathom::limited(angular, p.limits.angular);
+    w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
     q[0][i] = rotation.w, q[1][i] = rotation.x, q[2][i] = rotation.y, q[3][i] = rotation.z;
   }
   m.rotation = {hn::Load(d, q[0]), hn::Load(d, q[1]), hn::Load(d, q[2]), hn::Load(d, q[3])};
@@ -304,24 +315,32 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   }
 }
 
-/// Lanes with a state that is not finite get their old state back, at rest, and the flag.
-std::size_t isolate(const Lanes& lanes, BodyState& state, const Motion& before, Motion& m) {
+/// Whether all lanes are finite and within the limits, and turn by no more than half a turn.
+bool is_ordinary(const Motion& m, const MoveParameters& p) {
+  const auto within = [](Vec3V<V> v, float most) { return hn::Le(dot(v, v), set(std::min(most * most, 3e38f))); };
+  return hn::AllTrue(D(), hn::And(hn::And(within(m.linear, p.limits.linear), within(m.angular, p.limits.angular)),
+                                  hn::And(within(m.moved, 1.01f * p.dt * p.limits.linear), within(m.turned, pi))));
+}
+
+/// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
+/// stay where they are, at rest, and get the flag `isolated`; returns how many.
+HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const MoveParameters& p, Motion& m) {
   const D d;
   // One sum tells of any NaN or infinity among the terms.
-  const V sum = hn::Add(hn::Add(dot(m.linear, m.linear), dot(m.angular, m.angular)),
-                        hn::Add(dot(m.position, m.position), m.rotation.w));
-  const auto finite = hn::Eq(hn::Sub(sum, sum), hn::Zero(d));
-  if (hn::AllTrue(d, finite)) return 0;
-  const auto keep = [&](V now, V old) { return hn::IfThenElse(finite, now, old); };
-  const auto keep3 = [&](Vec3V<V> now, Vec3V<V> old) {
-    return Vec3V<V>{keep(now.x, old.x), keep(now.y, old.y), keep(now.z, old.z)};
+  const auto sum = [](Vec3V<V> v) { return hn::Add(hn::Abs(v.x), hn::Add(hn::Abs(v.y), hn::Abs(v.z))); };
+  const V scaled =
+      hn::Mul(set(1e-3f), hn::Add(hn::Add(sum(m.linear), sum(m.angular)), hn::Add(sum(m.moved), sum(m.turned))));
+  const auto finite = hn::Eq(hn::Sub(scaled, scaled), hn::Zero(d));
+  // A rest of a velocity beyond all limits could be as large as any other.
+  const auto keeps_rest = hn::Le(dot(m.linear, m.linear), set(p.limits.linear * p.limits.linear));
+  const auto kept = [](hn::Mask<D> where, Vec3V<V> v) {
+    return Vec3V<V>{hn::IfThenElseZero(where, v.x), hn::IfThenElseZero(where, v.y), hn::IfThenElseZero(where, v.z)};
   };
-  m.position = keep3(m.position, before.position);
-  m.rotation = {keep(m.rotation.w, before.rotation.w), keep(m.rotation.x, before.rotation.x),
-                keep(m.rotation.y, before.rotation.y), keep(m.rotation.z, before.rotation.z)};
-  m.linear = keep3(m.linear, zero3());
-  m.angular = keep3(m.angular, zero3());
-  m.rest = keep3(m.rest, zero3());
+  m.linear = kept(finite, limited(m.linear, p.limits.linear));
+  m.angular = kept(finite, limited(m.angular, p.limits.angular));
+  m.moved = kept(finite, limited(m.moved, p.dt * p.limits.linear));
+  m.turned = kept(finite, within_half_a_turn(m.turned));
+  m.rest = kept(hn::And(finite, keeps_rest), m.rest);
   HWY_ALIGN float ok[width];
   hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
   std::size_t count = 0;
@@ -354,13 +373,18 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   } else {
     integrate_free(lanes, bodies, state, p, m);
   }
+  std::size_t failed = 0;
+  if (HWY_UNLIKELY(!is_ordinary(m, p))) {
+    Motion restrained = m;
+    failed = restrain(lanes, state, p, restrained);
+    m = restrained;
+  }
   m.position = m.position + m.moved;
   m.rotation = normalised(product(exponential(m.turned), m.rotation));
   turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
-  const std::size_t failed = isolate(lanes, state, before, m);
-  m.rest = rest_within(m, p.max_linear_speed);
-  m.linear = without_negative_zeros(limited(m.linear, p.max_linear_speed));
-  m.angular = without_negative_zeros(limited(m.angular, pi / p.dt));
+  m.rest = without_negative_zeros(m.rest);
+  m.linear = without_negative_zeros(m.linear);
+  m.angular = without_negative_zeros(m.angular);
   m.position = without_negative_zeros(m.position);
   lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, m.rest.z});
   lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});

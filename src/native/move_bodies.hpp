@@ -5,6 +5,7 @@
 #include <fathom/world.hpp>
 #include <span>
 
+#include "dynamics/speed_limits.hpp"
 #include "native/body_state.hpp"
 
 namespace fathom::native {
@@ -13,7 +14,7 @@ struct MoveParameters {
   Vec3 gravity;
   float dt = 0;
   int substeps = 1;
-  float max_linear_speed = 0;
+  SpeedLimits limits;
   bool sleeping = false;   ///< keep account of how long bodies have been slow
   float slow_below = 0;    ///< m/s
   bool scattered = false;  ///< slots are not in the order of memory

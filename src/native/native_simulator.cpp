@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "check/check.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -76,6 +77,7 @@ void NativeSimulator::step() {
   queries_are_current_ = false;
   profile.step = ++steps;
   count();
+  if constexpr (check::validates) validate();
 }
 
 // Small scenes are faster on fewer threads than there are: what one thread wrote, the next has to fetch, and threads
@@ -100,6 +102,12 @@ double NativeSimulator::waiting_in_a_heap() const {
   return a_loop * (2.0 * def.solver.substeps * (colours + 1) + colours);
 }
 
+void NativeSimulator::isolate_on_request() {
+  for (const BodyId id : bodies.living())
+    if (bodies[id.index].filter.category == body_fault.category && state_.is_dynamic(bodies, id.index))
+      isolate(id.index);
+}
+
 void NativeSimulator::find_pairs() {
   ended_.clear();
   grow_to(ended_, ended_by_removal_.size());
@@ -108,6 +116,7 @@ void NativeSimulator::find_pairs() {
   begun_.clear();
   hits_.clear();
   quarantined_.clear();
+  if (body_fault.is_due(SolverStage::before_step, 0)) isolate_on_request();
   if (!active_is_current_) list_active();
   collect_changed();
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
@@ -203,21 +212,38 @@ void NativeSimulator::lay_out_constraints() {
 }
 
 void NativeSimulator::solve() {
-  if (cell_solver_) {
-    cell_solver_->solve(in_contact_);
-    cell_solver_->store();
-    pool_.for_each_part(in_contact_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
-      move_part<true>(std::span(in_contact_).subspan(begin, end - begin));
-    });
-  } else {
-    solver_.solve([&](std::span<const std::uint32_t> slots) { move_part<true>(slots); });
-    solver_.supports().end_step(steps + 1);
+  const auto move = [&](std::span<const std::uint32_t> slots) {
+    if (quarantined_.empty()) return move_part<true>(slots);
+    std::vector<std::uint32_t> others;
+    for (const std::uint32_t slot : slots)
+      if (!(state_.flags[slot] & isolated)) others.push_back(slot);
+    move_part<true>(others);
+  };
+  const Isolate isolate_all = [&](std::span<const std::uint32_t> slots) {
+    for (const std::uint32_t slot : slots) isolate(slot);
+  };
+  if (!cell_solver_) {
+    solver_.solve(move, isolate_all);
+    return solver_.supports().end_step(steps + 1);
   }
+  for (;;) {
+    cell_solver_->solve(in_contact_);
+    const std::span<const std::uint32_t> failed = solver_.find_failed(in_contact_);
+    if (failed.empty()) break;
+    isolate_all(failed);
+    std::erase_if(in_contact_, [&](std::uint32_t slot) { return state_.flags[slot] & isolated; });
+    cell_solver_->build(in_contact_);
+  }
+  cell_solver_->store();
+  pool_.for_each_part(in_contact_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+    move(std::span(in_contact_).subspan(begin, end - begin));
+  });
 }
 
 void NativeSimulator::finish() {
   if (!are_free_moved_) move_free([] {});
-  if (failed_.exchange(0, std::memory_order_relaxed) > 0) quarantine_failed();
+  if (failed_.exchange(0, std::memory_order_relaxed) > 0) isolate_moved();
+  if (!active_is_current_) list_active();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
     state_.flags[slot] &= static_cast<std::uint8_t>(~has_force);
@@ -230,10 +256,11 @@ void NativeSimulator::finish() {
 
 template <bool in_contact>
 void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
+  const float h = def.dt / static_cast<float>(def.solver.substeps);
   const MoveParameters parameters{.gravity = def.gravity,
                                   .dt = def.dt,
                                   .substeps = def.solver.substeps,
-                                  .max_linear_speed = def.solver.max_linear_speed,
+                                  .limits = speed_limits(def.solver.max_linear_speed, h),
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
@@ -379,20 +406,27 @@ void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity
   }
 }
 
-void NativeSimulator::quarantine_failed() {
-  for (const std::uint32_t slot : active_) {
-    if (!(state_.flags[slot] & isolated)) continue;
-    state_.flags[slot] &= static_cast<std::uint8_t>(~awake);
-    state_.solver_bodies()[slot] = {};
-    graph_.for_each_of(slot, [&](std::uint32_t index) {
-      if (!graph_[index].touching()) return;
-      ContactManifold& m = graph_.manifold(graph_[index]);
-      for (float& impulse : m.impulses) impulse = 0;
-      m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
-    });
-    quarantined_.push_back({bodies.id(slot), steps + 1});
-  }
+// The body stays where it is, a fixed obstacle, until it is moved by hand.
+void NativeSimulator::isolate(std::uint32_t slot) {
+  state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] | isolated) & ~awake);
+  Pose pose = state_.poses[slot];
+  pose.reserved = 0;
+  place(slot, pose, {});
+  state_.solver_bodies()[slot] = {};
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    if (!graph_[index].touching()) return;
+    ContactManifold& m = graph_.manifold(graph_[index]);
+    for (float& impulse : m.impulses) impulse = 0;
+    m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
+  });
+  quarantined_.push_back({bodies.id(slot), steps + 1});
   active_is_current_ = false;
+}
+
+/// Those that failed when they were moved, where nothing can have noticed them.
+void NativeSimulator::isolate_moved() {
+  for (const std::uint32_t slot : active_)
+    if ((state_.flags[slot] & (isolated | awake)) == (isolated | awake)) isolate(slot);
 }
 
 std::size_t NativeSimulator::list_bytes() const {

@@ -131,7 +131,15 @@ class NativeSimulator : public Simulator {
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   HitEvent hit(const Contact& c, const ContactManifold& manifold) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
-  void quarantine_failed();
+  void isolate(std::uint32_t slot);
+  void isolate_moved();
+  void isolate_on_request();
+  /// checks.cpp
+  void validate() const;
+  void validate_bodies() const;
+  void validate_contacts() const;
+  void validate_colours() const;
+  bool was_solved(const Contact& c) const;
   void count();
   std::size_t list_bytes() const;
 

@@ -116,19 +116,6 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
-/// Contacts whose bodies began inside each other, `nearest` apart by now: a part of the overlap has faded.
-template <class D>
-HWY_INLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
-                              const BodiesView& view, hn::Vec<D> overlap, hn::Vec<D> nearest) {
-  HWY_ALIGN float apart[Block<D>::width];
-  hn::Store(hn::Sub(nearest, overlap), D(), apart);
-  for (std::size_t i = 0; i < block.header().lanes; ++i) {
-    if (indices[i] == none) continue;
-    Contact& c = constrained.contacts[indices[i]];
-    if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), apart[i], view.overlap_kept);
-  }
-}
-
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
 HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
@@ -168,7 +155,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
     nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
   }
-  if (!hn::AllFalse(d, hn::Gt(overlap, zero))) fade_overlaps(block, indices, constrained, view, overlap, nearest);
+  block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, zero));
   // Friction acts at the middle of the points that touch or nearly do.
   V weights[max_manifold_points];
   V near_count = zero;
@@ -287,6 +274,7 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
   return count;
 }
 
+/// Contacts whose bodies began inside each other: a part of the overlap has faded in the step that ends.
 template <class D>
 HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   const D d;
@@ -299,8 +287,22 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
 }
 
 template <class D>
-void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained,
-           const LoadWatch& watch) {
+HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                                float overlap_kept) {
+  for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    if (indices[lane] == none) continue;
+    Contact& c = constrained.contacts[indices[lane]];
+    if (!(c.overlap() > 0)) continue;
+    float nearest = 1e30f;
+    for (int i = 0; i < constrained.manifolds[c.manifold].point_count(); ++i)
+      nearest = min(nearest, block.at(Block<D>::point(i, point_separation))[lane]);
+    c.recycle_distance = -faded_overlap(c.overlap(), nearest - c.overlap(), overlap_kept);
+  }
+}
+
+template <class D>
+void store(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+           const Constrained& constrained, float overlap_kept, const LoadWatch& watch) {
   constexpr std::size_t ahead = 2;
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
@@ -331,6 +333,7 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
                 {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
                  block.get(step_impulse)},
                 friction_impulses, used);
+    if (block.header().overlaps) fade_overlaps(block, lanes + i * Block<D>::width, constrained, overlap_kept);
     if (watch.overloads) watch_loads(block, watch);
   }
 }

@@ -168,7 +168,7 @@ class ContactSolver::InDomains {
   ContactSolver& s_;
   const ConstraintLayout& layout_;
   const Domains& domains_;
-  mutable std::array<PutOff, 4> put_off_;
+  mutable std::array<PutOff, 8> put_off_;
   mutable std::size_t waiting_ = 0;
 };
 
@@ -228,11 +228,17 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
 }
 
 void ContactSolver::build() {
+  any_isolated_ = false;
+  point_count_ = 0;
+  if (layout_.groups().empty() || !layout_.units().empty()) prepare_all();
+}
+
+void ContactSolver::prepare_all() {
   point_count_ = 0;
   if (!layout_.units().empty()) return build_in_domains();
-  if (!layout_.groups().empty()) return;
   Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
-  layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { prepare(begin, end); });
+  hold_isolated(layout_.bodies());
+  layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { point_count_ += prepare(begin, end); });
   point_count_ += single_.prepare(single_blocks_, 0, single_count_, overflow_.data(), graph_.constrained(), view());
 }
 
@@ -240,11 +246,12 @@ void ContactSolver::build_in_domains() {
   const InDomains work(*this);
   work.for_each_first([&](const Unit& unit) {
     load_group(layout_.bodies(unit));
-    prepare(unit.blocks.begin, unit.blocks.end);
+    hold_isolated(layout_.bodies(unit));
+    point_count_ += prepare(unit.blocks.begin, unit.blocks.end);
   });
   const std::size_t first = layout_.units()[graph_.domains().first_unit(1)].blocks.begin;
   pool_.for_each_part(layout_.blocks() - first, least_blocks,
-                      [&](std::size_t begin, std::size_t end) { prepare(first + begin, first + end); });
+                      [&](std::size_t begin, std::size_t end) { point_count_ += prepare(first + begin, first + end); });
 }
 
 void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
@@ -289,12 +296,12 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 }
 
 BodiesView ContactSolver::view() {
-  return {state_.poses.data(),   state_.solver_bodies(), state_.inertia.data(), state_.motion.data(),
-          overlap_kept(def_.dt), supports_.held(),       supports_.levels()};
+  return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
+          state_.motion.data(), supports_.held(),       supports_.levels()};
 }
 
-void ContactSolver::prepare(std::size_t begin, std::size_t end) {
-  point_count_ += wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), graph_.constrained(), view());
+std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
+  return wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), graph_.constrained(), view());
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -309,15 +316,22 @@ void ContactSolver::load_body(std::uint32_t slot) {
   motion.acceleration = info.gravity_scale * def_.gravity;
   motion.linear_damping = damping_factor(info.linear_damping, h);
   motion.angular_damping = damping_factor(info.angular_damping, h);
+  if (state_.flags[slot] & has_force || !info.isotropic) load_rest(slot);
+}
+
+// What most bodies do without, and what would cost them registers.
+HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
+  const BodyInfo& info = bodies_[slot];
   const Quat q = state_.poses[slot].rotation;
   if (state_.flags[slot] & has_force) {
     const Force& f = state_.forces[slot];
+    BodyMotion& motion = state_.motion[slot];
     motion.acceleration = mul_add(motion.acceleration, info.inverse_mass, f.force);
     motion.angular_acceleration = rotate(q, info.inverse_inertia * inverse_rotate(q, f.torque));
   }
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
-    state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0};
+    state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
 }
 
@@ -362,58 +376,158 @@ void ContactSolver::make_room_for_blocks() {
 // --- solve ---------------------------------------------------------------------------------------------------
 
 BodyIntegration ContactSolver::integration(float h) {
-  return {bodies_, state_.solver_bodies(), state_.motion.data(), state_.warm.data(), state_.poses.data(), h};
+  return {bodies_,
+          state_.solver_bodies(),
+          state_.motion.data(),
+          state_.warm.data(),
+          state_.inertia.data(),
+          state_.poses.data(),
+          h,
+          speed_limits(def_.solver.max_linear_speed, h)};
 }
 
-void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act) {
-  if (!layout_.units().empty()) return solve_in_domains(act);
-  const Constrained constrained = graph_.constrained();
-  if (!layout_.groups().empty()) {
-    // One thread does everything there is to do with a group, while it is in its cache.
-    for_each_group([&](const Group& group) {
-      load_group(layout_.bodies(group));
-      prepare(group.blocks.begin, group.blocks.end);
-      substeps(OneGroup(*this, group));
-      wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, constrained, load_watch());
-      act(layout_.bodies(group));
-    });
-    return;
+void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {
+  const bool in_domains = !layout_.units().empty();
+  if (!in_domains && !layout_.groups().empty()) return solve_groups(act, isolate);
+  while (!solve_all()) {
+    isolate_failed(layout_.bodies(), isolate);
+    prepare_all();
   }
-  substeps(Everything(*this));
-  layout_.for_each_part_of_all(
-      [&](std::size_t begin, std::size_t end) { wide_.store(wide_blocks_, begin, end, constrained, load_watch()); });
-  single_.store(single_blocks_, 0, single_count_, constrained, load_watch());
+  if (in_domains)
+    finish_domains(act);
+  else
+    finish_all(act);
+}
+
+bool ContactSolver::solve_all() {
+  std::atomic<bool> finite = true;
+  const auto look_at = [&](std::span<const std::uint32_t> slots) {
+    if (!all_finite(slots)) finite = false;
+  };
+  if (layout_.units().empty()) {
+    substeps(Everything(*this));
+    layout_.for_each_part_of_bodies(
+        [&](std::size_t begin, std::size_t end) { look_at(layout_.bodies().subspan(begin, end - begin)); });
+  } else {
+    const InDomains work(*this);
+    substeps(work);
+    work.for_each_first([&](const Unit& unit) { look_at(layout_.bodies(unit)); });
+  }
+  return finite;
+}
+
+template <class Act>
+void ContactSolver::finish_all(const Act& act) {
+  const Constrained constrained = graph_.constrained();
+  const float kept = overlap_kept(def_.dt);
+  layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) {
+    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
+  });
+  single_.store(single_blocks_, 0, single_count_, overflow_.data(), constrained, kept, load_watch());
   layout_.for_each_part_of_bodies(
       [&](std::size_t begin, std::size_t end) { act(layout_.bodies().subspan(begin, end - begin)); });
 }
 
 template <class Act>
-void ContactSolver::solve_in_domains(const Act& act) {
-  const InDomains work(*this);
-  substeps(work);
+void ContactSolver::finish_domains(const Act& act) {
   // Each domain of the first division hands back its own impulses, and a share of those across borders.
   const std::size_t count = graph_.domains().count(0);
   const Unit* const units = layout_.units().data();
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
-  work.for_each_first([&](const Unit& unit) {
+  const Constrained constrained = graph_.constrained();
+  const auto store = [&, kept = overlap_kept(def_.dt)](std::size_t begin, std::size_t end) {
+    wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
+  };
+  InDomains(*this).for_each_first([&](const Unit& unit) {
     const auto i = static_cast<std::size_t>(&unit - units);
-    wide_.store(wide_blocks_, unit.blocks.begin, unit.blocks.end, graph_.constrained(), load_watch());
-    wide_.store(wide_blocks_, first + i * across / count, first + (i + 1) * across / count, graph_.constrained(),
-                load_watch());
+    store(unit.blocks.begin, unit.blocks.end);
+    store(first + i * across / count, first + (i + 1) * across / count);
     act(layout_.bodies(unit));
   });
 }
 
+// One thread does everything there is to do with a group, while it is in its cache; those with a body that is not
+// finite wait for the others, and are then solved again.
+template <class Act>
+void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {
+  for_each_group([&](const Group& group) {
+    point_count_ += prepare_group(group);
+    substeps(OneGroup(*this, group));
+    if (all_finite(layout_.bodies(group))) return finish_group(group, act);
+    const std::lock_guard lock(failed_mutex_);
+    failed_groups_.push_back(&group);
+  });
+  for (const Group* group : failed_groups_) {
+    do {
+      isolate_failed(layout_.bodies(*group), isolate);
+      prepare_group(*group);
+      substeps(OneGroup(*this, *group));
+    } while (!all_finite(layout_.bodies(*group)));
+    finish_group(*group, act);
+  }
+  failed_groups_.clear();
+}
+
+std::size_t ContactSolver::prepare_group(const Group& group) {
+  load_group(layout_.bodies(group));
+  hold_isolated(layout_.bodies(group));
+  return prepare(group.blocks.begin, group.blocks.end);
+}
+
+template <class Act>
+void ContactSolver::finish_group(const Group& group, const Act& act) {
+  wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), graph_.constrained(),
+              overlap_kept(def_.dt), load_watch());
+  act(layout_.bodies(group));
+}
+
+// --- what is not finite --------------------------------------------------------------------------------------
+
+bool ContactSolver::all_finite(std::span<const std::uint32_t> slots) const {
+  const SolverBody* const bodies = state_.solver.data() + 1;
+  Quad sum = hn::Zero(QuadTag());  // NaN once there is anything
+  for (const std::uint32_t slot : slots) sum = hn::Add(sum, not_finite(bodies[slot]));
+  return hn::AllTrue(QuadTag(), hn::Eq(sum, hn::Zero(QuadTag())));
+}
+
+std::span<const std::uint32_t> ContactSolver::find_failed(std::span<const std::uint32_t> slots) {
+  failed_.clear();
+  for (const std::uint32_t slot : slots)
+    if (!all_finite({&slot, 1})) failed_.push_back(slot);
+  return failed_;
+}
+
+void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate) {
+  const std::span<const std::uint32_t> failed = find_failed(slots);
+  isolate(failed);
+  any_isolated_ = true;
+  supports_.let_go(failed);
+}
+
+// Those isolated in this step are loaded like all others.
+void ContactSolver::hold_isolated(std::span<const std::uint32_t> slots) {
+  if (!any_isolated_) return;
+  for (const std::uint32_t slot : slots) {
+    if (!(state_.flags[slot] & isolated)) continue;
+    state_.solver_bodies()[slot] = {};
+    state_.motion[slot] = {};
+  }
+}
+
+// --- substeps ------------------------------------------------------------------------------------------------
+
+// What tests ask for is compiled apart, so that nothing is asked where they do not.
 template <class Work>
 void ContactSolver::substeps(const Work& work) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+  const bool fails = body_fault.is_armed.load(std::memory_order_relaxed);
   if (def_.solver.method == Solver::soft)
-    solve_soft(work, h);
+    fails ? solve_soft<true>(work, h) : solve_soft<false>(work, h);
   else
-    solve_impulse(work, h);
+    fails ? solve_impulse<true>(work, h) : solve_impulse<false>(work, h);
 }
 
-template <class Work>
+template <bool fails, class Work>
 void ContactSolver::solve_soft(const Work& work, float h) {
   const SolverSettings& settings = def_.solver;
   SweepParameters soft;
@@ -426,18 +540,24 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
+    if constexpr (fails) fail(work, SolverStage::velocities, substep);
     begin_impulses(work, substep == 0);
+    if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     sweep(work, &SolverKernels::solve, soft);
+    if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    if constexpr (fails) fail(work, SolverStage::positions, substep);
     sweep(work, &SolverKernels::relax, soft);
+    if constexpr (fails) fail(work, SolverStage::relaxes, substep);
     work.structures([this](std::uint32_t structure) { supports_.solve(structure); });
+    if constexpr (fails) fail(work, SolverStage::supports, substep);
   }
   work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations
 // 3.20–3.23; Catto 2005 for the factor 0.2 of Baumgarte's b = β/Δt·C). Restitution follows as in the soft step.
-template <class Work>
+template <bool fails, class Work>
 void ContactSolver::solve_impulse(const Work& work, float h) {
   SweepParameters p;
   p.substep = h;
@@ -448,12 +568,16 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     begin_substep(work, integrate, p, substep == 0 || !def_.solver.warm_start);
+    if constexpr (fails) fail(work, SolverStage::velocities, substep);
     begin_impulses(work, substep == 0);
+    if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
       sweep(work, &SolverKernels::iterate, p);
     }
+    if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    if constexpr (fails) fail(work, SolverStage::positions, substep);
   }
 }
 
@@ -489,6 +613,16 @@ template <class Work>
 void ContactSolver::sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters) {
   work.colours([this, pass, parameters](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     (k.*pass)(blocks, begin, end, state_.solver_bodies(), parameters);
+  });
+}
+
+template <class Work>
+void ContactSolver::fail(const Work& work, SolverStage stage, int substep) {
+  if (!body_fault.is_due(stage, static_cast<std::uint32_t>(substep))) return;
+  work.bodies([this](std::uint32_t slot) {
+    SolverBody& body = state_.solver_bodies()[slot];
+    if (body.inverse_mass > 0 && bodies_[slot].filter.category == body_fault.category)
+      body_fault.act(body.linear, body.angular);
   });
 }
 

@@ -16,8 +16,11 @@
 #include <cstddef>
 #include <fathom/world.hpp>
 #include <functional>
+#include <mutex>
+#include <span>
 #include <vector>
 
+#include "dynamics/body_fault.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
 #include "native/support_solver.hpp"
@@ -33,6 +36,8 @@ enum class Carry { nothing, to_date, as_is };
 
 /// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
 inline constexpr float baumgarte = 0.2f;
+
+using Isolate = std::function<void(std::span<const std::uint32_t>)>;
 
 class ContactSolver {
  public:
@@ -53,7 +58,14 @@ class ContactSolver {
   void build();
   /// All substeps; hands the impulses back to the contacts and calls act(slots), by any thread, for parts of the bodies
   /// in contact, for which `BodyState::solver` then holds velocities and movement of the step.
-  void solve(const std::function<void(std::span<const std::uint32_t>)>& act);
+  ///
+  /// Where bodies come out that are not finite, nothing of it counts: isolate(slots) makes them obstacles that stay
+  /// where they are, and all that could have noticed them is solved again from the beginning of the step, until none is
+  /// left. So it goes on as if they had been taken out before.
+  void solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate);
+
+  /// Those of the bodies whose solver state is not finite.
+  std::span<const std::uint32_t> find_failed(std::span<const std::uint32_t> slots);
 
   /// For snapshots.
   SupportSolver& supports() { return supports_; }
@@ -88,16 +100,30 @@ class ContactSolver {
   void make_room_for_blocks();
   BodiesView view();
   void load_body(std::uint32_t slot);
+  void load_rest(std::uint32_t slot);
   void load_group(std::span<const std::uint32_t> slots);
-  void prepare(std::size_t begin, std::size_t end);
+  std::size_t prepare(std::size_t begin, std::size_t end);
   void build_in_domains();
+  void prepare_all();
+  std::size_t prepare_group(const Group& group);
+  /// All substeps of all bodies; whether all came out finite.
+  bool solve_all();
   template <class Act>
-  void solve_in_domains(const Act& act);
+  void solve_groups(const Act& act, const Isolate& isolate);
+  template <class Act>
+  void finish_group(const Group& group, const Act& act);
+  template <class Act>
+  void finish_all(const Act& act);
+  template <class Act>
+  void finish_domains(const Act& act);
+  bool all_finite(std::span<const std::uint32_t> slots) const;
+  void isolate_failed(std::span<const std::uint32_t> slots, const Isolate& isolate);
+  void hold_isolated(std::span<const std::uint32_t> slots);
   template <class Work>
   void substeps(const Work& work);
-  template <class Work>
+  template <bool fails, class Work>
   void solve_soft(const Work& work, float h);
-  template <class Work>
+  template <bool fails, class Work>
   void solve_impulse(const Work& work, float h);
   /// Strikes, and velocities integrated.
   template <class Work>
@@ -107,6 +133,8 @@ class ContactSolver {
   void begin_impulses(const Work& work, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
+  template <class Work>
+  void fail(const Work& work, SolverStage stage, int substep);
   BodyIntegration integration(float h);
 
   const WorldDef& def_;
@@ -123,6 +151,10 @@ class ContactSolver {
   std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
   SupportSolver supports_;
+  std::vector<std::uint32_t> failed_;  // bodies
+  std::vector<const Group*> failed_groups_;
+  std::mutex failed_mutex_;
+  bool any_isolated_ = false;  // in this step
   // Counted by all threads, who read what is above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };

@@ -216,15 +216,17 @@ HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame
   return {new_1, new_2, new_twist};
 }
 
-/// The same of a sweep, with the impulses accumulated in the block.
+/// The same of a sweep, with the impulses accumulated in the block. Returns their sum, which tells whether all are
+/// finite.
 template <class D, class B>
-HWY_INLINE void solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies) {
+HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies) {
   const FrictionImpulses<hn::Vec<D>> old{block.get(friction_impulse_1), block.get(friction_impulse_2),
                                          block.get(twist_impulse)};
   const auto now = solve_friction(block, f, bodies, total_impulse(block, block.header().max_points), old);
   block.set(friction_impulse_1, now.slide_1);
   block.set(friction_impulse_2, now.slide_2);
   block.set(twist_impulse, now.twist);
+  return hn::Add(now.twist, hn::Add(now.slide_1, now.slide_2));
 }
 
 enum class Pass { soft, relax, iterate };
@@ -259,9 +261,10 @@ HWY_INLINE void stiffen(V held, V& bias_rate, V& mass_scale, V& impulse_scale) {
 }
 
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
+/// Returns the bodies' approach afterwards, which is finite only if their velocities were and the impulses are.
 template <Pass pass, class D, class B>
-HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies, const SweepParameters& p,
-                             const Softness& softness) {
+HWY_INLINE hn::Vec<D> solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies,
+                                   const SweepParameters& p, const Softness& softness) {
   using V = hn::Vec<D>;
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -311,6 +314,38 @@ HWY_INLINE void solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, 
     rows.add(hn::Sub(impulse, old), x, y);
   }
   push_normal(bodies, f, rows.sum);
+  return rows.motion.n;
+}
+
+/// Of lanes whose bit is not set.
+template <class D>
+HWY_NOINLINE void forget_impulses(Block<D> block, const std::uint8_t* bits) {
+  for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
+    if (bits[i / 8] >> i % 8 & 1) continue;
+    for (int p = 0; p < max_manifold_points; ++p) block.at(Block<D>::point(p, point_impulse))[i] = 0;
+    for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse, step_impulse})
+      block.at(field)[i] = 0;
+  }
+}
+
+/// Stores the bodies' velocities. A contact one of whose bodies is not finite, or that would make one so, leaves both
+/// as they were and forgets its impulses, so that no contact carries it from body to body: of lanes whose `sums` are
+/// not finite.
+template <class D, bool fixed_a, bool isotropic>
+HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic>& bodies, hn::Vec<D> sums) {
+  HWY_ALIGN float nowhere[8];
+  const auto ok = hn::Eq(hn::Sub(sums, sums), hn::Zero(D()));
+  if (HWY_UNLIKELY(!hn::AllTrue(D(), ok))) {
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(D(), ok, bits);
+    for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
+      if (bits[i / 8] >> i % 8 & 1) continue;
+      bodies.b.lanes[i] = nowhere;
+      if constexpr (!fixed_a) bodies.a.lanes[i] = nowhere;
+    }
+    forget_impulses(block, bits);
+  }
+  bodies.store(block.header().lanes);
 }
 
 template <Pass pass, class D, bool fixed_a, bool isotropic>
@@ -319,12 +354,14 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   Frame<hn::Vec<D>> frame;
   bodies.load(block, all);
   frame.load(block);
-  if constexpr (pass == Pass::iterate) solve_friction(block, frame, bodies);
-  solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
-  if constexpr (pass == Pass::relax) solve_friction(block, frame, bodies);
+  auto sums = hn::Zero(D());
+  if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies);
+  const auto approach = solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
+  sums = pass == Pass::soft ? approach : hn::Add(sums, approach);
+  if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies));
   if (pass == Pass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
-  bodies.store(block.header().lanes);
+  store_bodies(block, bodies, sums);
 }
 
 /// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
@@ -410,9 +447,9 @@ HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const Sweep
   }
   push_normal(bodies, f, rows.sum);
   const FrictionImpulses<V> none{zero, zero, zero};
-  solve_friction(block, f, bodies, rows.sum.n, none);
+  const FrictionImpulses<V> slid = solve_friction(block, f, bodies, rows.sum.n, none);
   block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
-  bodies.store(block.header().lanes);
+  store_bodies(block, bodies, hn::Add(hn::Add(rows.motion.n, slid.twist), hn::Add(slid.slide_1, slid.slide_2)));
 }
 
 template <class D>

@@ -28,7 +28,6 @@ struct BodiesView {
   SolverBody* bodies = nullptr;
   const WorldInertia* inertias = nullptr;
   const BodyMotion* motion = nullptr;
-  float overlap_kept = 1;                 ///< a step (dynamics/overlap.hpp)
   const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
   const std::uint16_t* levels = nullptr;  ///< of bodies that are held
 };
@@ -72,6 +71,7 @@ struct BlockHeader {
   bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
   bool restitution = false;     ///< some lane bounces
   bool held = false;            ///< some lane is held by its supports' direct solution
+  bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
 };
 
 struct SolverKernels {
@@ -82,7 +82,7 @@ struct SolverKernels {
   std::size_t bounce_floats;          ///< a block
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
-  /// returns how many points they have.
+  /// returns how many points they have. May be done again.
   std::size_t (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
                          const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
@@ -94,9 +94,10 @@ struct SolverKernels {
   void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  /// Writes accumulated impulses back to the manifolds.
-  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const Constrained& constrained,
-                const LoadWatch& watch);
+  /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
+  /// the contacts.
+  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+                const Constrained& constrained, float overlap_kept, const LoadWatch& watch);
 };
 
 /// The kernels for this machine, and the same one lane wide for constraints that no colour could take.

@@ -106,7 +106,7 @@ void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernel
   }
 }
 
-/// False where a structure stands on things that move differently.
+/// False where a structure stands on things that move differently, or touches a body that is isolated.
 bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) const {
   bool any = false;
   for (std::uint32_t i = s.first; i < s.end && member(i).level == 1; ++i) {
@@ -114,6 +114,7 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
     for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
       const SupportGraph::Support& support = support_graph_.supports()[k];
       if (support.lower != none) continue;
+      if (state_.flags[support.base] & isolated) return false;
       const Velocity& v = state_.velocities[support.base];
       const Base found = moves(v) ? Base{state_.poses[support.base].position, v.linear, v.angular} : Base{};
       if (any && !(found.linear == base.linear && found.angular == base.angular && found.position == base.position))
@@ -143,6 +144,7 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   const SolverBody& body = state_.solver_bodies()[slot];
   Body& b = body_[i];
   b.is_held = false;
+  b.mass = 0;
   if (!(body.inverse_mass > 0)) return;
   b.mass = 1 / body.inverse_mass;
   b.target_linear = base.linear + cross(base.angular, state_.poses[slot].position - base.position);
@@ -262,6 +264,7 @@ void SupportSolver::solve(std::uint32_t structure) {
     slope += dot(linear, b.gained.force) + dot(angular, b.gained.torque);
     curvature += dot(b.linear_change, b.gained.force) + dot(b.angular_change, b.gained.torque);
   }
+  if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
   state.part = best_part(slope, curvature);
   state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
   for (std::uint32_t i = s.first; i < s.end; ++i) {
@@ -281,6 +284,19 @@ void SupportSolver::solve(std::uint32_t structure) {
       f[friction_impulse_1] = p.slide_1, f[friction_impulse_2] = p.slide_2, f[twist_impulse] = p.twist;
       f[step_impulse] = p.step;
     }
+  }
+}
+
+void SupportSolver::let_go(std::span<const std::uint32_t> isolated_slots) {
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const SupportGraph::Structure& s = support_graph_.structures()[i];
+    const auto is_gone = [&](const SupportGraph::Member& m) {
+      return std::find(isolated_slots.begin(), isolated_slots.end(), m.slot) != isolated_slots.end();
+    };
+    const auto members = support_graph_.members().subspan(s.first, s.end - s.first);
+    if (std::none_of(members.begin(), members.end(), is_gone)) continue;
+    structures_[i].is_held = false;
+    for (const SupportGraph::Member& m : members) held_[m.slot] = not_a_member;
   }
 }
 

@@ -44,6 +44,9 @@ class SupportSolver {
   void prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h);
   /// Takes the structure to its common motion, as far as its contacts can.
   void solve(std::uint32_t structure);
+  /// The step is solved again without these bodies, which are isolated by now; so are their structures, as they will be
+  /// in later steps.
+  void let_go(std::span<const std::uint32_t> isolated_slots);
   /// After the last substep.
   void finish(std::uint32_t structure);
   /// After all structures of the step with this number.

@@ -86,7 +86,7 @@ void extreme_values(const Setup& setup, Record& record) {
   extreme(body(box({0.5f, 0.5f, 0.5f}), {1e7f, 1e7f, 1e7f}), {}, {});
   extreme(body(sphere(1e-6f), {0, 56, 0.1f}, std::nullopt), {}, {});
   extreme(body(sphere(0.5f), {1e30f, 0, 0}), {}, {});
-  extreme(body(capsule(1e-3f, 1e3f), {0, 60, 5}, std::nullopt), {100, 0, 0}, {0, 100, 100});
+  extreme(body(capsule(1e-3f, 1e3f), {0, 5000, 5}, std::nullopt), {100, 0, 0}, {0, 100, 100});
   for (int i = 0; i < 4; ++i) extreme(body(box({0.5f, 0.5f, 0.5f}), {0, 70, 0.5f}), {}, {});  // one in another
   steps(world, 300);
   double moved = 0;

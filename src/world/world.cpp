@@ -7,6 +7,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include "check/check.hpp"
 #include "collision/manifold.hpp"
 #include "geometry/support.hpp"
 #include "math/eigen.hpp"
@@ -250,6 +251,7 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 // Time and results --------------------------------------------------------------------------------------------
 
 void World::step() {
+  if constexpr (check::asserts) check::current_step = simulator_->steps + 1;
   simulator_->step();
   if (!simulator_->def.log) return;
   for (const Quarantine& q : simulator_->quarantined())

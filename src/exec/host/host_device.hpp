@@ -68,7 +68,8 @@ class HostDevice : public ClosureQueue {
       typename decltype(kernel)::Plan plan;
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
       auto place = kernel.place(plan, 0);
-      for (std::uint32_t phase = 0; phase < most_phases && phase < kernel.phases(plan); ++phase) {
+      // How many phases there are may be known only as they go on.
+      for (std::uint32_t phase = 0; phase < within(kernel, kernel.phases(plan), most_phases); ++phase) {
         if (phase > 0) place = kernel.next(plan, place);
         const ItemShare all = share_of(kernel, plan, place, 0, 1, most_items);
         if (ends_at_empty_phase<Kernel>() && all.end == 0) return;

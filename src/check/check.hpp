@@ -1,0 +1,68 @@
+// Checks of what must hold, for those who change the code: they tell of an error where it is made.
+//
+// FATHOM_ASSERT is cheap and is in every build but release; FATHOM_VALIDATE may cost as much as a step and is in the
+// builds that tests, sanitizers and fuzzers use (CMake's FATHOM_CHECKS). Both take a condition, and the body that it is
+// about where there is one: its slot, in device code its device index. Elsewhere the condition is not evaluated.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <fathom/math.hpp>
+
+#if defined(__CUDACC__)
+#include <cstdio>
+#endif
+
+/// 0: none, 1: FATHOM_ASSERT, 2: FATHOM_VALIDATE too.
+#ifndef FATHOM_CHECKS
+#define FATHOM_CHECKS 0
+#endif
+
+namespace fathom::check {
+
+inline constexpr bool asserts = FATHOM_CHECKS >= 1, validates = FATHOM_CHECKS >= 2;
+inline constexpr std::uint32_t no_body = 0xffffffffu;
+
+struct Failure {
+  const char* condition;
+  const char* file;
+  int line;
+  std::uint32_t body;
+  std::uint64_t step;  ///< that some world took last
+};
+
+/// What is done about a failure instead of writing it to the error output and aborting; null: that again. May be called
+/// by any thread. Where it returns, so does the check.
+using Handler = void (*)(const Failure&);
+void set_handler(Handler handler);
+
+inline std::atomic<std::uint64_t> current_step{0};
+
+void fail_on_host(const char* condition, const char* file, int line, std::uint32_t body);
+
+FATHOM_HD void fail([[maybe_unused]] const char* condition, [[maybe_unused]] const char* file,
+                    [[maybe_unused]] int line, [[maybe_unused]] std::uint32_t body = no_body) {
+#if defined(__CUDA_ARCH__)
+  ::printf("%s:%d: body %u: not true: %s\n", file, line, body, condition);
+  __trap();
+#elif !defined(FATHOM_SYCL_SOURCE)  // whose kernels cannot tell
+  fail_on_host(condition, file, line, body);
+#endif
+}
+
+}  // namespace fathom::check
+
+#define FATHOM_CHECK_THAT(condition, ...) \
+  ((condition) ? void() : ::fathom::check::fail(#condition, __FILE__, __LINE__ __VA_OPT__(, ) __VA_ARGS__))
+#define FATHOM_NO_CHECK(condition) static_cast<void>(sizeof((condition) ? 1 : 0))
+
+#if FATHOM_CHECKS >= 1
+#define FATHOM_ASSERT(...) FATHOM_CHECK_THAT(__VA_ARGS__)
+#else
+#define FATHOM_ASSERT(condition, ...) FATHOM_NO_CHECK(condition)
+#endif
+#if FATHOM_CHECKS >= 2
+#define FATHOM_VALIDATE(...) FATHOM_CHECK_THAT(__VA_ARGS__)
+#else
+#define FATHOM_VALIDATE(condition, ...) FATHOM_NO_CHECK(condition)
+#endif

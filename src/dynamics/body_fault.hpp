@@ -1,0 +1,39 @@
+// Bodies that fail on request, so that tests see that nobody else notices.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+/// Moments of a substep, after which a body's velocity becomes NaN.
+enum class SolverStage : std::uint8_t {
+  before_step,  ///< not NaN: it is isolated already when the step begins
+  velocities,   ///< integrated
+  warm_start,
+  pushes,  ///< sweeps before positions move
+  positions,
+  relaxes,   ///< sweeps after
+  supports,  ///< solved directly
+};
+inline constexpr SolverStage last_solver_stage = SolverStage::supports;
+
+/// Of all worlds of the process, while it is armed: bodies with that category fail, unless they cannot be pushed.
+struct BodyFault {
+  std::atomic<bool> is_armed{false};
+  std::uint32_t category = 0;
+  SolverStage stage = SolverStage::velocities;
+  std::uint32_t substep = 0;
+  bool turns = false;  ///< its angular velocity becomes NaN instead
+
+  bool is_due(SolverStage now, std::uint32_t in_substep) const {
+    return is_armed.load(std::memory_order_relaxed) && stage == now &&
+           (now == SolverStage::before_step || substep == in_substep);
+  }
+  void act(Vec3& linear, Vec3& angular) const { (turns ? angular : linear).y = __builtin_nanf(""); }
+};
+
+inline BodyFault body_fault;
+
+}  // namespace fathom

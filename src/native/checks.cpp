@@ -1,0 +1,106 @@
+// What holds after every step of the native simulator (check/check.hpp).
+#include <bit>
+
+#include "check/check.hpp"
+#include "dynamics/speed_limits.hpp"
+#include "geometry/support.hpp"
+#include "native/native_simulator.hpp"
+
+namespace fathom::native {
+
+void NativeSimulator::validate() const {
+  validate_bodies();
+  validate_contacts();
+  validate_colours();
+}
+
+void NativeSimulator::validate_bodies() const {
+  const SpeedLimits limits =
+      speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
+  for (const BodyId id : bodies.living()) {
+    const std::uint32_t slot = id.index;
+    const Pose& pose = state_.poses[slot];
+    const Velocity& v = state_.velocities[slot];
+    FATHOM_VALIDATE(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), slot);
+    FATHOM_VALIDATE(fathom::abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, slot);
+    const std::uint8_t flags = state_.flags[slot];
+    FATHOM_VALIDATE(!(flags & awake) || !(flags & isolated), slot);
+    FATHOM_VALIDATE(!(flags & awake) || bodies[slot].motion != MotionType::fixed, slot);
+    if (!(flags & awake)) continue;
+    FATHOM_VALIDATE(length(v.linear) <= 1.001f * limits.linear && length(v.angular) <= 1.001f * limits.angular, slot);
+    const BodyBounds& bounds = state_.bounds[slot];
+    const float rounding = 1e-4f * bodies[slot].radius + 1e-6f * max_component(abs(pose.position));
+    FATHOM_VALIDATE(contains(grown(bounds.box, rounding), fathom::bounds(bodies[slot].geometry, pose)), slot);
+    FATHOM_VALIDATE(contains(bounds.fat_box, bounds.box), slot);
+  }
+}
+
+void NativeSimulator::validate_contacts() const {
+  std::size_t in_use = 0;
+  for (std::uint32_t i = 0; i < graph_.size(); ++i) {
+    const Contact& c = graph_[i];
+    if (!c.in_use) continue;
+    ++in_use;
+    FATHOM_VALIDATE(c.a < state_.size() && c.b < state_.size() && c.a != c.b, c.b);
+    FATHOM_VALIDATE(c.fixed_a == (bodies[c.a].motion != MotionType::dynamic), c.a);
+    FATHOM_VALIDATE(bodies[c.b].motion == MotionType::dynamic, c.b);
+    FATHOM_VALIDATE(c.touching() || c.colour == no_colour, c.b);
+    if (!c.touching()) continue;
+    const ContactManifold& m = graph_.manifold(c);
+    FATHOM_VALIDATE(m.point_count() >= 1 && m.point_count() <= max_manifold_points, c.b);
+    float sum = 0;
+    for (int p = 0; p < m.point_count(); ++p) {
+      FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
+      sum += m.impulses[p];
+    }
+    FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
+                    c.b);
+    // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.
+    if (def.solver.method != Solver::soft || !was_solved(c)) continue;
+    const float size_squared =
+        m.friction_impulse[0] * m.friction_impulse[0] + m.friction_impulse[1] * m.friction_impulse[1];
+    FATHOM_VALIDATE(fathom::sqrt(size_squared) <= 1.001f * m.friction * sum + 1e-20f, c.b);
+  }
+  FATHOM_VALIDATE(in_use == graph_.pair_count());
+}
+
+// Colours share no body, and lists, contacts and bodies agree about them.
+void NativeSimulator::validate_colours() const {
+  std::vector<int> colours(state_.size());
+  std::vector<int> colour_of(state_.size(), -1);
+  std::size_t listed = 0;
+  for (int colour = 0; colour <= overflow_colour; ++colour) {
+    std::size_t of_this = 0;
+    graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
+      const Contact& c = graph_[index];
+      ++of_this;
+      FATHOM_VALIDATE(c.in_use && c.touching() && c.colour == colour, c.b);
+      const auto look_at = [&](std::uint32_t slot) {
+        if (colour == overflow_colour) return;
+        FATHOM_VALIDATE(colour_of[slot] != colour, slot);
+        FATHOM_VALIDATE(state_.colour_mask[slot] >> colour & 1, slot);
+        colour_of[slot] = colour;
+        ++colours[slot];
+      };
+      look_at(c.b);
+      if (!c.fixed_a) look_at(c.a);
+    });
+    FATHOM_VALIDATE(of_this == graph_.size_of(colour));
+    listed += of_this;
+  }
+  std::size_t coloured = 0;
+  for (std::uint32_t i = 0; i < graph_.size(); ++i) coloured += graph_[i].in_use && graph_[i].colour != no_colour;
+  FATHOM_VALIDATE(listed == coloured);
+  for (const BodyId id : bodies.living()) {
+    const std::uint32_t slot = id.index;
+    FATHOM_VALIDATE(std::popcount(state_.colour_mask[slot]) == colours[slot], slot);
+    const bool to_solve =
+        state_.colour_mask[slot] != 0 || state_.overflow_count[slot] != 0 || (state_.flags[slot] & kinematic);
+    FATHOM_VALIDATE(state_.is_to_solve(slot) == to_solve, slot);
+  }
+}
+
+/// Whether its impulses are this step's.
+bool NativeSimulator::was_solved(const Contact& c) const { return c.colour != no_colour && is_active(c); }
+
+}  // namespace fathom::native
