@@ -51,7 +51,8 @@ struct BodyDef {
   /// Mass (kg); where absent the density (kg/m³) and the shape's volume give it.
   std::optional<float> mass{};
   float density = 1000.0f;
-  /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite.
+  /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite,
+  /// and no principal moment larger than the sum of the other two.
   std::optional<SymMat3> inertia{};
   float gravity_scale = 1.0f;
   float linear_damping = 0.0f;   ///< 1/s, ≥ 0

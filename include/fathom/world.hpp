@@ -202,7 +202,8 @@ class World {
   bool is_awake(BodyId id) const;
   void wake(BodyId id);
 
-  // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes.
+  // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes. All throw
+  // `stale_id`, and `invalid_argument` for values that are not finite and for bodies that are fixed or kinematic.
   void apply_force(BodyId id, Vec3 force);                 ///< N at the centre of mass
   void apply_force_at(BodyId id, Vec3 force, Vec3 point);  ///< N at a point (m)
   void apply_torque(BodyId id, Vec3 torque);               ///< N·m

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <fathom/body.hpp>
 
+#include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
 
@@ -206,5 +207,14 @@ struct BodyArrays {
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
 };
+
+/// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).
+FATHOM_HD Acceleration forced_acceleration(const BodyArrays& bodies, std::uint32_t i, Quat rotation, Vec3 gravity) {
+  const BodyConstants& c = bodies.constants[i];
+  const Force f = bodies.forces[i];
+  Acceleration a{gravity, {}};
+  add_forces(a, rotation, c.inverse_mass, c.inverse_inertia, bodies.tensors[i].inverse, f.force, f.torque);
+  return a;
+}
 
 }  // namespace fathom::device

@@ -62,9 +62,7 @@ struct alignas(16) BodyData {
 /// The change of velocity by an impulse and an angular impulse.
 FATHOM_HD Velocity pushed(const Velocity& v, const BodyConstants& c, const BodyTensors& t, Quat rotation,
                           const Velocity& impulse) {
-  if (!c.is_dynamic()) return v;
-  const Vec3 turn = c.is_isotropic() ? c.inverse_inertia * impulse.angular
-                                     : rotate(rotation, t.inverse * inverse_rotate(rotation, impulse.angular));
+  const Vec3 turn = angular_response(rotation, c.inverse_inertia, t.inverse, impulse.angular);
   return {mul_add(v.linear, c.inverse_mass, impulse.linear), 0, v.angular + turn, 0};
 }
 

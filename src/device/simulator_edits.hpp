@@ -138,12 +138,11 @@ void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_impulse(std::uint32_t slot, const Velocity& impulse) {
-  if (bodies[slot].motion == MotionType::dynamic) add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
+  add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
-  if (bodies[slot].motion == MotionType::dynamic)
-    add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
+  add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::wake(std::uint32_t slot) {

@@ -75,7 +75,8 @@ class Entity {
   const Velocity& velocity() const;
 
   // Commands for the next step that has not begun. An entity without a registered physics body ignores all but
-  // set_pose. Values that are not finite are refused by the simulation and end the run with an error.
+  // set_pose. Values that are not finite, and forces and impulses on bodies that are not dynamic, are
+  // refused by the simulation and end the run with an error.
   void set_pose(const Pose& pose);
   void set_velocity(Vec3 linear, Vec3 angular);
   void add_velocity(Vec3 linear, Vec3 angular);  ///< to what it has when the step begins

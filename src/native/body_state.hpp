@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "native/body_bounds.hpp"
 
@@ -22,6 +23,14 @@ enum BodyFlag : std::uint8_t {
 struct Force {
   Vec3 force, torque;
 };
+
+/// Of a body with this orientation on which a force of the application acts beside `gravity` (m/s²).
+inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, const Force& f, Vec3 gravity) {
+  Acceleration a{gravity, {}};
+  add_forces(a, rotation, info.inverse_mass, info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia,
+             f.force, f.torque);
+  return a;
+}
 
 /// What the flight of a body without contacts needs of BodyInfo, which has six lines.
 struct alignas(16) FlightData {

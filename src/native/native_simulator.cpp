@@ -234,6 +234,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .max_linear_speed = def.solver.max_linear_speed,
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
+                                  .forced = !forced_.empty(),
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
@@ -511,7 +512,6 @@ void NativeSimulator::wake(std::uint32_t slot) {
 }
 
 void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
-  if (bodies[slot].motion != MotionType::dynamic) return;
   wake(slot);
   if (!(state_.flags[slot] & has_force)) forced_.push_back(slot);
   state_.flags[slot] |= has_force;

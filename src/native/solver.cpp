@@ -311,9 +311,9 @@ void ContactSolver::load_body(std::uint32_t slot) {
   motion.angular_damping = damping_factor(info.angular_damping, h);
   const Quat q = state_.poses[slot].rotation;
   if (state_.flags[slot] & has_force) {
-    const Force& f = state_.forces[slot];
-    motion.acceleration = mul_add(motion.acceleration, info.inverse_mass, f.force);
-    motion.angular_acceleration = rotate(q, info.inverse_inertia * inverse_rotate(q, f.torque));
+    const Acceleration a = forced_acceleration(info, q, state_.forces[slot], motion.acceleration);
+    motion.acceleration = a.linear;
+    motion.angular_acceleration = a.angular;
   }
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);

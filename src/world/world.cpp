@@ -24,6 +24,13 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
+/// The slot of a body that forces move.
+std::uint32_t dynamic_slot(const Simulator& simulator, BodyId id, const char* action) {
+  const std::uint32_t slot = simulator.bodies.slot(id, action);
+  check_dynamic(simulator.bodies[slot].motion, action);
+  return slot;
+}
+
 }  // namespace
 
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def) {
@@ -206,13 +213,13 @@ void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake
 // Forces and impulses ---------------------------------------------------------------------------------------
 
 void World::apply_force(BodyId id, Vec3 force) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply force");
   check_finite(force, "apply force", "the force");
   simulator_->apply(slot, force, {});
 }
 
 void World::apply_force_at(BodyId id, Vec3 force, Vec3 point) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply force");
   check_finite(force, "apply force", "the force");
   check_finite(point, "apply force", "the point");
   const Vec3 torque = cross(point - simulator_->poses()[slot].position, force);
@@ -221,19 +228,19 @@ void World::apply_force_at(BodyId id, Vec3 force, Vec3 point) {
 }
 
 void World::apply_torque(BodyId id, Vec3 torque) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply torque");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply torque");
   check_finite(torque, "apply torque", "the torque");
   simulator_->apply(slot, {}, torque);
 }
 
 void World::apply_impulse(BodyId id, Vec3 impulse) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
   simulator_->add_impulse(slot, {impulse, 0, {}, 0});
 }
 
 void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
   check_finite(point, "apply impulse", "the point");
   const Vec3 turn = cross(point - simulator_->poses()[slot].position, impulse);
