@@ -319,6 +319,9 @@ void DeviceSimulator<D>::upload_gravity() {
   if (gravity_is_current_) return;
   device_.parallel_for(1, SetGravity{counters_.data(), def.gravity});
   gravity_is_current_ = true;
+  if (std::exchange(gravity_wakes_, false))
+    device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
+                         WakeByGravity{body_memory_.arrays(), counters_.data()});
 }
 
 }  // namespace fathom::device

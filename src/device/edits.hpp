@@ -92,11 +92,16 @@ struct ApplyEdits {
   FATHOM_HD void follow(std::uint32_t i) const {
     if (counters->stopped || i >= counters->bodies || !(bodies.flags[i] & edited_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(edited_flag);
-    refit(i, false, 0);
+    refit(i, false, wakes(i));
     wake(i);
   }
 
  private:
+  /// A kinematic body that gets a velocity wakes what rests on it.
+  FATHOM_HD std::uint32_t wakes(std::uint32_t i) const {
+    return bodies.constants[i].motion() == MotionType::kinematic ? static_cast<std::uint32_t>(wake_partners) : 0u;
+  }
+
   FATHOM_HD bool mark(const Edit& e) const {
     Velocity& v = bodies.velocities[e.index];
     if (e.kind == EditKind::set_velocity) {
@@ -124,12 +129,12 @@ struct ApplyEdits {
         break;
       case EditKind::set_velocity:
         bodies.velocities[i] = e.velocity();
-        refit(i, false, 0);
+        refit(i, false, wakes(i));
         break;
       case EditKind::add_velocity:
         bodies.velocities[i].linear += e.linear;
         bodies.velocities[i].angular += e.angular;
-        refit(i, false, 0);
+        refit(i, false, wakes(i));
         break;
       case EditKind::impulse:
         bodies.velocities[i] = pushed(bodies.velocities[i], bodies.constants[i], bodies.tensors[i],
@@ -227,6 +232,21 @@ struct SetGravity {
   Vec3 gravity;  ///< m/s²
 
   FATHOM_HD void operator()(std::uint32_t) const { counters->gravity = gravity; }
+};
+
+/// Wakes the islands of all bodies that gravity acts on.
+struct WakeByGravity {
+  BodyArrays bodies;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (i >= counters->bodies || bodies.flags[i] & (awake_flag | isolated_flag)) return;
+    const BodyConstants& c = bodies.constants[i];
+    if (!c.is_living() || !c.is_dynamic() || c.gravity_scale == 0) return;
+    exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);
+    exec::atomic_store(counters->wake_asked, 1u);
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
 };
 
 /// Lets steps run again after one was stopped.

@@ -7,6 +7,7 @@
 #include "dynamics/bounds.hpp"
 #include "dynamics/restitution.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/sleep.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -188,7 +189,7 @@ struct MoveBodies {
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v) const {
-    const float speed = length(v.linear) + length(v.angular) * c.radius;
+    const float speed = speed_of(v, c.radius);
     const bool slow = c.bits & can_sleep_bit && c.is_dynamic() && speed < p.slow_below;
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
   }

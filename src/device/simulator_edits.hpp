@@ -145,6 +145,12 @@ void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
   add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
 }
 template <exec::Device D>
+void DeviceSimulator<D>::gravity_changed() {
+  gravity_is_current_ = false;
+  gravity_wakes_ = def.sleep.enabled && submitted_ > 0;
+  if (bodies_are_current_) mirror_gravity();
+}
+template <exec::Device D>
 void DeviceSimulator<D>::wake(std::uint32_t slot) {
   add_edit(edit_of(EditKind::wake, index_of_[slot], Velocity{}));
 }

@@ -9,6 +9,7 @@
 #include "dynamics/forces.hpp"
 #include "dynamics/restitution.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/sleep.hpp"
 #include "geometry/support.hpp"
 #include "native/lanes-inl.hpp"
 #include "native/prefetch.hpp"
@@ -350,8 +351,7 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
-    const Velocity& v = state.velocities[slot];
-    const float speed = length(v.linear) + length(v.angular) * info.radius;
+    const float speed = speed_of(state.velocities[slot], info.radius);
     const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < p.slow_below;
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
   }

@@ -119,6 +119,7 @@ void NativeSimulator::find_pairs() {
     graph_.add_new(pairs, pool_, added);
   else
     graph_.add(pairs, added);
+  wake_below_fixed();
 }
 
 std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>> lists) {
@@ -455,7 +456,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
     const std::uint32_t other = c.a == slot ? c.b : c.a;
-    if (c.touching()) wake(other);
+    if (c.touching()) wake_island(other);
   });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   islands_.forget(slot);
@@ -468,8 +469,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot,
-                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  wake_neighbours(slot);
   state_.poses[slot] = pose;
   state_.bounds[slot] = bounds_of(bodies[slot], pose, state_.velocities[slot], def.dt);
   state_.flags[slot] |= box_changed;
@@ -478,11 +478,13 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
   queries_are_current_ = false;
   wake(slot);
+  if (state_.flags[slot] & kinematic) wake_neighbours(slot);
   place(slot, state_.poses[slot], velocity);
 }
 
 void NativeSimulator::material_changed(std::uint32_t slot) {
   wake(slot);
+  wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { graph_.mix_materials(graph_[index]); });
 }
 
@@ -495,8 +497,7 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
   queries_are_current_ = false;
   state_.note_filter(slot, bodies[slot].filter);
   wake(slot);
-  graph_.for_each_of(slot,
-                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   state_.flags[slot] |= box_changed;  // so that it looks for pairs again
 }
@@ -509,6 +510,41 @@ void NativeSimulator::wake(std::uint32_t slot) {
   else
     islands_.wake(slot);
   active_is_current_ = false;
+}
+
+// What happens to others does not free a quarantined body.
+void NativeSimulator::wake_island(std::uint32_t slot) {
+  state_.slow_time[slot] = 0;
+  if (!is_asleep(slot)) return;
+  islands_.wake(slot);
+  active_is_current_ = false;
+}
+
+void NativeSimulator::wake_neighbours(std::uint32_t slot) {
+  if (!islands_.any_asleep()) return;
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    const Contact& c = graph_[index];
+    if (c.touching()) wake_island(c.a == slot ? c.b : c.a);
+  });
+}
+
+// Nobody else looks at a pair of which neither body is awake.
+void NativeSimulator::wake_below_fixed() {
+  if (!changed_at_rest_ || !islands_.any_asleep()) return;
+  for (const std::uint32_t slot : changed()) {
+    if (bodies[slot].motion != MotionType::fixed) continue;
+    graph_.for_each_of(slot, [&](std::uint32_t index) {
+      const std::uint32_t other = graph_[index].a == slot ? graph_[index].b : graph_[index].a;
+      if (overlaps(state_.bounds[slot].box, state_.bounds[other].box)) wake_island(other);
+    });
+  }
+}
+
+void NativeSimulator::gravity_changed() {
+  std::vector<std::uint32_t> slots;
+  islands_.for_each_with([&](std::uint32_t slot) { return bodies[slot].gravity_scale != 0; },
+                         [&](std::uint32_t slot) { slots.push_back(slot); });
+  for (const std::uint32_t slot : slots) wake_island(slot);
 }
 
 void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {

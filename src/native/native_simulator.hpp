@@ -35,6 +35,7 @@ class NativeSimulator : public Simulator {
   void material_changed(std::uint32_t slot) override;
   void filter_changed(std::uint32_t slot) override;
   void info_changed(std::uint32_t slot) override;
+  void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
@@ -131,6 +132,12 @@ class NativeSimulator : public Simulator {
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   HitEvent hit(const Contact& c, const ContactManifold& manifold) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
+  /// Of a sleeping body.
+  void wake_island(std::uint32_t slot);
+  /// Sleepers that touch the body.
+  void wake_neighbours(std::uint32_t slot);
+  /// Sleepers that fixed bodies were added or moved into.
+  void wake_below_fixed();
   void quarantine_failed();
   void count();
   std::size_t list_bytes() const;

@@ -282,6 +282,7 @@ void World::shift_origin(Vec3 new_origin) {
 
 void World::set_gravity(Vec3 gravity) {
   check_finite(gravity, "set gravity", "the gravity");
+  if (gravity == simulator_->def.gravity) return;
   simulator_->def.gravity = gravity;
   simulator_->gravity_changed();
 }
