@@ -57,6 +57,20 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
     EXPECT_EQ(by_command.state_hash(), direct.state_hash()) << "command " << static_cast<int>(kind);
     EXPECT_NE(direct.state_hash(), std::exchange(before, direct.state_hash()));
   }
+  // Of kinematic bodies.
+  BodyDef lift = cube({3, 0, 5});
+  lift.motion = MotionType::kinematic;
+  const BodyHandle platform{7, 1};
+  const BodyId kinematic = direct.add(lift);
+  CommandList moving;
+  moving.add(platform, lift);
+  moving.push({move_to, platform, a, {}, turned, 0});
+  runner.run(moving);
+  direct.move_to(kinematic, {a, 0, turned});
+  by_command.step();
+  direct.step();
+  EXPECT_EQ(by_command.pose(runner.body(platform)).position, a);
+  EXPECT_EQ(by_command.state_hash(), direct.state_hash());
   CommandList removal;
   removal.push({remove, handle, {}, {}, {}, 0});
   runner.run(removal);

@@ -19,7 +19,7 @@ struct BodyId {
 
 enum class MotionType : std::uint8_t {
   fixed,      ///< "static": never moves
-  kinematic,  ///< moves with the velocity it is given; pushes, is not pushed
+  kinematic,  ///< moves with the velocity it is given, or to a pose (World::move_to); pushes, is not pushed
   dynamic,    ///< moves by forces and contacts
 };
 

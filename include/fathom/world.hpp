@@ -185,6 +185,12 @@ class World {
   void set_pose(BodyId id, const Pose& pose);
   const Velocity& velocity(BodyId id) const;
   void set_velocity(BodyId id, Vec3 linear, Vec3 angular);
+  /// Moves a kinematic body so that the next step ends with it at exactly this pose. During that step it has the
+  /// velocity that takes it there on a straight line, turning the shorter way: contacts see it, what rests on the body
+  /// is carried along, and sleepers on it wake where it moves. Then it stops, unless this is called again; until the
+  /// step, set_pose, set_velocity and add_velocity take its place. A body that is to appear elsewhere without pushing
+  /// what is between has set_pose. Throws `invalid_argument` for bodies that are not kinematic.
+  void move_to(BodyId id, const Pose& pose);
   /// Adds to the velocity (m/s, rad/s), without a need to read it first.
   void add_velocity(BodyId id, Vec3 linear, Vec3 angular);
   MotionType motion(BodyId id) const;

@@ -58,7 +58,7 @@ struct BodyTensors {
 enum BodyFlags : std::uint32_t {
   awake_flag = 1,
   isolated_flag = 2,  ///< stopped because its state was not finite
-  forced_flag = 4,    ///< `forces` holds something for the next step
+  forced_flag = 4,    ///< `forces`, of a kinematic body `targets`, holds something for the next step
   edited_flag = 8,    ///< its velocity is new, its boxes are not yet
 };
 
@@ -164,6 +164,7 @@ struct BodyArrays {
   BodyConstants* constants;
   BodyTensors* tensors;
   Force* forces;
+  Pose* targets;  ///< where kinematic bodies are to be at the end of the step
   HullArrays hulls;
 
   // Moved by steps.

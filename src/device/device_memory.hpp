@@ -46,7 +46,7 @@ class BodyMemory {
   /// Calls act(buffer) for those that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
-    act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
+    act(slots), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
     act(island_woken_), act(solver_);
@@ -59,6 +59,7 @@ class BodyMemory {
   exec::Buffer<BodyConstants> constants_;
   exec::Buffer<BodyTensors> tensors_;
   exec::Buffer<Force> forces_;
+  exec::Buffer<Pose> targets_;
   exec::Buffer<Pose> poses_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;

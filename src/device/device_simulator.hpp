@@ -41,6 +41,7 @@ class DeviceSimulator final : public Simulator {
   void body_removed(std::uint32_t slot) override;
   void set_pose(std::uint32_t slot, const Pose& pose) override;
   void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void move_to(std::uint32_t slot, const Pose& pose) override;
   void add_velocity(std::uint32_t slot, const Velocity& change) override;
   void add_impulse(std::uint32_t slot, const Velocity& impulse) override;
   void material_changed(std::uint32_t slot) override { constants_changed(slot, mix_materials | wake_partners); }

@@ -4,6 +4,7 @@
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
 #include "dynamics/bounds.hpp"
+#include "dynamics/move_to.hpp"
 #include "exec/atomic.hpp"
 
 namespace fathom::device {
@@ -15,6 +16,7 @@ enum class EditKind : std::uint32_t {
   set_velocity,
   add_velocity,  ///< velocity: the change
   impulse,       ///< velocity: impulse (N·s) and angular impulse (N·m·s)
+  move_to,       ///< of a kinematic body
   force,         ///< velocity: force (N) and torque (N·m), for the next step
   constants,     ///< its BodyData's constants alone
   wake,
@@ -92,14 +94,16 @@ struct ApplyEdits {
   FATHOM_HD void follow(std::uint32_t i) const {
     if (counters->stopped || i >= counters->bodies || !(bodies.flags[i] & edited_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(edited_flag);
-    refit(i, false, wakes(i));
+    refit(i, false, set_moving(i));
     wake(i);
   }
 
  private:
-  /// A kinematic body that gets a velocity wakes what rests on it.
-  FATHOM_HD std::uint32_t wakes(std::uint32_t i) const {
-    return bodies.constants[i].motion() == MotionType::kinematic ? static_cast<std::uint32_t>(wake_partners) : 0u;
+  /// The velocity of body i is new: a kinematic one goes nowhere else, and wakes what rests on it.
+  FATHOM_HD std::uint32_t set_moving(std::uint32_t i) const {
+    if (bodies.constants[i].motion() != MotionType::kinematic) return 0;
+    bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);
+    return fathom::is_moving(bodies.velocities[i]) ? static_cast<std::uint32_t>(wake_partners) : 0u;
   }
 
   FATHOM_HD bool mark(const Edit& e) const {
@@ -124,22 +128,29 @@ struct ApplyEdits {
       case EditKind::remove:
         return remove(i);
       case EditKind::set_pose:
+        set_moving(i);
         bodies.poses[i] = e.pose();
         refit(i, true, box_change | wake_partners);
         break;
       case EditKind::set_velocity:
         bodies.velocities[i] = e.velocity();
-        refit(i, false, wakes(i));
+        refit(i, false, set_moving(i));
         break;
       case EditKind::add_velocity:
         bodies.velocities[i].linear += e.linear;
         bodies.velocities[i].angular += e.angular;
-        refit(i, false, wakes(i));
+        refit(i, false, set_moving(i));
         break;
       case EditKind::impulse:
         bodies.velocities[i] = pushed(bodies.velocities[i], bodies.constants[i], bodies.tensors[i],
                                       bodies.poses[i].rotation, e.velocity());
         refit(i, false, 0);
+        break;
+      case EditKind::move_to:
+        bodies.velocities[i] = velocity_between(bodies.poses[i], e.pose(), dt);
+        refit(i, false, set_moving(i));
+        bodies.targets[i] = e.pose();
+        bodies.flags[i] |= forced_flag;
         break;
       case EditKind::force: {
         Force f = bodies.flags[i] & forced_flag ? bodies.forces[i] : Force{};

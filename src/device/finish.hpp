@@ -61,22 +61,26 @@ struct MoveBodies {
       if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
+      if (forced) pose = bodies.targets[i];
     } else {
       move_free(i, c, flags, pose, v, rest);
     }
-    std::uint32_t new_flags = flags & ~forced_flag;
+    std::uint32_t new_flags = flags;
+    // Islands have to know of those that move before they stop.
+    if (c.is_dynamic() || !p.sleeping) new_flags &= ~forced_flag;
+    if (forced && !c.is_dynamic() && !p.sleeping) v = {};
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
       pose = before;
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
       v = Velocity{};
       rest = {};
-      new_flags = (new_flags & ~awake_flag) | isolated_flag;
+      new_flags = (new_flags & ~(awake_flag | forced_flag)) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
       quarantined[exec::atomic_add(counters->quarantined, 1u)] = i;
       exec::atomic_store(counters->layout_dirty, 1u);
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
-    if (flags & forced_flag) bodies.forces[i] = {};
+    if (forced) bodies.forces[i] = {};
     // A rest of a velocity beyond all limits could be as large as any other.
     if (limit(v.linear, p.max_linear_speed)) rest = {};
     limit(v.angular, pi / p.dt);

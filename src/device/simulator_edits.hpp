@@ -133,6 +133,10 @@ void DeviceSimulator<D>::set_velocity(std::uint32_t slot, const Velocity& veloci
   add_edit(edit_of(EditKind::set_velocity, index_of_[slot], velocity));
 }
 template <exec::Device D>
+void DeviceSimulator<D>::move_to(std::uint32_t slot, const Pose& pose) {
+  add_edit(edit_of(EditKind::move_to, index_of_[slot], pose));
+}
+template <exec::Device D>
 void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change) {
   add_edit(edit_of(EditKind::add_velocity, index_of_[slot], change));
 }

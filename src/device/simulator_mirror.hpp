@@ -91,6 +91,9 @@ void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data
     case EditKind::set_velocity:
       v = e.velocity();
       break;
+    case EditKind::move_to:
+      v = velocity_between(poses_[slot], e.pose(), def.dt);
+      break;
     case EditKind::add_velocity:
       v.linear += e.linear;
       v.angular += e.angular;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "device/build_constraints.hpp"
+#include "dynamics/move_to.hpp"
 #include "dynamics/sleep.hpp"
 
 namespace fathom::device {
@@ -47,7 +48,7 @@ struct JoinIslands {
     if (c.fixed_a()) {
       // A body that something moving pushes stays awake.
       const Velocity& v = bodies.velocities[c.a];
-      if (length_squared(v.linear) + length_squared(v.angular) > 0) bodies.slow_time[c.b] = 0;
+      if (fathom::is_moving(v)) bodies.slow_time[c.b] = 0;
       note_rest(c, c.b, is_carried | is_supported);
       return;
     }
@@ -103,7 +104,8 @@ struct FallAsleep {
   float time;  ///< s
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (!bodies.is_awake(i) || !bodies.constants[i].is_dynamic()) return;
+    if (!bodies.is_awake(i)) return;
+    if (!bodies.constants[i].is_dynamic()) return arrive(i);
     const std::uint32_t root = root_of(bodies.parent, i);
     if (__builtin_bit_cast(float, bodies.island_slow[root]) < time) return;
     if ((bodies.best[root] & (is_supported | is_moving)) == is_moving) return;
@@ -111,6 +113,14 @@ struct FallAsleep {
     bodies.flags[i] &= ~awake_flag;
     bodies.velocities[i] = Velocity{};
     exec::atomic_store(counters->layout_dirty, 1u);
+  }
+
+ private:
+  /// A kinematic body stops that is where it was to get.
+  FATHOM_HD void arrive(std::uint32_t i) const {
+    if (!(bodies.flags[i] & forced_flag)) return;
+    bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);
+    bodies.velocities[i] = Velocity{};
   }
 };
 

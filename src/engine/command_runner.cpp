@@ -108,6 +108,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
       return;
     case CommandKind::set_pose:
       return world_->set_pose(id, {c.a, 0, c.rotation});
+    case CommandKind::move_to:
+      return world_->move_to(id, {c.a, 0, c.rotation});
     case CommandKind::set_velocity:
       return world_->set_velocity(id, c.a, c.b);
     case CommandKind::add_velocity:

@@ -17,6 +17,7 @@ enum BodyFlag : std::uint8_t {
   has_force = 4,    ///< `forces` holds something for the next step
   isolated = 8,     ///< stopped because its state was not finite
   kinematic = 16,
+  targeted = 64,  ///< the next step takes it to a pose that the application has given
   filtered = 32,  ///< there are bodies that its filter does not let it collide with
 };
 

@@ -1,5 +1,6 @@
 #include "native/islands.hpp"
 
+#include "dynamics/move_to.hpp"
 #include "dynamics/sleep.hpp"
 
 namespace fathom::native {
@@ -19,8 +20,7 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
       const Contact& c = graph_[index];
       if (c.fixed_a) {
         // A body that something moving pushes stays awake.
-        const Velocity& v = state_.velocities[c.a];
-        if (length_squared(v.linear) + length_squared(v.angular) > 0) state_.slow_time[c.b] = 0;
+        if (is_moving(state_.velocities[c.a])) state_.slow_time[c.b] = 0;
         return;
       }
       if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) return;  // one of them is quarantined

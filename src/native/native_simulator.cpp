@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "dynamics/move_to.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -223,6 +224,7 @@ void NativeSimulator::finish() {
   }
   forced_.clear();
   if (def.sleep.enabled && islands_.put_to_sleep(active_)) active_is_current_ = in_contact_is_current_ = false;
+  arrive();
 }
 
 // --- parts of the step ---------------------------------------------------------------------------------------
@@ -379,6 +381,15 @@ void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity
   }
 }
 
+void NativeSimulator::arrive() {
+  for (auto target = targets_.rbegin(); target != targets_.rend(); ++target) {
+    std::uint8_t& flags = state_.flags[target->slot];
+    if ((flags & (targeted | awake)) == (targeted | awake)) place(target->slot, target->pose, {});
+    flags &= static_cast<std::uint8_t>(~targeted);
+  }
+  targets_.clear();
+}
+
 void NativeSimulator::quarantine_failed() {
   for (const std::uint32_t slot : active_) {
     if (!(state_.flags[slot] & isolated)) continue;
@@ -470,6 +481,7 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   queries_are_current_ = false;
   wake(slot);
   wake_neighbours(slot);
+  state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
   state_.poses[slot] = pose;
   state_.bounds[slot] = bounds_of(bodies[slot], pose, state_.velocities[slot], def.dt);
   state_.flags[slot] |= box_changed;
@@ -478,8 +490,17 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
   queries_are_current_ = false;
   wake(slot);
-  if (state_.flags[slot] & kinematic) wake_neighbours(slot);
+  if (state_.flags[slot] & kinematic) {
+    state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
+    if (is_moving(velocity)) wake_neighbours(slot);
+  }
   place(slot, state_.poses[slot], velocity);
+}
+
+void NativeSimulator::move_to(std::uint32_t slot, const Pose& pose) {
+  set_velocity(slot, velocity_between(state_.poses[slot], pose, def.dt));
+  state_.flags[slot] |= targeted;
+  targets_.push_back({pose, slot});
 }
 
 void NativeSimulator::material_changed(std::uint32_t slot) {

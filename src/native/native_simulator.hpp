@@ -32,6 +32,7 @@ class NativeSimulator : public Simulator {
   void body_removed(std::uint32_t slot) override;
   void set_pose(std::uint32_t slot, const Pose& pose) override;
   void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void move_to(std::uint32_t slot, const Pose& pose) override;
   void material_changed(std::uint32_t slot) override;
   void filter_changed(std::uint32_t slot) override;
   void info_changed(std::uint32_t slot) override;
@@ -132,6 +133,8 @@ class NativeSimulator : public Simulator {
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   HitEvent hit(const Contact& c, const ContactManifold& manifold) const;
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
+  /// Kinematic bodies that `move_to` has moved stand still where they were to get.
+  void arrive();
   /// Of a sleeping body.
   void wake_island(std::uint32_t slot);
   /// Sleepers that touch the body.
@@ -158,6 +161,12 @@ class NativeSimulator : public Simulator {
   bool queries_are_current_ = false;
   bool are_free_moved_ = false;  // in this step, before `finish`
   bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
+  /// Where a kinematic body is to be at the end of the next step.
+  struct Target {
+    Pose pose;
+    std::uint32_t slot = none;
+    std::uint32_t unused[3] = {};  // in place of padding, which snapshots would keep
+  };
   struct ChangedBodies {
     std::uint32_t count = 0;
     bool at_rest = false;
@@ -167,6 +176,7 @@ class NativeSimulator : public Simulator {
   std::span<const std::uint32_t> changed() const { return {changed_.data(), changed_count_}; }
   std::vector<ChangedBodies> changed_in_chunk_;
   bool changed_at_rest_ = false;              // some of them are not awake
+  std::vector<Target> targets_;               // the last one of a body counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;

@@ -30,6 +30,8 @@ class Simulator {
   virtual void set_pose(std::uint32_t slot, const Pose& pose) = 0;
   virtual void set_velocity(std::uint32_t slot, const Velocity& velocity) = 0;
   virtual void add_velocity(std::uint32_t slot, const Velocity& change);
+  /// Of a kinematic body: see World::move_to.
+  virtual void move_to(std::uint32_t slot, const Pose& pose) = 0;
   /// Linear and angular impulse (N·s, N·m·s) about the centre of mass. Throws where the result is not finite and known.
   virtual void add_impulse(std::uint32_t slot, const Velocity& impulse);
   // Setters wake the body; what changes for those that it touches wakes them. A body that was isolated because its

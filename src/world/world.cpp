@@ -150,6 +150,16 @@ void World::add_velocity(BodyId id, Vec3 linear, Vec3 angular) {
   simulator_->add_velocity(slot, {linear, 0, angular, 0});
 }
 
+void World::move_to(BodyId id, const Pose& pose) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "move to");
+  check_pose(pose, "move to");
+  const MotionType motion = simulator_->bodies[slot].motion;
+  if (motion != MotionType::kinematic)
+    refuse(std::string("move to: the body is ") + (motion == MotionType::fixed ? "fixed" : "dynamic") +
+           "; only kinematic bodies can be moved along");
+  simulator_->move_to(slot, {pose.position + Vec3{}, 0, normalize(pose.rotation)});
+}
+
 MotionType World::motion(BodyId id) const {
   return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion;
 }
@@ -249,7 +259,7 @@ void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
 }
 
 void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply angular impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply angular impulse");
   check_finite(impulse, "apply angular impulse", "the impulse");
   simulator_->add_impulse(slot, {{}, 0, impulse, 0});
 }
