@@ -42,14 +42,14 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
       {set_damping, [&] { direct.set_damping(id, a.x, 0.2f); }},
       {set_material,
        [&] {
-         direct.set_material(id, {a.x, 0.2f});
+         direct.set_material(id, {.friction = a.x, .restitution = 0.2f, .rolling_resistance = 0.1f});
        }},
   };
   std::uint64_t before = direct.state_hash();
   for (const auto& [kind, act] : pairs) {
     const bool of_scalars = kind == set_damping || kind == set_material;
     CommandList list;
-    list.push({kind, handle, of_scalars ? Vec3{a.x, 0.2f, 0} : a, b, turned, 0});
+    list.push({kind, handle, of_scalars ? Vec3{a.x, 0.2f, 0.1f} : a, b, turned, 0});
     runner.run(list);
     act();
     by_command.step();

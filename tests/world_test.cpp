@@ -71,6 +71,7 @@ TEST(World, RefusesBadBodiesAndStaysAsItWas) {
   refuse("hull", [](BodyDef& d) { d.shape.type = ShapeType::hull; });
   refuse("friction", [](BodyDef& d) { d.material.friction = -0.1f; });
   refuse("restitution", [](BodyDef& d) { d.material.restitution = 1.5f; });
+  refuse("rolling resistance is -0.1", [](BodyDef& d) { d.material.rolling_resistance = -0.1f; });
   refuse("damping", [](BodyDef& d) { d.linear_damping = nan; });
   refuse("inertia", [](BodyDef& d) { d.inertia = SymMat3{1, 1, -1, 0, 0, 0}; });
   refuse("principal moments", [](BodyDef& d) { d.inertia = SymMat3{1, 1, 2.1f, 0, 0, 0}; });

@@ -32,6 +32,10 @@ struct Material {
   float restitution = 0.0f;  ///< 0 … 1
   CombineRule friction_rule = CombineRule::geometric_mean;
   CombineRule restitution_rule = CombineRule::maximum;
+  /// Of spheres and capsules, ≥ 0: a rolling one brakes as if the normal force acted ahead of the contact by this part
+  /// of its radius. A ball then loses 5/7 g times this of its speed, and stays on slopes up to this tangent. Typical
+  /// are 0.001 (steel) to 0.05 (a soft ball). The larger of two bodies' values counts, times the larger radius.
+  float rolling_resistance = 0.0f;
 };
 
 /// Two bodies collide where each one's category is in the other's mask.

@@ -54,9 +54,13 @@ struct SolverSettings {
   float max_linear_speed = 1000.0f;    ///< m/s; faster bodies are slowed to it
 };
 
+/// Islands of bodies that touch fall asleep together, where they rest on something that cannot be pushed or do not move
+/// at all; what sinks, rises or drifts freely never does. Contacts and setters wake them, and what changes below them:
+/// another gravity, a support that moves, goes or gets another material, something fixed that is put into them.
 struct SleepSettings {
   bool enabled = true;
-  float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep
+  float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep; round bodies that
+                               ///< touch something lose their spin below four times this
   float time = 0.5f;           ///< s that all bodies of an island must have been slow
 };
 
@@ -208,8 +212,11 @@ class World {
   bool is_awake(BodyId id) const;
   void wake(BodyId id);
 
-  // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes. All throw
-  // `stale_id`, and `invalid_argument` for values that are not finite and for bodies that are fixed or kinematic.
+  // Forces act during the next step only; impulses at once. What a force changes of the velocity moves the body as
+  // symplectic Euler over the whole step does, so a spring or a controller that computes its force once a step is
+  // stable up to ω dt < 2 (docs/solver.md); bodies without forces fly on exact parabolas. Points, forces and torques
+  // are in world axes. All throw `stale_id`, and `invalid_argument` for values that are not finite and for bodies that
+  // are fixed or kinematic.
   void apply_force(BodyId id, Vec3 force);                 ///< N at the centre of mass
   void apply_force_at(BodyId id, Vec3 force, Vec3 point);  ///< N at a point (m)
   void apply_torque(BodyId id, Vec3 torque);               ///< N·m
@@ -224,6 +231,7 @@ class World {
   void wait() const;
   std::uint64_t step_count() const;
   double time() const;  ///< s simulated
+  /// Another gravity wakes all sleepers that it acts on.
   void set_gravity(Vec3 gravity);
   /// Moves the origin to `new_origin` (m): takes it from every body's position. What touches goes on touching; all
   /// bodies wake. For worlds that leave the 10 km round their origin where single precision is good

@@ -49,9 +49,10 @@ struct alignas(16) BodyConstants {
 };
 static_assert(sizeof(BodyConstants) == 64);
 
-/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone.
+/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone, and what only round contacts read.
 struct BodyTensors {
   SymMat3 inertia, inverse;
+  float rolling_resistance = 0;
 };
 
 /// State flags of a body.

@@ -104,9 +104,11 @@ ContactMemory::ContactMemory(exec::Memory& m)
       manifold_(m),
       overflow_order_(m),
       rows_(m),
-      bounces_(m) {}
+      bounces_(m),
+      rolls_(m) {}
 
-void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces) {
+void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces,
+                            bool rolls) {
   const std::size_t n = std::max(contacts, capacity());
   contacts_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -128,8 +130,10 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   heads_.grow(m);
   rows_.grow((m + tile_width - 1) / tile_width * tile_width * row_count);
   if (bounces) bounces_.grow(m);
+  if (rolls) rolls_.grow(m);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
   may_bounce_ = bounces;
+  may_roll_ = rolls;
   manifold_capacity_ = m;
 }
 
@@ -156,6 +160,7 @@ ConstraintArrays ContactMemory::constraints() {
           .manifold = manifold_.data(),
           .rows = rows_.data(),
           .bounces = bounces_.data(),
+          .rolls = rolls_.data(),
           .overflow_order = overflow_order_.data()};
 }
 

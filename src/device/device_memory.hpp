@@ -84,9 +84,10 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  /// `bounces`: whether rows for restitution are needed.
-  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces);
+  /// `bounces` and `rolls`: whether rows for restitution, and for rolling resistance, are needed.
+  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces, bool rolls);
   bool may_bounce() const { return may_bounce_; }
+  bool may_roll() const { return may_roll_; }
   std::size_t capacity() const { return capacity_; }
   std::size_t manifold_capacity() const { return manifold_capacity_; }
   ContactArrays contacts();
@@ -105,9 +106,10 @@ class ContactMemory {
   exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
+  exec::Buffer<RollRow> rolls_;
   std::size_t capacity_ = 0, manifold_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
-  bool may_bounce_ = false;
+  bool may_bounce_ = false, may_roll_ = false;
 };
 
 /// Hulls of all shapes that were ever used, one after the other.

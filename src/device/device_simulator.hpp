@@ -231,6 +231,7 @@ class DeviceSimulator final : public Simulator {
   exec::Traffic newest_traffic_;
   exec::Traffic counted_;    // up to the last submission
   bool may_bounce_ = false;  // some material has a restitution above zero
+  bool may_roll_ = false;    // some material has a rolling resistance
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;

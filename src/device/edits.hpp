@@ -162,6 +162,7 @@ struct ApplyEdits {
       }
       case EditKind::constants:
         bodies.constants[i] = data[e.data].constants;
+        bodies.tensors[i] = data[e.data].tensors;
         note(i, data[e.data].changes);
         if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;

@@ -196,6 +196,9 @@ struct MoveBodies {
     const float speed = speed_of(v, c.radius);
     const bool slow = c.bits & can_sleep_bit && c.is_dynamic() && speed < p.slow_below;
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
+    const bool settles = bodies.touching[i] > 0 && c.bits & can_sleep_bit && is_round(c.shape()) && c.is_dynamic() &&
+                         speed < rest_speeds * p.slow_below;
+    if (settles) bodies.velocities[i].angular = rest_factor(p.dt) * v.angular;
   }
 };
 

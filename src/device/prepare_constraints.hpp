@@ -70,8 +70,8 @@ struct PrepareConstraints {
     ContactImpulses impulses;
     Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
-    const float nearest =
-        prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, a, b, frame, points, impulses);
+    const float nearest = prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, contact.round(), a, b,
+                                          frame, points, impulses);
     if (overlap > 0) contact.overlap = faded_overlap(overlap, nearest, overlap_kept);
     const int count = m.point_count();
     Quad* const rows = rows_of(constraints, k);
@@ -90,12 +90,14 @@ struct PrepareConstraints {
                               (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
+    const std::uint32_t rolls = contact.round() && m.rolling_length() > 0;
+    if (rolls) constraints.rolls[k] = roll_row(m, ContactAxes(frame));
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
-    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, 0};
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, rolls};
   }
 };
 

@@ -71,7 +71,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.friction = info.material.friction;
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;
-  d.tensors = {info.inertia, info.inverse_inertia};
+  d.tensors = {info.inertia, info.inverse_inertia, info.material.rolling_resistance};
+  may_roll_ = may_roll_ || info.material.rolling_resistance > 0;
   return d;
 }
 

@@ -133,7 +133,7 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
     case CommandKind::set_damping:
       return world_->set_damping(id, c.a.x, c.a.y);
     case CommandKind::set_material:
-      return world_->set_material(id, {c.a.x, c.a.y});
+      return world_->set_material(id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z});
     case CommandKind::add:
     case CommandKind::set_gravity:
       break;

@@ -11,6 +11,7 @@
 #include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
 #include "native/native_simulator.hpp"
 #include "native/prefetch.hpp"
@@ -197,6 +198,7 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifo
     return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
   };
   manifold = {};
+  c.round = is_round(bodies[c.a].geometry.type) || is_round(bodies[c.b].geometry.type);
   graph_.mix_materials(c, manifold);
   const float overlap = first_overlap(fresh.manifold, manifold.restitution, thickness(c.a), thickness(c.b),
                                       contact_sag(def) * length(def.gravity));

@@ -8,6 +8,7 @@
 
 #include "dynamics/forces.hpp"
 #include "dynamics/restitution.hpp"
+#include "dynamics/rolling.hpp"
 #include "dynamics/rotation.hpp"
 #include "dynamics/sleep.hpp"
 #include "geometry/support.hpp"
@@ -347,6 +348,7 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
     if (bits[i / 8] >> i % 8 & 1) state.flags[lanes.item(i)] |= box_changed;
 }
 
+template <bool in_contact>
 void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
@@ -354,6 +356,9 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     const float speed = speed_of(state.velocities[slot], info.radius);
     const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < p.slow_below;
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
+    const bool settles = in_contact && info.can_sleep && is_round(info.geometry.type) &&
+                         info.motion == MotionType::dynamic && speed < rest_speeds * p.slow_below;
+    if (settles) state.velocities[slot].angular *= rest_factor(p.dt);
   }
 }
 
@@ -423,7 +428,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.rest.x});
   lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.rest.y});
   update_boxes(lanes, bodies, state, p, m);
-  if (p.sleeping) account_for_sleep(lanes, bodies, state, p);
+  if (p.sleeping) account_for_sleep<in_contact>(lanes, bodies, state, p);
   return failed;
 }
 

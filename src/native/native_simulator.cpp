@@ -400,6 +400,7 @@ void NativeSimulator::quarantine_failed() {
       ContactManifold& m = graph_.manifold(graph_[index]);
       for (float& impulse : m.impulses) impulse = 0;
       m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
+      if (graph_[index].round) m.set_rolling_impulse({});
     });
     quarantined_.push_back({bodies.id(slot), steps + 1});
   }

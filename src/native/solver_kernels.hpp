@@ -43,6 +43,7 @@ struct BlockArray {
   std::size_t stride = 0;     ///< bytes from block to block
   std::size_t fetch_end = 0;  ///< bodies of blocks up to there may be fetched, even beyond those that are asked for
   bool shared = false;        ///< several threads write the bodies in turn
+  float* rolls = nullptr;     ///< of rolling resistance, kept apart like `bounces`
   bool scattered = false;     ///< what constraints are made of is in other threads' caches, or in no near one
 };
 
@@ -55,6 +56,7 @@ struct BlockHeader {
   bool still_a = false;         ///< … nor moves by itself
   bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
   bool restitution = false;     ///< some lane bounces
+  bool rolls = false;           ///< some lane has rolling resistance
 };
 
 /// Columns side by side, one a lane (dynamics/columns.hpp). Arrays have `width` entries a row; lanes beyond `used` are
@@ -74,6 +76,7 @@ struct SolverKernels {
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
   std::size_t bounce_floats;          ///< a block
+  std::size_t roll_floats;            ///< a block
   std::size_t column_floats;          ///< a row of columns
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and

@@ -91,6 +91,7 @@ void check_material(const Material& m, const char* action) {
   require_not_negative(m.restitution, action, "the restitution");
   if (m.restitution > 1)
     refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
+  require_not_negative(m.rolling_resistance, action, "the rolling resistance");
   check_rule(m.friction_rule, action, "friction rule");
   check_rule(m.restitution_rule, action, "restitution rule");
 }
