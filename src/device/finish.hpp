@@ -193,12 +193,11 @@ struct MoveBodies {
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v) const {
-    const float speed = speed_of(v, c.radius);
-    const bool slow = c.bits & can_sleep_bit && c.is_dynamic() && speed < p.slow_below;
+    const bool may_sleep = c.bits & can_sleep_bit && c.is_dynamic();
+    const bool slow = may_sleep && speed_of(v, c.radius) < p.slow_below;
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
-    const bool settles = bodies.touching[i] > 0 && c.bits & can_sleep_bit && is_round(c.shape()) && c.is_dynamic() &&
-                         speed < rest_speeds * p.slow_below;
-    if (settles) bodies.velocities[i].angular = rest_factor(p.dt) * v.angular;
+    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > 0)
+      bodies.velocities[i].angular = rest_factor(v, c.shape_radius, p.slow_below, p.dt) * v.angular;
   }
 };
 

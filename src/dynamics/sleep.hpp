@@ -18,10 +18,13 @@ inline constexpr float still_share = 1e-3f;
 /// slope of 0.5° on.
 inline constexpr float rest_speeds = 4, rest_damping = 2;
 
-/// Factor of a step dt (s) for the angular velocity of a round body in contact.
-FATHOM_HD float rest_factor(float dt) { return 1.0f / (1.0f + rest_damping * dt); }
-
 /// Of the fastest point of a body (m/s).
 FATHOM_HD float speed_of(const Velocity& v, float radius) { return length(v.linear) + length(v.angular) * radius; }
+
+/// Factor of a step dt (s) for the angular velocity of a body in contact that is round with this radius (m);
+/// `slow_below` is SleepSettings::linear_speed.
+FATHOM_HD float rest_factor(const Velocity& v, float radius, float slow_below, float dt) {
+  return speed_of(v, radius) < rest_speeds * slow_below ? 1.0f / (1.0f + rest_damping * dt) : 1.0f;
+}
 
 }  // namespace fathom

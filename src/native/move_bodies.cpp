@@ -353,12 +353,12 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
-    const float speed = speed_of(state.velocities[slot], info.radius);
-    const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < p.slow_below;
+    Velocity& v = state.velocities[slot];
+    const bool may_sleep = info.can_sleep && info.motion == MotionType::dynamic;
+    const bool slow = may_sleep && speed_of(v, info.radius) < p.slow_below;
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
-    const bool settles = in_contact && info.can_sleep && is_round(info.geometry.type) &&
-                         info.motion == MotionType::dynamic && speed < rest_speeds * p.slow_below;
-    if (settles) state.velocities[slot].angular *= rest_factor(p.dt);
+    if (in_contact && may_sleep && is_round(info.geometry.type))
+      v.angular *= rest_factor(v, info.geometry.radius, p.slow_below, p.dt);
   }
 }
 
