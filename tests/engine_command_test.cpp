@@ -42,14 +42,14 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
       {set_damping, [&] { direct.set_damping(id, a.x, 0.2f); }},
       {set_material,
        [&] {
-         direct.set_material(id, {a.x, 0.2f});
+         direct.set_material(id, {.friction = a.x, .restitution = 0.2f, .rolling_resistance = 0.1f});
        }},
   };
   std::uint64_t before = direct.state_hash();
   for (const auto& [kind, act] : pairs) {
     const bool of_scalars = kind == set_damping || kind == set_material;
     CommandList list;
-    list.push({kind, handle, of_scalars ? Vec3{a.x, 0.2f, 0} : a, b, turned, 0});
+    list.push({kind, handle, of_scalars ? Vec3{a.x, 0.2f, 0.1f} : a, b, turned, 0});
     runner.run(list);
     act();
     by_command.step();
@@ -57,6 +57,20 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
     EXPECT_EQ(by_command.state_hash(), direct.state_hash()) << "command " << static_cast<int>(kind);
     EXPECT_NE(direct.state_hash(), std::exchange(before, direct.state_hash()));
   }
+  // Of kinematic bodies.
+  BodyDef lift = cube({3, 0, 5});
+  lift.motion = MotionType::kinematic;
+  const BodyHandle platform{7, 1};
+  const BodyId kinematic = direct.add(lift);
+  CommandList moving;
+  moving.add(platform, lift);
+  moving.push({move_to, platform, a, {}, turned, 0});
+  runner.run(moving);
+  direct.move_to(kinematic, {a, 0, turned});
+  by_command.step();
+  direct.step();
+  EXPECT_EQ(by_command.pose(runner.body(platform)).position, a);
+  EXPECT_EQ(by_command.state_hash(), direct.state_hash());
   CommandList removal;
   removal.push({remove, handle, {}, {}, {}, 0});
   runner.run(removal);

@@ -71,9 +71,24 @@ TEST(World, RefusesBadBodiesAndStaysAsItWas) {
   refuse("hull", [](BodyDef& d) { d.shape.type = ShapeType::hull; });
   refuse("friction", [](BodyDef& d) { d.material.friction = -0.1f; });
   refuse("restitution", [](BodyDef& d) { d.material.restitution = 1.5f; });
+  refuse("rolling resistance is -0.1", [](BodyDef& d) { d.material.rolling_resistance = -0.1f; });
   refuse("damping", [](BodyDef& d) { d.linear_damping = nan; });
   refuse("inertia", [](BodyDef& d) { d.inertia = SymMat3{1, 1, -1, 0, 0, 0}; });
+  refuse("principal moments", [](BodyDef& d) { d.inertia = SymMat3{1, 1, 2.1f, 0, 0, 0}; });
+  refuse("principal moments", [](BodyDef& d) { d.inertia = SymMat3{2, 2, 1, 1.5f, 0, 0}; });
   refuse("gravity scale", [](BodyDef& d) { d.gravity_scale = nan; });
+  refuse("friction rule is 77", [](BodyDef& d) { d.material.friction_rule = static_cast<CombineRule>(77); });
+  refuse("restitution rule is 5", [](BodyDef& d) { d.material.restitution_rule = static_cast<CombineRule>(5); });
+  refuse("motion is 9", [](BodyDef& d) { d.motion = static_cast<MotionType>(9); });
+}
+
+TEST(World, TakesTheInertiaOfAFlatBody) {
+  World world(quiet_world());
+  BodyDef def = cube({0, 0, 1});
+  def.inertia = SymMat3{1, 1, 2, 0, 0, 0};
+  def.pose.rotation = axis_angle({1, 2, 3}, 0.7f);
+  const BodyId id = world.add(def);
+  EXPECT_EQ(world.mass_properties(id).inertia.zz, 2);
 }
 
 TEST(World, RefusesBadDefinitions) {
@@ -188,6 +203,17 @@ TEST(World, RefusesBadForcesAndQueries) {
   expect_error(ErrorCode::invalid_argument, "force", [&] { world.apply_force(id, {nan, 0, 0}); });
   expect_error(ErrorCode::invalid_argument, "torque", [&] { world.apply_torque(id, {0, infinity, 0}); });
   expect_error(ErrorCode::invalid_argument, "impulse", [&] { world.apply_impulse(id, {0, 0, nan}); });
+  BodyDef moving = cube({0, 0, 9});
+  moving.motion = MotionType::kinematic;
+  const BodyId kinematic = world.add(moving);
+  for (const auto& [body, motion] : {std::pair{fixed, "the body is fixed"}, {kinematic, "the body is kinematic"}}) {
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_force(body, {1, 0, 0}); });
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_force_at(body, {1, 0, 0}, {}); });
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_torque(body, {1, 0, 0}); });
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_impulse(body, {1, 0, 0}); });
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_impulse_at(body, {1, 0, 0}, {}); });
+    expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_angular_impulse(body, {1, 0, 0}); });
+  }
   expect_error(ErrorCode::invalid_argument, "fixed", [&] { world.set_velocity(fixed, {1, 0, 0}, {}); });
   expect_error(ErrorCode::invalid_argument, "translation is zero", [&] { (void)world.ray_cast({0, 0, 0}, {0, 0, 0}); });
   expect_error(ErrorCode::invalid_argument, "upper corner", [&] { (void)world.overlap_aabb({{1, 1, 1}, {0, 0, 0}}); });

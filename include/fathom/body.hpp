@@ -19,7 +19,7 @@ struct BodyId {
 
 enum class MotionType : std::uint8_t {
   fixed,      ///< "static": never moves
-  kinematic,  ///< moves with the velocity it is given; pushes, is not pushed
+  kinematic,  ///< moves with the velocity it is given, or to a pose (World::move_to); pushes, is not pushed
   dynamic,    ///< moves by forces and contacts
 };
 
@@ -32,6 +32,10 @@ struct Material {
   float restitution = 0.0f;  ///< 0 … 1
   CombineRule friction_rule = CombineRule::geometric_mean;
   CombineRule restitution_rule = CombineRule::maximum;
+  /// Of spheres and capsules, ≥ 0: a rolling one brakes as if the normal force acted ahead of the contact by this part
+  /// of its radius. A ball then loses 5/7 g times this of its speed, and stays on slopes up to this tangent. Typical
+  /// are 0.001 (steel) to 0.05 (a soft ball). The larger of two bodies' values counts, times the larger radius.
+  float rolling_resistance = 0.0f;
 };
 
 /// Two bodies collide where each one's category is in the other's mask.
@@ -51,7 +55,8 @@ struct BodyDef {
   /// Mass (kg); where absent the density (kg/m³) and the shape's volume give it.
   std::optional<float> mass{};
   float density = 1000.0f;
-  /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite.
+  /// Inertia about the centre of mass in body axes (kg·m²) in place of the solid shape's; must be positive definite,
+  /// and no principal moment larger than the sum of the other two.
   std::optional<SymMat3> inertia{};
   float gravity_scale = 1.0f;
   float linear_damping = 0.0f;   ///< 1/s, ≥ 0

@@ -56,9 +56,13 @@ struct SolverSettings {
   float max_linear_speed = 1000.0f;
 };
 
+/// Islands of bodies that touch fall asleep together, where they rest on something that cannot be pushed or do not move
+/// at all; what sinks, rises or drifts freely never does. Contacts and setters wake them, and what changes below them:
+/// another gravity, a support that moves, goes or gets another material, something fixed that is put into them.
 struct SleepSettings {
   bool enabled = true;
-  float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep
+  float linear_speed = 0.05f;  ///< m/s of the fastest point of a body below which it may fall asleep; round bodies that
+                               ///< touch something lose their spin below four times this
   float time = 0.5f;           ///< s that all bodies of an island must have been slow
 };
 
@@ -188,6 +192,12 @@ class World {
   void set_pose(BodyId id, const Pose& pose);
   const Velocity& velocity(BodyId id) const;
   void set_velocity(BodyId id, Vec3 linear, Vec3 angular);
+  /// Moves a kinematic body so that the next step ends with it at exactly this pose. During that step it has the
+  /// velocity that takes it there on a straight line, turning the shorter way: contacts see it, what rests on the body
+  /// is carried along, and sleepers on it wake where it moves. Then it stops, unless this is called again; until the
+  /// step, set_pose, set_velocity and add_velocity take its place. A body that is to appear elsewhere without pushing
+  /// what is between has set_pose. Throws `invalid_argument` for bodies that are not kinematic.
+  void move_to(BodyId id, const Pose& pose);
   /// Adds to the velocity (m/s, rad/s), without a need to read it first.
   void add_velocity(BodyId id, Vec3 linear, Vec3 angular);
   MotionType motion(BodyId id) const;
@@ -205,7 +215,11 @@ class World {
   bool is_awake(BodyId id) const;
   void wake(BodyId id);
 
-  // Forces act during the next step only; impulses at once. Points, forces and torques are in world axes.
+  // Forces act during the next step only; impulses at once. What a force changes of the velocity moves the body as
+  // symplectic Euler over the whole step does, so a spring or a controller that computes its force once a step is
+  // stable up to ω dt < 2 (docs/solver.md); bodies without forces fly on exact parabolas. Points, forces and torques
+  // are in world axes. All throw `stale_id`, and `invalid_argument` for values that are not finite and for bodies that
+  // are fixed or kinematic.
   void apply_force(BodyId id, Vec3 force);                 ///< N at the centre of mass
   void apply_force_at(BodyId id, Vec3 force, Vec3 point);  ///< N at a point (m)
   void apply_torque(BodyId id, Vec3 torque);               ///< N·m
@@ -220,6 +234,7 @@ class World {
   void wait() const;
   std::uint64_t step_count() const;
   double time() const;  ///< s simulated
+  /// Another gravity wakes all sleepers that it acts on.
   void set_gravity(Vec3 gravity);
   /// Moves the origin to `new_origin` (m): takes it from every body's position. What touches goes on touching; all
   /// bodies wake. For worlds that leave the 10 km round their origin where single precision is good

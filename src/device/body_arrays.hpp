@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <fathom/body.hpp>
 
+#include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
 
@@ -48,16 +49,17 @@ struct alignas(16) BodyConstants {
 };
 static_assert(sizeof(BodyConstants) == 64);
 
-/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone.
+/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone, and what only round contacts read.
 struct BodyTensors {
   SymMat3 inertia, inverse;
+  float rolling_resistance = 0;
 };
 
 /// State flags of a body.
 enum BodyFlags : std::uint32_t {
   awake_flag = 1,
   isolated_flag = 2,  ///< stopped because its state was not finite
-  forced_flag = 4,    ///< `forces` holds something for the next step
+  forced_flag = 4,    ///< `forces`, of a kinematic body `targets`, holds something for the next step
   edited_flag = 8,    ///< its velocity is new, its boxes are not yet
 };
 
@@ -163,6 +165,7 @@ struct BodyArrays {
   BodyConstants* constants;
   BodyTensors* tensors;
   Force* forces;
+  Pose* targets;  ///< where kinematic bodies are to be at the end of the step
   HullArrays hulls;
 
   // Moved by steps.
@@ -207,5 +210,14 @@ struct BodyArrays {
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
 };
+
+/// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).
+FATHOM_HD Acceleration forced_acceleration(const BodyArrays& bodies, std::uint32_t i, Quat rotation, Vec3 gravity) {
+  const BodyConstants& c = bodies.constants[i];
+  const Force f = bodies.forces[i];
+  Acceleration a{gravity, {}};
+  add_forces(a, rotation, c.inverse_mass, c.inverse_inertia, bodies.tensors[i].inverse, f.force, f.torque);
+  return a;
+}
 
 }  // namespace fathom::device

@@ -428,9 +428,9 @@ struct LoadBodies {
       motion.angular_damping = damping_factor(c.angular_damping, h);
       const Quat q = bodies.poses[i].rotation;
       if (bodies.flags[i] & forced_flag) {
-        const Force f = bodies.forces[i];
-        motion.acceleration = mul_add(motion.acceleration, c.inverse_mass, f.force);
-        motion.angular_acceleration = angular_acceleration(i, c, q, f.torque);
+        const Acceleration a = forced_acceleration(bodies, i, q, motion.acceleration);
+        motion.acceleration = a.linear;
+        motion.angular_acceleration = a.angular;
       }
       if (!c.is_isotropic()) {
         const SymMat3 world = rotated(to_matrix(q), bodies.tensors[i].inverse);
@@ -438,12 +438,6 @@ struct LoadBodies {
       }
     }
     bodies.motion[i] = motion;
-  }
-
- private:
-  FATHOM_HD Vec3 angular_acceleration(std::uint32_t i, const BodyConstants& c, Quat q, Vec3 torque) const {
-    if (c.is_isotropic()) return c.inverse_inertia * torque;
-    return rotate(q, bodies.tensors[i].inverse * inverse_rotate(q, torque));
   }
 };
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "device/body_arrays.hpp"
-#include "dynamics/contact_rows.hpp"
+#include "dynamics/rolling.hpp"
 
 namespace fathom::device {
 
@@ -30,6 +30,7 @@ enum ContactBits : std::uint32_t {
   touching_bit = 0x100,
   fixed_a_bit = 0x200,  ///< A is fixed or kinematic
   fresh_bit = 0x400,    ///< found in this step
+  round_bit = 0x800,    ///< a body is a sphere or a capsule; known of those that have touched
 };
 
 struct alignas(16) Contact {
@@ -43,6 +44,7 @@ struct alignas(16) Contact {
 
   FATHOM_HD bool in_use() const { return a != none; }
   FATHOM_HD bool touching() const { return bits & touching_bit; }
+  FATHOM_HD bool round() const { return bits & round_bit; }
   FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
@@ -178,11 +180,17 @@ struct ContactArrays {
   }
 };
 
+/// What few constraints have: bits.
+enum ConstraintExtras : std::uint32_t {
+  overlaps_extra = 1,  ///< a part of the overlap counts as touching (dynamics/overlap.hpp)
+  rolls_extra = 2,     ///< a rolling resistance
+};
+
 /// The bodies of a constraint, by device index, and what kind it is.
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  std::uint32_t overlaps;  ///< 1: a part of the overlap counts as touching (dynamics/overlap.hpp)
+  std::uint32_t extras;  ///< `ConstraintExtras`
 };
 
 /// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.
@@ -199,6 +207,7 @@ struct ConstraintArrays {
   std::uint32_t* manifold;
   Quad* rows;
   BounceRow* bounces;
+  RollRow* rolls;
   std::uint32_t* overflow_order;
 };
 

@@ -9,6 +9,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       constants_(m),
       tensors_(m),
       forces_(m),
+      targets_(m),
       poses_(m),
       velocities_(m),
       flags_(m),
@@ -56,6 +57,7 @@ BodyArrays BodyMemory::arrays() {
   return {.constants = constants_.data(),
           .tensors = tensors_.data(),
           .forces = forces_.data(),
+          .targets = targets_.data(),
           .hulls = hulls,
           .poses = poses_.data(),
           .velocities = velocities_.data(),
@@ -103,9 +105,11 @@ ContactMemory::ContactMemory(exec::Memory& m)
       manifold_(m),
       overflow_order_(m),
       rows_(m),
-      bounces_(m) {}
+      bounces_(m),
+      rolls_(m) {}
 
-void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces) {
+void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces,
+                            bool rolls) {
   const std::size_t n = std::max(contacts, capacity());
   contacts_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -127,8 +131,10 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   heads_.grow(m);
   rows_.grow((m + tile_width - 1) / tile_width * tile_width * row_count);
   if (bounces) bounces_.grow(m);
+  if (rolls) rolls_.grow(m);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
   may_bounce_ = bounces;
+  may_roll_ = rolls;
   manifold_capacity_ = m;
 }
 
@@ -155,6 +161,7 @@ ConstraintArrays ContactMemory::constraints() {
           .manifold = manifold_.data(),
           .rows = rows_.data(),
           .bounces = bounces_.data(),
+          .rolls = rolls_.data(),
           .overflow_order = overflow_order_.data()};
 }
 

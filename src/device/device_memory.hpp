@@ -45,7 +45,7 @@ class BodyMemory {
   /// Calls act(buffer) for those that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
-    act(slots), act(constants_), act(tensors_), act(forces_), act(poses_), act(velocities_), act(flags_);
+    act(slots), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
     act(island_woken_), act(isolated_in_), act(solver_);
@@ -58,6 +58,7 @@ class BodyMemory {
   exec::Buffer<BodyConstants> constants_;
   exec::Buffer<BodyTensors> tensors_;
   exec::Buffer<Force> forces_;
+  exec::Buffer<Pose> targets_;
   exec::Buffer<Pose> poses_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;
@@ -82,9 +83,10 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  /// `bounces`: whether rows for restitution are needed.
-  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces);
+  /// `bounces` and `rolls`: whether rows for restitution, and for rolling resistance, are needed.
+  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces, bool rolls);
   bool may_bounce() const { return may_bounce_; }
+  bool may_roll() const { return may_roll_; }
   std::size_t capacity() const { return capacity_; }
   std::size_t manifold_capacity() const { return manifold_capacity_; }
   ContactArrays contacts();
@@ -103,9 +105,10 @@ class ContactMemory {
   exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
+  exec::Buffer<RollRow> rolls_;
   std::size_t capacity_ = 0, manifold_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
-  bool may_bounce_ = false;
+  bool may_bounce_ = false, may_roll_ = false;
 };
 
 /// Hulls of all shapes that were ever used, one after the other.

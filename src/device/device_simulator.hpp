@@ -41,14 +41,15 @@ class DeviceSimulator final : public Simulator {
   void body_removed(std::uint32_t slot) override;
   void set_pose(std::uint32_t slot, const Pose& pose) override;
   void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void move_to(std::uint32_t slot, const Pose& pose) override;
   void add_velocity(std::uint32_t slot, const Velocity& change) override;
   void add_impulse(std::uint32_t slot, const Velocity& impulse) override;
-  void material_changed(std::uint32_t slot) override { constants_changed(slot, mix_materials); }
+  void material_changed(std::uint32_t slot) override { constants_changed(slot, mix_materials | wake_partners); }
   void filter_changed(std::uint32_t slot) override {
     constants_changed(slot, box_change | drop_contacts | wake_partners);
   }
   void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
-  void gravity_changed() override { gravity_is_current_ = false; }
+  void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override;
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
@@ -168,6 +169,7 @@ class DeviceSimulator final : public Simulator {
   std::optional<DevicePoses> publish_poses();
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
+  void mirror_gravity();
   void fetch_events() const;
   void fetch_events_now();
   template <class T>
@@ -213,6 +215,7 @@ class DeviceSimulator final : public Simulator {
   std::unordered_map<std::uint32_t, BodyId> former_ids_;                 // of indices without a body
   bool slots_are_current_ = false;
   bool gravity_is_current_ = false;
+  bool gravity_wakes_ = false;  // it was changed since the last step
 
   std::vector<Edit> edits_;               // since the last submission
   std::size_t uploaded_ = 0;              // of them, in the next step's lane
@@ -230,6 +233,7 @@ class DeviceSimulator final : public Simulator {
   exec::Traffic newest_traffic_;
   exec::Traffic counted_;    // up to the last submission
   bool may_bounce_ = false;  // some material has a restitution above zero
+  bool may_roll_ = false;    // some material has a rolling resistance
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;

@@ -104,10 +104,10 @@ void DeviceSimulator<D>::make_room() {
     choose_grid();
   }
   if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
-      may_bounce_ != contact_memory_.may_bounce()) {
+      may_bounce_ != contact_memory_.may_bounce() || may_roll_ != contact_memory_.may_roll()) {
     retire_all();
     forget_graphs();
-    contact_memory_.reserve(contacts_needed, manifolds_needed, event_lists(), may_bounce_);
+    contact_memory_.reserve(contacts_needed, manifolds_needed, event_lists(), may_bounce_, may_roll_);
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {
@@ -327,6 +327,9 @@ void DeviceSimulator<D>::upload_gravity() {
   if (gravity_is_current_) return;
   device_.parallel_for(1, SetGravity{counters_.data(), def.gravity});
   gravity_is_current_ = true;
+  if (std::exchange(gravity_wakes_, false))
+    device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
+                         WakeByGravity{body_memory_.arrays(), counters_.data()});
 }
 
 }  // namespace fathom::device

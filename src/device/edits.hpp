@@ -4,6 +4,7 @@
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
 #include "dynamics/bounds.hpp"
+#include "dynamics/move_to.hpp"
 #include "exec/atomic.hpp"
 
 namespace fathom::device {
@@ -15,6 +16,7 @@ enum class EditKind : std::uint32_t {
   set_velocity,
   add_velocity,  ///< velocity: the change
   impulse,       ///< velocity: impulse (N·s) and angular impulse (N·m·s)
+  move_to,       ///< of a kinematic body
   force,         ///< velocity: force (N) and torque (N·m), for the next step
   constants,     ///< its BodyData's constants alone
   wake,
@@ -62,9 +64,7 @@ struct alignas(16) BodyData {
 /// The change of velocity by an impulse and an angular impulse.
 FATHOM_HD Velocity pushed(const Velocity& v, const BodyConstants& c, const BodyTensors& t, Quat rotation,
                           const Velocity& impulse) {
-  if (!c.is_dynamic()) return v;
-  const Vec3 turn = c.is_isotropic() ? c.inverse_inertia * impulse.angular
-                                     : rotate(rotation, t.inverse * inverse_rotate(rotation, impulse.angular));
+  const Vec3 turn = angular_response(rotation, c.inverse_inertia, t.inverse, impulse.angular);
   return {mul_add(v.linear, c.inverse_mass, impulse.linear), 0, v.angular + turn, 0};
 }
 
@@ -94,11 +94,18 @@ struct ApplyEdits {
   FATHOM_HD void follow(std::uint32_t i) const {
     if (counters->stopped || i >= counters->bodies || !(bodies.flags[i] & edited_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(edited_flag);
-    refit(i, false, 0);
+    refit(i, false, set_moving(i));
     wake(i);
   }
 
  private:
+  /// The velocity of body i is new: a kinematic one goes nowhere else, and wakes what rests on it.
+  FATHOM_HD std::uint32_t set_moving(std::uint32_t i) const {
+    if (bodies.constants[i].motion() != MotionType::kinematic) return 0;
+    bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);
+    return fathom::is_moving(bodies.velocities[i]) ? static_cast<std::uint32_t>(wake_partners) : 0u;
+  }
+
   FATHOM_HD bool mark(const Edit& e) const {
     Velocity& v = bodies.velocities[e.index];
     if (e.kind == EditKind::set_velocity) {
@@ -121,22 +128,29 @@ struct ApplyEdits {
       case EditKind::remove:
         return remove(i);
       case EditKind::set_pose:
+        set_moving(i);
         bodies.poses[i] = e.pose();
         refit(i, true, box_change | wake_partners);
         break;
       case EditKind::set_velocity:
         bodies.velocities[i] = e.velocity();
-        refit(i, false, 0);
+        refit(i, false, set_moving(i));
         break;
       case EditKind::add_velocity:
         bodies.velocities[i].linear += e.linear;
         bodies.velocities[i].angular += e.angular;
-        refit(i, false, 0);
+        refit(i, false, set_moving(i));
         break;
       case EditKind::impulse:
         bodies.velocities[i] = pushed(bodies.velocities[i], bodies.constants[i], bodies.tensors[i],
                                       bodies.poses[i].rotation, e.velocity());
         refit(i, false, 0);
+        break;
+      case EditKind::move_to:
+        bodies.velocities[i] = velocity_between(bodies.poses[i], e.pose(), dt);
+        refit(i, false, set_moving(i));
+        bodies.targets[i] = e.pose();
+        bodies.flags[i] |= forced_flag;
         break;
       case EditKind::force: {
         Force f = bodies.flags[i] & forced_flag ? bodies.forces[i] : Force{};
@@ -148,6 +162,7 @@ struct ApplyEdits {
       }
       case EditKind::constants:
         bodies.constants[i] = data[e.data].constants;
+        bodies.tensors[i] = data[e.data].tensors;
         note(i, data[e.data].changes);
         if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;
@@ -245,6 +260,21 @@ struct SetGravity {
   Vec3 gravity;  ///< m/s²
 
   FATHOM_HD void operator()(std::uint32_t) const { counters->gravity = gravity; }
+};
+
+/// Wakes the islands of all bodies that gravity acts on.
+struct WakeByGravity {
+  BodyArrays bodies;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (i >= counters->bodies || bodies.flags[i] & (awake_flag | isolated_flag)) return;
+    const BodyConstants& c = bodies.constants[i];
+    if (!c.is_living() || !c.is_dynamic() || c.gravity_scale == 0) return;
+    exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);
+    exec::atomic_store(counters->wake_asked, 1u);
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
 };
 
 /// Lets steps run again after one was stopped.

@@ -8,6 +8,7 @@
 #include "dynamics/bounds.hpp"
 #include "dynamics/restitution.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/sleep.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -43,36 +44,48 @@ struct MoveBodies {
     Pose pose = before;
     Velocity v = bodies.velocities[i];
     Vec3 rest{v.reserved0, v.reserved1, pose.reserved};  // `accelerate`
+    const bool forced = flags & forced_flag;
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
       const SolverBody s = bodies.solver[i].body();
       if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
-      pose.position = pose.position + s.moved;
-      if (c.is_isotropic()) {
-        pose.rotation = turned(pose.rotation, s.turned);
-      } else {
+      Vec3 moved = s.moved, turning = s.turned;
+      if (!c.is_isotropic()) {
         pose.rotation = bodies.inertia[i].rotation;
         v.angular = rotate(pose.rotation, inverse_rotate(before.rotation, s.angular));
+        turning = {};
       }
+      if (forced) {
+        const BodyMotion motion = bodies.motion[i];
+        const Velocity start = bodies.velocities[i];
+        complete_forced(i, start, v, {motion.acceleration, motion.angular_acceleration},
+                        has_flown(bodies.warm[i], v.linear), moved, turning);
+      }
+      pose.position = pose.position + moved;
+      if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
+      if (forced) pose = bodies.targets[i];
     } else {
       move_free(i, c, flags, pose, v, rest);
     }
-    std::uint32_t new_flags = flags & ~forced_flag;
+    std::uint32_t new_flags = flags;
+    // Islands have to know of those that move before they stop.
+    if (c.is_dynamic() || !p.sleeping) new_flags &= ~forced_flag;
+    if (forced && !c.is_dynamic() && !p.sleeping) v = {};
     if (!is_finite(pose) || !is_finite(v.linear) || !is_finite(v.angular)) {
       pose = before;
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
       v = Velocity{};
       rest = {};
-      new_flags = (new_flags & ~awake_flag) | isolated_flag;
+      new_flags = (new_flags & ~(awake_flag | forced_flag)) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
       exec::atomic_add(counters->quarantined, 1u);
       bodies.isolated_in[i] = counters->step + 1;
       exec::atomic_store(counters->layout_dirty, 1u);
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
-    if (flags & forced_flag) bodies.forces[i] = {};
+    if (forced) bodies.forces[i] = {};
     // A rest of a velocity beyond all limits could be as large as any other.
     const Vec3 slower = limited(v.linear, p.limits.linear);
     if (!(slower == v.linear)) rest = {};
@@ -115,9 +128,7 @@ struct MoveBodies {
     Vec3 flown = v, left = rest;
     accelerate(flown, left, mul_add(rest, p.dt, pull(c)));
     if (!may_have_flown(v, after, flown, substeps)) return false;
-    // W is what contacts gave in all substeps but the last, and the reference the velocity before they acted in that.
-    const WarmStart w = bodies.warm[i];
-    if (!(w.linear == Vec3{} && after == w.linear_reference)) return false;
+    if (!has_flown(bodies.warm[i], after)) return false;
     v = flown;
     rest = left;
     return true;
@@ -140,14 +151,10 @@ struct MoveBodies {
   FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose, Velocity& v,
                            Vec3& rest) const {
     const float h = p.dt / static_cast<float>(p.substeps);
-    Vec3 acceleration = pull(c), angular_acceleration;
-    if (flags & forced_flag) {
-      const Force f = bodies.forces[i];
-      acceleration = mul_add(acceleration, c.inverse_mass, f.force);
-      angular_acceleration =
-          c.is_isotropic() ? c.inverse_inertia * f.torque
-                           : rotate(pose.rotation, bodies.tensors[i].inverse * inverse_rotate(pose.rotation, f.torque));
-    }
+    const Velocity start = v;
+    Acceleration all{pull(c), {}};
+    if (flags & forced_flag) all = forced_acceleration(bodies, i, pose.rotation, all.linear);
+    const Vec3 acceleration = all.linear, angular_acceleration = all.angular;
     const float linear_damping = damping_factor(c.linear_damping, h);
     const float angular_damping = damping_factor(c.angular_damping, h);
     Vec3 moved, turning;
@@ -169,14 +176,34 @@ struct MoveBodies {
         moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
       }
     }
+    const bool forced = flags & forced_flag;
+    if (forced) {
+      // The torque-free turn's part in the change of angular velocity is no torque's doing.
+      Vec3 spin = start.angular;
+      for (std::uint32_t s = 0; s < p.substeps; ++s) spin = mul_add(angular_damping * spin, h, angular_acceleration);
+      complete_forced(i, start, {v.linear, 0, spin, 0}, all, true, moved, turning);
+    }
     pose.position = pose.position + limited(moved, p.dt * p.limits.linear);
-    if (c.is_isotropic()) pose.rotation = turned(pose.rotation, turning);
+    if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
+  }
+
+  /// `rest_of_force` of a body on which the application's forces act.
+  FATHOM_HD void complete_forced(std::uint32_t i, const Velocity& before, const Velocity& after, const Acceleration& a,
+                                 bool is_parabola, Vec3& moved, Vec3& turning) const {
+    const Force f = bodies.forces[i];
+    const float substeps = static_cast<float>(p.substeps);
+    if (!(f.force == Vec3{}))
+      moved += rest_of_force(before.linear, after.linear, a.linear, is_parabola, p.dt, substeps);
+    if (!(f.torque == Vec3{}))
+      turning += rest_of_force(before.angular, after.angular, a.angular, false, p.dt, substeps);
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v) const {
-    const float speed = length(v.linear) + length(v.angular) * c.radius;
-    const bool slow = c.bits & can_sleep_bit && c.is_dynamic() && speed < p.slow_below;
+    const bool may_sleep = c.bits & can_sleep_bit && c.is_dynamic();
+    const bool slow = may_sleep && speed_of(v, c.radius) < p.slow_below;
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
+    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > 0)
+      bodies.velocities[i].angular = rest_factor(v, c.shape_radius, p.slow_below, p.dt) * v.angular;
   }
 };
 

@@ -68,7 +68,8 @@ struct PrepareConstraints {
     ContactImpulses impulses;
     const Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
-    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, a, b, frame, points, impulses);
+    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, contact.round(), a, b, frame, points,
+                    impulses);
     const int count = m.point_count();
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, frame);
@@ -86,12 +87,15 @@ struct PrepareConstraints {
                               (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
+    const std::uint32_t rolls = contact.round() && m.rolling_length() > 0;
+    if (rolls) constraints.rolls[k] = roll_row(m, ContactAxes(frame));
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
-    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, overlap > 0 ? 1u : 0u};
+    const std::uint32_t extras = (overlap > 0 ? overlaps_extra : 0u) | (rolls ? rolls_extra : 0u);
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, extras};
   }
 };
 

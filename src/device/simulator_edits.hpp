@@ -71,7 +71,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.friction = info.material.friction;
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;
-  d.tensors = {info.inertia, info.inverse_inertia};
+  d.tensors = {info.inertia, info.inverse_inertia, info.material.rolling_resistance};
+  may_roll_ = may_roll_ || info.material.rolling_resistance > 0;
   return d;
 }
 
@@ -133,17 +134,26 @@ void DeviceSimulator<D>::set_velocity(std::uint32_t slot, const Velocity& veloci
   add_edit(edit_of(EditKind::set_velocity, index_of_[slot], velocity));
 }
 template <exec::Device D>
+void DeviceSimulator<D>::move_to(std::uint32_t slot, const Pose& pose) {
+  add_edit(edit_of(EditKind::move_to, index_of_[slot], pose));
+}
+template <exec::Device D>
 void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change) {
   add_edit(edit_of(EditKind::add_velocity, index_of_[slot], change));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_impulse(std::uint32_t slot, const Velocity& impulse) {
-  if (bodies[slot].motion == MotionType::dynamic) add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
+  add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
-  if (bodies[slot].motion == MotionType::dynamic)
-    add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
+  add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
+}
+template <exec::Device D>
+void DeviceSimulator<D>::gravity_changed() {
+  gravity_is_current_ = false;
+  gravity_wakes_ = def.sleep.enabled && submitted_ > 0;
+  if (bodies_are_current_) mirror_gravity();
 }
 template <exec::Device D>
 void DeviceSimulator<D>::wake(std::uint32_t slot) {

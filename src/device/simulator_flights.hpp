@@ -76,7 +76,7 @@ void DeviceSimulator<D>::make_room_for(const Report& report) {
   // A quarter more would be 80 % full at once.
   const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
-                          resumes ? room_for(report.manifolds) : 0, event_lists(), may_bounce_);
+                          resumes ? room_for(report.manifolds) : 0, event_lists(), may_bounce_, may_roll_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);

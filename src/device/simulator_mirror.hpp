@@ -43,6 +43,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
     for (const Edit& e : flight.edits)
       if (e.kind == EditKind::add) mirror(e, flight.data);
   for (const Edit& e : edits_) mirror(e, data_);
+  mirror_gravity();
   bodies_are_current_ = true;
 }
 
@@ -90,6 +91,9 @@ void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data
     case EditKind::set_velocity:
       v = e.velocity();
       break;
+    case EditKind::move_to:
+      v = velocity_between(poses_[slot], e.pose(), def.dt);
+      break;
     case EditKind::add_velocity:
       v.linear += e.linear;
       v.angular += e.angular;
@@ -115,6 +119,17 @@ void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
     std::uint32_t& other = flags_[id.index];
     const bool asleep = bodies[id.index].motion == MotionType::dynamic && !(other & (awake_flag | isolated_flag));
     if (asleep && other >> island_shift == flags >> island_shift) other |= awake_flag;
+  }
+}
+
+/// What a change of gravity that waits for the next step wakes.
+template <exec::Device D>
+void DeviceSimulator<D>::mirror_gravity() {
+  if (!gravity_wakes_) return;
+  for (const BodyId id : bodies.living()) {
+    const BodyInfo& info = bodies[id.index];
+    const bool asleep = !(flags_[id.index] & (awake_flag | isolated_flag));
+    if (asleep && info.motion == MotionType::dynamic && info.gravity_scale != 0) mirror_waking(id.index);
   }
 }
 

@@ -5,6 +5,8 @@
 #pragma once
 
 #include "device/build_constraints.hpp"
+#include "dynamics/move_to.hpp"
+#include "dynamics/sleep.hpp"
 
 namespace fathom::device {
 
@@ -17,6 +19,13 @@ FATHOM_HD std::uint32_t root_of(std::uint32_t* parent, std::uint32_t i) {
   return i;
 }
 
+/// What a body's `best`, which colouring is done with by then, tells of it while islands fall asleep.
+enum Rest : std::uint64_t {
+  is_carried = 1,    ///< a contact acts on it
+  is_supported = 2,  ///< one with something that cannot be pushed; of an island: on some of its bodies
+  is_moving = 4,     ///< of an island: some of its bodies move
+};
+
 struct BeginIslands {
   BodyArrays bodies;
 
@@ -24,12 +33,14 @@ struct BeginIslands {
     if (!bodies.is_awake(i)) return;
     bodies.parent[i] = i;
     bodies.island_slow[i] = 0x7f7fffffu;  // the largest float
+    bodies.best[i] = 0;
   }
 };
 
 struct JoinIslands {
   BodyArrays bodies;
   ContactArrays contacts;
+  float time;  ///< s
 
   FATHOM_HD void operator()(std::uint32_t index) const {
     const Contact c = contacts.contacts[index];
@@ -37,10 +48,15 @@ struct JoinIslands {
     if (c.fixed_a()) {
       // A body that something moving pushes stays awake.
       const Velocity& v = bodies.velocities[c.a];
-      if (length_squared(v.linear) + length_squared(v.angular) > 0) bodies.slow_time[c.b] = 0;
+      if (fathom::is_moving(v)) bodies.slow_time[c.b] = 0;
+      note_rest(c, c.b, is_carried | is_supported);
       return;
     }
-    if (!(bodies.flags[c.a] & bodies.flags[c.b] & awake_flag)) return;
+    const bool a_awake = bodies.is_awake(c.a), b_awake = bodies.is_awake(c.b);
+    // One of them may be quarantined.
+    if (a_awake) note_rest(c, c.a, b_awake ? is_carried : is_carried | is_supported);
+    if (b_awake) note_rest(c, c.b, a_awake ? is_carried : is_carried | is_supported);
+    if (!a_awake || !b_awake) return;
     std::uint32_t a = root_of(bodies.parent, c.a), b = root_of(bodies.parent, c.b);
     while (a != b) {
       const std::uint32_t low = a < b ? a : b, high = a < b ? b : a;
@@ -49,19 +65,36 @@ struct JoinIslands {
       b = root_of(bodies.parent, high);
     }
   }
+
+ private:
+  /// Manifolds are read for bodies alone that have been slow for long enough.
+  FATHOM_HD void note_rest(const Contact& c, std::uint32_t i, std::uint64_t rest) const {
+    if (bodies.slow_time[i] >= time && contacts.manifolds[c.manifold].step_impulse > 0)
+      exec::atomic_or(bodies.best[i], rest);
+  }
 };
 
 /// The least slow time of an island. Times are not negative, so their bits are in the order of their values.
 struct MeasureIslands {
   BodyArrays bodies;
   Counters* counters;
+  float time;         ///< s
+  float still_speed;  ///< m/s
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (!bodies.is_awake(i)) return;
     exec::atomic_add(counters->active, 1u);
     const std::uint32_t root = root_of(bodies.parent, i);
     if (root == i) exec::atomic_add(counters->islands, 1u);
-    exec::atomic_min(bodies.island_slow[root], __builtin_bit_cast(std::uint32_t, bodies.slow_time[i]));
+    float slow_time = bodies.slow_time[i];
+    if (slow_time >= time && bodies.constants[i].is_dynamic()) {
+      const std::uint64_t rest = exec::atomic_load(bodies.best[i]);
+      const bool moves = speed_of(bodies.velocities[i], bodies.constants[i].radius) > still_speed;
+      if (moves && !(rest & is_carried)) slow_time = bodies.slow_time[i] = 0;
+      const std::uint64_t of_island = (rest & is_supported) | (moves ? std::uint64_t{is_moving} : 0);
+      if (of_island) exec::atomic_or(bodies.best[root], of_island);
+    }
+    exec::atomic_min(bodies.island_slow[root], __builtin_bit_cast(std::uint32_t, slow_time));
   }
 };
 
@@ -71,13 +104,23 @@ struct FallAsleep {
   float time;  ///< s
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (counters->stopped || !bodies.is_awake(i) || !bodies.constants[i].is_dynamic()) return;
+    if (counters->stopped || !bodies.is_awake(i)) return;
+    if (!bodies.constants[i].is_dynamic()) return arrive(i);
     const std::uint32_t root = root_of(bodies.parent, i);
     if (__builtin_bit_cast(float, bodies.island_slow[root]) < time) return;
+    if ((bodies.best[root] & (is_supported | is_moving)) == is_moving) return;
     bodies.island[i] = root;
     bodies.flags[i] &= ~awake_flag;
     bodies.velocities[i] = Velocity{};
     exec::atomic_store(counters->layout_dirty, 1u);
+  }
+
+ private:
+  /// A kinematic body stops that is where it was to get.
+  FATHOM_HD void arrive(std::uint32_t i) const {
+    if (!(bodies.flags[i] & forced_flag)) return;
+    bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);
+    bodies.velocities[i] = Velocity{};
   }
 };
 

@@ -37,7 +37,8 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   s.retire_all();
   s.device_.wait();
   if (!events_are_current_) s.fetch_events_now();
-  write(submitted_, newest_, movable_, may_bounce_, grid_base_, index_of_, slot_of_, free_indices_, edits_, data_);
+  write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_wakes_, grid_base_, index_of_, slot_of_,
+        free_indices_, edits_, data_);
   std::vector<RestingIndex> resting;
   for (const auto& [index, step] : resting_indices_) resting.push_back({step, index, 0});
   std::vector<FormerId> former;
@@ -66,7 +67,8 @@ template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
   std::vector<RestingIndex> resting;
   std::vector<FormerId> former;
-  in(submitted_, newest_, movable_, may_bounce_, grid_base_, index_of_, slot_of_, free_indices_, edits_, data_);
+  in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_wakes_, grid_base_, index_of_, slot_of_,
+     free_indices_, edits_, data_);
   in(resting, former, begun_, ended_, hits_, quarantined_);
   events_are_current_ = true;
   Counters counters;

@@ -329,8 +329,11 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
-    const bool from_zero = place.what == push_first;
+    const bool from_zero = place.what == push_first, rolls = (pair.extras & rolls_extra) != 0;
     if (from_zero) impulses = impulses.cleared();
+    RollRow roll;
+    if (rolls) roll = constraints.rolls[k];
+    if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
     ContactBody<Inertia> a{quads_a.linear.xyz(), quads_a.angular.xyz(), masses.x,
                            world_inertia<Inertia>(bodies, pair.a, masses.x, masses.y)};
@@ -341,6 +344,7 @@ struct SolveConstraints {
     };
     if constexpr (what == warm) {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
+      if (rolls) push_rolling(a, b, roll.impulse);
     } else if constexpr (what == strike) {
       if (!strike_contact(frame, axes, points, count, constraints.bounces[k], {p.h, p.restitution_threshold}, moved(),
                           impulses, a, b))
@@ -354,10 +358,12 @@ struct SolveConstraints {
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved(), impulses, a, b);
+        if (rolls) solve_rolling(roll, impulses.sum(), a, b);
         solve_friction(frame, axes, impulses, a, b);
       } else if (p.soft) {
         solve_points<ContactPass::soft>(frame, points, count, step, axes, moved(), impulses, a, b);
       } else {
+        if (rolls) solve_rolling(roll, impulses.sum(), a, b);
         solve_friction(frame, axes, impulses, a, b);
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
@@ -372,6 +378,7 @@ struct SolveConstraints {
     if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
+    if (what != strike && rolls) constraints.rolls[k] = roll;
     if (what != strike && ends_substep(place)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
@@ -551,7 +558,7 @@ struct StoreImpulses {
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     const ConstraintHead head = constraints.heads[k];
-    if (head.overlaps) fade_overlap(k, static_cast<int>(head.bits & point_bits));
+    if (head.extras & overlaps_extra) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
@@ -563,6 +570,7 @@ struct StoreImpulses {
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
+    if (head.extras & rolls_extra) store_rolling(k, m);
     // The `impulse` solver ends with the points, which friction has not seen then.
     FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
                                                1.001f * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
@@ -576,6 +584,14 @@ struct StoreImpulses {
     float nearest = 1e30f;
     for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
     c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
+  }
+
+  FATHOM_HD void store_rolling(std::uint32_t k, ContactManifold& m) const {
+    const Quad* const rows = rows_of(constraints, k);
+    Quad frame[row_count];
+    for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
+    const Vec3 rolling = kept_impulse(constraints.rolls[k], ContactAxes(frame_of(frame)));
+    m.set_rolling_impulse(is_finite(rolling) ? rolling : Vec3{});
   }
 };
 

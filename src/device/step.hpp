@@ -182,8 +182,10 @@ class Step {
     device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, settings_.move});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
-      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, JoinIslands{bodies_, contacts_});
-      device_.parallel_for(live_bodies(), MeasureIslands{bodies_, counters_});
+      device_.parallel_for({&counters_->live_contacts, contacts_.capacity},
+                           JoinIslands{bodies_, contacts_, settings_.sleep_time});
+      device_.parallel_for(live_bodies(), MeasureIslands{bodies_, counters_, settings_.sleep_time,
+                                                         still_share * settings_.move.slow_below});
       device_.parallel_for(live_bodies(), FallAsleep{bodies_, counters_, settings_.sleep_time});
     }
     if (settings_.published.sweep || settings_.published.cells) published_.report();

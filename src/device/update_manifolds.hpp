@@ -78,6 +78,9 @@ struct ContactChanges {
     m.restitution =
         combine(a.restitution, b.restitution, rule(a, restitution_rule_shift), rule(b, restitution_rule_shift));
     if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
+    if (!c.round()) return;
+    const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
+    set_round(m, radius(a), radius(b), bodies.tensors[c.a].rolling_resistance, bodies.tensors[c.b].rolling_resistance);
   }
 
  private:
@@ -195,6 +198,7 @@ struct CollideShapes {
       ContactManifold& m = contacts.manifolds[c.manifold];
       if (begins) {
         m = ContactManifold{};
+        if (!only_boxes && (is_round(a.shape()) || is_round(b.shape()))) c.bits |= round_bit;
         changes.mix(c, m);
         c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b),
                                   changes.sag * length(changes.counters->gravity));

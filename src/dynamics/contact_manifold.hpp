@@ -38,6 +38,15 @@ struct alignas(16) ContactManifold {
     return sum > 0 ? step_impulse * (impulses[i] / sum) : step_impulse / static_cast<float>(point_count());
   }
 
+  // A contact of something round has two points at most. In place of the last one's anchors it keeps, of the patch
+  // that it touches in, the lever of the friction that brakes spin (m), and of rolling resistance its length (m) and
+  // its impulse along tangent, normal × tangent and normal (N·m·s).
+  FATHOM_HD void set_round(float lever, float rolling_length) { points[3].anchor_a = {lever, rolling_length, 0}; }
+  FATHOM_HD float round_lever() const { return points[3].anchor_a.x; }
+  FATHOM_HD float rolling_length() const { return points[3].anchor_a.y; }
+  FATHOM_HD Vec3 rolling_impulse() const { return points[3].anchor_b; }
+  FATHOM_HD void set_rolling_impulse(Vec3 impulse) { points[3].anchor_b = impulse; }
+
   // B's position in A's frame when the points were made, and the number of points.
   FATHOM_HD Vec3 position_at_build() const { return {points[0].other, points[1].other, points[2].other}; }
   FATHOM_HD int point_count() const { return static_cast<int>(points[3].other); }

@@ -128,11 +128,12 @@ FATHOM_HD void push_tangential(ContactBody<Inertia>& a, ContactBody<Inertia>& b,
 }
 
 /// Frame, points and impulses to start from, of a manifold between bodies at `pose_a` and `pose_b`, of which `overlap`
-/// (m) counts as touching. Returns how far the nearest points are apart (m).
+/// (m) counts as touching; `round` where one of them is (dynamics/rolling.hpp). Returns how far the nearest points are
+/// apart (m).
 template <class Inertia>
 FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float overlap,
-                                const ContactBody<Inertia>& a, const ContactBody<Inertia>& b, ContactFrame& f,
-                                PointRow points[max_manifold_points], ContactImpulses& impulses) {
+                                bool round, const ContactBody<Inertia>& a, const ContactBody<Inertia>& b,
+                                ContactFrame& f, PointRow points[max_manifold_points], ContactImpulses& impulses) {
   const Mat3 rot_a = to_matrix(pose_a.rotation), rot_b = to_matrix(pose_b.rotation);
   const Vec3 between = pose_b.position - pose_a.position;
   f.normal = rot_a * m.normal;
@@ -204,7 +205,7 @@ FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, co
   f.slide_22 = s11 * inverse_det;
   const float twist_k = dot(n, (a.inverse_inertia * n) + (b.inverse_inertia * n));
   f.twist_mass = twist_k > 0 ? 1.0f / twist_k : 0.0f;
-  f.patch_radius = patch_share * (radius_sum * share);
+  f.patch_radius = patch_share * (radius_sum * share) + (round ? m.round_lever() : 0.0f);
   f.friction = m.friction;
   impulses.slide_1 = m.friction_impulse[0];
   impulses.slide_2 = m.friction_impulse[1];

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <fathom/math.hpp>
 
+#include "dynamics/solver_body.hpp"
+
 namespace fathom {
 
 /// Sweeps of strikes that a substep has at most: a hit passes on through one body a sweep at least.
@@ -46,6 +48,10 @@ FATHOM_HD bool may_have_flown(Vec3 before, Vec3 after, Vec3 flown, float substep
   const float share = substeps * 6e-8f;  // half an ulp each
   return off.x <= share * size.x && off.y <= share * size.y && off.z <= share * size.z;
 }
+
+/// Whether no contact has acted on a body that the solver has brought to the linear velocity `after`: W is what
+/// contacts gave it in all substeps but the last, and the reference its velocity before they acted in that.
+FATHOM_HD bool has_flown(const WarmStart& w, Vec3 after) { return w.linear == Vec3{} && after == w.linear_reference; }
 
 /// Mean velocity (m/s) of a substep of length h. Where contacts act it is that at the substep's end (symplectic Euler,
 /// which contacts need); a body that nothing touched, `velocity` being what integration alone made it, flies on an

@@ -33,9 +33,10 @@ enum class CommandKind : std::uint8_t {
   set_gravity,        ///< a: m/s², of the world
   set_gravity_scale,  ///< a.x
   set_damping,        ///< a.x: linear, a.y: angular
-  set_material,       ///< a.x: friction, a.y: restitution
+  set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance
+  move_to,            ///< a: position, rotation
 };
-inline constexpr int command_kind_count = static_cast<int>(CommandKind::set_material) + 1;
+inline constexpr int command_kind_count = static_cast<int>(CommandKind::move_to) + 1;
 
 /// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
 struct Command {

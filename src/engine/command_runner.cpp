@@ -108,6 +108,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
       return;
     case CommandKind::set_pose:
       return world_->set_pose(id, {c.a, 0, c.rotation});
+    case CommandKind::move_to:
+      return world_->move_to(id, {c.a, 0, c.rotation});
     case CommandKind::set_velocity:
       return world_->set_velocity(id, c.a, c.b);
     case CommandKind::add_velocity:
@@ -131,7 +133,7 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
     case CommandKind::set_damping:
       return world_->set_damping(id, c.a.x, c.a.y);
     case CommandKind::set_material:
-      return world_->set_material(id, {c.a.x, c.a.y});
+      return world_->set_material(id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z});
     case CommandKind::add:
     case CommandKind::set_gravity:
       break;

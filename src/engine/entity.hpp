@@ -75,8 +75,10 @@ class Entity {
   const Velocity& velocity() const;
 
   // Commands for the next step that has not begun. An entity without a registered physics body ignores all but
-  // set_pose. Values that are not finite are refused by the simulation and end the run with an error.
+  // set_pose. Values that are not finite, and forces and impulses on bodies that are not dynamic, are
+  // refused by the simulation and end the run with an error.
   void set_pose(const Pose& pose);
+  void move_to(const Pose& pose);  ///< of a kinematic body, at the step's end; see World::move_to
   void set_velocity(Vec3 linear, Vec3 angular);
   void add_velocity(Vec3 linear, Vec3 angular);  ///< to what it has when the step begins
   void apply_force(Vec3 force);                  ///< N at the centre of mass, for one step

@@ -215,6 +215,7 @@ void Entity::set_pose(const Pose& pose) {
   command(CommandKind::set_pose, pose.position, {}, pose.rotation);
 }
 
+void Entity::move_to(const Pose& pose) { command(CommandKind::move_to, pose.position, {}, pose.rotation); }
 void Entity::set_velocity(Vec3 linear, Vec3 angular) { command(CommandKind::set_velocity, linear, angular); }
 void Entity::add_velocity(Vec3 linear, Vec3 angular) { command(CommandKind::add_velocity, linear, angular); }
 void Entity::apply_force(Vec3 force) { command(CommandKind::force, force); }

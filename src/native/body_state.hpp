@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "native/body_bounds.hpp"
 
@@ -16,12 +17,21 @@ enum BodyFlag : std::uint8_t {
   has_force = 4,    ///< `forces` holds something for the next step
   isolated = 8,     ///< stopped because its state was not finite
   kinematic = 16,
+  targeted = 64,  ///< the next step takes it to a pose that the application has given
   filtered = 32,  ///< there are bodies that its filter does not let it collide with
 };
 
 struct Force {
   Vec3 force, torque;
 };
+
+/// Of a body with this orientation on which a force of the application acts beside `gravity` (m/s²).
+inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, const Force& f, Vec3 gravity) {
+  Acceleration a{gravity, {}};
+  add_forces(a, rotation, info.inverse_mass, info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia,
+             f.force, f.torque);
+  return a;
+}
 
 /// What the flight of a body without contacts needs of BodyInfo, which has six lines.
 struct alignas(16) FlightData {

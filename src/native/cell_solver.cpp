@@ -123,10 +123,11 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
 template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
-  row.nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap(), a, b, row.frame, row.points,
-                                row.impulses);
-  if (m.restitution == 0) return;
+  row.nearest = prepare_contact(m, state_.poses[row.a], state_.poses[row.b], c.overlap(), c.round, a, b, row.frame,
+                                row.points, row.impulses);
   const ContactAxes axes(row.frame);
+  row.roll = c.round ? roll_row(m, axes) : RollRow{};
+  if (m.restitution == 0) return;
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {
     return inverse_mass > 0 ? dot(axes.n, state_.motion[slot].acceleration) : 0.0f;
   };
@@ -213,6 +214,7 @@ template <CellSolver::Pass pass, class Inertia>
 void CellSolver::sweep_row(Row& row) {
   if constexpr (pass == Pass::clear) {
     row.impulses = row.impulses.cleared();
+    row.roll.impulse = {};
     return;
   }
   if (pass == Pass::strike && row.bounce.restitution == 0) return;
@@ -220,6 +222,7 @@ void CellSolver::sweep_row(Row& row) {
   const ContactAxes axes(row.frame);
   if constexpr (pass == Pass::warm_start) {
     warm_start_contact(row.frame, axes, row.points, row.count, row.impulses, a, b);
+    if (row.roll.length > 0) push_rolling(a, b, row.roll.impulse);
   } else if constexpr (pass == Pass::strike) {
     const float h = def_.dt / static_cast<float>(def_.solver.substeps);
     if (!strike_contact(row.frame, axes, row.points, row.count, row.bounce, {h, strike_threshold(def_, h)},
@@ -234,10 +237,12 @@ void CellSolver::sweep_row(Row& row) {
     if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+      if (row.roll.length > 0) solve_rolling(row.roll, row.impulses.sum(), a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);
     } else if (def_.solver.method == Solver::soft) {
       solve_points<ContactPass::soft>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     } else {
+      if (row.roll.length > 0) solve_rolling(row.roll, row.impulses.sum(), a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);
       solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     }
@@ -269,6 +274,7 @@ void CellSolver::store() {
       m.friction_impulse[1] = row.impulses.slide_2;
       m.twist_impulse = row.impulses.twist;
       m.step_impulse = row.impulses.step;
+      if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, ContactAxes(row.frame)));
     }
   });
 }

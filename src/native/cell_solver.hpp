@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/rolling.hpp"
 #include "native/solver.hpp"
 
 namespace fathom::native {
@@ -42,6 +43,7 @@ class CellSolver {
     PointRow points[max_manifold_points];
     ContactImpulses impulses;
     BounceRow bounce;
+    RollRow roll;
     std::uint32_t contact, a, b;
     int count;
     float nearest;  ///< m, of the points when the step began

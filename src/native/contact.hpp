@@ -27,9 +27,9 @@ struct alignas(32) Contact {
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
   float recycle_distance = 0;
   std::uint8_t colour = no_colour;
-  bool fixed_a = false;      ///< A is fixed or kinematic
-  bool in_use = false;       ///< the slot holds a pair
-  std::uint8_t unused = {};  ///< in place of padding: snapshots keep every byte, and recordings compare them
+  bool fixed_a = false;  ///< A is fixed or kinematic
+  bool in_use = false;   ///< the slot holds a pair
+  bool round = false;    ///< a body is a sphere or a capsule; known of those that have touched
 
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }

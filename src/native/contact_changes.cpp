@@ -11,6 +11,7 @@
 #include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
 #include "native/native_simulator.hpp"
 #include "native/prefetch.hpp"
@@ -192,6 +193,7 @@ bool NativeSimulator::is_asleep(std::uint32_t slot) const {
 HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
   Contact& c = graph_[fresh.contact];
   manifold = {};
+  c.round = is_round(bodies[c.a].geometry.type) || is_round(bodies[c.b].geometry.type);
   graph_.mix_materials(c, manifold);
   const float overlap = first_overlap(fresh.manifold, manifold.restitution, half_thickness(bodies[c.a]),
                                       half_thickness(bodies[c.b]), contact_sag(def) * length(def.gravity));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dynamics/manifold_update.hpp"
+#include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
 #include "world/growth.hpp"
 
@@ -166,6 +167,13 @@ void ContactGraph::mix_materials(const Contact& c, ContactManifold& m) {
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
+  if (!c.round) return;
+  const auto radius = [&](std::uint32_t slot) {
+    const Geometry& shape = bodies_[slot].geometry;
+    return is_round(shape.type) ? shape.radius : 0.0f;
+  };
+  set_round(m, radius(c.a), radius(c.b), a.rolling_resistance, b.rolling_resistance);
+  if (m.rolling_length() > 0) std::atomic_ref(may_roll_).store(true, std::memory_order_relaxed);
 }
 
 // --- colours -------------------------------------------------------------------------------------------------

@@ -72,6 +72,8 @@ class ContactGraph {
   Constrained constrained() { return {contacts_.data(), manifolds_.data()}; }
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
+  /// True once any contact had a rolling resistance.
+  bool may_roll() const { return may_roll_; }
 
   /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
@@ -142,7 +144,8 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.colours_, s.colouring_);
+    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_, s.colours_,
+      s.colouring_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -168,7 +171,7 @@ class ContactGraph {
   std::vector<std::uint32_t> free_;
   LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
-  bool may_bounce_ = false;
+  bool may_bounce_ = false, may_roll_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> new_manifolds_;
   std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free

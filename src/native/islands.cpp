@@ -1,6 +1,7 @@
 #include "native/islands.hpp"
 
-#include <algorithm>
+#include "dynamics/move_to.hpp"
+#include "dynamics/sleep.hpp"
 
 namespace fathom::native {
 
@@ -19,8 +20,7 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
       const Contact& c = graph_[index];
       if (c.fixed_a) {
         // A body that something moving pushes stays awake.
-        const Velocity& v = state_.velocities[c.a];
-        if (length_squared(v.linear) + length_squared(v.angular) > 0) state_.slow_time[c.b] = 0;
+        if (is_moving(state_.velocities[c.a])) state_.slow_time[c.b] = 0;
         return;
       }
       if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) return;  // one of them is quarantined
@@ -47,15 +47,45 @@ bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {
     if (bodies_[slot].motion == MotionType::dynamic && slow_time_[root(slot)] >= def_.sleep.time)
       members_.push_back(slot);
   if (members_.empty()) return false;
+  bool any = false;
   std::stable_sort(members_.begin(), members_.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return root(a) < root(b); });
   for (auto begin = members_.begin(); begin != members_.end();) {
     const std::uint32_t island = root(*begin);
     const auto end = std::find_if(begin, members_.end(), [&](std::uint32_t slot) { return root(slot) != island; });
-    sleep({begin, end});
+    const std::vector<std::uint32_t> members(begin, end);
     begin = end;
+    if (is_at_rest(members)) {
+      sleep(members);
+      any = true;
+    } else {
+      for (const std::uint32_t slot : members) state_.slow_time[slot] = 0;  // to be asked again after that time
+    }
   }
-  return true;
+  return any;
+}
+
+bool Islands::is_at_rest(std::span<const std::uint32_t> members) {
+  bool is_supported = false, is_still = true;
+  for (const std::uint32_t slot : members) {
+    const bool still = speed_of(state_.velocities[slot], bodies_[slot].radius) <= still_share * def_.sleep.linear_speed;
+    is_still = is_still && still;
+    bool is_carried = false;
+    graph_.for_each_of(slot, [&](std::uint32_t index) {
+      const Contact& c = graph_[index];
+      if (!c.touching() || !(graph_.manifold(c).step_impulse > 0)) return;
+      is_carried = true;
+      is_supported = is_supported || !is_pushed_by(c, slot);
+    });
+    if (!is_carried && !still) return false;
+  }
+  return is_supported || is_still;
+}
+
+/// Whether the contact's other body can be pushed, and so be carried itself.
+bool Islands::is_pushed_by(const Contact& c, std::uint32_t slot) const {
+  const std::uint32_t other = c.a == slot ? c.b : c.a;
+  return bodies_[other].motion == MotionType::dynamic && state_.flags[other] & awake;
 }
 
 void Islands::sleep(const std::vector<std::uint32_t>& members) {

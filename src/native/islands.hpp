@@ -1,6 +1,7 @@
 // Islands: bodies connected by touching contacts. They fall asleep and wake together.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <fathom/world.hpp>
 #include <span>
@@ -15,11 +16,21 @@ class Islands {
   Islands(const WorldDef& def, BodyTable& bodies, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
 
-  /// Puts every island to sleep whose bodies have all been slow for long enough; returns true where any did.
+  /// Puts every island to sleep whose bodies have all been slow for long enough, and rest on something or do not move
+  /// at all; returns true where any did.
   bool put_to_sleep(std::span<const std::uint32_t> active);
   /// Wakes the island of a sleeping body and gives its contacts back their colours.
   void wake(std::uint32_t slot);
   void forget(std::uint32_t slot);
+  bool any_asleep() const { return free_.size() < sleeping_.size(); }
+  /// Calls act(slot) for a member of each sleeping island that has one for which is_one(slot).
+  template <class IsOne, class Act>
+  void for_each_with(const IsOne& is_one, const Act& act) const {
+    for (const std::vector<std::uint32_t>& members : sleeping_) {
+      const auto one = std::find_if(members.begin(), members.end(), is_one);
+      if (one != members.end()) act(*one);
+    }
+  }
   std::uint32_t count() const { return count_; }
 
   template <class Self, class Archive>
@@ -31,6 +42,8 @@ class Islands {
  private:
   std::uint32_t root(std::uint32_t slot);
   void find_islands(std::span<const std::uint32_t> active);
+  bool is_at_rest(std::span<const std::uint32_t> members);
+  bool is_pushed_by(const Contact& c, std::uint32_t slot) const;
   void sleep(const std::vector<std::uint32_t>& members);
 
   const WorldDef& def_;

@@ -6,7 +6,11 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include "dynamics/forces.hpp"
+#include "dynamics/restitution.hpp"
+#include "dynamics/rolling.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/sleep.hpp"
 #include "geometry/support.hpp"
 #include "native/lanes-inl.hpp"
 #include "native/prefetch.hpp"
@@ -100,25 +104,41 @@ void accelerate(Motion& m, Vec3V<V> change) {
   m.linear = next;
 }
 
-/// Acceleration of lanes that have a force; the rest have gravity's alone.
-void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, Vec3V<V>& linear,
-                Vec3V<V>& angular) {
-  HWY_ALIGN float extra[6][width] = {};
+/// Vectors in lanes as arrays, for what is done lane by lane.
+struct LaneVectors {
+  HWY_ALIGN float at[3][width];
+
+  explicit LaneVectors(Vec3V<V> v) {
+    hn::Store(v.x, D(), at[0]), hn::Store(v.y, D(), at[1]), hn::Store(v.z, D(), at[2]);
+  }
+  Vec3V<V> lanes() const { return {hn::Load(D(), at[0]), hn::Load(D(), at[1]), hn::Load(D(), at[2])}; }
+  Vec3 operator[](std::size_t i) const { return {at[0][i], at[1][i], at[2][i]}; }
+  void set(std::size_t i, Vec3 v) { at[0][i] = v.x, at[1][i] = v.y, at[2][i] = v.z; }
+};
+
+/// Calls act(lane, slot) for lanes on which a force of the application acts; returns whether there are any.
+template <class Act>
+bool for_each_forced(const Lanes& lanes, const BodyState& state, const MoveParameters& p, const Act& act) {
   bool any = false;
-  for (std::size_t i = 0; i < lanes.used; ++i) {
+  for (std::size_t i = 0; p.forced && i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     if (!(state.flags[slot] & has_force)) continue;
     any = true;
-    const BodyInfo& info = bodies[slot];
-    const Quat q = state.poses[slot].rotation;
-    const Vec3 a = info.inverse_mass * state.forces[slot].force;
-    const Vec3 w = rotate(q, info.inverse_inertia * inverse_rotate(q, state.forces[slot].torque));
-    for (int k = 0; k < 3; ++k) extra[k][i] = a[k], extra[3 + k][i] = w[k];
+    act(i, slot);
   }
-  if (!any) return;
-  const D d;
-  linear = linear + Vec3V<V>{hn::Load(d, extra[0]), hn::Load(d, extra[1]), hn::Load(d, extra[2])};
-  angular = angular + Vec3V<V>{hn::Load(d, extra[3]), hn::Load(d, extra[4]), hn::Load(d, extra[5])};
+  return any;
+}
+
+/// Acceleration of lanes that have a force; the rest have gravity's alone.
+void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
+                Vec3V<V>& linear, Vec3V<V>& angular) {
+  LaneVectors v(linear), w(angular);
+  const bool any = for_each_forced(lanes, state, p, [&](std::size_t i, std::uint32_t slot) {
+    const Acceleration a = forced_acceleration(bodies[slot], state.poses[slot].rotation, state.forces[slot], v[i]);
+    v.set(i, a.linear);
+    w.set(i, a.angular);
+  });
+  if (any) linear = v.lanes(), angular = w.lanes();
 }
 
 /// All substeps of bodies without contacts, which are all dynamic. Without damping they are one, an exact parabola.
@@ -127,7 +147,7 @@ void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState
   const V h = set(p.dt / static_cast<float>(p.substeps));
   const QuadV<V> flight = lanes.load(state.flight.data(), 0);
   Vec3V<V> acceleration = scale(flight.x, set(p.gravity)), angular_acceleration = zero3();
-  add_forces(lanes, bodies, state, acceleration, angular_acceleration);
+  add_forces(lanes, bodies, state, p, acceleration, angular_acceleration);
   const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.y, set(1.0f)));
   const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.z, set(1.0f)));
   m.moved = m.turned = zero3();
@@ -229,6 +249,41 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
   m.angular = {hn::Load(d, w[0]), hn::Load(d, w[1]), hn::Load(d, w[2])};
 }
 
+/// `fathom::rest_of_force` of lanes on which forces act. Bodies with several principal moments have turned already:
+/// `turn` gets what their orientation still has to.
+template <bool in_contact>
+bool complete_forced(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
+                     const Motion& before, Motion& m, Vec3V<V>& turn) {
+  if (!p.forced) return false;
+  const LaneVectors v0(before.linear), w0(before.angular), v(m.linear), w(m.angular);
+  LaneVectors moved(m.moved), turned(m.turned), left(zero3());
+  const float substeps = static_cast<float>(p.substeps);
+  const bool any = for_each_forced(lanes, state, p, [&](std::size_t i, std::uint32_t slot) {
+    const BodyInfo& info = bodies[slot];
+    const Force& f = state.forces[slot];
+    Acceleration a;
+    bool is_parabola = true;
+    if constexpr (in_contact) {
+      const BodyMotion& motion = state.motion[slot];
+      a = {motion.acceleration, motion.angular_acceleration};
+      is_parabola = has_flown(state.warm[slot], state.solver_bodies()[slot].linear);
+    } else {
+      a = forced_acceleration(info, state.poses[slot].rotation, f, info.gravity_scale * p.gravity);
+    }
+    if (!(f.force == Vec3{}))
+      moved.set(i, moved[i] + rest_of_force(v0[i], v[i], a.linear, is_parabola, p.dt, substeps));
+    if (f.torque == Vec3{}) return;
+    const Vec3 rest = rest_of_force(w0[i], w[i], a.angular, false, p.dt, substeps);
+    LaneVectors& to = info.isotropic ? turned : left;
+    to.set(i, to[i] + rest);
+  });
+  if (!any) return false;
+  m.moved = moved.lanes();
+  m.turned = turned.lanes();
+  turn = left.lanes();
+  return true;
+}
+
 /// `fathom::fat_box` in lanes.
 void fatten(const Motion& m, V radius, const MoveParameters& p, Vec3V<V>& lower, Vec3V<V>& upper) {
   const V limit = hn::Mul(set(0.25f), radius), back = hn::Neg(limit);
@@ -304,14 +359,17 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
     if (bits[i / 8] >> i % 8 & 1) state.flags[lanes.item(i)] |= box_changed;
 }
 
+template <bool in_contact>
 void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
     const BodyInfo& info = bodies[slot];
-    const Velocity& v = state.velocities[slot];
-    const float speed = length(v.linear) + length(v.angular) * info.radius;
-    const bool slow = info.can_sleep && info.motion == MotionType::dynamic && speed < p.slow_below;
+    Velocity& v = state.velocities[slot];
+    const bool may_sleep = info.can_sleep && info.motion == MotionType::dynamic;
+    const bool slow = may_sleep && speed_of(v, info.radius) < p.slow_below;
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
+    if (in_contact && may_sleep && is_round(info.geometry.type))
+      v.angular *= rest_factor(v, info.geometry.radius, p.slow_below, p.dt);
   }
 }
 
@@ -324,7 +382,8 @@ bool is_ordinary(const Motion& m, const MoveParameters& p) {
 
 /// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
 /// stay where they are, at rest, and get the flag `isolated`; returns how many.
-HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const MoveParameters& p, Motion& m) {
+HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const MoveParameters& p, Motion& m,
+                                  Vec3V<V>& turn_left) {
   const D d;
   // One sum tells of any NaN or infinity among the terms.
   const auto sum = [](Vec3V<V> v) { return hn::Add(hn::Abs(v.x), hn::Add(hn::Abs(v.y), hn::Abs(v.z))); };
@@ -340,6 +399,7 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   m.angular = kept(finite, limited(m.angular, p.limits.angular));
   m.moved = kept(finite, limited(m.moved, p.dt * p.limits.linear));
   m.turned = kept(finite, within_half_a_turn(m.turned));
+  turn_left = kept(finite, within_half_a_turn(turn_left));
   m.rest = kept(hn::And(finite, keeps_rest), m.rest);
   HWY_ALIGN float ok[width];
   hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
@@ -373,15 +433,18 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   } else {
     integrate_free(lanes, bodies, state, p, m);
   }
+  Vec3V<V> turn_left = zero3();
+  const bool forced = complete_forced<in_contact>(lanes, bodies, state, p, before, m, turn_left);
   std::size_t failed = 0;
   if (HWY_UNLIKELY(!is_ordinary(m, p))) {
     Motion restrained = m;
-    failed = restrain(lanes, state, p, restrained);
+    failed = restrain(lanes, state, p, restrained, turn_left);
     m = restrained;
   }
   m.position = m.position + m.moved;
   m.rotation = normalised(product(exponential(m.turned), m.rotation));
   turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
+  if (forced) m.rotation = normalised(product(exponential(turn_left), m.rotation));
   m.rest = without_negative_zeros(m.rest);
   m.linear = without_negative_zeros(m.linear);
   m.angular = without_negative_zeros(m.angular);
@@ -391,7 +454,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.rest.x});
   lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.rest.y});
   update_boxes(lanes, bodies, state, p, m);
-  if (p.sleeping) account_for_sleep(lanes, bodies, state, p);
+  if (p.sleeping) account_for_sleep<in_contact>(lanes, bodies, state, p);
   return failed;
 }
 

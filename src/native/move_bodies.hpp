@@ -17,6 +17,7 @@ struct MoveParameters {
   SpeedLimits limits;
   bool sleeping = false;   ///< keep account of how long bodies have been slow
   float slow_below = 0;    ///< m/s
+  bool forced = false;     ///< the application's forces act on some body
   bool scattered = false;  ///< slots are not in the order of memory
 };
 

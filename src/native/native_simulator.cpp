@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "check/check.hpp"
+#include "dynamics/move_to.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -128,6 +129,7 @@ void NativeSimulator::find_pairs() {
     graph_.add_new(pairs, pool_, added);
   else
     graph_.add(pairs, added);
+  wake_below_fixed();
 }
 
 std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>> lists) {
@@ -250,6 +252,7 @@ void NativeSimulator::finish() {
   }
   forced_.clear();
   if (def.sleep.enabled && islands_.put_to_sleep(active_)) active_is_current_ = in_contact_is_current_ = false;
+  arrive();
 }
 
 // --- parts of the step ---------------------------------------------------------------------------------------
@@ -263,6 +266,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .limits = speed_limits(def.solver.max_linear_speed, h),
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
+                                  .forced = !forced_.empty(),
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
@@ -418,8 +422,18 @@ void NativeSimulator::isolate(std::uint32_t slot) {
     ContactManifold& m = graph_.manifold(graph_[index]);
     for (float& impulse : m.impulses) impulse = 0;
     m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
+    if (graph_[index].round) m.set_rolling_impulse({});
   });
   quarantined_.push_back({bodies.id(slot), steps + 1});
+}
+
+void NativeSimulator::arrive() {
+  for (auto target = targets_.rbegin(); target != targets_.rend(); ++target) {
+    std::uint8_t& flags = state_.flags[target->slot];
+    if ((flags & (targeted | awake)) == (targeted | awake)) place(target->slot, target->pose, {});
+    flags &= static_cast<std::uint8_t>(~targeted);
+  }
+  targets_.clear();
   active_is_current_ = false;
 }
 
@@ -490,7 +504,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
     const std::uint32_t other = c.a == slot ? c.b : c.a;
-    if (c.touching()) wake(other);
+    if (c.touching()) wake_island(other);
   });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   islands_.forget(slot);
@@ -503,8 +517,8 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
   queries_are_current_ = false;
   wake(slot);
-  graph_.for_each_of(slot,
-                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  wake_neighbours(slot);
+  state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
   state_.poses[slot] = pose;
   state_.bounds[slot] = bounds_of(bodies[slot], pose, state_.velocities[slot], def.dt);
   state_.flags[slot] |= box_changed;
@@ -513,11 +527,22 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
   queries_are_current_ = false;
   wake(slot);
+  if (state_.flags[slot] & kinematic) {
+    state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
+    if (is_moving(velocity)) wake_neighbours(slot);
+  }
   place(slot, state_.poses[slot], velocity);
+}
+
+void NativeSimulator::move_to(std::uint32_t slot, const Pose& pose) {
+  set_velocity(slot, velocity_between(state_.poses[slot], pose, def.dt));
+  state_.flags[slot] |= targeted;
+  targets_.push_back({pose, slot});
 }
 
 void NativeSimulator::material_changed(std::uint32_t slot) {
   wake(slot);
+  wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { graph_.mix_materials(graph_[index]); });
 }
 
@@ -530,8 +555,7 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
   queries_are_current_ = false;
   state_.note_filter(slot, bodies[slot].filter);
   wake(slot);
-  graph_.for_each_of(slot,
-                     [&](std::uint32_t index) { wake(graph_[index].a == slot ? graph_[index].b : graph_[index].a); });
+  wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   state_.flags[slot] |= box_changed;  // so that it looks for pairs again
 }
@@ -546,8 +570,42 @@ void NativeSimulator::wake(std::uint32_t slot) {
   active_is_current_ = false;
 }
 
+// What happens to others does not free a quarantined body.
+void NativeSimulator::wake_island(std::uint32_t slot) {
+  state_.slow_time[slot] = 0;
+  if (!is_asleep(slot)) return;
+  islands_.wake(slot);
+  active_is_current_ = false;
+}
+
+void NativeSimulator::wake_neighbours(std::uint32_t slot) {
+  if (!islands_.any_asleep()) return;
+  graph_.for_each_of(slot, [&](std::uint32_t index) {
+    const Contact& c = graph_[index];
+    if (c.touching()) wake_island(c.a == slot ? c.b : c.a);
+  });
+}
+
+// Nobody else looks at a pair of which neither body is awake.
+void NativeSimulator::wake_below_fixed() {
+  if (!changed_at_rest_ || !islands_.any_asleep()) return;
+  for (const std::uint32_t slot : changed()) {
+    if (bodies[slot].motion != MotionType::fixed) continue;
+    graph_.for_each_of(slot, [&](std::uint32_t index) {
+      const std::uint32_t other = graph_[index].a == slot ? graph_[index].b : graph_[index].a;
+      if (overlaps(state_.bounds[slot].box, state_.bounds[other].box)) wake_island(other);
+    });
+  }
+}
+
+void NativeSimulator::gravity_changed() {
+  std::vector<std::uint32_t> slots;
+  islands_.for_each_with([&](std::uint32_t slot) { return bodies[slot].gravity_scale != 0; },
+                         [&](std::uint32_t slot) { slots.push_back(slot); });
+  for (const std::uint32_t slot : slots) wake_island(slot);
+}
+
 void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
-  if (bodies[slot].motion != MotionType::dynamic) return;
   wake(slot);
   if (!(state_.flags[slot] & has_force)) forced_.push_back(slot);
   state_.flags[slot] |= has_force;

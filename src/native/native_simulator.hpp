@@ -32,9 +32,11 @@ class NativeSimulator : public Simulator {
   void body_removed(std::uint32_t slot) override;
   void set_pose(std::uint32_t slot, const Pose& pose) override;
   void set_velocity(std::uint32_t slot, const Velocity& velocity) override;
+  void move_to(std::uint32_t slot, const Pose& pose) override;
   void material_changed(std::uint32_t slot) override;
   void filter_changed(std::uint32_t slot) override;
   void info_changed(std::uint32_t slot) override;
+  void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
@@ -140,6 +142,14 @@ class NativeSimulator : public Simulator {
   void validate_contacts() const;
   void validate_colours() const;
   bool was_solved(const Contact& c) const;
+  /// Kinematic bodies that `move_to` has moved stand still where they were to get.
+  void arrive();
+  /// Of a sleeping body.
+  void wake_island(std::uint32_t slot);
+  /// Sleepers that touch the body.
+  void wake_neighbours(std::uint32_t slot);
+  /// Sleepers that fixed bodies were added or moved into.
+  void wake_below_fixed();
   void count();
   std::size_t list_bytes() const;
 
@@ -159,6 +169,12 @@ class NativeSimulator : public Simulator {
   bool queries_are_current_ = false;
   bool are_free_moved_ = false;  // in this step, before `finish`
   bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
+  /// Where a kinematic body is to be at the end of the next step.
+  struct Target {
+    Pose pose;
+    std::uint32_t slot = none;
+    std::uint32_t unused[3] = {};  // in place of padding, which snapshots would keep
+  };
   struct ChangedBodies {
     std::uint32_t count = 0;
     bool at_rest = false;
@@ -168,6 +184,7 @@ class NativeSimulator : public Simulator {
   std::span<const std::uint32_t> changed() const { return {changed_.data(), changed_count_}; }
   std::vector<ChangedBodies> changed_in_chunk_;
   bool changed_at_rest_ = false;              // some of them are not awake
+  std::vector<Target> targets_;               // the last one of a body counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;

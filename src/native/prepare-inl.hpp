@@ -35,6 +35,7 @@ struct LaneContacts {
   HWY_ALIGN float counts[width];
   HWY_ALIGN float overlaps[width];
   HWY_ALIGN float held[width];
+  HWY_ALIGN float levers[width];  // of round contacts
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -59,7 +60,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = lanes.levers[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -83,6 +84,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
         lanes.held[i] = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
       h.held = h.held || lanes.held[i] > 0;
     }
+    lanes.levers[i] = c.round ? m.round_lever() : 0;
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -91,6 +93,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
+    h.rolls = h.rolls || (c.round && m.rolling_length() > 0);
   }
   block.header() = h;
   return points_of_block;
@@ -114,6 +117,39 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   const Vec3V<V> a = load_quads(d, at).xyz();
   const auto moved = hn::Gt(inverse_mass, hn::Zero(d));
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
+}
+
+/// `fathom::roll_row` of the lanes that have rolling resistance.
+template <class D>
+HWY_INLINE void prepare_rolling(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                                const Frame<hn::Vec<D>>& f) {
+  HWY_ALIGN float impulse[3][Block<D>::width] = {};
+  for (std::size_t i = 0; i < Block<D>::width; ++i) {
+    block.at(roll_length)[i] = 0;
+    if (indices[i] == none) continue;
+    const Contact& c = constrained.contacts[indices[i]];
+    if (!c.round) continue;
+    const ContactManifold& m = constrained.manifolds[c.manifold];
+    block.at(roll_length)[i] = m.rolling_length();
+    for (int axis = 0; axis < 3; ++axis) impulse[axis][i] = m.rolling_impulse()[axis];
+  }
+  const auto along_t1 = scale(hn::Load(D(), impulse[0]), f.t1);
+  block.set_roll_impulse(mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
+}
+
+/// `fathom::kept_impulse` goes back to the manifolds.
+template <class D>
+HWY_INLINE void store_rolling(const Block<D>& block, const Constrained& constrained) {
+  Frame<hn::Vec<D>> f;
+  f.load(block);
+  const auto impulse = block.roll_impulse();
+  HWY_ALIGN float kept[3][Block<D>::width];
+  hn::Store(dot(f.t1, impulse), D(), kept[0]);
+  hn::Store(dot(f.t2, impulse), D(), kept[1]);
+  hn::Store(dot(f.n, impulse), D(), kept[2]);
+  for (std::size_t i = 0; i < block.header().lanes; ++i)
+    if (block.at(roll_length)[i] > 0)
+      constrained.manifolds[block.manifold()[i]].set_rolling_impulse({kept[0][i], kept[1][i], kept[2][i]});
 }
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
@@ -232,7 +268,8 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
   block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
-  block.set(patch_radius, hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share)));
+  const V lever = hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share));
+  block.set(patch_radius, hn::Add(lever, hn::Load(d, lanes.levers)));
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, i_a);
@@ -242,6 +279,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     block.set(restitution, tangent.w);
     block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
   }
+  if (block.header().rolls) prepare_rolling(block, indices, constrained, f);
   return point_count;
 }
 
@@ -334,6 +372,7 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const std::uin
                  block.get(step_impulse)},
                 friction_impulses, used);
     if (block.header().overlaps) fade_overlaps(block, lanes + i * Block<D>::width, constrained, overlap_kept);
+    if (block.header().rolls) store_rolling(block, constrained);
     if (watch.overloads) watch_loads(block, watch);
   }
 }

@@ -219,8 +219,10 @@ void ContactSolver::for_each_group(const Act& act) {
 
 void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
-  const bool bounces = wide_blocks_.bounces != nullptr;
-  if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
+  const bool bounces = wide_blocks_.bounces != nullptr, rolls = wide_blocks_.rolls != nullptr;
+  if (has_moved || bounces != graph_.may_bounce() || rolls != graph_.may_roll() ||
+      block_bytes(wide_) != wide_blocks_.stride)
+    make_room_for_blocks();
   const bool several = pool_.thread_count() > 1;
   wide_blocks_.scattered = several || graph_.domains().in_use();
   wide_blocks_.shared = several && layout_.groups().empty();
@@ -324,10 +326,10 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
   const BodyInfo& info = bodies_[slot];
   const Quat q = state_.poses[slot].rotation;
   if (state_.flags[slot] & has_force) {
-    const Force& f = state_.forces[slot];
     BodyMotion& motion = state_.motion[slot];
-    motion.acceleration = mul_add(motion.acceleration, info.inverse_mass, f.force);
-    motion.angular_acceleration = rotate(q, info.inverse_inertia * inverse_rotate(q, f.torque));
+    const Acceleration a = forced_acceleration(info, q, state_.forces[slot], motion.acceleration);
+    motion.acceleration = a.linear;
+    motion.angular_acceleration = a.angular;
   }
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
@@ -361,16 +363,18 @@ void ContactSolver::make_room_for_blocks() {
     block_memory_.reserve(std::max(bytes, block_memory_.capacity() + block_memory_.capacity() / 4));
   wide_blocks_.blocks = block_memory_.data();
   single_blocks_.blocks = wide_blocks_.blocks + wide_count * wide_blocks_.stride;
-  if (!graph_.may_bounce()) {
-    wide_blocks_.bounces = single_blocks_.bounces = nullptr;
-    return;
-  }
-  const std::size_t floats =
-      wide_count * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
-  if (bounces_.size() < floats) grow_to(bounces_, floats);
-  const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
-  wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
-  single_blocks_.bounces = wide_blocks_.bounces + wide_count * wide_.bounce_floats;
+  const auto place = [&](bool needed, std::size_t wide_floats, std::size_t single_floats, std::vector<float>& floats,
+                         float* BlockArray::*array) {
+    wide_blocks_.*array = single_blocks_.*array = nullptr;
+    if (!needed) return;
+    const std::size_t size = wide_count * wide_floats + single_count_ * single_floats + alignment / sizeof(float);
+    if (floats.size() < size) grow_to(floats, size);
+    const std::size_t off = reinterpret_cast<std::uintptr_t>(floats.data()) % alignment;
+    wide_blocks_.*array = floats.data() + (off ? alignment - off : 0) / sizeof(float);
+    single_blocks_.*array = wide_blocks_.*array + wide_count * wide_floats;
+  };
+  place(graph_.may_bounce(), wide_.bounce_floats, single_.bounce_floats, bounces_, &BlockArray::bounces);
+  place(graph_.may_roll(), wide_.roll_floats, single_.roll_floats, rolls_, &BlockArray::rolls);
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------

@@ -116,6 +116,13 @@ struct Bodies {
     else
       return inertia_of_b * torque;
   }
+  /// What an angular impulse on B, and its reverse on A, makes of their relative angular velocity.
+  HWY_INLINE Vec3V<V> turn(Vec3V<V> torque) const {
+    if constexpr (fixed_a)
+      return turn_b(torque);
+    else
+      return turn_a(torque) + turn_b(torque);
+  }
   /// Impulse and angular impulses about each centre: plus on B, minus on A.
   HWY_INLINE void push(Vec3V<V> impulse, Vec3V<V> angular_a, Vec3V<V> angular_b) {
     b.linear = mul_add(b.linear, b.inverse_mass, impulse);
@@ -227,6 +234,24 @@ HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<
   block.set(friction_impulse_2, now.slide_2);
   block.set(twist_impulse, now.twist);
   return hn::Add(now.twist, hn::Add(now.slide_1, now.slide_2));
+}
+
+/// `fathom::solve_rolling` in lanes.
+template <class D, class B>
+HWY_INLINE void solve_rolling(const Block<D>& block, B& bodies) {
+  using V = hn::Vec<D>;
+  const D d;
+  const V limit = hn::Mul(block.get(roll_length), total_impulse(block, block.header().max_points));
+  const Vec3V<V> spin = bodies.b.angular - bodies.a.angular, old = block.roll_impulse();
+  const V response = dot(spin, bodies.turn(spin));
+  const auto turns = hn::Gt(response, hn::Zero(d));
+  const V mass = hn::IfThenElseZero(turns, hn::Div(dot(spin, spin), hn::IfThenElse(turns, response, hn::Set(d, 1.0f))));
+  const Vec3V<V> wanted = mul_sub(old, mass, spin);
+  const V squared = dot(wanted, wanted), size = hn::Sqrt(hn::Max(squared, hn::Set(d, 1e-30f)));
+  const auto rolls = hn::Gt(squared, hn::Mul(limit, limit));
+  const Vec3V<V> now = scale(hn::IfThenElse(rolls, hn::Div(limit, size), hn::Set(d, 1.0f)), wanted);
+  bodies.twist(now - old);
+  block.set_roll_impulse(now);
 }
 
 enum class Pass { soft, relax, iterate };
@@ -355,9 +380,11 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   bodies.load(block, all);
   frame.load(block);
   auto sums = hn::Zero(D());
+  if (pass == Pass::iterate && block.header().rolls) solve_rolling(block, bodies);
   if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies);
   const auto approach = solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   sums = pass == Pass::soft ? approach : hn::Add(sums, approach);
+  if (pass == Pass::relax && block.header().rolls) solve_rolling(block, bodies);
   if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies));
   if (pass == Pass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
@@ -381,6 +408,7 @@ HWY_INLINE void warm_start_block(const Block<D>& block, SolverBody* all) {
   }
   push_normal(bodies, f, sum);
   push_tangential(bodies, f, block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse));
+  if (block.header().rolls) bodies.twist(block.roll_impulse());
   bodies.store(block.header().lanes);
 }
 
@@ -511,6 +539,7 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
     const auto zero = hn::Zero(D());
     for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
     for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse}) block.set(field, zero);
+    if (block.header().rolls) block.set_roll_impulse({zero, zero, zero});
   }
 }
 
@@ -530,6 +559,7 @@ SolverKernels make_kernels(const char* name) {
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
           bounce_field_count * Block<D>::width,
+          roll_field_count * Block<D>::width,
           prepare<D>,
           warm_start<D>,
           clear<D>,

@@ -58,6 +58,7 @@ struct BlockArray {
   std::size_t stride = 0;     ///< bytes from block to block
   std::size_t fetch_end = 0;  ///< bodies of blocks up to there may be fetched, even beyond those that are asked for
   bool shared = false;        ///< several threads write the bodies in turn
+  float* rolls = nullptr;     ///< of rolling resistance, kept apart like `bounces`
   bool scattered = false;     ///< what constraints are made of is in other threads' caches, or in no near one
 };
 
@@ -72,6 +73,7 @@ struct BlockHeader {
   bool restitution = false;     ///< some lane bounces
   bool held = false;            ///< some lane is held by its supports' direct solution
   bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
+  bool rolls = false;           ///< some lane has rolling resistance
 };
 
 struct SolverKernels {
@@ -80,6 +82,7 @@ struct SolverKernels {
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
   std::size_t bounce_floats;          ///< a block
+  std::size_t roll_floats;            ///< a block
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
   /// returns how many points they have. May be done again.

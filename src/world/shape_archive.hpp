@@ -41,7 +41,8 @@ BodyDef read_body(ByteReader& in, ShapeReader& shapes);
 /// The fields one by one: the struct has padding.
 template <class Archive, class M>
 void archive_material(Archive& a, M& material) {
-  a(material.friction, material.restitution, material.friction_rule, material.restitution_rule);
+  a(material.friction, material.restitution, material.friction_rule, material.restitution_rule,
+    material.rolling_resistance);
 }
 
 }  // namespace fathom

@@ -1,5 +1,6 @@
 #include "world/simulator.hpp"
 
+#include "dynamics/forces.hpp"
 #include "world/validate.hpp"
 
 namespace fathom {
@@ -15,11 +16,11 @@ void Simulator::add_velocity(std::uint32_t slot, const Velocity& change) {
 // Impulses act at once: Δv = P/m, Δω = I⁻¹·L, only on dynamic bodies.
 void Simulator::add_impulse(std::uint32_t slot, const Velocity& impulse) {
   const BodyInfo& info = bodies[slot];
-  if (info.motion != MotionType::dynamic) return;
   Velocity v = velocities()[slot];
   const Quat q = poses()[slot].rotation;
   v.linear = mul_add(v.linear, info.inverse_mass, impulse.linear);
-  v.angular += rotate(q, info.inverse_inertia * inverse_rotate(q, impulse.angular));
+  v.angular +=
+      angular_response(q, info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia, impulse.angular);
   check_finite(v.linear, "apply impulse", "the resulting velocity");
   check_finite(v.angular, "apply impulse", "the resulting angular velocity");
   set_velocity(slot, v);

@@ -30,13 +30,19 @@ class Simulator {
   virtual void set_pose(std::uint32_t slot, const Pose& pose) = 0;
   virtual void set_velocity(std::uint32_t slot, const Velocity& velocity) = 0;
   virtual void add_velocity(std::uint32_t slot, const Velocity& change);
+  /// Of a kinematic body: see World::move_to.
+  virtual void move_to(std::uint32_t slot, const Pose& pose) = 0;
   /// Linear and angular impulse (N·s, N·m·s) about the centre of mass. Throws where the result is not finite and known.
   virtual void add_impulse(std::uint32_t slot, const Velocity& impulse);
+  // Setters wake the body; what changes for those that it touches wakes them. A body that was isolated because its
+  // state was not finite is freed by setters of its own alone, not by what happens to others.
+
   /// The body's material, filter, damping or gravity scale was changed in the table.
   virtual void material_changed(std::uint32_t slot) = 0;
   virtual void filter_changed(std::uint32_t slot) = 0;
   virtual void info_changed(std::uint32_t slot) = 0;
-  virtual void gravity_changed() {}
+  /// Wakes all that gravity acts on.
+  virtual void gravity_changed() = 0;
   virtual void wake(std::uint32_t slot) = 0;
   virtual bool is_awake(std::uint32_t slot) const = 0;
   /// Force (N) and torque (N·m) about the centre of mass for the next step; they add up.

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <string>
 
+#include "math/eigen.hpp"
+
 namespace fathom {
 
 namespace {
@@ -53,6 +55,19 @@ void check_inertia(const SymMat3& m) {
   if (!finite || !is_positive_definite(m))
     refuse("add body: the inertia with diagonal " + text(Vec3{m.xx, m.yy, m.zz}) +
            " is not positive definite; leave it out to take the shape's");
+  // ∫(y² + z²) + ∫(z² + x²) ≥ ∫(x² + y²): no distribution of mass has a moment above the other two's sum. With one, a
+  // body's spin about that axis would not keep its energy. Flat bodies reach the sum, up to rounding.
+  const Vec3 moments = principal_frame(m).moments;
+  const float largest = max_component(moments), others = moments.x + moments.y + moments.z - largest;
+  if (largest > others * (1 + 1e-4f))
+    refuse("add body: the inertia's principal moments are " + text(moments) +
+           " kg·m²; none may be larger than the sum of the other two");
+}
+
+void check_rule(CombineRule rule, const char* action, const char* name) {
+  if (rule <= CombineRule::maximum) return;
+  refuse(std::string(action) + ": the " + name + " is " + std::to_string(static_cast<int>(rule)) +
+         ", which is no CombineRule");
 }
 
 }  // namespace
@@ -76,6 +91,15 @@ void check_material(const Material& m, const char* action) {
   require_not_negative(m.restitution, action, "the restitution");
   if (m.restitution > 1)
     refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
+  require_not_negative(m.rolling_resistance, action, "the rolling resistance");
+  check_rule(m.friction_rule, action, "friction rule");
+  check_rule(m.restitution_rule, action, "restitution rule");
+}
+
+void check_dynamic(MotionType motion, const char* action) {
+  if (motion == MotionType::dynamic) return;
+  refuse(std::string(action) + ": the body is " + (motion == MotionType::fixed ? "fixed" : "kinematic") +
+         "; forces and impulses move dynamic bodies alone");
 }
 
 void check_damping(float linear, float angular, const char* action) {
@@ -85,6 +109,8 @@ void check_damping(float linear, float angular, const char* action) {
 
 void check_body(const BodyDef& def) {
   const char* action = "add body";
+  if (def.motion > MotionType::dynamic)
+    refuse("add body: the motion is " + std::to_string(static_cast<int>(def.motion)) + ", which is no MotionType");
   check_shape(def.shape);
   check_pose(def.pose, action);
   check_finite(def.velocity.linear, action, "the linear velocity");

@@ -10,6 +10,8 @@ void check_body(const BodyDef& def);
 void check_pose(const Pose& pose, const char* action);
 void check_finite(Vec3 value, const char* action, const char* name);
 void check_material(const Material& material, const char* action);
+/// That forces and impulses move it.
+void check_dynamic(MotionType motion, const char* action);
 void check_damping(float linear, float angular, const char* action);
 [[noreturn]] void refuse(const std::string& text);
 

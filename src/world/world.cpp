@@ -25,6 +25,13 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
+/// The slot of a body that forces move.
+std::uint32_t dynamic_slot(const Simulator& simulator, BodyId id, const char* action) {
+  const std::uint32_t slot = simulator.bodies.slot(id, action);
+  check_dynamic(simulator.bodies[slot].motion, action);
+  return slot;
+}
+
 }  // namespace
 
 std::unique_ptr<Simulator> make_simulator(const WorldDef& def) {
@@ -144,6 +151,16 @@ void World::add_velocity(BodyId id, Vec3 linear, Vec3 angular) {
   simulator_->add_velocity(slot, {linear, 0, angular, 0});
 }
 
+void World::move_to(BodyId id, const Pose& pose) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "move to");
+  check_pose(pose, "move to");
+  const MotionType motion = simulator_->bodies[slot].motion;
+  if (motion != MotionType::kinematic)
+    refuse(std::string("move to: the body is ") + (motion == MotionType::fixed ? "fixed" : "dynamic") +
+           "; only kinematic bodies can be moved along");
+  simulator_->move_to(slot, {pose.position + Vec3{}, 0, normalize(pose.rotation)});
+}
+
 MotionType World::motion(BodyId id) const {
   return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion;
 }
@@ -207,13 +224,13 @@ void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake
 // Forces and impulses ---------------------------------------------------------------------------------------
 
 void World::apply_force(BodyId id, Vec3 force) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply force");
   check_finite(force, "apply force", "the force");
   simulator_->apply(slot, force, {});
 }
 
 void World::apply_force_at(BodyId id, Vec3 force, Vec3 point) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply force");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply force");
   check_finite(force, "apply force", "the force");
   check_finite(point, "apply force", "the point");
   const Vec3 torque = cross(point - simulator_->poses()[slot].position, force);
@@ -222,19 +239,19 @@ void World::apply_force_at(BodyId id, Vec3 force, Vec3 point) {
 }
 
 void World::apply_torque(BodyId id, Vec3 torque) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply torque");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply torque");
   check_finite(torque, "apply torque", "the torque");
   simulator_->apply(slot, {}, torque);
 }
 
 void World::apply_impulse(BodyId id, Vec3 impulse) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
   simulator_->add_impulse(slot, {impulse, 0, {}, 0});
 }
 
 void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply impulse");
   check_finite(impulse, "apply impulse", "the impulse");
   check_finite(point, "apply impulse", "the point");
   const Vec3 turn = cross(point - simulator_->poses()[slot].position, impulse);
@@ -243,7 +260,7 @@ void World::apply_impulse_at(BodyId id, Vec3 impulse, Vec3 point) {
 }
 
 void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "apply angular impulse");
+  const std::uint32_t slot = dynamic_slot(*simulator_, id, "apply angular impulse");
   check_finite(impulse, "apply angular impulse", "the impulse");
   simulator_->add_impulse(slot, {{}, 0, impulse, 0});
 }
@@ -277,6 +294,7 @@ void World::shift_origin(Vec3 new_origin) {
 
 void World::set_gravity(Vec3 gravity) {
   check_finite(gravity, "set gravity", "the gravity");
+  if (gravity == simulator_->def.gravity) return;
   simulator_->def.gravity = gravity;
   simulator_->gravity_changed();
 }

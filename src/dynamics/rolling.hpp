@@ -1,0 +1,64 @@
+// What keeps round bodies from rolling and spinning for ever. Pure, for host and device.
+//
+// A sphere or a capsule touches in a point. A real one touches in a small patch, which gives it two more couples:
+//
+// * Spin about the normal is braked by Coulomb's friction over the patch. For Hertz's pressure its couple is
+//   3π/16 µ N a, a the patch's radius; a² = R d for a sphere of radius R that is pressed in by d (Johnson, "Contact
+//   Mechanics", 1985, 4.2 and 7.4). Here d is a ten-thousandth of R, so a = R/100.
+// * Rolling is braked because a material gives back less than is put into it: the normal force acts a little ahead of
+//   the middle, by `Material::rolling_resistance` times R (Johnson, 9.4). It is off unless a material asks for it, and
+//   what it needs lies apart.
+#pragma once
+
+#include "dynamics/contact_manifold.hpp"
+#include "dynamics/contact_rows.hpp"
+
+namespace fathom {
+
+FATHOM_HD bool is_round(ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; }
+
+/// Lever (m) of the friction that brakes spin on a patch of this radius of curvature.
+inline constexpr float spin_lever = 0.589f * 0.01f;
+
+/// A round contact's couples: `radius` (m) is 0 of shapes that are not round.
+FATHOM_HD void set_round(ContactManifold& m, float radius_a, float radius_b, float resistance_a, float resistance_b) {
+  const float largest = max(radius_a, radius_b), least = min(radius_a, radius_b);
+  const float curvature = least > 0 ? least * largest / (least + largest) : largest;
+  m.set_round(spin_lever * curvature, max(resistance_a, resistance_b) * largest);
+}
+
+/// Rolling resistance of a contact that has it.
+struct alignas(16) RollRow {
+  Vec3 impulse;      ///< angular, accumulated over the substep (N·m·s, world axes): plus on B, minus on A
+  float length = 0;  ///< m ahead of the middle at which the normal force acts
+};
+
+FATHOM_HD RollRow roll_row(const ContactManifold& m, const ContactAxes& f) {
+  const Vec3 i = m.rolling_impulse();
+  return {mul_add(mul_add(i.x * f.t1, i.y, f.t2), i.z, f.n), m.rolling_length()};
+}
+FATHOM_HD Vec3 kept_impulse(const RollRow& row, const ContactAxes& f) {
+  return {dot(f.t1, row.impulse), dot(f.t2, row.impulse), dot(f.n, row.impulse)};
+}
+
+template <class Inertia>
+FATHOM_HD void push_rolling(ContactBody<Inertia>& a, ContactBody<Inertia>& b, Vec3 impulse) {
+  b.angular += b.inverse_inertia * impulse;
+  a.angular -= a.inverse_inertia * impulse;
+}
+
+/// Brakes the relative angular velocity, limited by the length times `load`, the points' impulses (N·s). It goes along
+/// that velocity, as far as takes most energy.
+template <class Inertia>
+FATHOM_HD void solve_rolling(RollRow& row, float load, ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
+  const Vec3 spin = b.angular - a.angular;
+  const float response = dot(spin, (a.inverse_inertia * spin) + (b.inverse_inertia * spin));
+  const float mass = response > 0 ? length_squared(spin) / response : 0.0f;
+  Vec3 wanted = mul_add(row.impulse, -mass, spin);
+  const float limit = row.length * load, size_squared = length_squared(wanted);
+  if (size_squared > limit * limit) wanted *= limit / fathom::sqrt(max(size_squared, 1e-30f));
+  push_rolling(a, b, wanted - row.impulse);
+  row.impulse = wanted;
+}
+
+}  // namespace fathom
