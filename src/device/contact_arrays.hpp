@@ -124,9 +124,17 @@ struct Counters {
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
-  std::uint32_t finds_columns = 0;                      ///< 1: constraints were laid out anew, and so are columns
-  std::uint32_t columns = 0, column_contacts = 0;
-  std::uint32_t any_calm_column = 0;  ///< 1: some column is braced in this step
+
+  // Supports.
+  std::uint32_t overloaded_step = none;  ///< the last step that found contacts overloaded
+  std::uint32_t unlevelled_step = none;  ///< and among their bodies one without a level
+  std::uint32_t held_step = none;        ///< the last step that held something
+  std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
+  std::uint32_t supported = 0;           ///< bodies in `by_level`
+  std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
+  Stretch level[level_slots] = {};       ///< its bodies
+  std::uint32_t level_cursor[level_slots] = {};
+
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
@@ -179,7 +187,7 @@ struct ContactArrays {
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  std::uint32_t unused;
+  float held;  ///< of both bodies the part of the last direct solution, 0 where one of them was not held
 };
 
 /// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.
@@ -197,6 +205,8 @@ struct ConstraintArrays {
   Quad* rows;
   BounceRow* bounces;
   std::uint32_t* overflow_order;
+  SupportRecord* supports;
+  std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours
 };
 
 }  // namespace fathom::device

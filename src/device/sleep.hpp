@@ -1,21 +1,10 @@
 // Islands of bodies that touch, found by union-find, fall asleep together.
-//
-// Roots are the smallest index of an island whatever the order of unions, as each joins the larger root to the smaller
-// (Jaiganesh and Burtscher, "A High-Performance Connected Components Implementation for GPUs", HPDC 2018).
 #pragma once
 
 #include "device/build_constraints.hpp"
+#include "device/union_find.hpp"
 
 namespace fathom::device {
-
-FATHOM_HD std::uint32_t root_of(std::uint32_t* parent, std::uint32_t i) {
-  std::uint32_t p = exec::atomic_load(parent[i]);
-  while (p != i) {
-    i = p;
-    p = exec::atomic_load(parent[i]);
-  }
-  return i;
-}
 
 struct BeginIslands {
   BodyArrays bodies;
@@ -41,13 +30,7 @@ struct JoinIslands {
       return;
     }
     if (!(bodies.flags[c.a] & bodies.flags[c.b] & awake_flag)) return;
-    std::uint32_t a = root_of(bodies.parent, c.a), b = root_of(bodies.parent, c.b);
-    while (a != b) {
-      const std::uint32_t low = a < b ? a : b, high = a < b ? b : a;
-      if (exec::atomic_cas(bodies.parent[high], high, low) == high) return;
-      a = root_of(bodies.parent, low);
-      b = root_of(bodies.parent, high);
-    }
+    unite(bodies.parent, c.a, c.b);
   }
 };
 
