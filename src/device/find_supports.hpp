@@ -81,7 +81,9 @@ struct FindSupports {
     for (std::uint32_t k = 0; k < node.contacts; ++k) constraints.contacts_of[node.first + k] = none;
   }
 
-  FATHOM_HD bool presses(std::uint32_t k) const { return contacts.manifolds[constraints.manifold[k]].step_impulse > 0; }
+  FATHOM_HD bool touches(std::uint32_t k) const {
+    return touching_points(constraints, k, load_impulses(constraints, k)) != 0;
+  }
 
   FATHOM_HD void join(std::uint32_t k) const {
     constraints.supports[k].upper = no_upper;
@@ -90,7 +92,7 @@ struct FindSupports {
     const bool pushes_a = is_pushable(bodies, c.a), pushes_b = is_pushable(bodies, c.b);
     if (pushes_a) join(k, c.colour(), c.a);
     if (pushes_b) join(k, c.colour(), c.b);
-    if (pushes_a && pushes_b && presses(k)) unite(bodies.parent, c.a, c.b);
+    if (pushes_a && pushes_b && touches(k)) unite(bodies.parent, c.a, c.b);
   }
   FATHOM_HD void join(std::uint32_t k, std::uint32_t colour, std::uint32_t i) const {
     const std::uint64_t before = (std::uint64_t{1} << colour % further_colour) - 1;
@@ -112,7 +114,7 @@ struct FindSupports {
 
   FATHOM_HD void note_base(std::uint32_t k) const {
     const Contact& c = contacts.contacts[constraints.contact[k]];
-    if (!c.fixed_a() || c.colour() == overflow_colour || !is_pushable(bodies, c.b) || !presses(k)) return;
+    if (!c.fixed_a() || c.colour() == overflow_colour || !is_pushable(bodies, c.b) || !touches(k)) return;
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
     const Velocity v = bodies.velocities[c.a];
     if (length_squared(v.linear) + length_squared(v.angular) > 0) {
@@ -194,7 +196,7 @@ struct FindSupports {
   FATHOM_HD void lift(std::uint32_t contact, std::uint32_t i, std::uint32_t level, std::uint32_t next_first) const {
     const ConstraintHead& head = constraints.heads[contact];
     const std::uint32_t other = other_of(head, i);
-    if (head.bits & pushes_fixed_bit || !is_pushable(bodies, other) || !presses(contact)) return;
+    if (head.bits & pushes_fixed_bit || !is_pushable(bodies, other) || !touches(contact)) return;
     if (exec::atomic_load(bodies.support[other].level) > 0) return;
     if (exec::atomic_cas(bodies.support[other].level, 0u, level + 1) > 0) return;
     const std::uint32_t place = exec::atomic_add(counters->level[level + 1].count, 1u);
@@ -240,9 +242,8 @@ struct FindSupports {
       const std::uint32_t other = other_of(head, i);
       if (!(head.bits & pushes_fixed_bit ? is_base(other, structure) : carries(other, i, level))) continue;
       const ContactImpulses impulses = load_impulses(constraints, k);
-      std::uint32_t touches;
-      SupportRows r = load_support(constraints, k, is_b, head.bits & point_bits, impulses, touches);
-      weigh_points(r, impulses, touches, body_weight);
+      SupportRows r = load_support(constraints, k, is_b);
+      weigh_points(r, impulses, touching_points(constraints, k, impulses), body_weight);
       if (!r.holds()) continue;
       add_support(m, r, 0);
       SupportRecord& record = constraints.supports[k];

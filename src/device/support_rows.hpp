@@ -24,9 +24,20 @@ FATHOM_HD ContactArms load_arms(const ConstraintArrays& constraints, std::uint32
   return {{q1.z, q1.w, q2.x}, {q2.y, q2.z, q2.w}};
 }
 
-/// Rows of constraint k, without weights. Where `touches` is asked for, a bit is set for each point that may press.
-FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uint32_t k, bool b_is_upper,
-                                   std::uint32_t point_count, const ContactImpulses& impulses, std::uint32_t& touches) {
+/// A bit for each point of constraint k that presses, or is near enough to.
+FATHOM_HD std::uint32_t touching_points(const ConstraintArrays& constraints, std::uint32_t k,
+                                        const ContactImpulses& impulses) {
+  const Quad* const rows = rows_of(constraints, k);
+  const std::uint32_t count = constraints.heads[k].bits & point_bits;
+  std::uint32_t touches = 0;
+  for (std::uint32_t i = 0; i < max_manifold_points; ++i)
+    if (i < count && (impulses.normal[i] > 0 || rows[(first_point_row + i) * tile_width].z <= support_reach))
+      touches |= 1u << i;
+  return touches;
+}
+
+/// Rows of constraint k, without weights.
+FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uint32_t k, bool b_is_upper) {
   const Quad* const rows = rows_of(constraints, k);
   const Quad q0 = rows[0], q1 = rows[tile_width], q4 = rows[4 * tile_width];
   const ContactArms arms = load_arms(constraints, k);
@@ -38,12 +49,11 @@ FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uin
   r.friction = q4.z;
   r.twist_radius = q4.w;
   r.up = b_is_upper ? 1.0f : -1.0f;
-  touches = 0;
+  const std::uint32_t count = constraints.heads[k].bits & point_bits;
   for (std::uint32_t i = 0; i < max_manifold_points; ++i) {
-    if (i >= point_count) continue;
+    if (i >= count) continue;
     const Quad p = rows[(first_point_row + i) * tile_width];
     r.x[i] = p.x, r.y[i] = p.y;
-    if (impulses.normal[i] > 0 || p.z <= support_reach) touches |= 1u << i;
   }
   return r;
 }

@@ -64,6 +64,7 @@ struct ContactChanges {
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
     contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
+    if (is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
     report_hit(c, m);
@@ -81,6 +82,23 @@ struct ContactChanges {
   }
 
  private:
+  /// Whether a contact touches as soon as it begins: what comes near begins before.
+  FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
+    const Pose &a = bodies.poses[c.a], &b = bodies.poses[c.b];
+    const Vec3 normal = rotate(a.rotation, m.normal), between = b.position - a.position;
+    for (int i = 0; i < m.point_count(); ++i) {
+      const Vec3 on_b = between + rotate(b.rotation, m.points[i].anchor_b);
+      if (dot(on_b - rotate(a.rotation, m.points[i].anchor_a), normal) <= support_reach) return true;
+    }
+    return false;
+  }
+  /// What has been placed knows no load yet. It is held in its first step, and then its impulses tell.
+  FATHOM_HD void look_for_supports(const Contact& c) const {
+    exec::atomic_store(bodies.support[c.a].overloaded, counters->step);
+    exec::atomic_store(bodies.support[c.b].overloaded, counters->step);
+    exec::atomic_store(counters->overloaded_step, counters->step);
+  }
+
   FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
     const Hit hit =
         fastest_hit(m, bodies.poses[c.a], bodies.poses[c.b], bodies.velocities[c.a], bodies.velocities[c.b]);
