@@ -69,7 +69,8 @@ struct FindSupports {
   FATHOM_HD void forget(std::uint32_t i) const {
     const bool pushable = is_pushable(bodies, i);
     BodySupport& s = bodies.support[i];
-    if (counters->held_step != counters->step || s.level == 0 || !pushable) s.held = 0;
+    // What is held for the first time begins as if it had been: else springs would give way once more.
+    if (counters->held_step != counters->step || s.level == 0) s.held = 1;
     if (is_anew() || !pushable) s.level = 0;
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};

@@ -4,8 +4,6 @@
 // A kernel of its own, so that worlds without overloaded contacts do not carry its registers. Of the two the one that
 // is not due has no phases.
 #pragma once
-#include <cstdio>
-#include <cstdlib>
 
 #include "device/solve.hpp"
 #include "device/support_rows.hpp"
@@ -179,7 +177,6 @@ struct SolveWithSupports {
     const auto curvature = static_cast<float>(static_cast<std::int64_t>(structure.curvature[parity]));
     // Where nothing is left to change, all of it is held.
     const float part = slope == 0 && curvature == 0 ? 1.0f : best_part(slope, curvature);
-    if (getenv("VERB") && i == bodies().support[i].structure) std::printf("step %u part %g slope %g curv %g largest %x held %u of levels %u\n", solver.counters->step, (double)part, (double)slope, (double)curvature, structure.largest, solver.counters->supported, solver.counters->support_levels);
     // For the next solution. All bodies of a structure store the same.
     exec::atomic_store(structure.largest, 0u);
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;

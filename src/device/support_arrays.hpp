@@ -15,9 +15,9 @@ inline constexpr std::uint32_t level_slots = most_levels + 2;
 /// A body as part of a structure: the one thing that outlives a step.
 struct alignas(16) BodySupport {
   std::uint32_t overloaded = 0xffffffff;  ///< the last step that found a contact of it overloaded
-  std::uint32_t level = 0;       ///< pressing contacts on the shortest way to what cannot be pushed; 0: none is known
-  std::uint32_t structure = 0;   ///< least index among the bodies that press on each other, within a step
-  float held = 0;                ///< part of the last direct solution, 0 where there was none
+  std::uint32_t level = 0;      ///< pressing contacts on the shortest way to what cannot be pushed; 0: none is known
+  std::uint32_t structure = 0;  ///< least index among the bodies that press on each other, within a step
+  float held = 0;               ///< part of the last direct solution, 0 where there was none
 };
 
 /// A body's place in the graph of supports, within a step.
