@@ -69,8 +69,10 @@ struct FindSupports {
   FATHOM_HD void forget(std::uint32_t i) const {
     const bool pushable = is_pushable(bodies, i);
     BodySupport& s = bodies.support[i];
-    // What is held for the first time begins as if it had been: else springs would give way once more.
-    if (counters->held_step != counters->step || s.level == 0) s.held = 1;
+    if (s.held == was_placed)
+      s.held = 1;
+    else if (counters->held_step != counters->step || s.level == 0)
+      s.held = 0;
     if (is_anew() || !pushable) s.level = 0;
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};

@@ -82,20 +82,24 @@ struct ContactChanges {
   }
 
  private:
-  /// Whether a contact touches as soon as it begins: what comes near begins before.
+  /// Whether a contact touches as soon as it begins: what comes near begins before. What is deep inside is pushed out.
   FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
+    constexpr float deep = 0.01f;  // m
     const Pose &a = bodies.poses[c.a], &b = bodies.poses[c.b];
+    float nearest = 1;
     const Vec3 normal = rotate(a.rotation, m.normal), between = b.position - a.position;
     for (int i = 0; i < m.point_count(); ++i) {
       const Vec3 on_b = between + rotate(b.rotation, m.points[i].anchor_b);
-      if (dot(on_b - rotate(a.rotation, m.points[i].anchor_a), normal) <= support_reach) return true;
+      nearest = min(nearest, dot(on_b - rotate(a.rotation, m.points[i].anchor_a), normal));
     }
-    return false;
+    return nearest <= support_reach && nearest > -deep;
   }
   /// What has been placed knows no load yet. It is held in its first step, and then its impulses tell.
   FATHOM_HD void look_for_supports(const Contact& c) const {
-    exec::atomic_store(bodies.support[c.a].overloaded, counters->step);
-    exec::atomic_store(bodies.support[c.b].overloaded, counters->step);
+    for (const std::uint32_t i : {c.a, c.b}) {
+      exec::atomic_store(bodies.support[i].overloaded, counters->step);
+      exec::atomic_store(bodies.support[i].held, was_placed);
+    }
     exec::atomic_store(counters->overloaded_step, counters->step);
   }
 
