@@ -7,7 +7,8 @@
 
 namespace fathom::device {
 
-/// Marks the bodies of overloaded contacts for the next step.
+/// Marks the bodies of overloaded contacts for the next step. Supports are looked for where one has been overloaded in
+/// two steps on end: a hit is over by then.
 struct MarkOverload {
   BodyArrays bodies;
   ConstraintArrays constraints;
@@ -32,7 +33,6 @@ struct MarkOverload {
     const std::uint32_t step = counters->step + 1;
     if (!fixed_a) mark(head.a, step);
     mark(head.b, step);
-    exec::atomic_store(counters->overloaded_step, step);
   }
 
  private:
@@ -45,8 +45,12 @@ struct MarkOverload {
     return !(length_squared(bodies.solver[i].linear.xyz()) < speed * speed);
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step) const {
-    exec::atomic_store(bodies.support[i].overloaded, step);
-    if (bodies.support[i].level == 0) exec::atomic_store(counters->unlevelled_step, step);
+    BodySupport& s = bodies.support[i];
+    const bool lasts = exec::atomic_load(s.overloaded) + 1 == step;
+    exec::atomic_store(s.overloaded, step);
+    if (!lasts) return;
+    exec::atomic_store(counters->overloaded_step, step);
+    if (s.level == 0) exec::atomic_store(counters->unlevelled_step, step);
   }
 };
 

@@ -12,7 +12,8 @@ inline constexpr std::uint32_t most_levels = 256;
 /// Entries of lists by level, which begin with level 0 and end behind the last.
 inline constexpr std::uint32_t level_slots = most_levels + 2;
 
-/// `BodySupport::held` of what has just been placed: it begins as if it had been held, else springs would first give way.
+/// `BodySupport::held` of what has just been placed: it begins as if it had been held, else springs would first give
+/// way.
 inline constexpr float was_placed = 2;
 
 /// A body as part of a structure: the one thing that outlives a step.
