@@ -289,7 +289,7 @@ struct ScheduleColours {
 
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
-    c.any_kinematic = c.support_levels = c.contacts_listed = c.layout_groups = 0;
+    c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = 0;
     for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;

@@ -131,6 +131,7 @@ struct Counters {
   std::uint32_t held_step = none;        ///< the last step that held something
   std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
   std::uint32_t supported = 0;           ///< bodies in `by_level`
+  std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp items
   std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
   Stretch level[level_slots] = {};       ///< its bodies
   std::uint32_t level_cursor[level_slots] = {};

@@ -177,6 +177,7 @@ struct FindSupports {
     const std::uint32_t next_first = own.first + own.count;
     if (k == 0) {
       counters->supported = next_first;
+      if (own.count > 32) counters->has_wide_level = 1;
       if (is_anew()) counters->level[level + 1].first = next_first;
     }
     const std::uint32_t i = bodies.by_level[own.first + k];

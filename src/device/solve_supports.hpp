@@ -31,7 +31,8 @@ struct SupportsOfBody {
 
 /// A direct solution takes a phase for each level, from the top down, in which bodies ask their supports; one that sums
 /// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
-/// and after; between sweeps for data only, where that is possible.
+/// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
+/// possible.
 struct SolveWithSupports {
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
@@ -39,6 +40,7 @@ struct SolveWithSupports {
   static constexpr std::uint32_t plan_parts = level_slots;
   struct Plan : SolveConstraints::Plan {
     std::uint32_t supported;
+    bool in_one_warp;  ///< each level is
     Stretch level[level_slots];
   };
   using Fetched = SolveConstraints::Fetched;
@@ -61,7 +63,9 @@ struct SolveWithSupports {
     static_assert(SolveConstraints::plan_parts <= plan_parts);
     if (k < SolveConstraints::plan_parts) solver.plan_part(plan, k);
     plan.level[k] = solver.counters->level[k];
-    if (k == 0) plan.supported = solver.counters->supported;
+    if (k > 0) return;
+    plan.supported = solver.counters->supported;
+    plan.in_one_warp = !solver.counters->has_wide_level;
   }
   FATHOM_HD void keep_barriers(Plan& plan) const { solver.keep_barriers(plan); }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
@@ -90,6 +94,7 @@ struct SolveWithSupports {
     return place.stage == sweeps && solver.is_serial(plan, place.in_solve);
   }
   FATHOM_HD exec::Wait wait_before(const Plan& plan, Place place) const {
+    if (place.stage == asking && place.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;
     const bool by_data = plan.by_data && place.stage == sweeps && !place.follows_solution;
     return by_data ? exec::Wait::for_data : exec::Wait::for_all;
   }
