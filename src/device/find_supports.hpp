@@ -73,7 +73,8 @@ struct FindSupports {
       s.held = 1;
     else if (counters->held_step != counters->step || s.level == 0)
       s.held = 0;
-    if (is_anew() || !pushable) s.level = 0;
+    // What sleeps keeps its level: it wakes as part of the structure that it was.
+    if (pushable ? is_anew() : !bodies.constants[i].is_dynamic()) s.level = 0;
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};
     SupportNode& node = bodies.nodes[i];
@@ -107,7 +108,8 @@ struct FindSupports {
   }
 
   FATHOM_HD void count(std::uint32_t i) const {
-    if (bodies.support[i].level > 0) exec::atomic_add(counters->level[bodies.support[i].level].count, 1u);
+    if (bodies.support[i].level > 0 && is_pushable(bodies, i))
+      exec::atomic_add(counters->level[bodies.support[i].level].count, 1u);
   }
   FATHOM_HD void place_level(std::uint32_t level) const {
     std::uint32_t first = 0;

@@ -16,6 +16,13 @@
 
 namespace fathom::device {
 
+/// Supports of body i are looked for in this very step.
+FATHOM_HD void hold_at_once(const BodyArrays& bodies, std::uint32_t i, Counters& counters) {
+  exec::atomic_store(bodies.support[i].overloaded, counters.step);
+  exec::atomic_store(bodies.support[i].held, was_placed);
+  exec::atomic_store(counters.overloaded_step, counters.step);
+}
+
 /// What both passes do when a contact begins or ends.
 struct ContactChanges {
   BodyArrays bodies;
@@ -96,11 +103,8 @@ struct ContactChanges {
   }
   /// What has been placed knows no load yet. It is held in its first step, and then its impulses tell.
   FATHOM_HD void look_for_supports(const Contact& c) const {
-    for (const std::uint32_t i : {c.a, c.b}) {
-      exec::atomic_store(bodies.support[i].overloaded, counters->step);
-      exec::atomic_store(bodies.support[i].held, was_placed);
-    }
-    exec::atomic_store(counters->overloaded_step, counters->step);
+    hold_at_once(bodies, c.a, *counters);
+    hold_at_once(bodies, c.b, *counters);
   }
 
   FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
@@ -284,6 +288,7 @@ struct WakeIslands {
     if (bodies.island_woken[bodies.island[i]] != counters->step + 1) return;
     bodies.flags[i] |= awake_flag;
     bodies.slow_time[i] = 0;
+    if (bodies.support[i].level > 0) hold_at_once(bodies, i, *counters);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 };
