@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <fathom/body.hpp>
 
+#include "device/support_arrays.hpp"
 #include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
@@ -103,9 +104,6 @@ struct alignas(16) Quad {
 
 FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
 
-/// Quads of a stored ColumnRung (solve_columns.hpp).
-inline constexpr std::uint32_t rung_quads = 14;
-
 /// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
 /// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
 struct alignas(64) SolverQuads {
@@ -146,20 +144,6 @@ struct HullArrays {
   }
 };
 
-/// The constraints of a body that are first and last: where it has two, both.
-struct Neighbours {
-  std::uint32_t first = none, last = 0;
-};
-struct ColumnRange {
-  std::uint32_t first;  ///< in `column_contacts`
-  std::uint32_t count : 31, calm : 1;
-};
-struct alignas(16) ColumnContact {
-  std::uint32_t constraint : 31, upward : 1;  ///< upward: B is the upper body
-  std::uint32_t part;          ///< of the way to its target that the piece goes which begins with it, as bits
-  std::uint32_t below, above;  ///< bodies
-};
-
 struct BodyArrays {
   // Given by the application.
   BodyConstants* constants;
@@ -190,11 +174,12 @@ struct BodyArrays {
   std::uint32_t* island_woken;  ///< number of the step that woke it
   std::uint32_t* isolated_in;   ///< number of the step that isolated it
 
-  // Columns, as long as constraints are laid out as they are.
-  Neighbours* neighbours;
-  ColumnRange* columns;            ///< at most half as many as bodies
-  ColumnContact* column_contacts;  ///< at most as many as bodies
-  Quad* column_rungs;              ///< `rung_quads` for each of these
+  // Supports.
+  BodySupport* support;
+  SupportNode* nodes;
+  SupportMove* moves;
+  Structure* structures;    ///< of the least of their bodies
+  std::uint32_t* by_level;  ///< bodies of structures
 
   // Of bodies in contact, within a step.
   SolverQuads* solver;

@@ -12,7 +12,6 @@
 #include "check/check.hpp"
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
-#include "device/find_columns.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -207,7 +206,7 @@ FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
 
 /// Counts the constraints of each colour where they must be laid out anew. It is also where the last of the freed
 /// manifolds move into the gap in their list: there is one only where a contact began, and then all contacts are looked
-/// at. And bodies forget their neighbours.
+/// at.
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -225,7 +224,6 @@ struct CountColours {
       const std::uint32_t index = group.index() * group_size + item;
       if (index >= counters->live_contacts) return;
       close_gap(index);
-      for (std::uint32_t i = index; i < counters->live_bodies; i += counters->live_contacts) bodies.neighbours[i] = {};
       const Contact& c = contacts.contacts[index];
       if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
     });
@@ -293,7 +291,7 @@ struct ScheduleColours {
 
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
-    c.any_kinematic = c.any_calm_column = c.layout_groups = 0;
+    c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = 0;
     for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
@@ -305,9 +303,7 @@ struct ScheduleColours {
       c.layout_dirty = 1;
       return false;
     }
-    c.finds_columns = c.layout_dirty;
     if (!c.layout_dirty) return false;
-    c.columns = c.column_contacts = 0;
     c.layout_dirty = 0;
     c.layout_groups = c.contact_groups;
     const std::uint32_t reused = reused_manifolds(c);
@@ -349,7 +345,6 @@ struct LayOutConstraints {
   ContactArrays contacts;
   ConstraintArrays constraints;
   Counters* counters;
-  bool notes_neighbours;  ///< for columns
 
   /// Whether its bodies hold the colour for it.
   FATHOM_HD bool has_its_colour(const Contact& c) const {
@@ -383,23 +378,17 @@ struct LayOutConstraints {
       constraints.contact[place] = index;
       constraints.manifold[place] = c.manifold;
       constraints.bodies[place] = {c.a, c.b};
-      if (!notes_neighbours) return;
-      note_neighbour(bodies, c.b, place);
-      if (!c.fixed_a()) note_neighbour(bodies, c.a, place);
     });
   }
 };
 
-/// What the solver knows of bodies in contact, and of columns.
+/// What the solver knows of bodies in contact.
 struct LoadBodies {
   BodyArrays bodies;
   Counters* counters;
   float h;  ///< s, a substep
-  FindColumns columns;
-  bool has_columns;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (has_columns) columns(i);
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;

@@ -127,9 +127,18 @@ struct Counters {
   std::uint32_t any_isolated = 0;                       ///< some body was ever stopped because its state was not finite
   std::uint32_t recolouring = 0;                        ///< 1: all contacts choose their colours anew in this step
   std::uint32_t recolour_trials = 0;                    ///< how often that may still be of use
-  std::uint32_t finds_columns = 0;                      ///< 1: constraints were laid out anew, and so are columns
-  std::uint32_t columns = 0, column_contacts = 0;
-  std::uint32_t any_calm_column = 0;  ///< 1: some column is braced in this step
+
+  // Supports.
+  std::uint32_t overloaded_step = none;  ///< the last step that found contacts overloaded
+  std::uint32_t unlevelled_step = none;  ///< and among their bodies one without a level
+  std::uint32_t held_step = none;        ///< the last step that held something
+  std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
+  std::uint32_t supported = 0;           ///< bodies in `by_level`
+  std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp items
+  std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
+  Stretch level[level_slots] = {};       ///< its bodies
+  std::uint32_t level_cursor[level_slots] = {};
+
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
@@ -184,13 +193,23 @@ struct ContactArrays {
 enum ConstraintExtras : std::uint32_t {
   overlaps_extra = 1,  ///< a part of the overlap counts as touching (dynamics/overlap.hpp)
   rolls_extra = 2,     ///< a rolling resistance
+  all_extras = 3,
 };
 
 /// The bodies of a constraint, by device index, and what kind it is.
 struct alignas(16) ConstraintHead {
   std::uint32_t a, b;
   std::uint32_t bits;
-  std::uint32_t extras;  ///< `ConstraintExtras`
+  /// Of both bodies the part of the last direct solution, 0 where one of them was not held; its last bits are
+  /// `ConstraintExtras` instead.
+  std::uint32_t held_and_extras;
+
+  FATHOM_HD bool has(ConstraintExtras extra) const { return held_and_extras & extra; }
+  FATHOM_HD float held() const { return __builtin_bit_cast(float, held_and_extras & ~std::uint32_t{all_extras}); }
+  FATHOM_HD void set_held(float part) {
+    held_and_extras =
+        (__builtin_bit_cast(std::uint32_t, part) & ~std::uint32_t{all_extras}) | (held_and_extras & all_extras);
+  }
 };
 
 /// Rows of a constraint: its frame, its points, its impulses, its bodies' inverse masses and inertias.
@@ -209,6 +228,8 @@ struct ConstraintArrays {
   BounceRow* bounces;
   RollRow* rolls;
   std::uint32_t* overflow_order;
+  SupportRecord* supports;
+  std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours
 };
 
 }  // namespace fathom::device

@@ -28,10 +28,11 @@ BodyMemory::BodyMemory(exec::Memory& m)
       isolated_in_(m),
       parent_(m),
       island_slow_(m),
-      neighbours_(m),
-      columns_(m),
-      column_contacts_(m),
-      column_rungs_(m),
+      support_(m),
+      nodes_(m),
+      moves_(m),
+      structures_(m),
+      by_level_(m),
       solver_(m),
       motion_(m),
       warm_(m),
@@ -39,17 +40,13 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(neighbours_);
-  act(motion_), act(warm_), act(inertia_);
+  act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(nodes_), act(moves_);
+  act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
-  // Like the layout of constraints that they follow.
-  columns_.grow(bodies / 2 + 1, exec::Contents::keep);
-  column_contacts_.grow(bodies, exec::Contents::keep);
-  column_rungs_.grow(bodies * rung_quads);
   capacity_ = std::max(capacity_, bodies);
 }
 
@@ -77,10 +74,11 @@ BodyArrays BodyMemory::arrays() {
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
           .isolated_in = isolated_in_.data(),
-          .neighbours = neighbours_.data(),
-          .columns = columns_.data(),
-          .column_contacts = column_contacts_.data(),
-          .column_rungs = column_rungs_.data(),
+          .support = support_.data(),
+          .nodes = nodes_.data(),
+          .moves = moves_.data(),
+          .structures = structures_.data(),
+          .by_level = by_level_.data(),
           .solver = solver_.data(),
           .motion = motion_.data(),
           .warm = warm_.data(),
@@ -104,6 +102,8 @@ ContactMemory::ContactMemory(exec::Memory& m)
       contact_(m),
       manifold_(m),
       overflow_order_(m),
+      contacts_of_(m),
+      supports_(m),
       rows_(m),
       bounces_(m),
       rolls_(m) {}
@@ -128,6 +128,8 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   // The layout of constraints outlives a step while no colour changes.
   bodies_.grow(m, exec::Contents::keep);
   for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(m, exec::Contents::keep);
+  contacts_of_.grow(2 * m);
+  supports_.grow(m);
   heads_.grow(m);
   rows_.grow((m + tile_width - 1) / tile_width * tile_width * row_count);
   if (bounces) bounces_.grow(m);
@@ -162,7 +164,9 @@ ConstraintArrays ContactMemory::constraints() {
           .rows = rows_.data(),
           .bounces = bounces_.data(),
           .rolls = rolls_.data(),
-          .overflow_order = overflow_order_.data()};
+          .overflow_order = overflow_order_.data(),
+          .supports = supports_.data(),
+          .contacts_of = contacts_of_.data()};
 }
 
 HullMemory::HullMemory(exec::Memory& m)

@@ -48,7 +48,7 @@ class BodyMemory {
     act(slots), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
-    act(island_woken_), act(isolated_in_), act(solver_);
+    act(island_woken_), act(isolated_in_), act(solver_), act(support_);
   }
 
  private:
@@ -67,10 +67,11 @@ class BodyMemory {
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, recoloured_, refurthered_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, parent_, island_slow_;
-  exec::Buffer<Neighbours> neighbours_;
-  exec::Buffer<ColumnRange> columns_;
-  exec::Buffer<ColumnContact> column_contacts_;
-  exec::Buffer<Quad> column_rungs_;
+  exec::Buffer<BodySupport> support_;
+  exec::Buffer<SupportNode> nodes_;
+  exec::Buffer<SupportMove> moves_;
+  exec::Buffer<Structure> structures_;
+  exec::Buffer<std::uint32_t> by_level_;
   exec::Buffer<SolverQuads> solver_;
   exec::Buffer<BodyMotion> motion_;
   exec::Buffer<WarmStart> warm_;
@@ -102,7 +103,8 @@ class ContactMemory {
   exec::Buffer<HitRecord> hits_;
   exec::Buffer<PairRecord> bodies_;
   exec::Buffer<ConstraintHead> heads_;
-  exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_;
+  exec::Buffer<std::uint32_t> contact_, manifold_, overflow_order_, contacts_of_;
+  exec::Buffer<SupportRecord> supports_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
   exec::Buffer<RollRow> rolls_;

@@ -185,6 +185,7 @@ struct ApplyEdits {
     bodies.island[i] = i;
     bodies.island_woken[i] = bodies.isolated_in[i] = 0;
     bodies.solver[i] = SolverQuads(SolverBody{});
+    bodies.support[i] = {};
     bodies.known[i] = no_box();
     bodies.fat[i] = no_box();
     exec::atomic_max(counters->bodies, i + 1);

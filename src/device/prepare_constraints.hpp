@@ -94,7 +94,7 @@ struct PrepareConstraints {
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
     bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
     bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
-    const std::uint32_t extras = (overlap > 0 ? overlaps_extra : 0u) | (rolls ? rolls_extra : 0u);
+    const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (rolls ? 1u * rolls_extra : 0u);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, extras};
   }
 };

@@ -1,23 +1,12 @@
 // Islands of bodies that touch, found by union-find, fall asleep together.
-//
-// Roots are the smallest index of an island whatever the order of unions, as each joins the larger root to the smaller
-// (Jaiganesh and Burtscher, "A High-Performance Connected Components Implementation for GPUs", HPDC 2018).
 #pragma once
 
 #include "device/build_constraints.hpp"
+#include "device/union_find.hpp"
 #include "dynamics/move_to.hpp"
 #include "dynamics/sleep.hpp"
 
 namespace fathom::device {
-
-FATHOM_HD std::uint32_t root_of(std::uint32_t* parent, std::uint32_t i) {
-  std::uint32_t p = exec::atomic_load(parent[i]);
-  while (p != i) {
-    i = p;
-    p = exec::atomic_load(parent[i]);
-  }
-  return i;
-}
 
 /// What a body's `best`, which colouring is done with by then, tells of it while islands fall asleep.
 enum Rest : std::uint64_t {
@@ -56,14 +45,7 @@ struct JoinIslands {
     // One of them may be quarantined.
     if (a_awake) note_rest(c, c.a, b_awake ? is_carried : is_carried | is_supported);
     if (b_awake) note_rest(c, c.b, a_awake ? is_carried : is_carried | is_supported);
-    if (!a_awake || !b_awake) return;
-    std::uint32_t a = root_of(bodies.parent, c.a), b = root_of(bodies.parent, c.b);
-    while (a != b) {
-      const std::uint32_t low = a < b ? a : b, high = a < b ? b : a;
-      if (exec::atomic_cas(bodies.parent[high], high, low) == high) return;
-      a = root_of(bodies.parent, low);
-      b = root_of(bodies.parent, high);
-    }
+    if (a_awake && b_awake) unite(bodies.parent, c.a, c.b);
   }
 
  private:

@@ -1,7 +1,7 @@
 // The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
 //
 // Places in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
-// mirror are made anew, columns are found anew; hulls get new indices.
+// mirror are made anew; hulls get new indices.
 #pragma once
 
 #include <utility>
@@ -95,7 +95,6 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
       if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
     in.require(counters.contacts <= in.left() / sizeof(Contact) &&
                counters.manifolds <= in.left() / sizeof(ContactManifold));
-    counters.layout_dirty = 1;  // so columns are found
     wanted_contacts_ = counters.contacts;
     wanted_manifolds_ = counters.manifolds;
     make_room();
@@ -106,6 +105,8 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     read_into(buffer.data(), buffer.size(), count, [&](auto& host) {
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>)
         for (std::uint32_t i = 0; i < host.size(); ++i) give_hull(host[i], i);
+      if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodySupport>>)
+        for (const BodySupport& s : host) in.require(s.level <= most_levels);
     });
   });
   const ContactArrays arrays = contact_memory_.contacts();

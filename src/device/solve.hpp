@@ -8,9 +8,11 @@
 
 #include "check/check.hpp"
 #include "device/constraint_rows.hpp"
+#include "device/overload.hpp"
 #include "dynamics/body_fault.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/support.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 #include "exec/load.hpp"
@@ -25,6 +27,7 @@ struct SolveParameters {
   bool soft = true;
   bool warm_start = true;  ///< else every substep begins without impulses
   ContactSoftness contacts;
+  float stiffness = 0;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is solved directly
   float push_out_velocity = 0, restitution_threshold = 0;
   SpeedLimits limits;
 };
@@ -43,6 +46,8 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.warm_start = s.warm_start;
   if (p.soft) {
     p.contacts = contact_softness(s, p.h);
+    const float omega = 2 * pi * contact_hertz(s, p.h);
+    if (def.partition == Partition::colours) p.stiffness = omega * omega;
   } else {
     p.sweeps_before = static_cast<std::uint32_t>(s.iterations);
     p.sweeps_after = 0;
@@ -99,7 +104,7 @@ struct SolveConstraints {
 
   struct Plan {
     Stretch schedule[schedule_size];
-    std::uint32_t sweeps, overflow, bodies, bounces, columns, column_contacts;
+    std::uint32_t sweeps, overflow, bodies, bounces, support_levels;
     bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
   };
@@ -122,13 +127,12 @@ struct SolveConstraints {
     plan.schedule[k] = counters->schedule[k];
     if (k > 0) return;
     // All are loaded at once: each load that hangs on another costs every step a microsecond.
-    const std::uint32_t further = counters->further_sweeps, any_calm_column = counters->any_calm_column;
+    const std::uint32_t further = counters->further_sweeps;
     plan.sweeps = counters->sweeps;
     plan.overflow = counters->overflow;
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
-    plan.columns = counters->columns * any_calm_column;
-    plan.column_contacts = counters->column_contacts;
+    plan.support_levels = counters->support_levels;
     plan.any_kinematic = counters->any_kinematic;
     const std::uint32_t any = plan.overflow | plan.bounces | further;
     plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
@@ -137,8 +141,8 @@ struct SolveConstraints {
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
-  /// Where there are columns SolveWithColumns is due.
-  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.columns ? 0 : all_phases(plan); }
+  /// Where structures are held SolveWithSupports is due.
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.support_levels ? 0 : all_phases(plan); }
   FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
     if (n == 0) return 0;
@@ -329,7 +333,7 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
-    const bool from_zero = place.what == push_first, rolls = (pair.extras & rolls_extra) != 0;
+    const bool from_zero = place.what == push_first, rolls = pair.has(rolls_extra);
     if (from_zero) impulses = impulses.cleared();
     RollRow roll;
     if (rolls) roll = constraints.rolls[k];
@@ -354,6 +358,10 @@ struct SolveConstraints {
       const bool fixed = bits & pushes_fixed_bit;
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
+      if (p.soft && pair.held() > 0) {
+        step.softness = stiffened(step.softness, pair.held());
+        step.slop = support_slop(frame.patch_radius);
+      }
       if (is_uneven(masses.x, masses.z)) step.softness.impulse_scale *= uneven_share;
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
@@ -546,19 +554,20 @@ struct SolveConstraints {
   }
 };
 
-/// Hands the impulses back to the manifolds, and what a step leaves of overlaps to the contacts. An impulse that is not
-/// finite is forgotten.
+/// Hands the impulses back to the manifolds, and what a step leaves of overlaps to the contacts; marks what was
+/// overloaded. An impulse that is not finite is forgotten.
 struct StoreImpulses {
   ContactArrays contacts;
   ConstraintArrays constraints;
   const Counters* counters;
   float overlap_kept;  ///< a step
   bool ends_with_friction;
+  MarkOverload mark_overload;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     const ConstraintHead head = constraints.heads[k];
-    if (head.extras & overlaps_extra) fade_overlap(k, static_cast<int>(head.bits & point_bits));
+    if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
@@ -570,11 +579,12 @@ struct StoreImpulses {
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
-    if (head.extras & rolls_extra) store_rolling(k, m);
+    if (head.has(rolls_extra)) store_rolling(k, m);
     // The `impulse` solver ends with the points, which friction has not seen then.
     FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
                                                1.001f * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
                     constraints.bodies[k].b);
+    mark_overload(k, m.step_impulse);
   }
 
  private:

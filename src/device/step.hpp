@@ -6,13 +6,13 @@
 
 #include "device/build_constraints.hpp"
 #include "device/device_memory.hpp"
-#include "device/find_columns.hpp"
 #include "device/find_pairs.hpp"
+#include "device/find_supports.hpp"
 #include "device/finish.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
-#include "device/solve_columns.hpp"
+#include "device/solve_supports.hpp"
 #include "device/update_manifolds.hpp"
 #include "exec/device.hpp"
 
@@ -145,14 +145,17 @@ class Step {
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
     device_.parallel_groups(contact_groups(), CountColours{bodies_, contacts_, counters_});
     device_.parallel_groups(1, ScheduleColours{counters_});
-    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_, has_columns()});
+    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
-    const FindColumns columns{bodies_, contacts_, constraints_, counters_};
-    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h, columns, has_columns()});
+    device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups(
         {&counters_->constraint_groups,
          (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
         PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
+    if (has_supports())
+      device_.parallel_phases(FindSupports::most_phases,
+                              std::max({body_capacity_, contacts_.manifold_capacity, level_slots}),
+                              FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
   }
 
   void choose_colours() {
@@ -166,16 +169,21 @@ class Step {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
     const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
-    const std::uint32_t brace_phases = SolveWithColumns::brace_phases * 2 * p.substeps;
     const SolveConstraints solver{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (settings_.published.cells)
       published_.solve(solver, settings_.bounces, constraints());
     else
       device_.parallel_phases(most_phases, body_capacity_, solver);
-    if (has_columns()) device_.parallel_phases(most_phases + brace_phases, body_capacity_, SolveWithColumns{solver});
-    device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_, counters_, overlap_kept(settings_.dt),
-                                                      settings_.solve.soft});
+    if (has_supports())
+      device_.parallel_phases(most_phases + SolveWithSupports::direct_phases(p, most_levels), body_capacity_,
+                              SolveWithSupports{solver});
+    device_.parallel_for(constraints(), StoreImpulses{contacts_,
+                                                      constraints_,
+                                                      counters_,
+                                                      overlap_kept(settings_.dt),
+                                                      settings_.solve.soft,
+                                                      {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
   }
 
   void finish() {
@@ -192,7 +200,7 @@ class Step {
     device_.parallel_for(1, EndStep{counters_, reports_, report_count_});
   }
 
-  bool has_columns() const { return settings_.solve.soft && !settings_.published.cells; }
+  bool has_supports() const { return settings_.solve.stiffness > 0; }
   ContactChanges contact_changes() const {
     return {bodies_, contacts_, counters_, settings_.restitution_threshold, settings_.sag};
   }

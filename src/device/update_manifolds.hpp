@@ -16,6 +16,13 @@
 
 namespace fathom::device {
 
+/// Supports of body i are looked for in this very step.
+FATHOM_HD void hold_at_once(const BodyArrays& bodies, std::uint32_t i, Counters& counters) {
+  exec::atomic_store(bodies.support[i].overloaded, counters.step);
+  exec::atomic_store(bodies.support[i].held, was_placed);
+  exec::atomic_store(counters.overloaded_step, counters.step);
+}
+
 /// What both passes do when a contact begins or ends.
 struct ContactChanges {
   BodyArrays bodies;
@@ -64,6 +71,7 @@ struct ContactChanges {
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
     contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
+    if (is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
     report_hit(c, m);
@@ -84,6 +92,25 @@ struct ContactChanges {
   }
 
  private:
+  /// Whether a contact touches as soon as it begins: what comes near begins before. What is deep inside is pushed out.
+  FATHOM_HD bool is_placed(const ContactManifold& m, const Contact& c) const {
+    constexpr float deep = 0.01f;  // m
+    const Pose &a = bodies.poses[c.a], &b = bodies.poses[c.b];
+    float nearest = 1, reach = 0;
+    const Vec3 normal = rotate(a.rotation, m.normal), between = b.position - a.position;
+    for (int i = 0; i < m.point_count(); ++i) {
+      const Vec3 arm = rotate(b.rotation, m.points[i].anchor_b);
+      nearest = min(nearest, dot(between + arm - rotate(a.rotation, m.points[i].anchor_a), normal));
+      reach = support_reach(arm);
+    }
+    return nearest <= reach && nearest > -deep;
+  }
+  /// What has been placed knows no load yet. It is held in its first step, and then its impulses tell.
+  FATHOM_HD void look_for_supports(const Contact& c) const {
+    hold_at_once(bodies, c.a, *counters);
+    hold_at_once(bodies, c.b, *counters);
+  }
+
   FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
     const Hit hit =
         fastest_hit(m, bodies.poses[c.a], bodies.poses[c.b], bodies.velocities[c.a], bodies.velocities[c.b]);
@@ -283,6 +310,7 @@ struct WakeIslands {
     if (bodies.island_woken[bodies.island[i]] != counters->step + 1) return;
     bodies.flags[i] |= awake_flag;
     bodies.slow_time[i] = 0;
+    if (bodies.support[i].level > 0) hold_at_once(bodies, i, *counters);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 };

@@ -291,6 +291,7 @@ struct ContactStep {
   Softness softness;            ///< of this contact
   float push_out_velocity = 0;  ///< m/s
   bool bounces = false;         ///< its restitution is above zero
+  float slop = 0;               ///< m within which points are as if they just touched (`support_slop`)
 };
 
 /// What strikes need beside rows and bodies.
@@ -310,7 +311,8 @@ FATHOM_HD void solve_points(const ContactFrame& frame, const PointRow* points, i
     if (i >= count) continue;
     const PointRow& p = points[i];
     const float old = impulses.normal[i];
-    const float separation = p.separation + moved.at(p.x, p.y);
+    float separation = p.separation + moved.at(p.x, p.y);
+    separation -= clamp(separation, -step.slop, step.slop);
     const float speed = rows.motion.at(p.x, p.y);
     const bool apart = separation > 0;
     // A point still apart may close its gap within the substep and no more: a speculative contact.

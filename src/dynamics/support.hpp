@@ -307,8 +307,6 @@ FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
 /// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of
 /// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
 FATHOM_HD float support_slop(float patch_radius) { return min(most_support_slop, patch_radius_slop * patch_radius); }
-/// A separation (m) beyond the slop.
-FATHOM_HD float beyond_slop(float separation, float slop) { return separation - clamp(separation, -slop, slop); }
 
 /// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
 /// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.

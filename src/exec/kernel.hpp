@@ -47,7 +47,7 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
 /// What the items of a phase wait for.
 enum class Wait : std::uint32_t {
   for_all,   ///< items of the phase before
-  for_warp,  ///< those of the same 32, i / 32 being alike; both phases have as many
+  for_warp,  ///< those of the same 32, i / 32 being alike
   for_data   ///< what they read, which they see to themselves, where `can_wait_for_data` (load.hpp)
 };
 

@@ -67,26 +67,6 @@ FATHOM_HD bool all_ready(bool ready) {
 #endif
 }
 
-/// Loads quads, 32 bytes aligned, into the cache of the compute unit, where another work-item of the warp will find
-/// them without waiting for memory.
-template <std::uint32_t count, class Quad>
-FATHOM_HD void bring_near(const Quad* quads) {
-  static_assert(sizeof(Quad) == 16);
-#if defined(__CUDA_ARCH__)
-  // A load that nothing depends on would be left out: this one seems to decide on a pause.
-  std::uint32_t sectors[(count + 1) / 2];
-#pragma unroll
-  for (std::uint32_t i = 0; i < count; i += 2)
-    asm volatile("ld.global.ca.u32 %0, [%1];" : "=r"(sectors[i / 2]) : "l"(quads + i) : "memory");
-  std::uint32_t all = ~0u;
-#pragma unroll
-  for (const std::uint32_t sector : sectors) all &= sector;
-  if (all == ~0u) __nanosleep(1);
-#else
-  (void)quads;
-#endif
-}
-
 /// How long a work-item waits for data. What never comes, because something has been counted wrongly, must not keep the
 /// GPU for ever: after some seconds the kernel crashes, and the host hears that the device is lost.
 class Patience {

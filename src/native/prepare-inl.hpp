@@ -321,7 +321,8 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   HWY_ALIGN float speeds[Block<D>::width];
   hn::Store(speed, d, speeds);
   for (std::size_t i = 0; i < block.header().lanes; ++i)
-    if (speeds[i] > watch.least && block.manifold()[i] != none) watch.look_at(block.a()[i], block.b()[i], speeds[i]);
+    if (speeds[i] > watch.least && block.manifold()[i] != none)
+      watch.look_at(block.a()[i], block.b()[i], block.at(step_impulse)[i]);
 }
 
 template <class D>

@@ -264,7 +264,7 @@ HWY_INLINE auto is_uneven(V inverse_mass_a, V inverse_mass_b) {
   return hn::And(hn::Gt(least, hn::Zero(d)), hn::Gt(most, hn::Mul(hn::Set(d, uneven_ratio), least)));
 }
 
-/// `fathom::beyond_slop` in lanes that are held.
+/// Separations beyond the slop of lanes that are held.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V beyond_slop(const Block<D>& block, V separation) {
   const D d;
@@ -606,17 +606,18 @@ const SolverKernels* selected = nullptr;
 
 }  // namespace
 
-void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse_speed) const {
+void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
   constexpr float slow = 1;  // m/s; what is faster is not held
-  float thinner = 1e30f, stiffer = stiffness;
+  float thinner = 1e30f, stiffer = stiffness, inverse_mass = 0;
   for (const std::uint32_t slot : {a, b}) {
     if (length_squared(bodies[slot].linear) > slow * slow) return;
+    inverse_mass += bodies[slot].inverse_mass;
     if (bodies[slot].inverse_mass > 0)
       thinner = min(thinner, half_thickness((*table)[slot]));
     else
       stiffer = fixed_stiffness_ratio * stiffness;
   }
-  if (!(impulse_speed > sweep_load(thinner, stiffer) * unit)) return;
+  if (!(impulse * inverse_mass > sweep_load(thinner, stiffer) * unit)) return;
   overloads->mark(a);
   overloads->mark(b);
 }

@@ -41,7 +41,8 @@ struct LoadWatch {
   float unit = 0;       ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;  ///< 1/m, see `sweep_load`
 
-  void look_at(std::uint32_t a, std::uint32_t b, float impulse_speed) const;
+  /// A contact that gave `impulse` (N·s) along its normal over the step.
+  void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;
 };
 
 /// Constraints and manifolds they are made from.

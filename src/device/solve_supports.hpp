@@ -1,0 +1,216 @@
+// solve, where structures are held: as SolveConstraints, and after every relax sweep a direct solution of supports
+// (dynamics/support.hpp).
+//
+// A kernel of its own, so that worlds without overloaded contacts do not carry its registers. Of the two the one that
+// is not due has no phases.
+#pragma once
+
+#include "device/solve.hpp"
+#include "device/support_rows.hpp"
+
+namespace fathom::device {
+
+/// The supports of a body, as `ask_supports` wants them.
+struct SupportsOfBody {
+  const ConstraintArrays& constraints;
+  const std::uint32_t* contacts;
+  std::uint32_t supports;
+
+  FATHOM_HD int count() const { return static_cast<int>(supports); }
+  FATHOM_HD SupportRows rows(int j) const {
+    const std::uint32_t k = contacts[j];
+    const SupportRecord& record = constraints.supports[k];
+    SupportRows r = load_support(constraints, k, record.upper == upper_b);
+    for (int p = 0; p < max_manifold_points; ++p) r.weight[p] = record.weight[p];
+    r.slide_weight = record.slide_weight;
+    return r;
+  }
+  FATHOM_HD ContactImpulses impulses(int j) const { return load_impulses(constraints, contacts[j]); }
+  FATHOM_HD SupportChange& change(int j) const { return constraints.supports[contacts[j]].change; }
+};
+
+/// A direct solution takes a phase for each level, from the top down, in which bodies ask their supports; one that sums
+/// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
+/// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
+/// possible.
+struct SolveWithSupports {
+  // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
+  static constexpr std::uint32_t group_size = 224;
+  static constexpr bool wants_registers = true;
+  static constexpr std::uint32_t plan_parts = level_slots;
+  struct Plan : SolveConstraints::Plan {
+    std::uint32_t supported;
+    bool in_one_warp;  ///< each level is
+    Stretch level[level_slots];
+  };
+  using Fetched = SolveConstraints::Fetched;
+  enum Stage : std::uint32_t { sweeps, asking, summing, moving };
+  struct Place {
+    SolveConstraints::Place in_solve;
+    Stage stage;
+    std::uint32_t level;
+    bool follows_solution;
+  };
+
+  SolveConstraints solver;
+
+  /// Phases of the direct solutions of a step.
+  FATHOM_HD static std::uint32_t direct_phases(const SolveParameters& p, std::uint32_t levels) {
+    return p.substeps * p.sweeps_after * (levels + 2);
+  }
+
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
+    static_assert(SolveConstraints::plan_parts <= plan_parts);
+    if (k < SolveConstraints::plan_parts) solver.plan_part(plan, k);
+    plan.level[k] = solver.counters->level[k];
+    if (k > 0) return;
+    plan.supported = solver.counters->supported;
+    plan.in_one_warp = !solver.counters->has_wide_level;
+  }
+  FATHOM_HD void keep_barriers(Plan& plan) const { solver.keep_barriers(plan); }
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const {
+    const std::uint32_t n = solver.all_phases(plan);
+    return n && plan.support_levels ? n + direct_phases(solver.p, plan.support_levels) : 0;
+  }
+  FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
+    Place place{solver.place(plan, 0), sweeps, 0, false};
+    for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
+    return place;
+  }
+  FATHOM_HD Place next(const Plan& plan, Place place) const {
+    const SolveConstraints::Place& at = place.in_solve;
+    if (place.stage == sweeps && at.what == SolveConstraints::relax && at.colour + 1 == plan.sweeps)
+      return {at, asking, plan.support_levels, false};
+    if (place.stage == asking && place.level > 1) return {at, asking, place.level - 1, false};
+    if (place.stage == asking) return {at, summing, 0, false};
+    if (place.stage == summing) return {at, moving, 0, false};
+    return {solver.next(plan, at), sweeps, 0, place.stage == moving};
+  }
+  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
+    if (place.stage == sweeps) return solver.items(plan, place.in_solve);
+    return place.stage == asking ? plan.level[place.level].count : plan.supported;
+  }
+  FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
+    return place.stage == sweeps && solver.is_serial(plan, place.in_solve);
+  }
+  FATHOM_HD exec::Wait wait_before(const Plan& plan, Place place) const {
+    if (place.stage == asking && place.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;
+    const bool by_data = plan.by_data && place.stage == sweeps && !place.follows_solution;
+    return by_data ? exec::Wait::for_data : exec::Wait::for_all;
+  }
+  FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
+    if (place.stage == sweeps) solver.fetch(plan, place.in_solve, i, f);
+  }
+  FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t k, const Fetched& fetched) const {
+    if (place.stage == sweeps) return solver(plan, place.in_solve, k, fetched);
+    const std::uint32_t i = bodies().by_level[plan.level[place.level].first + k];
+    if (place.stage == moving && k == 0) solver.counters->held_step = solver.counters->step + 1;
+    const SupportNode& node = bodies().nodes[i];
+    const std::uint32_t parity = place.in_solve.substep % 2;
+    Structure& structure = bodies().structures[bodies().support[i].structure];
+    if (!node.is_held()) {
+      if (place.stage == moving) bodies().support[i].held = 0;
+    } else if (place.stage == asking) {
+      ask(i, node, structure);
+    } else if (place.stage == summing) {
+      add_up(bodies().moves[i], structure, parity);
+    } else {
+      move(i, node, structure, parity);
+    }
+  }
+
+ private:
+  FATHOM_HD const BodyArrays& bodies() const { return solver.bodies; }
+  FATHOM_HD const ConstraintArrays& constraints() const { return solver.constraints; }
+
+  /// What those above take from body i, about its centre. Each has left it with its contact, so that sums do not depend
+  /// on the order of items.
+  FATHOM_HD Wrench passed_on(const SupportNode& node) const {
+    Wrench sum;
+    for (std::uint32_t j = node.supports; j < node.contacts; ++j) {
+      const std::uint32_t k = constraints().contacts_of[node.first + j];
+      if (k == none) continue;
+      const SupportRecord& record = constraints().supports[k];
+      if (record.upper == no_upper) continue;
+      const ContactArms arms = load_arms(constraints(), k);
+      sum += about_centre(record.wrench, record.upper == upper_b ? arms.a : arms.b);
+    }
+    return sum;
+  }
+
+  FATHOM_HD void ask(std::uint32_t i, const SupportNode& node, Structure& structure) const {
+    const SupportMass mass(bodies(), i);
+    const SolverQuads& at = bodies().solver[i];
+    const Velocity common = common_motion(bodies(), structure, i);
+    const Vec3 linear = at.linear.xyz() - common.linear, angular = at.angular.xyz() - common.angular;
+    const Wrench passed = passed_on(node);
+    const Wrench excess = mass.momentum(linear, angular);
+    Wrench demand = -excess;
+    demand += passed;
+    const SupportsOfBody supports{constraints(), constraints().contacts_of + node.first, node.supports};
+    Wrench change = ask_supports(supports, node.factor, demand);
+    for (int j = 0; j < supports.count(); ++j)
+      constraints().supports[supports.contacts[j]].wrench = wrench_of(supports.rows(j), supports.change(j));
+    change += -passed;
+    SupportMove m;
+    m.linear = mass.inverse_mass * change.force;
+    m.angular = mass.spin(change.torque);
+    m.slope = dot(linear, change.force) + dot(angular, change.torque);
+    m.curvature = dot(m.linear, change.force) + dot(m.angular, change.torque);
+    const float fall = length(solver.counters->gravity) * solver.p.h;
+    m.energy = dot(linear, excess.force) + dot(angular, excess.torque);
+    m.reference = fall * fall / mass.inverse_mass;
+    bodies().moves[i] = m;
+    // Numbers that are not negative are in the order of their bits; what is not a number comes last.
+    const float sizes = max(max(abs(m.slope), abs(m.curvature)), max(m.energy, m.reference));
+    exec::atomic_max(structure.largest, bits_of(sizes) & 0x7fffffffu);
+    exec::atomic_max(structure.largest, bits_of(m.slope + m.curvature + m.energy) & 0x7fffffffu);
+  }
+  FATHOM_HD static std::uint32_t bits_of(float x) { return __builtin_bit_cast(std::uint32_t, x); }
+
+  /// Terms in units of a power of two: the largest one fills 36 bits.
+  FATHOM_HD static void add_up(const SupportMove& m, Structure& structure, std::uint32_t parity) {
+    constexpr std::uint32_t infinity = 255, least = 40;
+    const std::uint32_t largest = structure.largest >> 23, exponent = largest < least ? least : largest;
+    std::int64_t slope = 1, curvature = 1, energy = 1, reference = 1;  // of what is not finite: nothing moves
+    if (exponent < infinity) {
+      const float scale = __builtin_bit_cast(float, (127 + 35 + 127 - exponent) << 23);
+      slope = static_cast<std::int64_t>(scale * m.slope);
+      curvature = static_cast<std::int64_t>(scale * m.curvature);
+      energy = static_cast<std::int64_t>(scale * m.energy);
+      reference = static_cast<std::int64_t>(scale * m.reference);
+    }
+    exec::atomic_add(structure.slope[parity], static_cast<std::uint64_t>(slope));
+    exec::atomic_add(structure.curvature[parity], static_cast<std::uint64_t>(curvature));
+    exec::atomic_add(structure.excess[parity], static_cast<std::uint64_t>(energy));
+    exec::atomic_add(structure.reference[parity], static_cast<std::uint64_t>(reference));
+  }
+
+  FATHOM_HD void move(std::uint32_t i, const SupportNode& node, Structure& structure, std::uint32_t parity) const {
+    const auto sum = [](std::uint64_t terms) { return static_cast<float>(static_cast<std::int64_t>(terms)); };
+    const float slope = sum(structure.slope[parity]), curvature = sum(structure.curvature[parity]);
+    const float part = best_part(slope, curvature);
+    const float energy = fma(part, fma(part, curvature, 2 * slope), sum(structure.excess[parity]));
+    // For the next solution. All bodies of a structure store the same.
+    exec::atomic_store(structure.largest, 0u);
+    structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
+    structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
+    bodies().support[i].held = part_held(energy, sum(structure.reference[parity]), 1);
+    if (!(part > 0)) return;
+    const SupportMove& m = bodies().moves[i];
+    SolverQuads& to = bodies().solver[i];
+    // How often the quads were written stays as it is: nobody waits for them now.
+    to.linear = quad(mul_add(to.linear.xyz(), part, m.linear), to.linear.w);
+    to.angular = quad(mul_add(to.angular.xyz(), part, m.angular), to.angular.w);
+    const SupportsOfBody supports{constraints(), constraints().contacts_of + node.first, node.supports};
+    for (int j = 0; j < supports.count(); ++j) {
+      ContactImpulses impulses = supports.impulses(j);
+      apply_change(supports.rows(j), supports.change(j), part, impulses);
+      Quad* const rows = rows_of(constraints(), supports.contacts[j]);
+      store_normal_impulses(rows, impulses);
+      store_friction_impulses(rows, impulses);
+    }
+  }
+};
+
+}  // namespace fathom::device

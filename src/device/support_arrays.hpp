@@ -1,0 +1,75 @@
+// What the direct solution of supports (dynamics/support.hpp) keeps of bodies, contacts and whole structures.
+#pragma once
+
+#include <cstdint>
+
+#include "dynamics/support.hpp"
+
+namespace fathom::device {
+
+/// Bodies farther from the ground than this are left to the sweeps: every level is a phase of the solver.
+inline constexpr std::uint32_t most_levels = 256;
+/// Entries of lists by level, which begin with level 0 and end behind the last.
+inline constexpr std::uint32_t level_slots = most_levels + 2;
+
+/// `BodySupport::held` of what has just been placed: it begins as if it had been held, else springs would first give
+/// way.
+inline constexpr float was_placed = 2;
+
+/// A body as part of a structure: the one thing that outlives a step.
+struct alignas(16) BodySupport {
+  std::uint32_t overloaded = 0xffffffff;  ///< the last step that found a contact of it overloaded
+  std::uint32_t level = 0;      ///< pressing contacts on the shortest way to what cannot be pushed; 0: none is known
+  std::uint32_t structure = 0;  ///< least index among the bodies that press on each other, within a step
+  float held = 0;               ///< part of the last direct solution, 0 where there was none
+};
+
+/// A body's place in the graph of supports, within a step.
+struct alignas(16) SupportNode {
+  Triangle6 factor;        ///< of the rows of its supports
+  std::uint32_t first;     ///< of its contacts in `contacts_of`
+  std::uint32_t contacts;  ///< that have a colour
+  std::uint32_t supports;  ///< of these, which come first; 0: the body is not held
+
+  FATHOM_HD bool is_held() const { return supports > 0; }
+};
+
+/// What one direct solution would do to a body.
+struct alignas(16) SupportMove {
+  Vec3 linear;  ///< m/s
+  float slope;
+  Vec3 angular;  ///< rad/s
+  float curvature;
+  float energy;     ///< twice the kinetic energy that the body has against the common motion (J)
+  float reference;  ///< twice that of a fall through a substep (J)
+};
+
+/// Sums over a structure. They are integers, so that they do not depend on the order of their terms.
+struct alignas(16) Structure {
+  std::uint32_t overloaded = 0;                          ///< 1: some contact was, in the step before
+  std::uint32_t first_base = 0xffffffff, last_base = 0;  ///< least and greatest of the moving bodies that it rests on
+  std::uint32_t rests_on_still = 0;                      ///< 1: it rests on something at rest
+  std::uint32_t heaviest = 0;                            ///< kg, as bits
+  std::uint32_t largest = 0;                             ///< term of a direct solution's sums, as bits
+  std::uint64_t mass = 0, energy = 0;                    ///< see `add_energy`
+  std::uint64_t slope[2] = {}, curvature[2] = {};        ///< of every other direct solution
+  std::uint64_t excess[2] = {}, reference[2] = {};       ///< likewise, of `SupportMove::energy` and `reference`
+
+  FATHOM_HD bool has_moving_base() const { return first_base != 0xffffffff; }
+  /// Whether all that it rests on moves as one.
+  FATHOM_HD bool has_one_base() const { return !has_moving_base() || (first_base == last_base && !rests_on_still); }
+};
+
+/// Which body of a contact stands on the other.
+enum UpperBody : std::uint32_t { no_upper, upper_a, upper_b };
+
+/// A contact as a support, within a step.
+struct alignas(16) SupportRecord {
+  float weight[max_manifold_points];
+  SupportChange change;
+  Wrench wrench;  ///< that the upper body gets by it, about the contact's centre
+  float slide_weight;
+  std::uint32_t upper;  ///< UpperBody
+};
+
+}  // namespace fathom::device

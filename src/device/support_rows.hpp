@@ -1,0 +1,98 @@
+// Contacts as supports: their rows, and the motion and momentum of bodies that they hold.
+#pragma once
+
+#include "device/constraint_rows.hpp"
+
+namespace fathom::device {
+
+FATHOM_HD ContactImpulses load_impulses(const ConstraintArrays& constraints, std::uint32_t k) {
+  const Quad* const rows = rows_of(constraints, k);
+  const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
+  ContactImpulses p;
+  p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
+  p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
+  return p;
+}
+
+/// Where a contact's centre is from A's and B's (m).
+struct ContactArms {
+  Vec3 a, b;
+};
+FATHOM_HD ContactArms load_arms(const ConstraintArrays& constraints, std::uint32_t k) {
+  const Quad* const rows = rows_of(constraints, k);
+  const Quad q1 = rows[tile_width], q2 = rows[2 * tile_width];
+  return {{q1.z, q1.w, q2.x}, {q2.y, q2.z, q2.w}};
+}
+
+/// A bit for each point of constraint k that presses, or is near enough to.
+FATHOM_HD std::uint32_t touching_points(const ConstraintArrays& constraints, std::uint32_t k,
+                                        const ContactImpulses& impulses) {
+  const Quad* const rows = rows_of(constraints, k);
+  const std::uint32_t count = constraints.heads[k].bits & point_bits;
+  const float reach = support_reach(load_arms(constraints, k).b);
+  std::uint32_t touches = 0;
+  for (std::uint32_t i = 0; i < max_manifold_points; ++i)
+    if (i < count && (impulses.normal[i] > 0 || rows[(first_point_row + i) * tile_width].z <= reach))
+      touches |= 1u << i;
+  return touches;
+}
+
+/// Rows of constraint k, without weights.
+FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uint32_t k, bool b_is_upper) {
+  const Quad* const rows = rows_of(constraints, k);
+  const Quad q0 = rows[0], q1 = rows[tile_width], q4 = rows[4 * tile_width];
+  const ContactArms arms = load_arms(constraints, k);
+  SupportRows r{};
+  r.n = {q0.x, q0.y, q0.z};
+  r.t1 = {q0.w, q1.x, q1.y};
+  r.arm_upper = b_is_upper ? arms.b : arms.a;
+  r.arm_lower = b_is_upper ? arms.a : arms.b;
+  r.friction = q4.z;
+  r.twist_radius = q4.w;
+  r.up = b_is_upper ? 1.0f : -1.0f;
+  const std::uint32_t count = constraints.heads[k].bits & point_bits;
+  for (std::uint32_t i = 0; i < max_manifold_points; ++i) {
+    if (i >= count) continue;
+    const Quad p = rows[(first_point_row + i) * tile_width];
+    r.x[i] = p.x, r.y[i] = p.y;
+  }
+  return r;
+}
+
+/// Whether contacts can push a body, and it takes part in the step.
+FATHOM_HD bool is_pushable(const BodyArrays& bodies, std::uint32_t i) {
+  const BodyConstants& c = bodies.constants[i];
+  return c.is_living() && c.is_dynamic() && c.inverse_mass > 0 && bodies.is_awake(i);
+}
+
+/// The velocity of a body that moves as one with what its structure rests on.
+FATHOM_HD Velocity common_motion(const BodyArrays& bodies, const Structure& structure, std::uint32_t i) {
+  Velocity v;
+  if (!structure.has_moving_base()) return v;
+  const Velocity& base = bodies.velocities[structure.first_base];
+  const Vec3 arm = bodies.poses[i].position - bodies.poses[structure.first_base].position;
+  v.linear = base.linear + cross(base.angular, arm);
+  v.angular = base.angular;
+  return v;
+}
+
+/// A body's inverse mass and inertia, as its contacts have them in this step.
+struct SupportMass {
+  float inverse_mass, inverse_inertia;
+  SymMat3 inverse_tensor;  ///< world axes
+
+  FATHOM_HD SupportMass(const BodyArrays& bodies, std::uint32_t i)
+      : inverse_mass(bodies.constants[i].inverse_mass), inverse_inertia(bodies.constants[i].inverse_inertia) {
+    if (!(inverse_inertia > 0)) inverse_tensor = world_inertia<SymMat3>(bodies, i, inverse_mass, inverse_inertia);
+  }
+  FATHOM_HD Wrench momentum(Vec3 linear, Vec3 angular) const {
+    const Vec3 spin =
+        inverse_inertia > 0 ? (1.0f / inverse_inertia) * angular : fathom::inverse(to_matrix(inverse_tensor)) * angular;
+    return {(1.0f / inverse_mass) * linear, spin};
+  }
+  FATHOM_HD Vec3 spin(Vec3 momentum) const {
+    return inverse_inertia > 0 ? inverse_inertia * momentum : inverse_tensor * momentum;
+  }
+};
+
+}  // namespace fathom::device
