@@ -174,8 +174,8 @@ class Step {
     else
       device_.parallel_phases(most_phases, body_capacity_, solver);
     if (has_columns()) device_.parallel_phases(most_phases + brace_phases, body_capacity_, SolveWithColumns{solver});
-    device_.parallel_for(constraints(), StoreImpulses{contacts_, constraints_, counters_, overlap_kept(settings_.dt),
-                                                      settings_.solve.soft});
+    device_.parallel_for(constraints(),
+                         StoreImpulses{contacts_, constraints_, counters_, overlap_kept(settings_.dt), has_columns()});
   }
 
   void finish() {

@@ -65,6 +65,7 @@ class ContactSolver {
   /// Those of the bodies whose solver state is not finite.
   std::span<const std::uint32_t> find_failed(std::span<const std::uint32_t> slots);
 
+  bool braces() const { return !columns_.all().empty(); }
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
