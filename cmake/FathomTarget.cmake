@@ -16,7 +16,9 @@ endif()
 # Flags every target of this project is built with.
 function(fathom_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
-  target_compile_definitions(${target} PRIVATE FATHOM_CHECKS=${FATHOM_CHECK_LEVEL})
+  if(FATHOM_CHECK_LEVEL)
+    target_compile_definitions(${target} PRIVATE FATHOM_CHECKS=${FATHOM_CHECK_LEVEL})
+  endif()
   set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
   set(flags
     -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion

@@ -84,7 +84,7 @@ TEST_F(ContactRows, SweepsStayFiniteInTheirConesAndPassive) {
     ContactFrame frame;
     PointRow points[max_manifold_points];
     ContactImpulses impulses;
-    const float nearest = prepare_contact(m, a.pose, b.pose, 0, a.body, b.body, frame, points, impulses);
+    const float nearest = prepare_contact(m, a.pose, b.pose, 0, false, a.body, b.body, frame, points, impulses);
     ASSERT_TRUE(is_finite(nearest));
     const ContactAxes axes(frame);
     ContactStep step;

@@ -182,7 +182,7 @@ class Step {
                                                       constraints_,
                                                       counters_,
                                                       overlap_kept(settings_.dt),
-                                                      settings_.solve.soft,
+                                                      settings_.solve.soft && !settings_.published.cells,
                                                       {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
   }
 

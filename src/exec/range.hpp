@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "check/check.hpp"
 #include "exec/error.hpp"
 #include "fathom/math.hpp"
 
@@ -36,9 +35,6 @@ struct Range {
     return {static_cast<std::uint32_t>(n)};
   }
 
-  FATHOM_HD std::uint32_t size() const {
-    FATHOM_ASSERT(!count || *count <= capacity);
-    return count && *count < capacity ? *count : capacity;
-  }
+  FATHOM_HD std::uint32_t size() const { return count && *count < capacity ? *count : capacity; }
 };
 }  // namespace fathom::exec
