@@ -366,15 +366,16 @@ struct SolveConstraints {
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved(), impulses, a, b);
-        if (rolls) solve_rolling(roll, impulses.sum(), a, b);
         solve_friction(frame, axes, impulses, a, b);
       } else if (p.soft) {
         solve_points<ContactPass::soft>(frame, points, count, step, axes, moved(), impulses, a, b);
       } else {
-        if (rolls) solve_rolling(roll, impulses.sum(), a, b);
         solve_friction(frame, axes, impulses, a, b);
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
+    }
+    if constexpr (what == relax || what == push) {
+      if (rolls && (what == relax || !p.soft)) solve_rolling(roll, impulses.sum(), a, b);
     }
     if (!is_sound(a, b, impulses)) {
       impulses = {};

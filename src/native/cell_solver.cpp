@@ -235,17 +235,18 @@ void CellSolver::sweep_row(Row& row) {
     ContactStep step{inverse_substep, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic,
                      def_.solver.push_out_velocity, row.bounce.restitution > 0};
     if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
+    // Rolling comes last, by the impulse that carries the load.
+    const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
-      if (row.roll.length > 0) solve_rolling(row.roll, row.impulses.sum(), a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);
     } else if (def_.solver.method == Solver::soft) {
       solve_points<ContactPass::soft>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     } else {
-      if (row.roll.length > 0) solve_rolling(row.roll, row.impulses.sum(), a, b);
       solve_friction(row.frame, axes, row.impulses, a, b);
       solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     }
+    if (row.roll.length > 0 && rolls) solve_rolling(row.roll, row.impulses.sum(), a, b);
     if (ends_substep_) row.impulses.step += row.impulses.sum();
   }
   // As in native/solver_kernels.cpp: nothing crosses a contact that is not finite.

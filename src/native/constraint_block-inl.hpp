@@ -23,8 +23,6 @@ enum BounceField : int {
   pull,  // relative acceleration along the normal
   bounce_field_count
 };
-/// Kept apart as well: the length, and the angular impulse in world axes.
-enum RollField : int { roll_length, roll_x, roll_y, roll_z, roll_field_count };
 
 template <class D>
 struct Block {
@@ -36,7 +34,6 @@ struct Block {
 
   std::byte* base;
   float* bounces;  // null where nothing bounces
-  float* rolls;    // null where nothing has rolling resistance
 
   HWY_INLINE BlockHeader& header() const { return *reinterpret_cast<BlockHeader*>(base); }
   HWY_INLINE std::uint32_t* a() const { return reinterpret_cast<std::uint32_t*>(base + block_header_bytes); }
@@ -51,12 +48,6 @@ struct Block {
   HWY_INLINE V get(BounceField field) const { return hn::Load(D(), bounces + static_cast<std::size_t>(field) * width); }
   HWY_INLINE void set(BounceField field, V v) const {
     hn::Store(v, D(), bounces + static_cast<std::size_t>(field) * width);
-  }
-  HWY_INLINE float* at(RollField field) const { return rolls + static_cast<std::size_t>(field) * width; }
-  HWY_INLINE V get(RollField field) const { return hn::Load(D(), at(field)); }
-  HWY_INLINE Vec3V<V> roll_impulse() const { return {get(roll_x), get(roll_y), get(roll_z)}; }
-  HWY_INLINE void set_roll_impulse(Vec3V<V> v) const {
-    hn::Store(v.x, D(), at(roll_x)), hn::Store(v.y, D(), at(roll_y)), hn::Store(v.z, D(), at(roll_z));
   }
   HWY_INLINE Vec3V<V> get3(int field) const { return {get(field), get(field + 1), get(field + 2)}; }
   HWY_INLINE void set3(int field, Vec3V<V> v) const { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); }
@@ -73,8 +64,7 @@ struct Block {
 template <class D>
 HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
   return {array.blocks + i * array.stride,
-          array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr,
-          array.rolls ? array.rolls + i * roll_field_count * Block<D>::width : nullptr};
+          array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
 }
 
 /// The frame of a manifold and its lever arms.

@@ -41,7 +41,12 @@ enum Field : int {
   held_part,     // of the supports' direct solution; only where the header says so
   inertia_a,     // six each: xx yy zz xy xz yz
   inertia_b = inertia_a + 6,
-  field_count = inertia_b + 6
+  field_count = inertia_b + 6,
+  roll_length = field_count,  // rolling resistance, and its impulse in world axes
+  roll_x,
+  roll_y,
+  roll_z,
+  rolling_field_count
 };
 enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };
 

@@ -35,7 +35,6 @@ struct LaneContacts {
   HWY_ALIGN float counts[width];
   HWY_ALIGN float overlaps[width];
   HWY_ALIGN float held[width];
-  HWY_ALIGN float levers[width];  // of round contacts
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -53,6 +52,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
   BlockHeader h;
   h.fixed_a = h.still_a = h.isotropic = true;
   std::size_t points_of_block = 0;
+  bool any_round = false;
   for (std::size_t i = 0; i < Block<D>::width; ++i) {
     const std::uint32_t index = contact_indices[i];
     if (index == none) {
@@ -60,7 +60,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = lanes.levers[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -84,7 +84,6 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
         lanes.held[i] = max(c.fixed_a ? view.held[c.b] : min(view.held[c.a], view.held[c.b]), 0.0f);
       h.held = h.held || lanes.held[i] > 0;
     }
-    lanes.levers[i] = c.round ? m.round_lever() : 0;
     h.lanes = static_cast<std::uint8_t>(i + 1);
     const int count = m.point_count();
     points_of_block += static_cast<std::size_t>(count);
@@ -93,8 +92,9 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.still_a = h.still_a && c.fixed_a && length_squared(a.linear) == 0 && length_squared(a.angular) == 0;
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
-    h.rolls = h.rolls || (c.round && m.rolling_length() > 0);
+    any_round |= c.round;
   }
+  h.round = any_round;
   block.header() = h;
   return points_of_block;
 }
@@ -119,30 +119,35 @@ HWY_INLINE Vec3V<V> load_acceleration(const std::uint32_t* slots, const BodiesVi
   return {hn::IfThenElseZero(moved, a.x), hn::IfThenElseZero(moved, a.y), hn::IfThenElseZero(moved, a.z)};
 }
 
-/// `fathom::roll_row` of the lanes that have rolling resistance.
+/// The lever of round contacts' spin, and `fathom::roll_row` where there is rolling resistance. Apart from the rest, so
+/// that blocks without pay nothing.
 template <class D>
-HWY_INLINE void prepare_rolling(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
-                                const Frame<hn::Vec<D>>& f) {
-  HWY_ALIGN float impulse[3][Block<D>::width] = {};
-  for (std::size_t i = 0; i < Block<D>::width; ++i) {
-    block.at(roll_length)[i] = 0;
+HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained) {
+  HWY_ALIGN float length[Block<D>::width] = {}, impulse[3][Block<D>::width] = {};
+  for (std::size_t i = 0; i < block.header().lanes; ++i) {
     if (indices[i] == none) continue;
     const Contact& c = constrained.contacts[indices[i]];
     if (!c.round) continue;
     const ContactManifold& m = constrained.manifolds[c.manifold];
-    block.at(roll_length)[i] = m.rolling_length();
+    block.at(patch_radius)[i] += m.round_lever();
+    length[i] = m.rolling_length();
+    block.header().rolls |= length[i] > 0;
     for (int axis = 0; axis < 3; ++axis) impulse[axis][i] = m.rolling_impulse()[axis];
   }
+  if (!block.header().rolls) return;
+  Frame<hn::Vec<D>> f;
+  f.load(block);
+  hn::Store(hn::Load(D(), length), D(), block.at(roll_length));
   const auto along_t1 = scale(hn::Load(D(), impulse[0]), f.t1);
-  block.set_roll_impulse(mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
+  block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
 }
 
 /// `fathom::kept_impulse` goes back to the manifolds.
 template <class D>
-HWY_INLINE void store_rolling(const Block<D>& block, const Constrained& constrained) {
+HWY_NOINLINE void store_rolling(const Block<D>& block, const Constrained& constrained) {
   Frame<hn::Vec<D>> f;
   f.load(block);
-  const auto impulse = block.roll_impulse();
+  const auto impulse = block.get3(roll_x);
   HWY_ALIGN float kept[3][Block<D>::width];
   hn::Store(dot(f.t1, impulse), D(), kept[0]);
   hn::Store(dot(f.t2, impulse), D(), kept[1]);
@@ -268,8 +273,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
   block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
   block.set(slide_22, hn::Mul(s11, inverse_det));
   block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
-  const V lever = hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share));
-  block.set(patch_radius, hn::Add(lever, hn::Load(d, lanes.levers)));
+  block.set(patch_radius, hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share)));
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
     block.set_inertia(inertia_a, i_a);
@@ -279,7 +283,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     block.set(restitution, tangent.w);
     block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
   }
-  if (block.header().rolls) prepare_rolling(block, indices, constrained, f);
+  if (block.header().round) prepare_round(block, indices, constrained);
   return point_count;
 }
 

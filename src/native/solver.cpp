@@ -219,10 +219,8 @@ void ContactSolver::for_each_group(const Act& act) {
 
 void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
-  const bool bounces = wide_blocks_.bounces != nullptr, rolls = wide_blocks_.rolls != nullptr;
-  if (has_moved || bounces != graph_.may_bounce() || rolls != graph_.may_roll() ||
-      block_bytes(wide_) != wide_blocks_.stride)
-    make_room_for_blocks();
+  const bool bounces = wide_blocks_.bounces != nullptr;
+  if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   const bool several = pool_.thread_count() > 1;
   wide_blocks_.scattered = several || graph_.domains().in_use();
   wide_blocks_.shared = several && layout_.groups().empty();
@@ -348,6 +346,7 @@ LoadWatch ContactSolver::load_watch() {
 }
 
 std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
+  if (graph_.may_roll()) return kernels.rolling_block_bytes;
   return bodies_.any_anisotropic() ? kernels.block_bytes : kernels.isotropic_block_bytes;
 }
 
@@ -363,18 +362,16 @@ void ContactSolver::make_room_for_blocks() {
     block_memory_.reserve(std::max(bytes, block_memory_.capacity() + block_memory_.capacity() / 4));
   wide_blocks_.blocks = block_memory_.data();
   single_blocks_.blocks = wide_blocks_.blocks + wide_count * wide_blocks_.stride;
-  const auto place = [&](bool needed, std::size_t wide_floats, std::size_t single_floats, std::vector<float>& floats,
-                         float* BlockArray::*array) {
-    wide_blocks_.*array = single_blocks_.*array = nullptr;
-    if (!needed) return;
-    const std::size_t size = wide_count * wide_floats + single_count_ * single_floats + alignment / sizeof(float);
-    if (floats.size() < size) grow_to(floats, size);
-    const std::size_t off = reinterpret_cast<std::uintptr_t>(floats.data()) % alignment;
-    wide_blocks_.*array = floats.data() + (off ? alignment - off : 0) / sizeof(float);
-    single_blocks_.*array = wide_blocks_.*array + wide_count * wide_floats;
-  };
-  place(graph_.may_bounce(), wide_.bounce_floats, single_.bounce_floats, bounces_, &BlockArray::bounces);
-  place(graph_.may_roll(), wide_.roll_floats, single_.roll_floats, rolls_, &BlockArray::rolls);
+  if (!graph_.may_bounce()) {
+    wide_blocks_.bounces = single_blocks_.bounces = nullptr;
+    return;
+  }
+  const std::size_t floats =
+      wide_count * wide_.bounce_floats + single_count_ * single_.bounce_floats + alignment / sizeof(float);
+  if (bounces_.size() < floats) grow_to(bounces_, floats);
+  const std::size_t off = reinterpret_cast<std::uintptr_t>(bounces_.data()) % alignment;
+  wide_blocks_.bounces = bounces_.data() + (off ? alignment - off : 0) / sizeof(float);
+  single_blocks_.bounces = wide_blocks_.bounces + wide_count * wide_.bounce_floats;
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------

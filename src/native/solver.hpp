@@ -74,8 +74,8 @@ class ContactSolver {
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
-    return block_memory_.capacity() + (bounces_.capacity() + rolls_.capacity()) * sizeof(float) +
-           layout_.memory_bytes() + supports_.memory_bytes();
+    return block_memory_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() +
+           supports_.memory_bytes();
   }
 
  private:
@@ -145,7 +145,7 @@ class ContactSolver {
   const SolverKernels& wide_;
   const SolverKernels& single_;
   LargeArray<std::byte> block_memory_;  // whoever prepares a block touches it first
-  std::vector<float> bounces_, rolls_;
+  std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;
   std::vector<std::uint32_t> overflow_;

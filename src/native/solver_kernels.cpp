@@ -236,24 +236,6 @@ HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<
   return hn::Add(now.twist, hn::Add(now.slide_1, now.slide_2));
 }
 
-/// `fathom::solve_rolling` in lanes.
-template <class D, class B>
-HWY_INLINE void solve_rolling(const Block<D>& block, B& bodies) {
-  using V = hn::Vec<D>;
-  const D d;
-  const V limit = hn::Mul(block.get(roll_length), total_impulse(block, block.header().max_points));
-  const Vec3V<V> spin = bodies.b.angular - bodies.a.angular, old = block.roll_impulse();
-  const V response = dot(spin, bodies.turn(spin));
-  const auto turns = hn::Gt(response, hn::Zero(d));
-  const V mass = hn::IfThenElseZero(turns, hn::Div(dot(spin, spin), hn::IfThenElse(turns, response, hn::Set(d, 1.0f))));
-  const Vec3V<V> wanted = mul_sub(old, mass, spin);
-  const V squared = dot(wanted, wanted), size = hn::Sqrt(hn::Max(squared, hn::Set(d, 1e-30f)));
-  const auto rolls = hn::Gt(squared, hn::Mul(limit, limit));
-  const Vec3V<V> now = scale(hn::IfThenElse(rolls, hn::Div(limit, size), hn::Set(d, 1.0f)), wanted);
-  bodies.twist(now - old);
-  block.set_roll_impulse(now);
-}
-
 enum class Pass { soft, relax, iterate };
 
 /// `fathom::is_uneven` in lanes.
@@ -380,15 +362,44 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   bodies.load(block, all);
   frame.load(block);
   auto sums = hn::Zero(D());
-  if (pass == Pass::iterate && block.header().rolls) solve_rolling(block, bodies);
   if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies);
   const auto approach = solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   sums = pass == Pass::soft ? approach : hn::Add(sums, approach);
-  if (pass == Pass::relax && block.header().rolls) solve_rolling(block, bodies);
   if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies));
   if (pass == Pass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
   store_bodies(block, bodies, sums);
+}
+
+/// `fathom::solve_rolling` in lanes; `warm` applies the impulses of the last step. Apart from the sweeps, because few
+/// blocks have it.
+template <bool warm, class D, bool fixed_a, bool isotropic>
+HWY_INLINE void roll_block(const Block<D>& block, SolverBody* all) {
+  using V = hn::Vec<D>;
+  const D d;
+  Bodies<D, fixed_a, isotropic> bodies;
+  bodies.load(block, all);
+  const Vec3V<V> old = block.get3(roll_x);
+  if constexpr (warm) {
+    bodies.twist(old);
+  } else {
+    const V limit = hn::Mul(block.get(roll_length), total_impulse(block, block.header().max_points));
+    const Vec3V<V> spin = bodies.b.angular - bodies.a.angular;
+    const V response = dot(spin, bodies.turn(spin));
+    const auto turns = hn::Gt(response, hn::Zero(d));
+    const V mass =
+        hn::IfThenElseZero(turns, hn::Div(dot(spin, spin), hn::IfThenElse(turns, response, hn::Set(d, 1.0f))));
+    const Vec3V<V> wanted = mul_sub(old, mass, spin);
+    const V squared = dot(wanted, wanted), size = hn::Sqrt(hn::Max(squared, hn::Set(d, 1e-30f)));
+    const auto rolls = hn::Gt(squared, hn::Mul(limit, limit));
+    const Vec3V<V> now = scale(hn::IfThenElse(rolls, hn::Div(limit, size), hn::Set(d, 1.0f)), wanted);
+    bodies.twist(now - old);
+    const V sum = hn::Add(hn::Add(now.x, now.y), now.z);
+    const auto ok = hn::Eq(hn::Sub(sum, sum), hn::Zero(d));
+    block.set3(roll_x, {hn::IfThenElseZero(ok, now.x), hn::IfThenElseZero(ok, now.y), hn::IfThenElseZero(ok, now.z)});
+    return store_bodies(block, bodies, sum);
+  }
+  bodies.store(block.header().lanes);
 }
 
 /// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
@@ -408,7 +419,6 @@ HWY_INLINE void warm_start_block(const Block<D>& block, SolverBody* all) {
   }
   push_normal(bodies, f, sum);
   push_tangential(bodies, f, block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse));
-  if (block.header().rolls) bodies.twist(block.roll_impulse());
   bodies.store(block.header().lanes);
 }
 
@@ -516,11 +526,18 @@ HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end
   }
 }
 
+template <bool warm, class D>
+HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
+  by_kind(block, [&](auto fixed_a, auto isotropic)
+                     HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
+}
+
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
+    if (pass != Pass::soft && block.header().rolls) roll<false>(block, all);
   });
 }
 
@@ -529,6 +546,7 @@ void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBod
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
+    if (block.header().rolls) roll<true>(block, all);
   });
 }
 
@@ -539,7 +557,7 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
     const auto zero = hn::Zero(D());
     for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
     for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse}) block.set(field, zero);
-    if (block.header().rolls) block.set_roll_impulse({zero, zero, zero});
+    if (block.header().rolls) block.set3(roll_x, {zero, zero, zero});
   }
 }
 
@@ -558,8 +576,8 @@ SolverKernels make_kernels(const char* name) {
           static_cast<int>(Block<D>::width),
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
+          Block<D>::bytes_up_to(rolling_field_count),
           bounce_field_count * Block<D>::width,
-          roll_field_count * Block<D>::width,
           prepare<D>,
           warm_start<D>,
           clear<D>,

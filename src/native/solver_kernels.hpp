@@ -51,15 +51,14 @@ struct Constrained {
   ContactManifold* manifolds = nullptr;
 };
 
-/// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors come
-/// last in a block, which ends before them where all bodies are isotropic.
+/// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors and
+/// rolling resistance come last in a block, which ends before them where all bodies are isotropic, or nothing has any.
 struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
   std::size_t stride = 0;     ///< bytes from block to block
   std::size_t fetch_end = 0;  ///< bodies of blocks up to there may be fetched, even beyond those that are asked for
   bool shared = false;        ///< several threads write the bodies in turn
-  float* rolls = nullptr;     ///< of rolling resistance, kept apart like `bounces`
   bool scattered = false;     ///< what constraints are made of is in other threads' caches, or in no near one
 };
 
@@ -74,6 +73,7 @@ struct BlockHeader {
   bool restitution = false;     ///< some lane bounces
   bool held = false;            ///< some lane is held by its supports' direct solution
   bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
+  bool round = false;           ///< some lane is a contact of something round
   bool rolls = false;           ///< some lane has rolling resistance
 };
 
@@ -82,8 +82,8 @@ struct SolverKernels {
   int width;         ///< lanes
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
+  std::size_t rolling_block_bytes;    ///< of a block with rolling resistance, and them
   std::size_t bounce_floats;          ///< a block
-  std::size_t roll_floats;            ///< a block
 
   /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
   /// returns how many points they have. May be done again.
