@@ -157,7 +157,7 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
   }
   std::string later = good;
   later[8] = 9;
-  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 1"));
+  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 2"));
   EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr("no such file, or it is empty"));
 }
