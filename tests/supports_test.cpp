@@ -118,7 +118,7 @@ TEST_P(Supports, ContinueBitForBitFromASnapshot) {
 
 INSTANTIATE_TEST_SUITE_P(Structures, Supports,
                          testing::Values(Structure{"wall", [] { return wall(20); }}, Structure{"slab", slab},
-                                         Structure{"pyramid", [] { return flat_pyramid(20); }},
+                                         Structure{"pyramid", [] { return flat_pyramid(30); }},
                                          Structure{"plates", plates}, Structure{"tower", tower}),
                          [](const auto& structure) { return structure.param.name; });
 

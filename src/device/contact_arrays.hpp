@@ -132,6 +132,7 @@ struct Counters {
   std::uint32_t overloaded_step = none;  ///< the last step that found contacts overloaded
   std::uint32_t unlevelled_step = none;  ///< and among their bodies one without a level
   std::uint32_t held_step = none;        ///< the last step that held something
+  std::uint32_t solved_step = none;      ///< the last step that solved supports, be it in vain
   std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
   std::uint32_t supported = 0;           ///< bodies in `by_level`
   std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp items

@@ -79,6 +79,7 @@ struct FindSupports {
     bodies.structures[i] = Structure{};
     SupportNode& node = bodies.nodes[i];
     node.supports = 0;
+    node.held = 0;
     node.contacts = pushable ? bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) : 0;
     if (node.contacts == 0) return;
     node.first = exec::atomic_add(counters->contacts_listed, node.contacts);

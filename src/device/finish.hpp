@@ -39,6 +39,8 @@ struct MoveBodies {
     }
     const std::uint32_t flags = bodies.flags[i];
     if (!(flags & awake_flag)) return;
+    if (counters->solved_step == counters->step + 1 && bodies.support[i].level > 0)
+      bodies.support[i].held = bodies.nodes[i].held;
     const BodyConstants c = bodies.constants[i];
     const Pose before = bodies.poses[i];
     Pose pose = before;
@@ -217,7 +219,10 @@ struct EndStep {
     Counters& c = *counters;
     // A stopped step is reported under the number it would have had.
     const std::uint32_t number = c.step + 1;
-    if (!c.stopped) c.step = number;
+    if (!c.stopped) {
+      c.step = number;
+      if (c.solved_step == number) c.held_step = number;
+    }
     Report r;
     r.step = number;
     r.stopped = c.stopped;

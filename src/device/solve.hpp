@@ -583,7 +583,7 @@ struct StoreImpulses {
     if (head.has(rolls_extra)) store_rolling(k, m);
     // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
     // away leaves some of the cone to rounding.
-    [[maybe_unused]] const float beyond = counters->held_step == counters->step + 1 ? 1.25f : 1.001f;
+    [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
     FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
                                                beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
                     constraints.bodies[k].b);

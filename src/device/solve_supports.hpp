@@ -104,12 +104,12 @@ struct SolveWithSupports {
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t k, const Fetched& fetched) const {
     if (place.stage == sweeps) return solver(plan, place.in_solve, k, fetched);
     const std::uint32_t i = bodies().by_level[plan.level[place.level].first + k];
-    if (place.stage == moving && k == 0) solver.counters->held_step = solver.counters->step + 1;
+    if (place.stage == moving && k == 0) solver.counters->solved_step = solver.counters->step + 1;
     const SupportNode& node = bodies().nodes[i];
     const std::uint32_t parity = place.in_solve.substep % 2;
     Structure& structure = bodies().structures[bodies().support[i].structure];
     if (!node.is_held()) {
-      if (place.stage == moving) bodies().support[i].held = 0;
+      if (place.stage == moving) bodies().nodes[i].held = 0;
     } else if (place.stage == asking) {
       ask(i, node, structure);
     } else if (place.stage == summing) {
@@ -195,7 +195,7 @@ struct SolveWithSupports {
     exec::atomic_store(structure.largest, 0u);
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
     structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
-    bodies().support[i].held = part_held(energy, sum(structure.reference[parity]), 1);
+    bodies().nodes[i].held = part_held(energy, sum(structure.reference[parity]), 1);
     if (!(part > 0)) return;
     const SupportMove& m = bodies().moves[i];
     SolverQuads& to = bodies().solver[i];

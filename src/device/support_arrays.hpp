@@ -30,6 +30,7 @@ struct alignas(16) SupportNode {
   std::uint32_t first;     ///< of its contacts in `contacts_of`
   std::uint32_t contacts;  ///< that have a colour
   std::uint32_t supports;  ///< of these, which come first; 0: the body is not held
+  float held;              ///< part of this step's last direct solution
 
   FATHOM_HD bool is_held() const { return supports > 0; }
 };

@@ -71,7 +71,7 @@ struct ContactChanges {
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
     contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
-    if (is_placed(m, c)) look_for_supports(c);
+    if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
     report_hit(c, m);

@@ -226,7 +226,7 @@ void NativeSimulator::solve() {
   };
   if (!cell_solver_) {
     solver_.solve(move, isolate_all);
-    return solver_.supports().end_step(steps + 1);
+    return solver_.supports().end_step(steps + 1, !quarantined_.empty());
   }
   for (;;) {
     cell_solver_->solve(in_contact_);

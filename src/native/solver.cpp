@@ -394,6 +394,7 @@ void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t
     isolate_failed(layout_.bodies(), isolate);
     prepare_all();
   }
+  for_each_structure([this](std::uint32_t structure) { supports_.finish(structure); });
   if (in_domains)
     finish_domains(act);
   else
@@ -477,6 +478,7 @@ std::size_t ContactSolver::prepare_group(const Group& group) {
 
 template <class Act>
 void ContactSolver::finish_group(const Group& group, const Act& act) {
+  OneGroup(*this, group).structures([this](std::uint32_t structure) { supports_.finish(structure); });
   wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), graph_.constrained(),
               overlap_kept(def_.dt), load_watch());
   act(layout_.bodies(group));
@@ -553,7 +555,6 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     work.structures([this](std::uint32_t structure) { supports_.solve(structure); });
     if constexpr (fails) fail(work, SolverStage::supports, substep);
   }
-  work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
 }
 
 // Sequential impulses: λ' = −K⁻¹(Jv + b), accumulated and clamped, b from the penetration (dissertation, equations

@@ -45,6 +45,8 @@ class SupportGraph {
   /// other than before.
   bool update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
               std::uint64_t step);
+  /// Levels are found anew in the next step.
+  void forget_levels() { levelled_at_ = 0; }
   /// Structures are not looked for before this step, but for those there are: all were coming down.
   void rest_until(std::uint64_t step) { resume_at_ = step; }
 

@@ -109,7 +109,7 @@ void SupportSolver::prepare(std::uint32_t structure, const SolverKernels& kernel
 /// False where a structure stands on things that move differently, or touches a body that is isolated.
 bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) const {
   bool any = false;
-  for (std::uint32_t i = s.first; i < s.end && member(i).level == 1; ++i) {
+  for (std::uint32_t i = s.first; i < s.end; ++i) {
     const SupportGraph::Member& m = member(i);
     for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
       const SupportGraph::Support& support = support_graph_.supports()[k];
@@ -307,7 +307,8 @@ void SupportSolver::finish(std::uint32_t structure) {
     held_[member(i).slot] = body_[i].is_held ? structures_[structure].held : 0;
 }
 
-void SupportSolver::end_step(std::uint64_t step) {
+void SupportSolver::end_step(std::uint64_t step, bool any_isolated) {
+  if (any_isolated) support_graph_.forget_levels();
   if (empty()) return;
   const auto is_held = [](const StructureState& s) { return s.is_held; };
   if (std::none_of(structures_.begin(), structures_.end(), is_held)) support_graph_.rest_until(step + steps_to_resume);

@@ -49,8 +49,8 @@ class SupportSolver {
   void let_go(std::span<const std::uint32_t> isolated_slots);
   /// After the last substep.
   void finish(std::uint32_t structure);
-  /// After all structures of the step with this number.
-  void end_step(std::uint64_t step);
+  /// After all structures of the step with this number, in which bodies may have been isolated.
+  void end_step(std::uint64_t step, bool any_isolated);
 
   std::size_t memory_bytes() const;
 
