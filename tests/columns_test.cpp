@@ -1,4 +1,4 @@
-// Tall columns, which one direct solution holds (dynamics/columns.hpp), on every simulator.
+// Tall columns, which the direct solution of supports holds (dynamics/support.hpp), on every simulator.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -77,7 +77,7 @@ TEST(Columns, ThatFallIntoPlaceGainNoEnergy) {
   EXPECT_GT(world.pose(ids.back()).position.z, 23.0f);
 }
 
-// Braces hold no more than contacts can: a column that leans too far goes over.
+// A direct solution holds no more than contacts can: a column that leans too far goes over.
 TEST(Columns, LeanAsFarAsTheyMayAndNoFarther) {
   for (const float offset : {0.04f, 0.09f}) {
     World world(quiet_world());

@@ -35,8 +35,8 @@ struct ContactSoftness {
   Softness fixed;    ///< against one that cannot
 };
 
-/// Hz: at most 0.15 of the rate of substeps of h seconds. Stiffer springs shake pyramids apart, softer ones let columns
-/// buckle (docs/solver.md).
+/// Hz: at most 0.15 of the rate of substeps of h seconds. Stiffer springs shake pyramids apart, softer ones give way
+/// under load (docs/solver.md); what is too tall or too heavy for them is held directly (dynamics/support.hpp).
 inline float contact_hertz(const SolverSettings& settings, float h) { return min(settings.contact_hertz, 0.15f / h); }
 
 /// Springs twice as stiff against bodies that cannot be pushed.

@@ -36,7 +36,7 @@ void NativeSimulator::validate_bodies() const {
 }
 
 void NativeSimulator::validate_contacts() const {
-  // A brace goes by squares, which where it takes a load away leave some of the cone to rounding.
+  // A direct solution of supports that takes a load away leaves some of the cone to rounding.
   const float beyond = !solver_.supports().empty() ? 1.25f : 1.001f;
   std::size_t in_use = 0;
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {
@@ -57,8 +57,7 @@ void NativeSimulator::validate_contacts() const {
     }
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
-    // The `impulse` solver ends with the
-    // points, which friction has not seen then; new manifolds drop points' impulses.
+    // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;
     const float size_squared =
         m.friction_impulse[0] * m.friction_impulse[0] + m.friction_impulse[1] * m.friction_impulse[1];
