@@ -215,15 +215,13 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
   impulses.step += impulses.sum() - before;
 }
 
-/// The part of its impulses that a contact gives up in a solution, to be shared out anew with the rest: contacts that
+/// The part of its friction that a contact gives up in a solution, to be shared out anew with the rest: contacts that
 /// strain against each other, which no motion tells of, let go of it in some tens of substeps.
 inline constexpr float support_renewal = 0.05f;
 
 /// What a contact gives up so.
-FATHOM_HD SupportChange given_up(const SupportRows& r, const ContactImpulses& impulses) {
+FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   SupportChange change{};
-  for (int i = 0; i < max_manifold_points; ++i)
-    if (r.weight[i] > 0) change.normal[i] = -support_renewal * impulses.normal[i];
   change.slide_1 = -support_renewal * impulses.slide_1;
   change.slide_2 = -support_renewal * impulses.slide_2;
   change.twist = -support_renewal * impulses.twist;
@@ -242,7 +240,7 @@ FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const
   for (int k = 0; k < count; ++k) {
     const SupportRows& r = supports.rows(k);
     supports.change(k).left_out = 0;
-    rest += -about_centre(wrench_of(r, given_up(r, supports.impulses(k))), r.arm_upper);
+    rest += -about_centre(wrench_of(r, given_up(supports.impulses(k))), r.arm_upper);
   }
   Triangle6 of_fewer;
   const Triangle6* current = &factor;
@@ -251,7 +249,7 @@ FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const
     bool pulls = false;
     for (int k = 0; k < count; ++k) {
       const ContactImpulses now = supports.impulses(k);
-      pulls |= share_out(supports.rows(k), now, given_up(supports.rows(k), now), y, supports.change(k));
+      pulls |= share_out(supports.rows(k), now, given_up(now), y, supports.change(k));
     }
     if (!pulls || round == support_rounds) break;
     rest = demand;
@@ -261,7 +259,7 @@ FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const
       const ContactImpulses now = supports.impulses(k);
       SupportChange& change = supports.change(k);
       leave_out(r, now, change);
-      SupportChange gone = given_up(r, now);
+      SupportChange gone = given_up(now);
       for (int i = 0; i < max_manifold_points; ++i)
         if (change.left_out >> i & 1u) gone.normal[i] = change.normal[i];
       rest += -about_centre(wrench_of(r, gone), r.arm_upper);
