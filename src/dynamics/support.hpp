@@ -283,10 +283,13 @@ FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
-/// How far bodies of `mass` (kg) are held that a solution leaves twice the kinetic energy `energy` (J) of: 0 where they
-/// fall as fast as if nothing held them, gaining `fall` (m/s) in a substep.
+/// How far bodies of `mass` (kg) are held that a solution leaves twice the kinetic energy `energy` (J) of: not at all
+/// where they still move a twentieth as fast as they would fall, gaining `fall` (m/s) in a substep. Springs that give
+/// way must damp what a solution does not hold.
 FATHOM_HD float part_held(float energy, float mass, float fall) {
-  return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * fall * fall)), 1.0f);
+  constexpr float unheld_share = 0.05f;
+  const float unheld = unheld_share * fall;
+  return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);
 }
 
 /// What makes sweeps alone too soft for a contact: it carries more than so many times what its two bodies would weigh

@@ -13,6 +13,9 @@ namespace {
 constexpr float calm_energy = 0.1f;
 /// Steps after which structures are looked for again where all were coming down.
 constexpr std::uint64_t steps_to_resume = 8;
+/// Steps after which a structure that could not be held is tried again: an arch stands by its thrust, which sweeps
+/// find.
+constexpr std::uint64_t steps_to_retry = 64;
 
 Vec3 get3(const LaneFields& f, int field) { return {f[field], f[field + 1], f[field + 2]}; }
 
@@ -44,24 +47,32 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     find_lanes(layout);
     order_by_group(layout);
   }
-  choose_held();
+  choose_held(step);
 }
 
 // What becomes part of a structure counts as held at once: springs that gave way under the load that a solution gave
 // their contacts would let go of it again.
-void SupportSolver::choose_held() {
+void SupportSolver::choose_held(std::uint64_t step) {
   last_held_.swap(held_);
   held_.assign(last_held_.size(), not_a_member);
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
     state = {};
-    state.is_held = find_base(s, state.base) && is_calm(s, state.base);
-    for (std::uint32_t k = s.first; state.is_held && k < s.end; ++k) {
+    state.is_held =
+        (step % steps_to_retry == 0 || !was_in_vain(s)) && find_base(s, state.base) && is_calm(s, state.base);
+    const bool in_vain = was_in_vain(s);
+    for (std::uint32_t k = s.first; (state.is_held || in_vain) && k < s.end; ++k) {
       const std::uint32_t slot = member(k).slot;
       held_[slot] = last_held_[slot] < 0 ? 1 : last_held_[slot];
     }
   }
+}
+
+/// True where a structure was solved, and not held at all.
+bool SupportSolver::was_in_vain(const SupportGraph::Structure& s) const {
+  const auto members = support_graph_.members().subspan(s.first, s.end - s.first);
+  return std::all_of(members.begin(), members.end(), [&](const auto& m) { return last_held_[m.slot] == 0; });
 }
 
 void SupportSolver::find_lanes(const ConstraintLayout& layout) {
@@ -267,6 +278,7 @@ void SupportSolver::solve(std::uint32_t structure) {
   if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
   state.part = best_part(slope, curvature);
   state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
+  if (!(state.held > 0)) return;  // the sweeps' impulses are the better ones, as an arch's thrust is
   for (std::uint32_t i = s.first; i < s.end; ++i) {
     const Body& b = body_[i];
     if (!b.is_held) continue;

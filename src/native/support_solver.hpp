@@ -88,7 +88,8 @@ class SupportSolver {
   class SupportsOf;
 
   const SupportGraph::Member& member(std::uint32_t i) const { return support_graph_.members()[i]; }
-  void choose_held();
+  void choose_held(std::uint64_t step);
+  bool was_in_vain(const SupportGraph::Structure& s) const;
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
   bool find_base(const SupportGraph::Structure& s, Base& base) const;
