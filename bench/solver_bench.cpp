@@ -159,9 +159,9 @@ void contact_solver(benchmark::State& state, Solver method) {
   scene.scene.world.solver.method = method;
   ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
-    solver.lay_out({scene.moving, 1}, {});
+    solver.lay_out({scene.moving, 1}, {}, 1);
     solver.build();
-    solver.solve([](std::span<const std::uint32_t>) {});
+    solver.solve([](std::span<const std::uint32_t>) {}, [](std::span<const std::uint32_t>) {});
   }
   state.counters["per_manifold"] = per(scene.manifold_count);
 }
@@ -179,9 +179,9 @@ void integration(benchmark::State& state, Vec3 half_extents) {
   for (const std::uint32_t slot : scene.moving) scene.state.velocities[slot] = scene.scene.bodies[slot].velocity;
   ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
-    solver.lay_out({scene.moving, 1}, {});
+    solver.lay_out({scene.moving, 1}, {}, 1);
     solver.build();
-    solver.solve([](std::span<const std::uint32_t>) {});
+    solver.solve([](std::span<const std::uint32_t>) {}, [](std::span<const std::uint32_t>) {});
   }
   state.counters["per_body"] = per(scene.moving.size());
 }

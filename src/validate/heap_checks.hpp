@@ -10,7 +10,8 @@
 namespace fathom::validate {
 
 /// Simulates the heap of the seed and checks what can be asked of one of its kind. Names of checks are the same for all
-/// seeds. A heap that loses a body is not simulated to its end.
+/// seeds. A heap that loses a body is not simulated to its end. Checks that some heaps are known to fail say so
+/// (docs/validation.md counts them).
 Record judge_heap(std::uint64_t seed, const Setup& setup);
 
 /// The command that shows it.

@@ -32,12 +32,14 @@ Record judged(std::uint64_t seed, const Setup& setup) {
 void heaps(const Setup& setup, Record& record) {
   const int seeds = setup.heap_seeds > 0 ? setup.heap_seeds : setup.full ? 60 : 6;
   std::map<std::string, int> judged_by, failed;
+  std::map<std::string, std::string> known;
   for (int i = 0; i < seeds; ++i) {
     const std::uint64_t seed = setup.first_heap + static_cast<std::uint64_t>(i);
     const Record found = judged(seed, setup);
     std::string failures;
     for (const Check& check : found.checks) {
       ++judged_by[check.name];
+      known[check.name] = check.known;
       if (check.passed()) continue;
       ++failed[check.name];
       failures += (failures.empty() ? "" : "; ") + to_line(check);
@@ -50,7 +52,7 @@ void heaps(const Setup& setup, Record& record) {
     if (setup.say) setup.say(line);
   }
   for (const auto& [name, count] : judged_by)
-    record.at_most(name + ": heaps of " + std::to_string(count), failed[name], 0);
+    record.at_most(name + ": heaps of " + std::to_string(count), failed[name], 0).known = known[name];
 }
 
 }  // namespace fathom::validate
