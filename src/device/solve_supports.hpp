@@ -196,8 +196,7 @@ struct SolveWithSupports {
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
     structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
     bodies().nodes[i].held = part_held(energy, sum(structure.reference[parity]), 1);
-    // Where a solution does not hold, the sweeps' impulses are the better ones, as an arch's thrust is.
-    if (!(bodies().nodes[i].held > 0)) return;
+    if (!(part > 0)) return;
     const SupportMove& m = bodies().moves[i];
     SolverQuads& to = bodies().solver[i];
     // How often the quads were written stays as it is: nobody waits for them now.

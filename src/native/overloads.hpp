@@ -9,20 +9,25 @@
 
 namespace fathom::native {
 
-/// Marks by slot, written by all threads as impulses are stored.
+/// Marks by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
 class Overloads {
  public:
   void resize(std::size_t slots) {
     if (marks_.size() < slots) marks_.resize(slots, 0);
   }
   void mark(std::uint32_t slot) {
-    std::atomic_ref(marks_[slot]).store(1, std::memory_order_relaxed);
+    std::atomic_ref(marks_[slot]).fetch_or(this_step, std::memory_order_relaxed);
     any_.store(true, std::memory_order_relaxed);
   }
+  /// Some body was overloaded in the last step.
   bool any() const { return any_.load(std::memory_order_relaxed); }
-  bool is_marked(std::uint32_t slot) const { return slot < marks_.size() && marks_[slot] != 0; }
-  void clear() {
-    if (any()) std::fill(marks_.begin(), marks_.end(), std::uint8_t{0});
+  /// The body was, and in the step before.
+  bool lasts(std::uint32_t slot) const { return slot < marks_.size() && marks_[slot] == (this_step | step_before); }
+  /// Begins a step.
+  void advance() {
+    if (any() || had_any_)
+      for (std::uint8_t& mark : marks_) mark = mark & this_step ? step_before : 0;
+    had_any_ = any();
     any_.store(false, std::memory_order_relaxed);
   }
   std::size_t memory_bytes() const { return marks_.capacity(); }
@@ -31,11 +36,16 @@ class Overloads {
   static void archive(Self& s, Archive& a) {
     a(s.marks_);
   }
-  void restored() { any_ = std::find(marks_.begin(), marks_.end(), 1) != marks_.end(); }
+  void restored() {
+    had_any_ = true;
+    any_ = std::any_of(marks_.begin(), marks_.end(), [](std::uint8_t mark) { return mark & this_step; });
+  }
 
  private:
-  std::vector<std::uint8_t> marks_;  // by slot
+  static constexpr std::uint8_t this_step = 1, step_before = 2;
+  std::vector<std::uint8_t> marks_;
   std::atomic<bool> any_ = false;
+  bool had_any_ = false;
 };
 
 }  // namespace fathom::native

@@ -269,7 +269,7 @@ HWY_INLINE void stiffen(V held, V& bias_rate, V& mass_scale, V& impulse_scale) {
 
 /// One sweep over the points: soft with bias and push-out, relax without, or `iterate` with a plain velocity bias.
 /// Returns the bodies' approach afterwards, which is finite only if their velocities were and the impulses are.
-template <Pass pass, class D, class B>
+template <Pass pass, bool held, class D, class B>
 HWY_INLINE hn::Vec<D> solve_points(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies,
                                    const SweepParameters& p, const Softness& softness) {
   using V = hn::Vec<D>;
@@ -280,7 +280,7 @@ HWY_INLINE hn::Vec<D> solve_points(const Block<D>& block, const Frame<hn::Vec<D>
   V bias_rate = hn::Set(d, softness.bias_rate), mass_scale = hn::Set(d, softness.mass_scale);
   V impulse_scale = hn::Set(d, softness.impulse_scale);
   if constexpr (pass == Pass::soft) {
-    if (block.header().held) stiffen(block.get(held_part), bias_rate, mass_scale, impulse_scale);
+    if constexpr (held) stiffen(block.get(held_part), bias_rate, mass_scale, impulse_scale);
     const auto uneven = is_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass);
     impulse_scale = hn::IfThenElse(uneven, hn::Mul(hn::Set(d, uneven_share), impulse_scale), impulse_scale);
   }
@@ -292,7 +292,7 @@ HWY_INLINE hn::Vec<D> solve_points(const Block<D>& block, const Frame<hn::Vec<D>
     const V x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
     const V mass = block.get(Block<D>::point(i, point_mass)), old = block.get(Block<D>::point(i, point_impulse));
     V separation = hn::Add(block.get(Block<D>::point(i, point_separation)), at_point(moved, x, y));
-    if (block.header().held) separation = beyond_slop(block, separation);
+    if constexpr (held) separation = beyond_slop(block, separation);
     const V speed = at_point(rows.motion, x, y);
     const auto apart = hn::Gt(separation, zero);
     // A point still apart may close its gap within the substep and no more: a speculative contact.
@@ -355,7 +355,7 @@ HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic
   bodies.store(block.header().lanes);
 }
 
-template <Pass pass, class D, bool fixed_a, bool isotropic>
+template <Pass pass, class D, bool fixed_a, bool isotropic, bool held = false>
 HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   Bodies<D, fixed_a, isotropic> bodies;
   Frame<hn::Vec<D>> frame;
@@ -363,7 +363,8 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   frame.load(block);
   auto sums = hn::Zero(D());
   if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies);
-  const auto approach = solve_points<pass>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
+  const auto approach =
+      solve_points<pass, held>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   sums = pass == Pass::soft ? approach : hn::Add(sums, approach);
   if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies));
   if (pass == Pass::relax || p.ends_substep)
@@ -532,9 +533,21 @@ HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
                      HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
 }
 
+/// Apart from the others, which would pay for it in registers.
+template <Pass pass, class D>
+HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
+  by_kind(block, [&](auto fixed_a, auto isotropic)
+                     HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
+}
+
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
+    if (pass != Pass::iterate && HWY_UNLIKELY(block.header().held)) {
+      sweep_held<pass>(block, all, p);
+      if (pass == Pass::relax && block.header().rolls) roll<false>(block, all);
+      return;
+    }
     by_kind(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
     if (pass != Pass::soft && block.header().rolls) roll<false>(block, all);

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::uint64_t levels_last = 16;  // steps, while no contact begins or ends
 constexpr std::uint16_t most_levels = 1024;
+/// While contacts begin and end in every step, and nothing is overloaded, they need not be looked through each time.
+constexpr std::uint64_t steps_between_searches = 8;
 
 }  // namespace
 
@@ -27,13 +29,13 @@ void SupportGraph::clear() {
 bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
                           std::uint64_t step) {
   const bool had_any = !members_.empty();
-  const bool has_changed = levelled_at_ != graph_.colouring();
+  const bool has_changed = levelled_at_ != graph_.colouring() && step >= search_at_;
   if (step < resume_at_ || (!has_changed && !overloads.any())) {
     clear();
     return had_any;
   }
   const auto is_new = [&](std::uint32_t slot) {
-    return overloads.is_marked(slot) && (slot >= levels_.size() || levels_[slot] == 0);
+    return overloads.lasts(slot) && (slot >= levels_.size() || levels_[slot] == 0);
   };
   bool is_stale = has_changed || step % levels_last == 0;
   for (std::size_t i = 0; !is_stale && i < in_contact.size(); ++i) is_stale = is_new(in_contact[i]);
@@ -46,7 +48,19 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
     keep_overloaded(in_contact, overloads);
   }
   build(in_contact);
+  if (members_.empty()) {
+    search_at_ = step + steps_between_searches;
+    give_back_search();
+  }
   return had_any || !members_.empty();
+}
+
+// What only a search needs is worth its memory where there are structures to search again.
+void SupportGraph::give_back_search() {
+  std::vector<Link>().swap(links_);
+  for (std::vector<std::uint32_t>* list : {&first_link_, &links_of_, &base_links_, &queue_})
+    std::vector<std::uint32_t>().swap(*list);
+  std::vector<float>().swap(load_);
 }
 
 /// Calls act(index, contact) for contacts that have a colour, in the order of colours' lists.
@@ -162,7 +176,7 @@ void SupportGraph::add_up_loads(float stiffness) {
 void SupportGraph::keep_overloaded(std::span<const std::uint32_t> in_contact, const Overloads& overloads) {
   if (overloads.any())
     for (const std::uint32_t slot : in_contact)
-      if (overloads.is_marked(slot)) is_overloaded_[root(slot)] = 1;
+      if (overloads.lasts(slot)) is_overloaded_[root(slot)] = 1;
   for (const std::uint32_t slot : queue_)
     if (!is_overloaded_[root(slot)]) levels_[slot] = 0;
 }

@@ -62,7 +62,7 @@ class SupportGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.levels_, s.levelled_at_, s.resume_at_);
+    a(s.levels_, s.levelled_at_, s.resume_at_, s.search_at_);
   }
   /// Levels are as they were; structures are made of them by the next `update`.
   void restored(ByteReader& in, std::size_t slots) {
@@ -81,6 +81,7 @@ class SupportGraph {
   void add_up_loads(float stiffness);
   void keep_overloaded(std::span<const std::uint32_t> in_contact, const Overloads& overloads);
   void build(std::span<const std::uint32_t> in_contact);
+  void give_back_search();
   void list_supports();
 
   const BodyTable& bodies_;
@@ -89,6 +90,7 @@ class SupportGraph {
   std::vector<std::uint16_t> levels_;  // by slot; 0: no member
   std::uint64_t levelled_at_ = 0;      // ContactGraph::colouring
   std::uint64_t resume_at_ = 0;        // step
+  std::uint64_t search_at_ = 0;        // step, for contacts that have begun
   bool is_built_ = false;
   std::vector<Structure> structures_;
   std::vector<Member> members_;

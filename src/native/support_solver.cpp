@@ -39,7 +39,13 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   held_.resize(state_.size(), not_a_member);
   if (!(stiffness() > 0)) return;
   const bool is_new = support_graph_.update(in_contact, overloads_, stiffness(), step);
-  overloads_.clear();
+  overloads_.advance();
+  if (support_graph_.empty()) {
+    if (!structures_.empty() || !order_.empty()) std::fill(held_.begin(), held_.end(), not_a_member);
+    structures_.clear();
+    order_.clear();
+    return;
+  }
   if (is_new || has_moved) {
     structures_.assign(support_graph_.structures().size(), {});
     body_.resize(support_graph_.members().size());
@@ -278,7 +284,7 @@ void SupportSolver::solve(std::uint32_t structure) {
   if (!is_finite(energy) || !is_finite(slope) || !is_finite(curvature)) return;  // some body will be isolated
   state.part = best_part(slope, curvature);
   state.held = part_held(fma(state.part, fma(state.part, curvature, 2 * slope), energy), mass, state.fall);
-  if (!(state.held > 0)) return;  // the sweeps' impulses are the better ones, as an arch's thrust is
+  if (!(state.part > 0)) return;
   for (std::uint32_t i = s.first; i < s.end; ++i) {
     const Body& b = body_[i];
     if (!b.is_held) continue;
