@@ -15,11 +15,11 @@ using enum BroadPhase;
 // clang-format off
 constexpr std::array<Golden, 7> table{{
     {"drift", 500, 240, soft, tree, {0x796950276f29cbf5, 0x6bdd38b0471d431d}, {0x9bd00a52c62e3b0f, 0x97ba5ef10ff77a15}},
-    {"layers", 500, 300, soft, tree, {0x492fc68af46f7c1a, 0x1bfe6cdd5f6ed079}, {0xc56b32b11982f80c, 0xf9671e917bca8aa9}},
+    {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x494352ae582a2a75, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xa6a3eaf5423d8cdf, 0x54546f267ef36c16}, {0xbdcf06d1d07c96d9, 0xadad2de368862d44}},
-    {"layers", 500, 300, soft, sweep, {0x492fc68af46f7c1a, 0x1e20d2f775193be1}, {0xc56b32b11982f80c, 0xf9671e917bca8aa9}},
+    {"columns", 60, 300, soft, tree, {0x607aec3c82f130f0, 0xb1ed8baaf68ea21e}, {0x0fe7d09d989ce687, 0xc1ae1c84b635b9c4}},
+    {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0xf9671e917bca8aa9}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
 }};
 // clang-format on
