@@ -15,6 +15,18 @@ constexpr std::uint16_t most_levels = 1024;
 /// While contacts begin and end in every step, and nothing is overloaded, they need not be looked through each time.
 constexpr std::uint64_t steps_between_searches = 8;
 
+/// True where some point of the manifold touches.
+bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
+  const Vec3 normal = rotate(pose_a.rotation, m.normal), between = pose_b.position - pose_a.position;
+  const int count = m.point_count();
+  for (int i = 0; i < count; ++i) {
+    const Vec3 on_b = rotate(pose_b.rotation, m.points[i].anchor_b);
+    const Vec3 on_a = rotate(pose_a.rotation, m.points[i].anchor_a);
+    if (dot(between + on_b - on_a, normal) <= support_reach(on_b)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void SupportGraph::clear() {
@@ -29,7 +41,7 @@ void SupportGraph::clear() {
 bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
                           std::uint64_t step) {
   const bool had_any = !members_.empty();
-  const bool has_changed = levelled_at_ != graph_.colouring() && step >= search_at_;
+  const bool has_changed = levelled_at_ != graph_.colouring() && (!levels_.empty() || step >= search_at_);
   if (step < resume_at_ || (!has_changed && !overloads.any())) {
     clear();
     return had_any;
@@ -49,6 +61,7 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   }
   build(in_contact);
   if (members_.empty()) {
+    levels_.clear();
     search_at_ = step + steps_between_searches;
     give_back_search();
   }
@@ -73,18 +86,6 @@ void SupportGraph::for_each_contact(const Act& act) const {
 std::uint32_t SupportGraph::root(std::uint32_t slot) {
   while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
   return slot;
-}
-
-/// True where some point of the manifold touches.
-bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
-  const Vec3 normal = rotate(pose_a.rotation, m.normal), between = pose_b.position - pose_a.position;
-  const int count = m.point_count();
-  for (int i = 0; i < count; ++i) {
-    const Vec3 on_b = rotate(pose_b.rotation, m.points[i].anchor_b);
-    const Vec3 on_a = rotate(pose_a.rotation, m.points[i].anchor_a);
-    if (dot(between + on_b - on_a, normal) <= support_reach(on_b)) return true;
-  }
-  return false;
 }
 
 // Contacts that touch, between slow bodies, and for each body those that it has with others that can be pushed.
@@ -253,7 +254,7 @@ void SupportGraph::list_supports() {
 std::size_t SupportGraph::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
   return bytes_of(levels_, structures_, members_, supports_, loads_, member_of_, parent_, is_overloaded_, links_, load_,
-                  first_link_, links_of_, queue_);
+                  first_link_, links_of_, base_links_, queue_);
 }
 
 }  // namespace fathom::native

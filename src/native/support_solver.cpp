@@ -343,7 +343,7 @@ void SupportSolver::restore(ByteReader& in, std::size_t slots) {
 
 std::size_t SupportSolver::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
-  return bytes_of(held_, structures_, body_, contact_, lane_of_, lanes_, order_, first_of_group_) +
+  return bytes_of(held_, last_held_, structures_, body_, contact_, lane_of_, lanes_, order_, first_of_group_) +
          overloads_.memory_bytes() + support_graph_.memory_bytes();
 }
 
