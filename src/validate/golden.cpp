@@ -18,7 +18,7 @@ constexpr std::array<Golden, 7> table{{
     {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x494352ae582a2a75, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0x607aec3c82f130f0, 0xb1ed8baaf68ea21e}, {0x0fe7d09d989ce687, 0xc1ae1c84b635b9c4}},
+    {"columns", 60, 300, soft, tree, {0x6dfe1cd6317bc33d, 0x04def7795bb58237}, {0x0fe7d09d989ce687, 0xc1ae1c84b635b9c4}},
     {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0xf9671e917bca8aa9}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
 }};
