@@ -187,6 +187,9 @@ FATHOM_HD Vec3 operator*(const SymMat3& m, Vec3 v) {
   return {fma(m.xz, v.z, fma(m.xy, v.y, m.xx * v.x)), fma(m.yz, v.z, fma(m.yy, v.y, m.xy * v.x)),
           fma(m.zz, v.z, fma(m.yz, v.y, m.xz * v.x))};
 }
+FATHOM_HD SymMat3 operator*(float s, const SymMat3& m) {
+  return {s * m.xx, s * m.yy, s * m.zz, s * m.xy, s * m.xz, s * m.yz};
+}
 FATHOM_HD Mat3 to_matrix(const SymMat3& m) { return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}}; }
 /// r · m · transpose(r): a tensor turned by a rotation.
 FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {

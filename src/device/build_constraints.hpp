@@ -407,8 +407,9 @@ struct LoadBodies {
     const Velocity v = bodies.velocities[i];
     body.linear = v.linear;
     body.angular = v.angular;
-    body.inverse_mass = c.inverse_mass;
-    body.inverse_inertia = c.inverse_inertia;
+    const float inverse_scale = 1.0f / inertia_scale(bodies, *counters, i);
+    body.inverse_mass = inverse_scale * c.inverse_mass;
+    body.inverse_inertia = inverse_scale * c.inverse_inertia;
     bodies.solver[i] = SolverQuads(body);
     BodyMotion motion;
     if (c.is_dynamic()) {
@@ -419,10 +420,11 @@ struct LoadBodies {
       if (bodies.flags[i] & forced_flag) {
         const Acceleration a = forced_acceleration(bodies, i, q, motion.acceleration);
         motion.acceleration = a.linear;
-        motion.angular_acceleration = a.angular;
+        motion.angular_acceleration = inverse_scale * a.angular;
       }
+      motion.acceleration *= inverse_scale;  // forces stay what they are
       if (!c.is_isotropic()) {
-        const SymMat3 world = rotated(to_matrix(q), bodies.tensors[i].inverse);
+        const SymMat3 world = rotated(to_matrix(q), inverse_scale * bodies.tensors[i].inverse);
         bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
       }
     }

@@ -12,6 +12,7 @@
 
 #include "device/body_arrays.hpp"
 #include "dynamics/rolling.hpp"
+#include "exec/atomic.hpp"
 
 namespace fathom::device {
 
@@ -130,6 +131,7 @@ struct Counters {
 
   // Supports.
   std::uint32_t overloaded_step = none;  ///< the last step that found contacts overloaded
+  std::uint32_t loaded_step = 0;         ///< in later steps no body has more than its own inertia
   std::uint32_t unlevelled_step = none;  ///< and among their bodies one without a level
   std::uint32_t held_step = none;        ///< the last step that held something
   std::uint32_t solved_step = none;      ///< the last step that solved supports, be it in vain
@@ -232,5 +234,10 @@ struct ConstraintArrays {
   SupportRecord* supports;
   std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours
 };
+
+/// A body's inertia in this step, in parts of its own.
+FATHOM_HD float inertia_scale(const BodyArrays& bodies, const Counters& counters, std::uint32_t i) {
+  return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia_scale : 1.0f;
+}
 
 }  // namespace fathom::device

@@ -164,8 +164,8 @@ struct FindSupports {
     const Velocity common = common_motion(bodies, structure, i);
     const Vec3 linear = bodies.velocities[i].linear - common.linear;
     const Vec3 angular = bodies.velocities[i].angular - common.angular;
-    const Wrench p = SupportMass(bodies, i).momentum(linear, angular);
-    const float energy = 0.5f * (dot(linear, p.force) + dot(angular, p.torque));
+    const Wrench p = SupportMass(bodies, *counters, i).momentum(linear, angular);
+    const float energy = 0.5f * (dot(linear, p.force) + dot(angular, p.torque)) / inertia_scale(bodies, *counters, i);
     const float heaviest = __builtin_bit_cast(float, structure.heaviest);
     const float mass = 1.0f / (bodies.constants[i].inverse_mass * heaviest);
     const float share = min(energy / (most_energy * heaviest), 256.0f);
@@ -238,7 +238,8 @@ struct FindSupports {
   FATHOM_HD void support(std::uint32_t i, std::uint32_t level, const Structure& structure) const {
     SupportNode& node = bodies.nodes[i];
     std::uint32_t* const mine = constraints.contacts_of + node.first;
-    const float body_weight = length(bodies.motion[i].acceleration) * h / bodies.constants[i].inverse_mass;
+    const float scale = inertia_scale(bodies, *counters, i);
+    const float body_weight = length(bodies.motion[i].acceleration) * h * scale / bodies.constants[i].inverse_mass;
     Triangle6 m;
     std::uint32_t supports = 0;
     for (std::uint32_t j = 0; j < node.contacts; ++j) {

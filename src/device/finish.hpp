@@ -41,6 +41,7 @@ struct MoveBodies {
     if (!(flags & awake_flag)) return;
     if (counters->solved_step == counters->step + 1 && bodies.support[i].level > 0)
       bodies.support[i].held = bodies.nodes[i].held;
+    if (exec::atomic_load(counters->loaded_step) >= counters->step) follow_load(bodies.support[i].load);
     const BodyConstants c = bodies.constants[i];
     const Pose before = bodies.poses[i];
     Pose pose = before;
@@ -110,6 +111,13 @@ struct MoveBodies {
     bodies.boxes[i] = box;
     if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
     if (p.sleeping) account_for_sleep(i, c, v);
+  }
+
+  /// What the body's inertia is in the next step.
+  FATHOM_HD void follow_load(BodyLoad& load) const {
+    const float now = __builtin_bit_cast(float, load.now);
+    load = {0, now, next_inertia_scale(load.inertia_scale, min(now, load.before))};
+    if (now > 0 || load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step + 1);
   }
 
   FATHOM_HD void put_fat_box(std::uint32_t i, const Aabb& box, std::uint32_t changes) const {

@@ -1,4 +1,4 @@
-// Which contacts carry more than sweeps alone can (dynamics/support.hpp).
+// Which contacts carry more than sweeps alone can, and how inert their bodies are (dynamics/overload.hpp).
 #pragma once
 
 #include "device/constraint_rows.hpp"
@@ -22,30 +22,41 @@ struct MarkOverload {
     if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return;
     const ConstraintHead head = constraints.heads[k];
     const bool fixed_a = head.bits & pushes_fixed_bit;
-    const Quad masses = rows_of(constraints, k)[mass_row * tile_width];
-    const float inverse_mass = masses.x + masses.z;
-    const float load = impulse * inverse_mass / (gravity * dt);  // in weights of the contact's own bodies
+    const float inverse_a = fixed_a ? 0.0f : bodies.constants[head.a].inverse_mass;
+    const float inverse_b = bodies.constants[head.b].inverse_mass, sum = inverse_a + inverse_b;
+    const float weight = gravity * dt / sum;  // N·s, of the contact's own bodies
+    const float load = impulse / weight;
     const float half = fixed_a ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
     // No need to take the cube root for thick bodies, which are most, where the load is small.
     if (half * bodies_stiffness > 343 && load <= 12) return;
-    if (!(load > sweep_load(half, bodies_stiffness)) || is_fast(head.a) || is_fast(head.b)) return;
+    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(head)) return;
+    const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
+    const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
-    if (!fixed_a) mark(head.a, step);
-    mark(head.b, step);
+    if (!fixed_a) mark(head.a, step, wanted_inertia(ratio, inverse_a, sum));
+    mark(head.b, step, wanted_inertia(ratio, inverse_b, sum));
   }
 
  private:
   FATHOM_HD float thickness(std::uint32_t i) const {
     const BodyConstants& c = bodies.constants[i];
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius, c.radius);
+    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
   }
-  FATHOM_HD bool is_fast(std::uint32_t i) const {
-    constexpr float speed = 1;  // m/s
-    return !(length_squared(bodies.solver[i].linear.xyz()) < speed * speed);
+  FATHOM_HD bool is_hit(const ConstraintHead& head) const {
+    const Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
+    return !(length_squared(speed) <= loaded_speed * loaded_speed);
   }
-  FATHOM_HD void mark(std::uint32_t i, std::uint32_t step) const {
+  /// Momentum (N·s), of the body with the inertia that it has in this step.
+  FATHOM_HD float gained(std::uint32_t i, float inverse_mass) const {
+    if (!(inverse_mass > 0)) return 0;
+    const Vec3 change = bodies.solver[i].linear.xyz() - bodies.velocities[i].linear;
+    return length(change) * inertia_scale(bodies, *counters, i) / inverse_mass;
+  }
+  FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];
+    exec::atomic_max(s.load.now, __builtin_bit_cast(std::uint32_t, wanted));
+    exec::atomic_store(counters->loaded_step, step);
     const bool lasts = exec::atomic_load(s.overloaded) + 1 == step;
     exec::atomic_store(s.overloaded, step);
     if (!lasts) return;

@@ -139,7 +139,7 @@ struct SolveWithSupports {
   }
 
   FATHOM_HD void ask(std::uint32_t i, const SupportNode& node, Structure& structure) const {
-    const SupportMass mass(bodies(), i);
+    const SupportMass mass(bodies(), *solver.counters, i);
     const SolverQuads& at = bodies().solver[i];
     const Velocity common = common_motion(bodies(), structure, i);
     const Vec3 linear = at.linear.xyz() - common.linear, angular = at.angular.xyz() - common.angular;

@@ -16,12 +16,21 @@ inline constexpr std::uint32_t level_slots = most_levels + 2;
 /// way.
 inline constexpr float was_placed = 2;
 
-/// A body as part of a structure: the one thing that outlives a step.
+/// How inert the loads on a body want it, and make it (dynamics/overload.hpp). It outlives a step.
+struct BodyLoad {
+  std::uint32_t now = 0;  ///< the most that contacts want in this step, as bits; 0: none is overloaded
+  float before = 0;       ///< … in the step before
+  float inertia_scale = 1;
+};
+
+/// A body as part of a structure, and what it carries. It outlives a step.
 struct alignas(16) BodySupport {
+  BodyLoad load;
   std::uint32_t overloaded = 0xffffffff;  ///< the last step that found a contact of it overloaded
   std::uint32_t level = 0;      ///< pressing contacts on the shortest way to what cannot be pushed; 0: none is known
   std::uint32_t structure = 0;  ///< least index among the bodies that press on each other, within a step
   float held = 0;               ///< part of the last direct solution, 0 where there was none
+  float pad = 0;
 };
 
 /// A body's place in the graph of supports, within a step.

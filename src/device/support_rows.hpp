@@ -81,8 +81,11 @@ struct SupportMass {
   float inverse_mass, inverse_inertia;
   SymMat3 inverse_tensor;  ///< world axes
 
-  FATHOM_HD SupportMass(const BodyArrays& bodies, std::uint32_t i)
+  FATHOM_HD SupportMass(const BodyArrays& bodies, const Counters& counters, std::uint32_t i)
       : inverse_mass(bodies.constants[i].inverse_mass), inverse_inertia(bodies.constants[i].inverse_inertia) {
+    const float inverse_scale = 1.0f / inertia_scale(bodies, counters, i);
+    inverse_mass *= inverse_scale;
+    inverse_inertia *= inverse_scale;
     if (!(inverse_inertia > 0)) inverse_tensor = world_inertia<SymMat3>(bodies, i, inverse_mass, inverse_inertia);
   }
   FATHOM_HD Wrench momentum(Vec3 linear, Vec3 angular) const {

@@ -240,7 +240,7 @@ struct CollideShapes {
   FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
 
   FATHOM_HD static float thickness(const BodyConstants& c) {
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius, c.radius);
+    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
   }
 
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,

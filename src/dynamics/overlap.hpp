@@ -14,10 +14,10 @@ namespace fathom {
 /// m/s²: in stronger gravity it stays on what it rises from.
 inline constexpr float overlap_time = 0.15f;
 
-/// Half of a shape's thickness (m), about; `bounding` is its bounding sphere's radius (m).
-FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius, float bounding) {
-  if (type == ShapeType::box) return min(half_extents.x, min(half_extents.y, half_extents.z));
-  return type == ShapeType::hull ? 0.1f * bounding : radius;
+/// Half of a shape's thickness (m), of its `Geometry`.
+FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) {
+  const bool is_round = type == ShapeType::sphere || type == ShapeType::capsule;
+  return is_round ? radius : min(half_extents.x, min(half_extents.y, half_extents.z));
 }
 
 /// What counts as touching where a contact begins (m): the depth of its deepest point, less the `sag` (m) that springs

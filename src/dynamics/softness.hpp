@@ -36,7 +36,8 @@ struct ContactSoftness {
 };
 
 /// Hz: at most 0.15 of the rate of substeps of h seconds. Stiffer springs shake pyramids apart, softer ones give way
-/// under load (docs/solver.md); what is too tall or too heavy for them is held directly (dynamics/support.hpp).
+/// under load (docs/solver.md), so contacts follow that rate unless the application wants them softer; what is too tall
+/// or too heavy for them is held directly (dynamics/support.hpp).
 inline float contact_hertz(const SolverSettings& settings, float h) { return min(settings.contact_hertz, 0.15f / h); }
 
 /// Springs twice as stiff against bodies that cannot be pushed.

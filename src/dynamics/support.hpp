@@ -12,6 +12,7 @@
 #pragma once
 
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/overload.hpp"
 
 namespace fathom {
 
@@ -290,19 +291,6 @@ FATHOM_HD float part_held(float energy, float mass, float fall) {
   constexpr float unheld_share = 0.05f;
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);
-}
-
-/// What makes sweeps alone too soft for a contact: it carries more than so many times what its two bodies would weigh
-/// as one effective mass. A free-standing column of cubes on springs of angular frequency ω buckles like an elastic one
-/// when it is about 1.2 (d ω² / g)^⅓ cubes high, d being half a cube's edge, each contact carrying twice as much as it
-/// has cubes above (docs/solver.md); and a load compresses a contact, for which a thin body has no room. `stiffness` is
-/// ω² / g (1/m), `half_thickness` of the thinner body (m).
-FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
-  const float x = half_thickness * stiffness;
-  // A cube root by Newton's method from below: exact to 1 % between 1 and 10⁶, and the same on every target.
-  float root = 1 + 0.02f * min(x, 4000.0f);
-  for (int i = 0; i < 12; ++i) root = (2 * root + x / (root * root)) * (1.0f / 3);
-  return min(1.8f * root, 0.04f * x);
 }
 
 /// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of

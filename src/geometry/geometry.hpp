@@ -30,12 +30,14 @@ inline HullView view(const Hull& hull) {
 struct Geometry {
   ShapeType type = ShapeType::box;
   float radius = 0;            ///< sphere, capsule
-  Vec3 half_extents{0, 0, 0};  ///< box; capsule: z is half its segment's length
+  Vec3 half_extents{0, 0, 0};  ///< box; capsule: z is half its segment's length; hull: its inner radius, thrice
   HullView hull;               ///< hull
 };
 
 inline Geometry geometry(const Shape& shape) {
-  return {shape.type, shape.radius, shape.half_extents, shape.hull ? view(*shape.hull) : HullView{}};
+  if (!shape.hull) return {shape.type, shape.radius, shape.half_extents, {}};
+  const float inner = shape.hull->inner_radius();
+  return {shape.type, shape.radius, {inner, inner, inner}, view(*shape.hull)};
 }
 
 }  // namespace fathom

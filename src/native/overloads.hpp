@@ -1,4 +1,4 @@
-// Bodies whose contacts carry more than sweeps can hold.
+// Bodies whose contacts carry more than sweeps can hold (dynamics/overload.hpp).
 #pragma once
 
 #include <algorithm>
@@ -7,45 +7,67 @@
 #include <cstdint>
 #include <vector>
 
+#include "dynamics/overload.hpp"
+
 namespace fathom::native {
 
-/// Marks by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
+/// Loads by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
 class Overloads {
  public:
   void resize(std::size_t slots) {
-    if (marks_.size() < slots) marks_.resize(slots, 0);
+    if (loads_.size() < slots) loads_.resize(slots);
   }
-  void mark(std::uint32_t slot) {
-    std::atomic_ref(marks_[slot]).fetch_or(this_step, std::memory_order_relaxed);
+  /// An overloaded contact of the body wants it that inert (`wanted_inertia`).
+  void note(std::uint32_t slot, float wanted) {
+    std::atomic_ref<float> most(loads_[slot].now);
+    float now = most.load(std::memory_order_relaxed);
+    while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
+    }
     any_.store(true, std::memory_order_relaxed);
   }
   /// Some body was overloaded in the last step.
   bool any() const { return any_.load(std::memory_order_relaxed); }
   /// The body was, and in the step before.
-  bool lasts(std::uint32_t slot) const { return slot < marks_.size() && marks_[slot] == (this_step | step_before); }
+  bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
+  /// Some body has more than its own inertia in this step.
+  bool any_scaled() const { return any_scaled_; }
+  /// The body's inertia in this step, in parts of its own.
+  float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia_scale; }
   /// Begins a step.
   void advance() {
-    if (any() || had_any_)
-      for (std::uint8_t& mark : marks_) mark = mark & this_step ? step_before : 0;
+    if (!any() && !had_any_ && !any_scaled_) return;
     had_any_ = any();
     any_.store(false, std::memory_order_relaxed);
+    any_scaled_ = false;
+    for (Load& load : loads_) {
+      load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
+      load.before = load.now;
+      load.now = 0;
+      any_scaled_ = any_scaled_ || load.inertia_scale > 1;
+    }
   }
-  std::size_t memory_bytes() const { return marks_.capacity(); }
+  std::size_t memory_bytes() const { return loads_.capacity() * sizeof(Load); }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.marks_);
+    a(s.loads_);
   }
   void restored() {
     had_any_ = true;
-    any_ = std::any_of(marks_.begin(), marks_.end(), [](std::uint8_t mark) { return mark & this_step; });
+    any_ = std::any_of(loads_.begin(), loads_.end(), [](const Load& load) { return load.now > 0; });
   }
 
  private:
-  static constexpr std::uint8_t this_step = 1, step_before = 2;
-  std::vector<std::uint8_t> marks_;
+  struct Load {
+    float now = 0;     ///< the most that is wanted since the step began; 0: nothing is overloaded
+    float before = 0;  ///< … in the step before
+    float inertia_scale = 1;
+
+    float lasting() const { return std::min(now, before); }
+  };
+  std::vector<Load> loads_;
   std::atomic<bool> any_ = false;
-  bool had_any_ = false;
+  bool had_any_ = false, any_scaled_ = false;
 };
 
 }  // namespace fathom::native

@@ -316,7 +316,6 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
   return count;
 }
 
-/// Contacts whose bodies began inside each other: a part of the overlap has faded in the step that ends.
 template <class D>
 HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   const D d;
@@ -329,6 +328,7 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
       watch.look_at(block.a()[i], block.b()[i], block.at(step_impulse)[i]);
 }
 
+/// Contacts whose bodies began inside each other: a part of the overlap has faded in the step that ends.
 template <class D>
 HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                 float overlap_kept) {

@@ -316,7 +316,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
   motion.acceleration = info.gravity_scale * def_.gravity;
   motion.linear_damping = damping_factor(info.linear_damping, h);
   motion.angular_damping = damping_factor(info.angular_damping, h);
-  if (state_.flags[slot] & has_force || !info.isotropic) load_rest(slot);
+  if (state_.flags[slot] & has_force || !info.isotropic || supports_.overloads().any_scaled()) load_rest(slot);
 }
 
 // What most bodies do without, and what would cost them registers.
@@ -333,15 +333,31 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
+  if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
+}
+
+// Forces stay what they are, so they accelerate less.
+void ContactSolver::add_inertia(std::uint32_t slot, float inverse_scale) {
+  SolverBody& body = state_.solver_bodies()[slot];
+  body.inverse_mass *= inverse_scale;
+  body.inverse_inertia *= inverse_scale;
+  BodyMotion& motion = state_.motion[slot];
+  motion.acceleration *= inverse_scale;
+  motion.angular_acceleration *= inverse_scale;
+  if (bodies_[slot].isotropic) return;
+  WorldInertia& w = state_.inertia[slot];
+  for (float* element : {&w.xx, &w.yy, &w.zz, &w.xy, &w.xz, &w.yz}) *element *= inverse_scale;
 }
 
 LoadWatch ContactSolver::load_watch() {
   LoadWatch watch;
   watch.stiffness = supports_.stiffness();
   if (def_.solver.method != Solver::soft || !(watch.stiffness > 0)) return {};
-  watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies();
+  watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(), watch.before = state_.velocities.data();
   watch.unit = length(def_.gravity) * def_.dt;
-  watch.least = sweep_load(bodies_.least_half_thickness(), watch.stiffness) * watch.unit;
+  // Where loads have added inertia, rows tell nothing of true masses.
+  if (!supports_.overloads().any_scaled())
+    watch.least = sweep_load(bodies_.least_half_thickness(), watch.stiffness) * watch.unit;
   return watch;
 }
 

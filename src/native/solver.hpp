@@ -101,6 +101,7 @@ class ContactSolver {
   BodiesView view();
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
+  void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
   std::size_t prepare(std::size_t begin, std::size_t end);
   void build_in_domains();

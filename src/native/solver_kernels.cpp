@@ -638,19 +638,25 @@ const SolverKernels* selected = nullptr;
 }  // namespace
 
 void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
-  constexpr float slow = 1;  // m/s; what is faster is not held
-  float thinner = 1e30f, stiffer = stiffness, inverse_mass = 0;
-  for (const std::uint32_t slot : {a, b}) {
-    if (length_squared(bodies[slot].linear) > slow * slow) return;
-    inverse_mass += bodies[slot].inverse_mass;
-    if (bodies[slot].inverse_mass > 0)
-      thinner = min(thinner, half_thickness((*table)[slot]));
-    else
-      stiffer = fixed_stiffness_ratio * stiffness;
-  }
-  if (!(impulse * inverse_mass > sweep_load(thinner, stiffer) * unit)) return;
-  overloads->mark(a);
-  overloads->mark(b);
+  // Those that the solver has are of the inertia that loads have added.
+  const auto inverse_mass = [this](std::uint32_t slot) {
+    return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
+  };
+  const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
+  float thinner = 1e30f;
+  if (inverse_a > 0) thinner = min(thinner, half_thickness((*table)[a]));
+  if (inverse_b > 0) thinner = min(thinner, half_thickness((*table)[b]));
+  const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
+  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit)) return;
+  if (length_squared(bodies[b].linear - bodies[a].linear) > loaded_speed * loaded_speed) return;
+  const auto gained = [this](std::uint32_t slot, float inverse) {
+    const Vec3 change = bodies[slot].linear - before[slot].linear;
+    return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;
+  };
+  const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
+  const float ratio = load / inertia_load(thinner, stiffer);
+  if (inverse_a > 0) overloads->note(a, wanted_inertia(ratio, inverse_a, sum));
+  if (inverse_b > 0) overloads->note(b, wanted_inertia(ratio, inverse_b, sum));
 }
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }

@@ -37,6 +37,7 @@ struct LoadWatch {
   Overloads* overloads = nullptr;  ///< null: nobody watches
   const BodyTable* table = nullptr;
   const SolverBody* bodies = nullptr;
+  const Velocity* before = nullptr;  ///< velocities with which the step began
   float least = 0;      ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
   float unit = 0;       ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;  ///< 1/m, see `sweep_load`

@@ -88,17 +88,19 @@ std::uint32_t SupportGraph::root(std::uint32_t slot) {
   return slot;
 }
 
-// Contacts that touch, between slow bodies, and for each body those that it has with others that can be pushed.
+// Contacts that touch without being hits, and for each body those that it has with others that can be pushed.
 void SupportGraph::list_links(std::span<const std::uint32_t> in_contact) {
-  constexpr float slow = 1;  // m/s
   grow_to(parent_, state_.size());
   for (const std::uint32_t slot : in_contact) parent_[slot] = slot;
-  const auto is_fast = [&](std::uint32_t slot) { return length_squared(state_.velocities[slot].linear) > slow * slow; };
+  const auto is_hit = [&](const Contact& c) {
+    const Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
+    return length_squared(speed) > loaded_speed * loaded_speed;
+  };
   links_.clear();
   first_link_.assign(state_.size() + 1, 0);
   for_each_contact([&](std::uint32_t index, const Contact& c) {
     const bool base_a = is_base(c.a), base_b = is_base(c.b);
-    if ((base_a && base_b) || (!base_a && is_fast(c.a)) || (!base_b && is_fast(c.b))) return;
+    if ((base_a && base_b) || is_hit(c)) return;
     if (!touches(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b])) return;
     if (base_a || base_b) {
       links_.push_back({index, base_a ? c.a : c.b, base_a ? c.b : c.a, true});

@@ -174,7 +174,8 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   } else {
     const WorldInertia& w = state_.inertia[slot];
     b.inverse_inertia = {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
-    b.inertia = to_matrix(rotated(to_matrix(state_.poses[slot].rotation), bodies_[slot].inertia));
+    const float scale = b.mass * bodies_[slot].inverse_mass;
+    b.inertia = to_matrix(rotated(to_matrix(state_.poses[slot].rotation), scale * bodies_[slot].inertia));
   }
 }
 

@@ -72,7 +72,7 @@ std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_c
 
 float half_thickness(const BodyInfo& info) {
   const Geometry& shape = info.geometry;
-  return half_thickness(shape.type, shape.half_extents, shape.radius, info.radius);
+  return half_thickness(shape.type, shape.half_extents, shape.radius);
 }
 
 void BodyTable::note_thickness(const BodyInfo& info) {

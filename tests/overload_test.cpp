@@ -1,0 +1,109 @@
+// Heavy bodies on light ones that no direct solution holds: balls and other things that may roll
+// (dynamics/overload.hpp).
+#include "dynamics/overload.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include "world_fixture.hpp"
+
+namespace fathom {
+namespace {
+
+using namespace test;
+
+TEST(Overload, LoadsThatOnlyChangeMomentumWantNoInertia) {
+  EXPECT_EQ(lasting_load(10, 6, 4), 0);
+  EXPECT_EQ(lasting_load(10, 20, 0), 0);
+  EXPECT_EQ(lasting_load(10, 0, 0), 10);
+}
+
+TEST(Overload, TheLighterBodyGrowsAndGivesWayByAQuarter) {
+  for (const float mass : {1e-3f, 1.0f, 1e4f})
+    for (const float ratio : {2.0f, 100.0f, 1e4f}) {
+      const float light = 1 / mass, heavy = light / 1e4f, sum = light + heavy;
+      const float scale = wanted_inertia(ratio, light, sum);
+      // The effective mass grows with the load, to a quarter of what would give way as under `inertia_load`.
+      const float effective = sum / (light / scale + heavy / wanted_inertia(ratio, heavy, sum));
+      EXPECT_LT(ratio / effective, 1.0f) << ratio;
+      EXPECT_GE(wanted_inertia(ratio, heavy, sum), 1);
+      EXPECT_LT(wanted_inertia(ratio, heavy, sum), 1 + 1e-3f * ratio);
+    }
+  EXPECT_EQ(wanted_inertia(0.5f, 1, 1), 1);
+  EXPECT_EQ(wanted_inertia(1e30f, 1, 1), 1e6f);
+}
+
+TEST(Overload, InertiaFollowsItsLoadAndComesBack) {
+  float scale = 1;
+  for (int i = 0; i < 100; ++i) {
+    const float next = next_inertia_scale(scale, 1000);
+    EXPECT_LE(next, 1.16f * scale);
+    scale = next;
+  }
+  EXPECT_EQ(scale, 1000);
+  for (int i = 0; i < 40; ++i) scale = next_inertia_scale(scale, 0);
+  EXPECT_EQ(scale, 1);
+}
+
+/// A slab on 16 balls of 1/16 kg each, `ratio` times as heavy as all of them; the balls' radius in m, and the rate of
+/// steps.
+struct HeavyOnBalls : testing::TestWithParam<std::tuple<float, float, float, bool>> {};
+
+TEST_P(HeavyOnBalls, BallsAreNotPressedIn) {
+  const auto [ratio, radius, rate, on_device] = GetParam();
+  WorldDef def = quiet_world();
+  if (on_device) def.simulator = SimulatorKind::device, def.device = "host";
+  def.dt = 1 / rate;
+  World world(def);
+  world.add(ground());
+  for (int i = 0; i < 16; ++i) {
+    const float x = 3 * radius * (static_cast<float>(i % 4) - 1.5f),
+                y = 3 * radius * (static_cast<float>(i / 4) - 1.5f);
+    world.add(dynamic(sphere(radius), {x, y, 0.5f + radius}, 1.0f / 16));
+  }
+  const BodyId slab = world.add(dynamic(box({6 * radius, 6 * radius, radius}), {0, 0, 0.5f + 3 * radius}, ratio));
+  const float unit = std::sqrt(std::max(1.0f, radius));  // s; what is larger falls more slowly
+  for (int i = 0; i < static_cast<int>(3 * unit * rate); ++i) world.step();
+  const float sunk = 0.5f + 3 * radius - world.pose(slab).position.z;
+  EXPECT_LT(sunk, 0.1f * radius);
+  EXPECT_GT(sunk, -0.1f * radius);
+  EXPECT_LT(length(world.velocity(slab).linear), 0.1f * unit);
+}
+
+INSTANTIATE_TEST_SUITE_P(Native, HeavyOnBalls,
+                         testing::Combine(testing::Values(10.0f, 100.0f), testing::Values(0.02f, 0.5f, 8.0f),
+                                          testing::Values(60.0f, 240.0f), testing::Values(false)));
+INSTANTIATE_TEST_SUITE_P(Device, HeavyOnBalls,
+                         testing::Combine(testing::Values(10.0f, 100.0f), testing::Values(0.02f, 0.5f, 8.0f),
+                                          testing::Values(60.0f), testing::Values(true)));
+
+/// What carries little has its own inertia: a cart rolls off a slope as its rollers' masses say.
+TEST(Overload, RollersWithAModestLoadKeepTheirInertia) {
+  WorldDef def = quiet_world();
+  const float tangent = 0.05f, c = 1 / std::sqrt(1 + tangent * tangent);
+  def.gravity = {9.81f * tangent * c, 0, -9.81f * c};
+  World world(def);
+  world.add(ground());
+  const float mass = 1, load = 8;
+  for (int i = 0; i < 4; ++i) {
+    BodyDef roller = dynamic(capsule(0.25f, 0.5f), {static_cast<float>(i) - 1.5f, 0, 0.75f}, mass);
+    roller.pose.rotation = axis_angle({1, 0, 0}, 0.5f * pi);
+    world.add(roller);
+  }
+  const BodyId cart = world.add(dynamic(box({3, 0.5f, 0.1f}), {0, 0, 1.1f}, load));
+  for (int i = 0; i < 30; ++i) world.step();
+  const float v0 = world.velocity(cart).linear.x;
+  for (int i = 0; i < 30; ++i) world.step();
+  // The cart moves twice as fast as its rollers; Lagrange's equation in the cart's speed. A capsule's moment about its
+  // axis is near that of a cylinder.
+  const float inertia = load + 4 * (mass / 4 + 0.5f * mass / 4), force = (load + 4 * mass / 2) * def.gravity.x;
+  const float expected = force / inertia * 0.5f;
+  EXPECT_NEAR(world.velocity(cart).linear.x - v0, expected, 0.05f * expected);
+}
+
+}  // namespace
+}  // namespace fathom
