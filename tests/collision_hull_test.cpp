@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <set>
 
 #include "collision/manifold.hpp"
@@ -111,6 +112,97 @@ TEST(CollisionHull, MatchesExactSeparation) {
     EXPECT_EQ(features.size(), static_cast<std::size_t>(m.count)) << "ids tell the points apart";
   }
   EXPECT_GT(touching, 4000);
+}
+
+/// Of faces of `ref` the one that `other` is highest over, all tried.
+FaceAxis best_face_of_all(const HullView& ref, const HullView& other, const Frame& other_in_ref) {
+  FaceAxis best;
+  for (int f = 0; f < ref.face_count; ++f) {
+    const float separation = face_separation(ref, f, other, other_in_ref);
+    if (separation > best.separation) best = {f, separation};
+  }
+  return best;
+}
+
+EdgesAxis best_edges_of_all(const HullPair& p) {
+  EdgesAxis best;
+  for (int j = 0; 2 * j < p.b.edge_count; ++j) {
+    const EdgeView edge_b = transform(p.b_in_a, edge_view(p.b, j));
+    for (int i = 0; 2 * i < p.a.edge_count; ++i) {
+      const EdgeView edge_a = edge_view(p.a, i);
+      if (!makes_minkowski_face(edge_a, edge_b)) continue;
+      const EdgesAxis axis = edges_axis(edge_a, edge_b, p.tolerance.noise);
+      if (axis.separation > best.separation) best = {i, j, axis.separation, axis.normal};
+    }
+  }
+  return best;
+}
+
+TEST(CollisionHull, WhatBoundsLeaveOutIsNeverTheBest) {
+  Random random(27);
+  const std::vector<TestHull> hulls = some_hulls(random);
+  constexpr float no_margin = 3e38f;
+  for (const HullCase& c : hull_cases(hulls, random, 8000)) {
+    const HullPair p = make_hull_pair(c.a->geometry().hull, c.b->geometry().hull, c.pose);
+    Witnesses of_a, of_b;
+    const FaceAxis all_a = best_face_of_all(p.a, p.b, p.b_in_a), all_b = best_face_of_all(p.b, p.a, p.a_in_b);
+    const FaceAxis face_a = best_face(p.a, p.b, p.b_in_a, random.integer(p.a.face_count), p.slack, no_margin, of_b);
+    const FaceAxis face_b = best_face(p.b, p.a, p.a_in_b, random.integer(p.b.face_count), p.slack, no_margin, of_a);
+    ASSERT_EQ(face_a.face, all_a.face);
+    ASSERT_EQ(face_a.separation, all_a.separation);
+    ASSERT_EQ(face_b.face, all_b.face);
+    ASSERT_EQ(face_b.separation, all_b.separation);
+    const EdgesAxis all = best_edges_of_all(p);
+    const float threshold = std::max(face_a.separation, face_b.separation);
+    const EdgesAxis edges = best_edges(p, of_a, of_b, threshold, no_margin);
+    if (all.separation > threshold) {
+      ASSERT_EQ(edges.a, all.a);
+      ASSERT_EQ(edges.b, all.b);
+      ASSERT_EQ(edges.separation, all.separation);
+    } else {
+      ASSERT_LT(edges.a, 0);
+    }
+  }
+}
+
+/// The hull as devices see it: without what is arranged for vector instructions.
+Geometry plain(Geometry g) {
+  g.hull.vertex_edges = nullptr;
+  g.hull.vertex_eights = g.hull.plane_eights = nullptr;
+  return g;
+}
+
+void expect_same_bits(const Manifold& m, const Manifold& s) {
+  ASSERT_EQ(m.count, s.count);
+  if (m.count == 0) return;
+  EXPECT_EQ(std::memcmp(&m.normal, &s.normal, sizeof(Vec3)), 0);
+  const std::size_t bytes = sizeof(ManifoldPoint) * static_cast<std::size_t>(m.count);
+  EXPECT_EQ(std::memcmp(m.points, s.points, bytes), 0);
+}
+
+TEST(CollisionHull, VectorInstructionsGiveTheBitsOfSingleNumbers) {
+  Random random(31);
+  std::vector<Shape> shapes{sphere(0.4f), capsule(0.2f, 0.4f), box({0.5f, 0.4f, 0.3f})};
+  for (int corners : {4, 5, 8, 9, 16, 17, 32, 100})
+    shapes.push_back(hull(ellipsoid_points(random, corners, {0.8f, 0.6f, 0.5f})));
+  shapes.push_back(hull(prism_points(16, 0.6f, 0.4f)));
+  shapes.push_back(hull(box_points({1, 1, 0.01f})));
+  int touching = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const auto any = [&] { return geometry(shapes[static_cast<std::size_t>(random.integer(static_cast<int>(shapes.size())))]); };
+    const Geometry a = any(), b = any();
+    Pose pose{random.uniform(0, 1.3f) * random.direction(), 0, i % 4 == 0 ? Quat{} : random.rotation()};
+    AxisCache in_lanes, one_by_one;
+    for (int step = 0; step < 3; ++step) {  // with what is remembered, too
+      const Manifold m = collide(a, b, pose, 0.02f, in_lanes);
+      expect_same_bits(m, collide(plain(a), plain(b), pose, 0.02f, one_by_one));
+      ASSERT_EQ(std::memcmp(&in_lanes, &one_by_one, sizeof(AxisCache)), 0);
+      touching += m.count > 0;
+      pose.position = pose.position + 0.01f * random.direction();
+      pose.rotation = normalize(pose.rotation * random.small_rotation(0.02f));
+    }
+  }
+  EXPECT_GT(touching, 6000);
 }
 
 TEST(CollisionHull, SymmetricUnderSwap) {

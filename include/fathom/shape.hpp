@@ -68,11 +68,21 @@ class Hull {
     std::uint8_t face = 0;
   };
 
+  /// Eight vertices, or planes with their offsets in w, side by side for vector instructions.
+  struct alignas(32) Eight {
+    float x[8], y[8], z[8], w[8];
+  };
+
   std::span<const Vec3> vertices() const { return vertices_; }
   std::span<const HalfEdge> edges() const { return edges_; }
   std::span<const Plane> planes() const { return planes_; }
   /// For each face one of its half-edges.
   std::span<const std::uint16_t> face_edges() const { return face_edges_; }
+  /// For each vertex the first half-edge that leaves it.
+  std::span<const std::uint16_t> vertex_edges() const { return vertex_edges_; }
+  /// The vertices and the planes once more, by eights; the last eight are filled up with the first one.
+  std::span<const Eight> vertex_eights() const { return vertex_eights_; }
+  std::span<const Eight> plane_eights() const { return plane_eights_; }
   /// Centre of mass in the coordinates of the points the hull was built from.
   Vec3 offset() const { return offset_; }
   float volume() const { return volume_; }
@@ -81,19 +91,25 @@ class Hull {
   /// Distance of the farthest vertex from the centre of mass (m), and of the nearest face plane.
   float outer_radius() const { return outer_radius_; }
   float inner_radius() const { return inner_radius_; }
+  /// Largest coordinate of a vertex (m).
+  float largest_coordinate() const { return largest_coordinate_; }
 
  private:
   friend class HullBuilder;
   friend struct HullArchive;
+  void arrange();  ///< makes what follows from vertices, edges and planes alone
   std::vector<Vec3> vertices_;
   std::vector<HalfEdge> edges_;
   std::vector<Plane> planes_;
   std::vector<std::uint16_t> face_edges_;
+  std::vector<std::uint16_t> vertex_edges_;
+  std::vector<Eight> vertex_eights_, plane_eights_;
   Vec3 offset_;
   float volume_ = 0;
   SymMat3 unit_inertia_;
   float outer_radius_ = 0;
   float inner_radius_ = 0;
+  float largest_coordinate_ = 0;
 };
 
 }  // namespace fathom

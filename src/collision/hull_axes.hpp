@@ -1,39 +1,51 @@
-// Separating axes of two hulls: all faces against all vertices, and the edge pairs that the Gauss map leaves.
+// Separating axes of two hulls: faces against vertices, and the edge pairs that the Gauss map leaves.
 //
 // D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013: two edges make a face of the Minkowski
-// difference, and so a candidate axis, only where the arcs between the normals of their faces cross on the sphere.
+// difference, and so a candidate axis, only where the arcs between the normals of their faces cross on the sphere. Of
+// these axes few are tried: what is known of some points of a hull bounds its height over all others (hull_bounds.hpp).
 #pragma once
 
 #include "collision/frame.hpp"
+#include "collision/hull_bounds.hpp"
 #include "collision/manifold.hpp"
 #include "collision/support.hpp"
 #include "collision/tolerance.hpp"
 
 namespace fathom {
 
-inline constexpr float no_separation = -3e38f;
-
-struct FaceAxis {
-  int face = 0;
-  float separation = no_separation;
-};
-
-/// Height of the other hull over a face of the reference hull.
-FATHOM_HD float face_separation(const HullView& ref, int face, const HullView& other, const Frame& other_in_ref) {
+/// The deepest vertex of the other hull under a face of the reference hull, and its height over that face.
+FATHOM_HD Support lowest_over(const HullView& ref, int face, const HullView& other, const Frame& other_in_ref) {
   const Hull::Plane plane = ref.planes[face];
   const Vec3 direction = transpose_mul(other_in_ref.rotation, plane.normal);
-  return lowest_vertex(other, direction).height + plane_height(plane, other_in_ref.position);
+  const Support lowest = lowest_vertex(other, direction);
+  return {lowest.vertex, lowest.height + plane_height(plane, other_in_ref.position)};
+}
+FATHOM_HD float face_separation(const HullView& ref, int face, const HullView& other, const Frame& other_in_ref) {
+  return lowest_over(ref, face, other, other_in_ref).height;
 }
 
-/// The face of `ref` that `other` is highest over. Ends early where that is more than `margin`.
-FATHOM_HD FaceAxis best_face(const HullView& ref, const HullView& other, const Frame& other_in_ref, float margin) {
+/// The face of `ref` that `other` is highest over, the first of equals. Ends where some face has it higher than
+/// `margin`.
+///
+/// A hull is nowhere higher than any of its points, so few faces have to look for its lowest vertex: `start`, then
+/// again and again the one over which the points found so far are highest. Rounding may make a hull `slack` (m) higher
+/// than its points. The points are left in `witnesses`.
+FATHOM_HD FaceAxis best_face(const HullView& ref, const HullView& other, const Frame& other_in_ref, int start,
+                             float slack, float margin, Witnesses& witnesses) {
   FaceAxis best;
-  for (int f = 0; f < ref.face_count; ++f) {
-    const float separation = face_separation(ref, f, other, other_in_ref);
-    if (separation > best.separation) best = {f, separation};
-    if (separation > margin) break;
+  FaceHeights bounds(ref);
+  for (int face = start;;) {
+    const Support lowest = lowest_over(ref, face, other, other_in_ref);
+    const bool is_best = lowest.height > best.separation || (lowest.height == best.separation && face < best.face);
+    if (is_best) best = {face, lowest.height};
+    if (lowest.height > margin) return best;
+    bounds.close(face);
+    const Vec3 witness = transform(other_in_ref, other.vertices[lowest.vertex]);
+    witnesses.add(witness);
+    const FaceAxis next = bounds.lower(ref, witness);
+    if (!(next.separation > no_separation && next.separation + slack >= best.separation)) return best;
+    face = next.face;
   }
-  return best;
 }
 
 /// An edge of a hull with the normals of the faces beside it.
@@ -81,20 +93,89 @@ FATHOM_HD EdgesAxis edges_axis(const EdgeView& a, const EdgeView& b, float noise
   return {0, 0, (sign * dot(axis, b.from - a.from) - scaled_noise) * inv, (sign * inv) * axis};
 }
 
-/// The pair of edges with the largest separation. Ends early where that is more than `margin`.
-FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame& b_in_a, float noise, float margin) {
+/// The best of the pairs of edges that have been offered.
+struct BestEdges {
   EdgesAxis best;
-  for (int j = 0; 2 * j < b.edge_count; ++j) {
-    const EdgeView edge_b = transform(b_in_a, edge_view(b, j));
-    for (int i = 0; 2 * i < a.edge_count; ++i) {
-      const EdgeView edge_a = edge_view(a, i);
-      if (!makes_minkowski_face(edge_a, edge_b)) continue;
-      EdgesAxis axis = edges_axis(edge_a, edge_b, noise);
-      if (axis.separation > best.separation) best = {i, j, axis.separation, axis.normal};
-      if (best.separation > margin) return best;
+
+  FATHOM_HD explicit BestEdges(float threshold) { best.separation = threshold; }
+  /// Of equals the one with the lowest numbers is best, whatever the order.
+  FATHOM_HD void offer(EdgesAxis axis, int a, int b) {
+    const bool is_first = b < best.b || (b == best.b && a < best.a);
+    if (axis.separation > best.separation || (axis.separation == best.separation && is_first))
+      best = {a, b, axis.separation, axis.normal};
+  }
+};
+
+#if defined(FATHOM_HAS_EIGHT)
+/// Edges of A, eight side by side.
+struct EdgeEights {
+  struct Block {
+    Hull::Eight along, left, right;
+  };
+  Block blocks[(most_edges + 7) / 8];
+
+  EdgeEights(const HullView& hull, const NearEdges& edges) {
+    const auto put = [](Hull::Eight& to, int lane, Vec3 v) { to.x[lane] = v.x, to.y[lane] = v.y, to.z[lane] = v.z; };
+    for (int i = 0; i < edges.count; ++i) {
+      const EdgeView edge = edge_view(hull, edges.edges[i]);
+      Block& block = blocks[i / 8];
+      put(block.along, i % 8, edge.along), put(block.left, i % 8, edge.left), put(block.right, i % 8, edge.right);
+    }
+    // What is left of the last block crosses no arc.
+    for (int i = edges.count; i % 8 != 0; ++i) {
+      Block& block = blocks[i / 8];
+      put(block.along, i % 8, {}), put(block.left, i % 8, {}), put(block.right, i % 8, {});
     }
   }
-  return best;
+
+  /// `makes_minkowski_face`, a bit for each edge of a block.
+  unsigned making_minkowski_faces(int block, const EdgeView& b) const {
+    const EightVec3 along_a = vectors(blocks[block].along), along_b = eight(b.along);
+    const Eight left_b = dot(eight(b.left), along_a), right_b = dot(eight(b.right), along_a);
+    const Eight left_a = dot(vectors(blocks[block].left), along_b), right_a = dot(vectors(blocks[block].right), along_b);
+    const Eight zero = eight(0.0f);
+    return bits((left_b * right_b < zero) & (left_a * right_a < zero) & (left_b * right_a < zero));
+  }
+};
+
+/// `best_edges`, by eights.
+inline EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, const Frame& b_in_a,
+                                      const NearEdges& near_a, const NearEdges& near_b, float noise, float threshold,
+                                      float margin) {
+  BestEdges found(threshold);
+  const EdgeEights eights(a, near_a);
+  for (int j = 0; j < near_b.count; ++j) {
+    const EdgeView edge_b = transform(b_in_a, edge_view(b, near_b.edges[j]));
+    for (int i = 0; i < near_a.count; i += 8) {
+      for (unsigned left = eights.making_minkowski_faces(i / 8, edge_b); left != 0; left &= left - 1) {
+        const int edge_a = near_a.edges[i + std::countr_zero(left)];
+        found.offer(edges_axis(edge_view(a, edge_a), edge_b, noise), edge_a, near_b.edges[j]);
+        if (found.best.separation > margin) return found.best;
+      }
+    }
+  }
+  return found.best;
+}
+#endif
+
+/// Of those pairs of edges the one with the largest separation above `threshold`, if any. Ends early where that is more
+/// than `margin`.
+FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame& b_in_a, const NearEdges& near_a,
+                               const NearEdges& near_b, float noise, float threshold, float margin) {
+#if defined(FATHOM_HAS_EIGHT)
+  if (a.plane_eights) return best_edges_by_eights(a, b, b_in_a, near_a, near_b, noise, threshold, margin);
+#endif
+  BestEdges found(threshold);
+  for (int j = 0; j < near_b.count; ++j) {
+    const EdgeView edge_b = transform(b_in_a, edge_view(b, near_b.edges[j]));
+    for (int i = 0; i < near_a.count; ++i) {
+      const EdgeView edge_a = edge_view(a, near_a.edges[i]);
+      if (!makes_minkowski_face(edge_a, edge_b)) continue;
+      found.offer(edges_axis(edge_a, edge_b, noise), near_a.edges[i], near_b.edges[j]);
+      if (found.best.separation > margin) return found.best;
+    }
+  }
+  return found.best;
 }
 
 /// Separation along the axis that the cache names. Edges need not make a Minkowski face any more: the axis across them

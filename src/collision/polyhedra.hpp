@@ -16,20 +16,21 @@ struct HullPair {
   HullView a, b;
   Frame b_in_a, a_in_b;
   Tolerance tolerance;
+  float slack;  ///< see `height_slack`
 };
 
 FATHOM_HD HullPair make_hull_pair(const HullView& a, const HullView& b, const Pose& b_in_a) {
   const Frame frame = make_frame(b_in_a);
   const HullSize size_a = size_of(a), size_b = size_of(b);
   const float reach = size_a.outer + size_b.outer + max_component(abs(b_in_a.position));
-  return {a, b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach)};
+  return {a,     b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach), height_slack(reach)};
 }
 
 /// The face of `inc` that looks at `normal` most directly, of those around the vertex that is lowest along it: so
 /// what touches in the deepest point is on that face.
 FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
   const int vertex = lowest_vertex(inc, normal).vertex;
-  int start = 0;
+  int start = inc.vertex_edges ? inc.vertex_edges[vertex] : 0;
   while (inc.edges[start].origin != vertex) ++start;
   int best = inc.edges[start].face;
   float best_dot = dot(inc.planes[best].normal, normal);
@@ -96,6 +97,14 @@ FATHOM_HD void hull_vertex_contact(const HullPair& p, int face, bool flipped, Ma
   manifold.points[0].feature = vertex_feature(static_cast<std::uint32_t>(vertex), !flipped);
 }
 
+/// The pair of edges with the largest separation above `threshold`, if any. Ends early where that is more than
+/// `margin`. `of_a` and `of_b` are witnesses of either hull in the other's frame.
+FATHOM_HD EdgesAxis best_edges(const HullPair& p, const Witnesses& of_a, const Witnesses& of_b, float threshold,
+                               float margin) {
+  const NearEdges near_a(p.a, of_b, threshold, p.slack), near_b(p.b, of_a, threshold, p.slack);
+  return best_edges(p.a, p.b, p.b_in_a, near_a, near_b, p.tolerance.noise, threshold, margin);
+}
+
 /// See `collide`.
 FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pose& b_in_a, float margin,
                                  AxisCache& cache) {
@@ -104,25 +113,29 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   if (cache.separated && cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) > margin)
     return manifold;
 
-  const FaceAxis face_a = best_face(a, b, p.b_in_a, margin);
+  Witnesses of_a, of_b;  // each in the other's frame
+  const int start_a = cache.kind == AxisCache::face_a && cache.a < a.face_count ? cache.a : facing(a, b_in_a.position);
+  const FaceAxis face_a = best_face(a, b, p.b_in_a, start_a, p.slack, margin, of_b);
   if (face_a.separation > margin) {
     cache = make_cache(AxisCache::face_a, face_a.face, 0, true);
     return manifold;
   }
-  const FaceAxis face_b = best_face(b, a, p.a_in_b, margin);
+  const Vec3 back = -transpose_mul(p.b_in_a.rotation, a.planes[face_a.face].normal);
+  const int start_b = cache.kind == AxisCache::face_b && cache.b < b.face_count ? cache.b : facing(b, back);
+  const FaceAxis face_b = best_face(b, a, p.a_in_b, start_b, p.slack, margin, of_a);
   if (face_b.separation > margin) {
     cache = make_cache(AxisCache::face_b, 0, face_b.face, true);
-    return manifold;
-  }
-  const EdgesAxis edges = best_edges(a, b, p.b_in_a, p.tolerance.noise, margin);
-  if (edges.separation > margin) {
-    cache = make_cache(AxisCache::edges, edges.a, edges.b, true);
     return manifold;
   }
 
   const float face_separation = max(face_a.separation, face_b.separation), tolerance = p.tolerance.axis;
   const float edge_threshold = face_separation + (cache.kind == AxisCache::edges ? 0.5f * tolerance : tolerance);
-  if (edges.separation > edge_threshold) {
+  const EdgesAxis edges = best_edges(p, of_a, of_b, min(edge_threshold, margin), margin);
+  if (edges.separation > margin) {
+    cache = make_cache(AxisCache::edges, edges.a, edges.b, true);
+    return manifold;
+  }
+  if (edges.a >= 0) {
     cache = make_cache(AxisCache::edges, edges.a, edges.b, false);
     hull_edge_contact(p, edges, margin, manifold);
     return manifold;
@@ -140,8 +153,9 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   hull_face_contact(p, face, flipped, margin, manifold);
   if (manifold.count == 0 && face_separation <= 0) {
     // Overlapping, yet not over this face: what touches is within the tolerance of it.
-    if (edges.a >= 0) {
-      hull_edge_contact(p, edges, margin, manifold);
+    const EdgesAxis nearest = best_edges(p, {}, {}, no_separation, margin);
+    if (nearest.a >= 0) {
+      hull_edge_contact(p, nearest, margin, manifold);
     } else {
       hull_vertex_contact(p, face, flipped, manifold);
     }

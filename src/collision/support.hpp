@@ -1,6 +1,7 @@
 // Support functions: how far a shape reaches in a direction.
 #pragma once
 
+#include "collision/eight.hpp"
 #include "geometry/geometry.hpp"
 
 namespace fathom {
@@ -11,13 +12,35 @@ struct Support {
   float height;
 };
 
+#if defined(FATHOM_HAS_EIGHT)
+/// The lowest of `number` vertices along `direction`, the first of equals.
+inline Support lowest_of_eights(const Hull::Eight* eights, int number, Vec3 direction) {
+  const EightVec3 along = eight(direction);
+  const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
+  Eight lowest = dot(along, vectors(eights[0]));
+  EightInts vertex = count;
+  for (int i = 8; i < number; i += 8) {
+    const Eight height = dot(along, vectors(eights[i / 8]));
+    const EightInts lower = height < lowest;
+    lowest = lower ? height : lowest;
+    vertex = lower ? count + i : vertex;
+  }
+  const LeastLane least = least_lane(lowest, vertex);
+  return {least.index, least.value + 0.0f};  // of zeros of both signs the lanes may have taken the other one
+}
+#endif
+
 /// The vertex of the hull with the least height along `direction`, the first of equals.
 FATHOM_HD Support lowest_vertex(const HullView& hull, Vec3 direction) {
+#if defined(FATHOM_HAS_EIGHT)
+  if (hull.vertex_eights) return lowest_of_eights(hull.vertex_eights, hull.vertex_count, direction);
+#endif
   Support best{0, dot(direction, hull.vertices[0])};
   for (int i = 1; i < hull.vertex_count; ++i) {
     const float height = dot(direction, hull.vertices[i]);
     if (height < best.height) best = {i, height};
   }
+  best.height += 0.0f;
   return best;
 }
 
@@ -28,11 +51,26 @@ FATHOM_HD Support highest_vertex(const HullView& hull, Vec3 direction) {
 
 FATHOM_HD float plane_height(const Hull::Plane& plane, Vec3 point) { return dot(plane.normal, point) - plane.offset; }
 
+/// The face that looks along `direction` most directly, the first of equals.
+FATHOM_HD int facing(const HullView& hull, Vec3 direction) {
+#if defined(FATHOM_HAS_EIGHT)
+  if (hull.plane_eights) return lowest_of_eights(hull.plane_eights, hull.face_count, -direction).vertex;
+#endif
+  int best = 0;
+  float highest = dot(direction, hull.planes[0].normal);
+  for (int f = 1; f < hull.face_count; ++f) {
+    const float height = dot(direction, hull.planes[f].normal);
+    if (height > highest) best = f, highest = height;
+  }
+  return best;
+}
+
 /// Least distance of a face from the origin (m) and bound on the vertices' coordinates (m).
 struct HullSize {
   float inner, outer;
 };
 FATHOM_HD HullSize size_of(const HullView& hull) {
+  if (hull.outer > 0) return {hull.inner, hull.outer};
   HullSize size{hull.planes[0].offset, 0};
   for (int i = 1; i < hull.face_count; ++i) size.inner = min(size.inner, hull.planes[i].offset);
   for (int i = 0; i < hull.vertex_count; ++i) size.outer = max(size.outer, max_component(abs(hull.vertices[i])));

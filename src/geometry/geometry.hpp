@@ -14,6 +14,12 @@ struct HullView {
   int vertex_count = 0;
   int edge_count = 0;  ///< half-edges
   int face_count = 0;
+  float inner = 0;  ///< least distance of a face from the origin (m)
+  float outer = 0;  ///< largest coordinate of a vertex (m); 0: not known, nor `inner`
+  // What is found faster with these is the same without them: null where there are none.
+  const std::uint16_t* vertex_edges = nullptr;
+  const Hull::Eight* vertex_eights = nullptr;
+  const Hull::Eight* plane_eights = nullptr;
 };
 
 inline HullView view(const Hull& hull) {
@@ -23,7 +29,12 @@ inline HullView view(const Hull& hull) {
           hull.face_edges().data(),
           static_cast<int>(hull.vertices().size()),
           static_cast<int>(hull.edges().size()),
-          static_cast<int>(hull.planes().size())};
+          static_cast<int>(hull.planes().size()),
+          hull.inner_radius(),
+          hull.largest_coordinate(),
+          hull.vertex_edges().data(),
+          hull.vertex_eights().data(),
+          hull.plane_eights().data()};
 }
 
 /// A shape without ownership.

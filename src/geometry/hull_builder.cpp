@@ -101,6 +101,7 @@ Hull HullBuilder::build(std::span<const Vec3> points) {
                            static_cast<std::uint8_t>(numbering.new_vertex[edge.origin]),
                            static_cast<std::uint8_t>(face - numbering.faces.begin())});
   }
+  hull.arrange();
   return hull;
 }
 

@@ -19,6 +19,7 @@ std::shared_ptr<const Hull> HullArchive::read(ByteReader& in) {
   for (const Hull::HalfEdge& edge : hull->edges_)
     in.require(edge.next < edges && edge.origin < vertices && edge.face < faces);
   for (const std::uint16_t edge : hull->face_edges_) in.require(edge < edges);
+  hull->arrange();
   return hull;
 }
 

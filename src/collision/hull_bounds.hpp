@@ -1,0 +1,131 @@
+// Bounds on separations from some points of a hull, which leave few faces and edges to try.
+//
+// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face that is the witness' height h. The
+// axis n across two edges is a combination α·l + β·r of the normals beside either of them, with α, β ≥ 0, and
+// α + β ≥ 1 because it is of unit length; so along it the witness is α·h_l + β·h_r over that edge, and where both
+// heights are less than some t ≤ 0, so is the separation.
+#pragma once
+
+#include "collision/frame.hpp"
+#include "collision/support.hpp"
+
+namespace fathom {
+
+inline constexpr float no_separation = -3e38f;
+inline constexpr int most_faces = 255, most_edges = 512;  ///< of a hull; undirected edges
+
+struct FaceAxis {
+  int face = 0;
+  float separation = no_separation;
+};
+
+/// What rounding, and merging faces, may make of a height that is at most `reach` (m).
+FATHOM_HD float height_slack(float reach) { return 5e-6f * reach; }
+
+/// The last points found.
+struct Witnesses {
+  static constexpr int most = 6;
+  Vec3 points[most];
+  int found = 0;
+
+  FATHOM_HD void add(Vec3 point) { points[found++ % most] = point; }
+  FATHOM_HD int count() const { return found < most ? found : most; }
+};
+
+/// For each face of a hull the least height of the witnesses over it.
+struct FaceHeights {
+  alignas(32) float heights[most_faces + 1];
+
+  FATHOM_HD explicit FaceHeights(const HullView& hull) {
+    for (int f = 0; f < hull.face_count; f += 8)
+      for (int i = 0; i < 8; ++i) heights[f + i] = f + i < hull.face_count ? -no_separation : no_separation;
+  }
+
+  /// Takes a face out.
+  FATHOM_HD void close(int face) { heights[face] = no_separation; }
+
+  /// Another witness. Returns the highest face then, the first of equals; none has `no_separation`.
+  FATHOM_HD FaceAxis lower(const HullView& hull, Vec3 witness) {
+#if defined(FATHOM_HAS_EIGHT)
+    if (hull.plane_eights) return lower_eights(hull, witness);
+#endif
+    FaceAxis highest;
+    for (int f = 0; f < hull.face_count; ++f) {
+      heights[f] = min(heights[f], plane_height(hull.planes[f], witness));
+      if (heights[f] > highest.separation) highest = {f, heights[f]};
+    }
+    return highest;
+  }
+
+ private:
+#if defined(FATHOM_HAS_EIGHT)
+  FaceAxis lower_eights(const HullView& hull, Vec3 witness) {
+    const EightVec3 point = eight(witness);
+    const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
+    Eight highest = eight(no_separation);
+    EightInts face = count;
+    for (int f = 0; f < hull.face_count; f += 8) {
+      const Hull::Eight& planes = hull.plane_eights[f / 8];
+      Eight& bounds = reinterpret_cast<Eight&>(heights[f]);
+      bounds = min(bounds, dot(vectors(planes), point) - eight(planes.w));
+      const EightInts higher = bounds > highest;
+      highest = higher ? bounds : highest;
+      face = higher ? count + f : face;
+    }
+    const LeastLane least = least_lane(-highest, face);
+    return {least.index, -least.value};
+  }
+#endif
+};
+
+/// Undirected edges of a hull along which no axis is known to separate less than `threshold` (m).
+struct NearEdges {
+  std::uint16_t edges[most_edges];
+  int count = 0;
+
+  /// `witnesses` of the other hull, in this one's frame; `slack`: see `height_slack`.
+  FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
+    alignas(8) std::uint8_t above[most_faces + 1];  // bit i: witness i is not below the threshold over this face
+    mark(hull, witnesses, min(threshold, 0.0f) - slack, above);
+    const unsigned all = (1u << witnesses.count()) - 1;
+    for (int f = 0; f < hull.face_count; ++f) {
+      if (above[f] == 0 && all != 0) continue;
+      int e = hull.face_edges[f];
+      do {
+        const std::uint8_t beyond = above[hull.edges[e ^ 1].face];
+        const bool is_other_sides = e % 2 == 1 && (beyond != 0 || all == 0);
+        if ((above[f] | beyond) == all && !is_other_sides) edges[count++] = static_cast<std::uint16_t>(e >> 1);
+        e = hull.edges[e].next;
+      } while (e != hull.face_edges[f]);
+    }
+  }
+
+ private:
+  FATHOM_HD static void mark(const HullView& hull, const Witnesses& witnesses, float low, std::uint8_t* above) {
+#if defined(FATHOM_HAS_EIGHT)
+    if (hull.plane_eights) return mark_eights(hull, witnesses, low, above);
+#endif
+    for (int f = 0; f < hull.face_count; ++f) {
+      unsigned seen = 0;
+      for (int w = 0; w < witnesses.count(); ++w)
+        seen |= (plane_height(hull.planes[f], witnesses.points[w]) < low ? 0u : 1u) << w;
+      above[f] = static_cast<std::uint8_t>(seen);
+    }
+  }
+#if defined(FATHOM_HAS_EIGHT)
+  static void mark_eights(const HullView& hull, const Witnesses& witnesses, float low, std::uint8_t* above) {
+    const int count = witnesses.count();
+    for (int f = 0; f < hull.face_count; f += 8) {
+      const Hull::Eight& planes = hull.plane_eights[f / 8];
+      EightInts seen = eight(0);
+      for (int w = 0; w < count; ++w) {
+        const Eight height = dot(vectors(planes), eight(witnesses.points[w])) - eight(planes.w);
+        seen |= ~(height < eight(low)) & eight(1 << w);
+      }
+      for (int i = 0; i < 8; ++i) above[f + i] = static_cast<std::uint8_t>(seen[i]);
+    }
+  }
+#endif
+};
+
+}  // namespace fathom
