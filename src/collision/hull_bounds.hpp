@@ -78,54 +78,63 @@ struct FaceHeights {
 #endif
 };
 
+/// Which of some points see which faces.
+struct SeenFaces {
+  alignas(8) std::uint8_t by[most_faces + 1];  ///< bit i: point i is not lower over this face than asked
+  unsigned all;                                ///< a bit for each point
+
+  /// `low` (m): height over a face from which on a point sees it.
+  FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) : all((1u << points.count()) - 1) {
+#if defined(FATHOM_HAS_EIGHT)
+    if (hull.plane_eights) {
+      mark_eights(hull, points, low);
+      return;
+    }
+#endif
+    for (int f = 0; f < hull.face_count; ++f) {
+      unsigned seen = 0;
+      for (int i = 0; i < points.count(); ++i)
+        seen |= (plane_height(hull.planes[f], points.points[i]) < low ? 0u : 1u) << i;
+      by[f] = static_cast<std::uint8_t>(seen);
+    }
+  }
+
+ private:
+#if defined(FATHOM_HAS_EIGHT)
+  void mark_eights(const HullView& hull, const Witnesses& points, float low) {
+    const int count = points.count();
+    for (int f = 0; f < hull.face_count; f += 8) {
+      const Hull::Eight& planes = hull.plane_eights[f / 8];
+      EightInts seen = eight(0);
+      for (int i = 0; i < count; ++i) {
+        const Eight height = dot(vectors(planes), eight(points.points[i])) - eight(planes.w);
+        seen |= ~(height < eight(low)) & eight(1 << i);
+      }
+      for (int i = 0; i < 8; ++i) by[f + i] = static_cast<std::uint8_t>(seen[i]);
+    }
+  }
+#endif
+};
+
 /// Undirected edges of a hull along which no axis is known to separate less than `threshold` (m).
 struct NearEdges {
   std::uint16_t edges[most_edges];
   int count = 0;
 
-  /// `witnesses` of the other hull, in this one's frame; `slack`: see `height_slack`.
+  /// `witnesses` of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
-    alignas(8) std::uint8_t above[most_faces + 1];  // bit i: witness i is not below the threshold over this face
-    mark(hull, witnesses, min(threshold, 0.0f) - slack, above);
-    const unsigned all = (1u << witnesses.count()) - 1;
+    const SeenFaces seen(hull, witnesses, min(threshold, 0.0f) - slack);
     for (int f = 0; f < hull.face_count; ++f) {
-      if (above[f] == 0 && all != 0) continue;
+      if (seen.by[f] == 0 && seen.all != 0) continue;
       int e = hull.face_edges[f];
       do {
-        const std::uint8_t beyond = above[hull.edges[e ^ 1].face];
-        const bool is_other_sides = e % 2 == 1 && (beyond != 0 || all == 0);
-        if ((above[f] | beyond) == all && !is_other_sides) edges[count++] = static_cast<std::uint16_t>(e >> 1);
+        const std::uint8_t beyond = seen.by[hull.edges[e ^ 1].face];
+        const bool is_other_sides = e % 2 == 1 && (beyond != 0 || seen.all == 0);
+        if ((seen.by[f] | beyond) == seen.all && !is_other_sides) edges[count++] = static_cast<std::uint16_t>(e >> 1);
         e = hull.edges[e].next;
       } while (e != hull.face_edges[f]);
     }
   }
-
- private:
-  FATHOM_HD static void mark(const HullView& hull, const Witnesses& witnesses, float low, std::uint8_t* above) {
-#if defined(FATHOM_HAS_EIGHT)
-    if (hull.plane_eights) return mark_eights(hull, witnesses, low, above);
-#endif
-    for (int f = 0; f < hull.face_count; ++f) {
-      unsigned seen = 0;
-      for (int w = 0; w < witnesses.count(); ++w)
-        seen |= (plane_height(hull.planes[f], witnesses.points[w]) < low ? 0u : 1u) << w;
-      above[f] = static_cast<std::uint8_t>(seen);
-    }
-  }
-#if defined(FATHOM_HAS_EIGHT)
-  static void mark_eights(const HullView& hull, const Witnesses& witnesses, float low, std::uint8_t* above) {
-    const int count = witnesses.count();
-    for (int f = 0; f < hull.face_count; f += 8) {
-      const Hull::Eight& planes = hull.plane_eights[f / 8];
-      EightInts seen = eight(0);
-      for (int w = 0; w < count; ++w) {
-        const Eight height = dot(vectors(planes), eight(witnesses.points[w])) - eight(planes.w);
-        seen |= ~(height < eight(low)) & eight(1 << w);
-      }
-      for (int i = 0; i < 8; ++i) above[f + i] = static_cast<std::uint8_t>(seen[i]);
-    }
-  }
-#endif
 };
 
 }  // namespace fathom

@@ -26,24 +26,52 @@ FATHOM_HD float face_separation(const Hull::Plane& plane, const Segment& s) {
   return min(plane_height(plane, s.from), plane_height(plane, end_of(s)));
 }
 
-FATHOM_HD FaceAxis best_face(const HullView& hull, const Segment& s, float reach) {
+#if defined(FATHOM_HAS_EIGHT)
+/// `best_face`, by eights.
+inline FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
+  const EightVec3 from = eight(s.from), end = eight(end_of(s));
+  const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
+  Eight highest = eight(no_separation);
+  EightInts face = count;
+  for (int f = 0; f < hull.face_count; f += 8) {
+    const Hull::Eight& planes = hull.plane_eights[f / 8];
+    const EightVec3 normals = vectors(planes);
+    const Eight separation = min(dot(normals, from) - eight(planes.w), dot(normals, end) - eight(planes.w));
+    const EightInts higher = separation > highest;
+    highest = higher ? separation : highest;
+    face = higher ? count + f : face;
+  }
+  const LeastLane least = least_lane(-highest, face);
+  return {least.index, -least.value + 0.0f};
+}
+#endif
+
+/// The face that the segment is highest over, the first of equals.
+FATHOM_HD FaceAxis best_face(const HullView& hull, const Segment& s) {
+#if defined(FATHOM_HAS_EIGHT)
+  if (hull.plane_eights) return best_face_by_eights(hull, s);
+#endif
   FaceAxis best;
   for (int f = 0; f < hull.face_count; ++f) {
     const float separation = face_separation(hull.planes[f], s);
     if (separation > best.separation) best = {f, separation};
-    if (separation > reach) break;
   }
+  best.separation += 0.0f;
   return best;
 }
 
-FATHOM_HD EdgesAxis best_edges(const HullView& hull, const Segment& s, float noise) {
+/// The edge with the largest separation across it and the segment above `threshold`, if any.
+FATHOM_HD EdgesAxis best_edges(const HullView& hull, const Segment& s, const Witnesses& ends, float noise,
+                               float threshold, float slack) {
   EdgesAxis best;
+  best.separation = threshold;
   if (!(length_squared(s.along) > 0)) return best;
-  for (int k = 0; 2 * k < hull.edge_count; ++k) {
-    const EdgeView e = edge_view(hull, k);
+  const NearEdges near(hull, ends, threshold, slack);
+  for (int i = 0; i < near.count; ++i) {
+    const EdgeView e = edge_view(hull, near.edges[i]);
     if (!(dot(e.left, s.along) * dot(e.right, s.along) < 0)) continue;
     const EdgesAxis axis = edges_axis(e, {s.from, s.along, {}, {}}, noise);
-    if (axis.separation > best.separation) best = {k, 0, axis.separation, axis.normal};
+    if (axis.separation > best.separation) best = {near.edges[i], 0, axis.separation, axis.normal};
   }
   return best;
 }
@@ -83,14 +111,17 @@ FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
   return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
 }
 
-/// Exhaustive over the features that can be seen from the segment; the hull's edges bring its vertices along.
-FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s) {
+/// Exhaustive over the features that can be seen from the segment's ends; the hull's edges bring its vertices along.
+/// What is closest to the segment lies on a face that some end sees: the direction to it is made of such faces' normals.
+FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const Witnesses& ends, float slack) {
   HullSegment best;
   const auto offer = [&](Vec3 on_hull, Vec3 on_segment, std::uint32_t feature) {
     const float distance_squared = length_squared(on_segment - on_hull);
     if (distance_squared < best.distance_squared) best = {distance_squared, on_hull, on_segment, feature};
   };
+  const SeenFaces seen(hull, ends, -slack);
   for (int f = 0; f < hull.face_count; ++f) {
+    if (seen.by[f] == 0) continue;
     for (int i = 0; i < 2; ++i) {
       const Vec3 point = i == 0 ? s.from : end_of(s);
       const float height = plane_height(hull.planes[f], point);
@@ -99,10 +130,18 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s) {
       offer(mul_add(point, -height, hull.planes[f].normal), point, vertex_feature(static_cast<std::uint32_t>(i), true));
     }
   }
-  for (int k = 0; 2 * k < hull.edge_count; ++k) {
-    const EdgeView e = edge_view(hull, k);
-    const SegmentPair pair = closest_points({e.from, e.along}, s);
-    offer(pair.on_1, pair.on_2, segment_feature(pair.t, k));
+  for (int f = 0; f < hull.face_count; ++f) {
+    if (seen.by[f] == 0) continue;
+    int e = hull.face_edges[f];
+    do {
+      const bool is_other_sides = e % 2 == 1 && seen.by[hull.edges[e ^ 1].face] != 0;
+      if (!is_other_sides) {
+        const EdgeView edge = edge_view(hull, e >> 1);
+        const SegmentPair pair = closest_points({edge.from, edge.along}, s);
+        offer(pair.on_1, pair.on_2, segment_feature(pair.t, e >> 1));
+      }
+      e = hull.edges[e].next;
+    } while (e != hull.face_edges[f]);
   }
   return best;
 }
@@ -136,20 +175,23 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
   const float reach = round.radius + margin;
   if (cache.separated && cache.a < hull.face_count && face_separation(hull.planes[cache.a], core) > reach) return m;
 
-  const FaceAxis face = best_face(hull, core, reach);
+  const FaceAxis face = best_face(hull, core);
   cache = make_cache(AxisCache::face_a, face.face, 0, face.separation > reach);
   if (face.separation > reach) return m;
 
   const HullSize size = size_of(hull);
   const float extent = size.outer + max_component(abs(core.from)) + max_component(abs(core.along));
   const Tolerance tolerance = make_tolerance(min(size.inner, round.radius), extent);
-  const EdgesAxis edges = best_edges(hull, core, tolerance.noise);
+  const float slack = height_slack(extent);
+  Witnesses ends;
+  ends.add(core.from), ends.add(end_of(core));
+  const EdgesAxis edges = best_edges(hull, core, ends, tolerance.noise, face.separation, slack);
   if (edges.separation > reach) return m;
 
   // Of a core that all but touches the hull the closest points give no direction; the axes do.
   const float separation = max(face.separation, edges.separation);
   if (separation > tolerance.depth_tie) {
-    const HullSegment closest = closest_outside(hull, core);
+    const HullSegment closest = closest_outside(hull, core, ends, slack);
     const float gap = fathom::sqrt(closest.distance_squared);
     if (gap > reach) return m;
     add_face_points(hull, face.face, round, tolerance, gap, reach, m);
