@@ -82,11 +82,13 @@ struct FaceHeights {
 struct SeenFaces {
   alignas(8) std::uint8_t by[most_faces + 1];  ///< bit i: point i is not lower over this face than asked
   unsigned all;                                ///< a bit for each point
+  std::uint8_t faces[most_faces];              ///< those that some point sees, ascending; without points all of them
+  int count = 0;
 
   /// `low` (m): height over a face from which on a point sees it.
   FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) : all((1u << points.count()) - 1) {
 #if defined(FATHOM_HAS_EIGHT)
-    if (hull.plane_eights) {
+    if (hull.plane_eights && all != 0) {
       mark_eights(hull, points, low);
       return;
     }
@@ -96,21 +98,30 @@ struct SeenFaces {
       for (int i = 0; i < points.count(); ++i)
         seen |= (plane_height(hull.planes[f], points.points[i]) < low ? 0u : 1u) << i;
       by[f] = static_cast<std::uint8_t>(seen);
+      if (seen != 0 || all == 0) faces[count++] = static_cast<std::uint8_t>(f);
     }
   }
+
+  FATHOM_HD bool lists(int face) const { return by[face] != 0 || all == 0; }
 
  private:
 #if defined(FATHOM_HAS_EIGHT)
   void mark_eights(const HullView& hull, const Witnesses& points, float low) {
-    const int count = points.count();
+    const int number = points.count();
+    const EightInts lane{0, 1, 2, 3, 4, 5, 6, 7};
     for (int f = 0; f < hull.face_count; f += 8) {
       const Hull::Eight& planes = hull.plane_eights[f / 8];
       EightInts seen = eight(0);
-      for (int i = 0; i < count; ++i) {
+      for (int i = 0; i < number; ++i) {
         const Eight height = dot(vectors(planes), eight(points.points[i])) - eight(planes.w);
         seen |= ~(height < eight(low)) & eight(1 << i);
       }
-      for (int i = 0; i < 8; ++i) by[f + i] = static_cast<std::uint8_t>(seen[i]);
+      for (int i = 0; i < 8; ++i) by[f + i] = 0;
+      for (unsigned left = bits((seen != 0) & (lane < hull.face_count - f)); left != 0; left &= left - 1) {
+        const int i = std::countr_zero(left);
+        by[f + i] = static_cast<std::uint8_t>(seen[i]);
+        faces[count++] = static_cast<std::uint8_t>(f + i);
+      }
     }
   }
 #endif
@@ -124,15 +135,15 @@ struct NearEdges {
   /// `witnesses` of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
     const SeenFaces seen(hull, witnesses, min(threshold, 0.0f) - slack);
-    for (int f = 0; f < hull.face_count; ++f) {
-      if (seen.by[f] == 0 && seen.all != 0) continue;
-      int e = hull.face_edges[f];
+    for (int i = 0; i < seen.count; ++i) {
+      const int face = seen.faces[i];
+      int e = hull.face_edges[face];
       do {
-        const std::uint8_t beyond = seen.by[hull.edges[e ^ 1].face];
-        const bool is_other_sides = e % 2 == 1 && (beyond != 0 || seen.all == 0);
-        if ((seen.by[f] | beyond) == seen.all && !is_other_sides) edges[count++] = static_cast<std::uint16_t>(e >> 1);
+        const int beyond = hull.edges[e ^ 1].face;
+        const bool is_others = e % 2 == 1 && seen.lists(beyond);
+        if ((seen.by[face] | seen.by[beyond]) == seen.all && !is_others) edges[count++] = static_cast<std::uint16_t>(e >> 1);
         e = hull.edges[e].next;
-      } while (e != hull.face_edges[f]);
+      } while (e != hull.face_edges[face]);
     }
   }
 };

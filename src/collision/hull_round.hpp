@@ -120,8 +120,8 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
     if (distance_squared < best.distance_squared) best = {distance_squared, on_hull, on_segment, feature};
   };
   const SeenFaces seen(hull, ends, -slack);
-  for (int f = 0; f < hull.face_count; ++f) {
-    if (seen.by[f] == 0) continue;
+  for (int n = 0; n < seen.count; ++n) {
+    const int f = seen.faces[n];
     for (int i = 0; i < 2; ++i) {
       const Vec3 point = i == 0 ? s.from : end_of(s);
       const float height = plane_height(hull.planes[f], point);
@@ -130,12 +130,12 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
       offer(mul_add(point, -height, hull.planes[f].normal), point, vertex_feature(static_cast<std::uint32_t>(i), true));
     }
   }
-  for (int f = 0; f < hull.face_count; ++f) {
-    if (seen.by[f] == 0) continue;
+  for (int n = 0; n < seen.count; ++n) {
+    const int f = seen.faces[n];
     int e = hull.face_edges[f];
     do {
-      const bool is_other_sides = e % 2 == 1 && seen.by[hull.edges[e ^ 1].face] != 0;
-      if (!is_other_sides) {
+      const bool is_others = e % 2 == 1 && seen.lists(hull.edges[e ^ 1].face);
+      if (!is_others) {
         const EdgeView edge = edge_view(hull, e >> 1);
         const SegmentPair pair = closest_points({edge.from, edge.along}, s);
         offer(pair.on_1, pair.on_2, segment_feature(pair.t, e >> 1));
