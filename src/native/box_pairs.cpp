@@ -58,6 +58,10 @@ PoseLanes relative(const Lanes& a, const Lanes& b, const BodyState& state) {
 
 V length(Vec3V<V> v) { return hn::Sqrt(dot(v, v)); }
 
+V half_speculative_margin(V radius, float dt) {
+  return hn::Min(set(0.01f), add(mul(set(0.05f), radius), set(0.5f * fall_within(dt))));
+}
+
 V speculative_margin(const Lanes& a, const Lanes& b, const BodyState& state, V radius_a, V radius_b, float dt) {
   const Velocity* const velocities = state.velocities.data();
   const V h = set(dt), one = set(1.0f);
@@ -66,7 +70,8 @@ V speculative_margin(const Lanes& a, const Lanes& b, const BodyState& state, V r
     return mul(hn::Min(mul(length(of.load(velocities, 1).xyz()), h), one), radius);
   };
   const V turnings = add(turning(a, radius_a), turning(b, radius_b));
-  return add(add(set(2 * half_speculative_margin), mul(approach, h)), turnings);
+  const V near = half_speculative_margin(hn::Min(radius_a, radius_b), dt);
+  return add(add(mul(set(2.0f), near), mul(approach, h)), turnings);
 }
 
 /// `BoxPair` in lanes.

@@ -316,6 +316,12 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
 // What is read and written of BodyBounds by quads.
 static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
 
+/// As fathom::half_speculative_margin.
+V half_speculative_margin(V radius, float dt) {
+  const V of_size = hn::Mul(set(0.05f), radius);
+  return hn::Min(set(0.01f), hn::Add(of_size, set(0.5f * fall_within(dt))));
+}
+
 /// Boxes of the lanes' new motion; a fat box only where the old one is left.
 void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
                   const Motion& m) {
@@ -329,7 +335,7 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
   };
   // The same box as `motion_box`, for boxes.
   const V turning = hn::Mul(hn::Min(hn::Mul(hn::Sqrt(dot(m.angular, m.angular)), set(p.dt)), set(1.0f)), radius);
-  const V margin = hn::Add(turning, set(half_speculative_margin));
+  const V margin = hn::Add(turning, half_speculative_margin(radius, p.dt));
   const Vec3V<V> reach{hn::Add(extent(r.x.x, r.y.x, r.z.x), margin), hn::Add(extent(r.x.y, r.y.y, r.z.y), margin),
                        hn::Add(extent(r.x.z, r.y.z, r.z.z), margin)};
   const Vec3V<V> path = scale(set(p.dt), m.linear);
