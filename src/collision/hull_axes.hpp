@@ -121,14 +121,9 @@ struct EdgeEights {
       Block& block = blocks[i / 8];
       put(block.along, i % 8, edge.along), put(block.left, i % 8, edge.left), put(block.right, i % 8, edge.right);
     }
-    // What is left of the last block crosses no arc.
-    for (int i = edges.count; i % 8 != 0; ++i) {
-      Block& block = blocks[i / 8];
-      put(block.along, i % 8, {}), put(block.left, i % 8, {}), put(block.right, i % 8, {});
-    }
   }
 
-  /// `makes_minkowski_face`, a bit for each edge of a block.
+  /// `makes_minkowski_face`, a bit for each edge of a block; of the last one some bits are of no edge.
   unsigned making_minkowski_faces(int block, const EdgeView& b) const {
     const EightVec3 along_a = vectors(blocks[block].along), along_b = eight(b.along);
     const Eight left_b = dot(eight(b.left), along_a), right_b = dot(eight(b.right), along_a);
@@ -147,7 +142,8 @@ inline EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, cons
   for (int j = 0; j < near_b.count; ++j) {
     const EdgeView edge_b = transform(b_in_a, edge_view(b, near_b.edges[j]));
     for (int i = 0; i < near_a.count; i += 8) {
-      for (unsigned left = eights.making_minkowski_faces(i / 8, edge_b); left != 0; left &= left - 1) {
+      const unsigned there = near_a.count - i < 8 ? (1u << (near_a.count - i)) - 1 : 0xffu;
+      for (unsigned left = eights.making_minkowski_faces(i / 8, edge_b) & there; left != 0; left &= left - 1) {
         const int edge_a = near_a.edges[i + std::countr_zero(left)];
         found.offer(edges_axis(edge_view(a, edge_a), edge_b, noise), edge_a, near_b.edges[j]);
         if (found.best.separation > margin) return found.best;

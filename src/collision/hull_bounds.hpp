@@ -81,46 +81,52 @@ struct FaceHeights {
 /// Which of some points see which faces.
 struct SeenFaces {
   alignas(8) std::uint8_t by[most_faces + 1];  ///< bit i: point i is not lower over this face than asked
-  unsigned all;                                ///< a bit for each point
-  std::uint8_t faces[most_faces];              ///< those that some point sees, ascending; without points all of them
+  std::uint8_t faces[most_faces];              ///< those that some point sees, ascending
   int count = 0;
+  int seen[Witnesses::most] = {};  ///< how many each point sees
 
   /// `low` (m): height over a face from which on a point sees it.
-  FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) : all((1u << points.count()) - 1) {
+  FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) {
 #if defined(FATHOM_HAS_EIGHT)
-    if (hull.plane_eights && all != 0) {
+    if (hull.plane_eights) {
       mark_eights(hull, points, low);
       return;
     }
 #endif
     for (int f = 0; f < hull.face_count; ++f) {
-      unsigned seen = 0;
-      for (int i = 0; i < points.count(); ++i)
-        seen |= (plane_height(hull.planes[f], points.points[i]) < low ? 0u : 1u) << i;
-      by[f] = static_cast<std::uint8_t>(seen);
-      if (seen != 0 || all == 0) faces[count++] = static_cast<std::uint8_t>(f);
+      unsigned by_whom = 0;
+      for (int i = 0; i < points.count(); ++i) {
+        const unsigned sees = plane_height(hull.planes[f], points.points[i]) < low ? 0 : 1;
+        seen[i] += static_cast<int>(sees);
+        by_whom |= sees << i;
+      }
+      by[f] = static_cast<std::uint8_t>(by_whom);
+      faces[count] = static_cast<std::uint8_t>(f);
+      count += by_whom != 0 ? 1 : 0;
     }
   }
-
-  FATHOM_HD bool lists(int face) const { return by[face] != 0 || all == 0; }
 
  private:
 #if defined(FATHOM_HAS_EIGHT)
   void mark_eights(const HullView& hull, const Witnesses& points, float low) {
     const int number = points.count();
-    const EightInts lane{0, 1, 2, 3, 4, 5, 6, 7};
     for (int f = 0; f < hull.face_count; f += 8) {
       const Hull::Eight& planes = hull.plane_eights[f / 8];
-      EightInts seen = eight(0);
+      const unsigned lanes = 0xffu >> (f + 8 > hull.face_count ? f + 8 - hull.face_count : 0);
+      unsigned any = 0, sees[Witnesses::most];
       for (int i = 0; i < number; ++i) {
         const Eight height = dot(vectors(planes), eight(points.points[i])) - eight(planes.w);
-        seen |= ~(height < eight(low)) & eight(1 << i);
+        sees[i] = ~bits(height < eight(low)) & lanes;
+        seen[i] += std::popcount(sees[i]);
+        any |= sees[i];
       }
       for (int i = 0; i < 8; ++i) by[f + i] = 0;
-      for (unsigned left = bits((seen != 0) & (lane < hull.face_count - f)); left != 0; left &= left - 1) {
-        const int i = std::countr_zero(left);
-        by[f + i] = static_cast<std::uint8_t>(seen[i]);
-        faces[count++] = static_cast<std::uint8_t>(f + i);
+      for (; any != 0; any &= any - 1) {
+        const int lane = std::countr_zero(any);
+        unsigned by_whom = 0;
+        for (int i = 0; i < number; ++i) by_whom |= (sees[i] >> lane & 1) << i;
+        by[f + lane] = static_cast<std::uint8_t>(by_whom);
+        faces[count++] = static_cast<std::uint8_t>(f + lane);
       }
     }
   }
@@ -129,21 +135,34 @@ struct SeenFaces {
 
 /// Undirected edges of a hull along which no axis is known to separate less than `threshold` (m).
 struct NearEdges {
-  std::uint16_t edges[most_edges];
+  std::uint16_t edges[most_edges + 1];  // one is written before it is known to count
   int count = 0;
 
-  /// `witnesses` of the other shape, in this hull's frame; `slack`: see `height_slack`.
+  /// All.
+  FATHOM_HD explicit NearEdges(const HullView& hull) {
+    for (; 2 * count < hull.edge_count; ++count) edges[count] = static_cast<std::uint16_t>(count);
+  }
+
+  /// `witnesses`, one at least, of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
-    const SeenFaces seen(hull, witnesses, min(threshold, 0.0f) - slack);
-    for (int i = 0; i < seen.count; ++i) {
-      const int face = seen.faces[i];
-      int e = hull.face_edges[face];
+    const SeenFaces faces(hull, witnesses, min(threshold, 0.0f) - slack);
+    // Every witness sees a face beside a near edge, also the one that sees fewest.
+    int closest = 0;
+    for (int i = 1; i < witnesses.count(); ++i)
+      if (faces.seen[i] < faces.seen[closest]) closest = i;
+    const int all = (1 << witnesses.count()) - 1, by_closest = 1 << closest;
+    for (int i = 0; i < faces.count; ++i) {
+      const int here = faces.by[faces.faces[i]];
+      if ((here & by_closest) == 0) continue;
+      const int first = hull.face_edges[faces.faces[i]];
+      int e = first;
       do {
-        const int beyond = hull.edges[e ^ 1].face;
-        const bool is_others = e % 2 == 1 && seen.lists(beyond);
-        if ((seen.by[face] | seen.by[beyond]) == seen.all && !is_others) edges[count++] = static_cast<std::uint16_t>(e >> 1);
+        const int beyond = faces.by[hull.edges[e ^ 1].face];
+        const bool is_others = e % 2 == 1 && (beyond & by_closest) != 0;
+        edges[count] = static_cast<std::uint16_t>(e >> 1);
+        count += (here | beyond) == all && !is_others ? 1 : 0;
         e = hull.edges[e].next;
-      } while (e != hull.face_edges[face]);
+      } while (e != first);
     }
   }
 };

@@ -134,7 +134,7 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
     const int f = seen.faces[n];
     int e = hull.face_edges[f];
     do {
-      const bool is_others = e % 2 == 1 && seen.lists(hull.edges[e ^ 1].face);
+      const bool is_others = e % 2 == 1 && seen.by[hull.edges[e ^ 1].face] != 0;
       if (!is_others) {
         const EdgeView edge = edge_view(hull, e >> 1);
         const SegmentPair pair = closest_points({edge.from, edge.along}, s);

@@ -153,7 +153,8 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   hull_face_contact(p, face, flipped, margin, manifold);
   if (manifold.count == 0 && face_separation <= 0) {
     // Overlapping, yet not over this face: what touches is within the tolerance of it.
-    const EdgesAxis nearest = best_edges(p, {}, {}, no_separation, margin);
+    const NearEdges all_a(a), all_b(b);
+    const EdgesAxis nearest = best_edges(a, b, p.b_in_a, all_a, all_b, p.tolerance.noise, no_separation, margin);
     if (nearest.a >= 0) {
       hull_edge_contact(p, nearest, margin, manifold);
     } else {
