@@ -111,14 +111,26 @@ FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
   return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
 }
 
-/// Exhaustive over the features that can be seen from the segment's ends; the hull's edges bring its vertices along.
-/// What is closest to the segment lies on a face that some end sees: the direction to it is made of such faces' normals.
-FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const Witnesses& ends, float slack) {
+/// `highest` is the face that the segment is highest over. Nothing is nearer than that, so an end over the face itself is
+/// the closest. Else this is exhaustive over the features that can be seen from the segment's ends; the hull's edges
+/// bring its vertices along. What is closest then lies on a face that some end sees: the direction to it is made of such
+/// faces' normals.
+FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const FaceAxis& highest,
+                                      const Witnesses& ends, float slack) {
   HullSegment best;
   const auto offer = [&](Vec3 on_hull, Vec3 on_segment, std::uint32_t feature) {
     const float distance_squared = length_squared(on_segment - on_hull);
     if (distance_squared < best.distance_squared) best = {distance_squared, on_hull, on_segment, feature};
   };
+  const Hull::Plane plane = hull.planes[highest.face];
+  const float height_from = plane_height(plane, s.from), height_end = plane_height(plane, end_of(s));
+  const bool from_is_lower = height_from <= height_end;
+  const Vec3 lower = from_is_lower ? s.from : end_of(s);
+  if (min(height_from, height_end) > 0 && !clip_segment(hull, highest.face, {lower, {}}, 0).empty()) {
+    offer(mul_add(lower, -min(height_from, height_end), plane.normal), lower,
+          vertex_feature(from_is_lower ? 0 : 1, true));
+    return best;
+  }
   const SeenFaces seen(hull, ends, -slack);
   for (int n = 0; n < seen.count; ++n) {
     const int f = seen.faces[n];
@@ -191,7 +203,7 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
   // Of a core that all but touches the hull the closest points give no direction; the axes do.
   const float separation = max(face.separation, edges.separation);
   if (separation > tolerance.depth_tie) {
-    const HullSegment closest = closest_outside(hull, core, ends, slack);
+    const HullSegment closest = closest_outside(hull, core, face, ends, slack);
     const float gap = fathom::sqrt(closest.distance_squared);
     if (gap > reach) return m;
     add_face_points(hull, face.face, round, tolerance, gap, reach, m);
