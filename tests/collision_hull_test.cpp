@@ -189,7 +189,9 @@ TEST(CollisionHull, VectorInstructionsGiveTheBitsOfSingleNumbers) {
   shapes.push_back(hull(box_points({1, 1, 0.01f})));
   int touching = 0;
   for (int i = 0; i < 6000; ++i) {
-    const auto any = [&] { return geometry(shapes[static_cast<std::size_t>(random.integer(static_cast<int>(shapes.size())))]); };
+    const auto any = [&] {
+      return geometry(shapes[static_cast<std::size_t>(random.integer(static_cast<int>(shapes.size())))]);
+    };
     const Geometry a = any(), b = any();
     Pose pose{random.uniform(0, 1.3f) * random.direction(), 0, i % 4 == 0 ? Quat{} : random.rotation()};
     AxisCache in_lanes, one_by_one;

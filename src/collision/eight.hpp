@@ -37,7 +37,6 @@ inline Eight fma(Eight a, Eight b, Eight c) {
 #endif
 }
 inline Eight min(Eight a, Eight b) { return a < b ? a : b; }
-inline Eight max(Eight a, Eight b) { return a > b ? a : b; }
 inline EightInts min(EightInts a, EightInts b) { return a < b ? a : b; }
 
 /// A bit for each lane that is true.

@@ -127,7 +127,8 @@ struct EdgeEights {
   unsigned making_minkowski_faces(int block, const EdgeView& b) const {
     const EightVec3 along_a = vectors(blocks[block].along), along_b = eight(b.along);
     const Eight left_b = dot(eight(b.left), along_a), right_b = dot(eight(b.right), along_a);
-    const Eight left_a = dot(vectors(blocks[block].left), along_b), right_a = dot(vectors(blocks[block].right), along_b);
+    const Eight left_a = dot(vectors(blocks[block].left), along_b),
+                right_a = dot(vectors(blocks[block].right), along_b);
     const Eight zero = eight(0.0f);
     return bits((left_b * right_b < zero) & (left_a * right_a < zero) & (left_b * right_a < zero));
   }

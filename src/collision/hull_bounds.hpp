@@ -1,9 +1,9 @@
 // Bounds on separations from some points of a hull, which leave few faces and edges to try.
 //
-// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face that is the witness' height h. The
-// axis n across two edges is a combination α·l + β·r of the normals beside either of them, with α, β ≥ 0, and
-// α + β ≥ 1 because it is of unit length; so along it the witness is α·h_l + β·h_r over that edge, and where both
-// heights are less than some t ≤ 0, so is the separation.
+// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face that is the witness' height h.
+// The axis n across two edges is a combination α·l + β·r of the normals beside either of them, with α, β ≥ 0, and α + β
+// ≥ 1 because it is of unit length; so along it the witness is α·h_l + β·h_r over that edge, and where both heights are
+// less than some t ≤ 0, so is the separation.
 #pragma once
 
 #include "collision/frame.hpp"

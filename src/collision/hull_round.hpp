@@ -111,10 +111,10 @@ FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
   return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
 }
 
-/// `highest` is the face that the segment is highest over. Nothing is nearer than that, so an end over the face itself is
-/// the closest. Else this is exhaustive over the features that can be seen from the segment's ends; the hull's edges
-/// bring its vertices along. What is closest then lies on a face that some end sees: the direction to it is made of such
-/// faces' normals.
+/// `highest` is the face that the segment is highest over. Nothing is nearer than that, so an end over the face itself
+/// is the closest. Else this is exhaustive over the features that can be seen from the segment's ends; the hull's edges
+/// bring its vertices along. What is closest then lies on a face that some end sees: the direction to it is made of
+/// such faces' normals.
 FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const FaceAxis& highest,
                                       const Witnesses& ends, float slack) {
   HullSegment best;

@@ -23,7 +23,7 @@ FATHOM_HD HullPair make_hull_pair(const HullView& a, const HullView& b, const Po
   const Frame frame = make_frame(b_in_a);
   const HullSize size_a = size_of(a), size_b = size_of(b);
   const float reach = size_a.outer + size_b.outer + max_component(abs(b_in_a.position));
-  return {a,     b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach), height_slack(reach)};
+  return {a, b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach), height_slack(reach)};
 }
 
 /// The face of `inc` that looks at `normal` most directly, of those around the vertex that is lowest along it: so
