@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Pose pose;
     pose.position = input.vector();
     pose.rotation = normalize(input.rotation());
-    const float margin = abs(input.number());
+    const float margin = fathom::abs(input.number());
     // What a world hands over: finite and no farther than it reaches.
     if (!is_finite(pose) || !(length(pose.position) < 1e7f) || !(margin < 1e6f)) return 0;
     const Geometry ga = geometry(a), gb = geometry(b);
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       fuzz::require(is_finite(m.points[i].position) && is_finite(m.points[i].separation));
       fuzz::require(m.points[i].feature == same.points[i].feature);
     }
-    if (m.count > 0) fuzz::require(abs(length(m.normal) - 1.0f) < 1e-3f);
+    if (m.count > 0) fuzz::require(fathom::abs(length(m.normal) - 1.0f) < 1e-3f);
     // With the axis remembered, as in the next step.
     const Manifold next = collide(ga, gb, pose, margin, cache);
     fuzz::require(next.count >= 0 && next.count <= max_manifold_points);
