@@ -80,7 +80,8 @@ struct WorldDef {
   std::string device = "auto";
   /// For the device simulator: 0 means that reading poses, velocities, events or the profile waits for the last step,
   /// and costs nothing where nobody reads. N > 0 means that `step` returns while up to N steps are still under way,
-  /// every step's results are copied back as it ends, and reading gives those of the newest finished one.
+  /// every step's results are copied back as it ends, and reading gives those of the newest finished one; events those
+  /// of all that have finished. Later steps do not depend on it, nor on what is read.
   int ahead = 0;
   /// For the device simulator with `ahead`: false leaves poses and velocities on the device; reading them then waits
   /// for the last step, while the profile is still that of the newest finished one.
@@ -107,9 +108,10 @@ enum class Preset : std::uint8_t {
 /// Sets in `def` what a preset decides, for the simulator that it names.
 void apply(Preset preset, WorldDef& def);
 
-/// Two bodies, in ascending order of index, that began or ceased to touch in the last step.
+/// Two bodies, in ascending order of index, that began or ceased to touch in a step.
 struct ContactEvent {
   BodyId a, b;
+  std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
 /// Two bodies that met faster than `SolverSettings::restitution_threshold`.
 struct HitEvent {
@@ -117,6 +119,8 @@ struct HitEvent {
   Vec3 point;            ///< m, world
   Vec3 normal;           ///< unit, from a to b
   float approach_speed;  ///< m/s
+  std::uint32_t reserved = 0;
+  std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
 
 /// One contact point as solved in the last step.
@@ -244,12 +248,16 @@ class World {
   Vec3 gravity() const;
 
   // Results of the last step, valid until the next ----------------------------------------------------------
+  // Events name bodies as they were in their step, removed ones too. With `WorldDef::ahead` a list has the events of
+  // all steps that have finished since it was last read before the last call of `step`, in the order of steps; reading
+  // it again before the next may append to it, and only to it. Of events that nobody reads the oldest are dropped from
+  // a quarter of a million of a list on, which `log` is told.
   const Profile& profile() const;
   std::span<const ContactEvent> contacts_begun() const;
   std::span<const ContactEvent> contacts_ended() const;
   std::span<const HitEvent> hits() const;
   std::span<const Quarantine> quarantined() const;
-  /// Calls `visit` for every touching pair.
+  /// Calls `visit` for every touching pair. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------

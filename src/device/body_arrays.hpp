@@ -146,6 +146,7 @@ struct HullArrays {
 
 struct BodyArrays {
   // Given by the application.
+  std::uint32_t* slots;  ///< World's slot of each body, or `none`
   BodyConstants* constants;
   BodyTensors* tensors;
   Force* forces;

@@ -5,7 +5,7 @@
 namespace fathom::device {
 
 BodyMemory::BodyMemory(exec::Memory& m)
-    : slots(m),
+    : slots_(m),
       constants_(m),
       tensors_(m),
       forces_(m),
@@ -51,7 +51,8 @@ void BodyMemory::reserve(std::size_t bodies) {
 }
 
 BodyArrays BodyMemory::arrays() {
-  return {.constants = constants_.data(),
+  return {.slots = slots_.data(),
+          .constants = constants_.data(),
           .tensors = tensors_.data(),
           .forces = forces_.data(),
           .targets = targets_.data(),

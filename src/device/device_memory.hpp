@@ -39,13 +39,12 @@ class BodyMemory {
   std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
 
-  exec::Buffer<std::uint32_t> slots;  ///< World's slot of a device index, or `none`
   HullArrays hulls;
 
   /// Calls act(buffer) for those that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
-    act(slots), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
+    act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
     act(island_woken_), act(isolated_in_), act(solver_), act(support_);
@@ -55,6 +54,7 @@ class BodyMemory {
   template <class Act>
   void for_each_passing(const Act& act);
 
+  exec::Buffer<std::uint32_t> slots_;
   exec::Buffer<BodyConstants> constants_;
   exec::Buffer<BodyTensors> tensors_;
   exec::Buffer<Force> forces_;

@@ -9,9 +9,10 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
-#include <unordered_map>
 #include <vector>
 
+#include "device/body_indices.hpp"
+#include "device/event_list.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
 #include "geometry/query.hpp"
@@ -72,11 +73,18 @@ class DeviceSimulator final : public Simulator {
  private:
   using Event = typename D::Event;
 
+  struct GravityChange {
+    Vec3 gravity;  ///< m/s²
+    bool is_new = false;
+    bool wakes = false;  ///< all that it acts on
+  };
+
   /// A step in flight, and the edits that went before it.
   struct Flight {
     std::uint64_t number = 0;
     std::vector<Edit> edits;
     std::vector<BodyData> data;
+    GravityChange gravity;
     std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
     exec::Traffic traffic;
     bool was_idle = false;     ///< the device had nothing to do when it came
@@ -96,6 +104,9 @@ class DeviceSimulator final : public Simulator {
           poses(device, 0),
           velocities(device, 0),
           flags(device, 0),
+          begun(device, 0),
+          ended(device, 0),
+          hits(device, 0),
           copied(device) {}
     Event start;
     StageMarks<D> marks;
@@ -111,6 +122,8 @@ class DeviceSimulator final : public Simulator {
     exec::PinnedBuffer<Velocity> velocities;
     exec::PinnedBuffer<std::uint32_t> flags;
     std::size_t slots = 0;  ///< how many of the last three were read
+    exec::PinnedBuffer<PairRecord> begun, ended;
+    exec::PinnedBuffer<HitRecord> hits;
     Event copied;           ///< they have arrived
   };
   /// One more than lanes, because a step is timed from the end of the one before.
@@ -137,17 +150,17 @@ class DeviceSimulator final : public Simulator {
   void submit(Flight& flight, bool with_edits, Stop after = no_stop);
   void reserve_results(Lane& lane);
   void submit_results(Lane& lane);
+  void reserve_events(Lane& lane, std::size_t room);
+  CopyEvents copy_of_events(Lane& lane, std::uint64_t number);
   SlotResults& publish(SlotResults& results);
   void stage_edits(Flight& flight);
   void upload_edits(const Flight& flight);
   void upload_ahead();
-  void upload_slots();
-  void upload_gravity();
+  void change_gravity(const GravityChange& change);
   void add_edit(Edit edit);
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
   BodyData body_data(std::uint32_t slot);
-  void release_rested_indices();
 
   // Finished steps.
   bool oldest_is_done() const;
@@ -161,17 +174,15 @@ class DeviceSimulator final : public Simulator {
 
   // The mirror.
   void fetch_bodies() const;
-  /// Reads the newest finished step's events before their lists make room for larger ones.
-  void save_events() {
-    if (!events_are_current_) fetch_events_now();
-  }
   void fetch_bodies_now();
   std::optional<DevicePoses> publish_poses();
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void mirror_gravity();
   void fetch_events() const;
-  void fetch_events_now();
+  /// The events of a finished step, `number`, that has told of itself in `report`.
+  void collect_events(std::uint64_t number, const Report& report);
+  void clear_events();
   template <class T>
   std::vector<T> download(const T* from, std::size_t count);
   // Snapshots.
@@ -183,8 +194,6 @@ class DeviceSimulator final : public Simulator {
   }
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
-  ContactEvent event(PairRecord pair) const;
-  BodyId id_of(std::uint32_t index) const;
 
   // Reading fetches what is not there yet, which changes nothing that a reader could have seen.
   DeviceSimulator& self() const { return *const_cast<DeviceSimulator*>(this); }
@@ -199,7 +208,6 @@ class DeviceSimulator final : public Simulator {
   HullMemory hull_memory_;
   exec::Buffer<Counters> counters_;
   exec::PinnedBuffer<Report> reports_;
-  exec::PinnedBuffer<std::uint32_t> slot_staging_;
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
@@ -208,14 +216,8 @@ class DeviceSimulator final : public Simulator {
 
   std::size_t wanted_bodies_ = 0;
   std::size_t wanted_contacts_ = 0, wanted_manifolds_ = 0;
-  std::vector<std::uint32_t> index_of_;  // by slot
-  std::vector<std::uint32_t> slot_of_;   // by device index
-  std::vector<std::uint32_t> free_indices_;
-  std::deque<std::pair<std::uint32_t, std::uint64_t>> resting_indices_;  // with the step that drops their contacts
-  std::unordered_map<std::uint32_t, BodyId> former_ids_;                 // of indices without a body
-  bool slots_are_current_ = false;
-  bool gravity_is_current_ = false;
-  bool gravity_wakes_ = false;  // it was changed since the last step
+  BodyIndices indices_;
+  GravityChange gravity_change_;  // since the last step
 
   std::vector<Edit> edits_;               // since the last submission
   std::size_t uploaded_ = 0;              // of them, in the next step's lane
@@ -240,9 +242,11 @@ class DeviceSimulator final : public Simulator {
   std::vector<Pose> poses_;
   std::vector<Velocity> velocities_;
   std::vector<std::uint32_t> flags_;
-  std::vector<ContactEvent> begun_, ended_;
-  std::vector<HitEvent> hits_;
-  std::vector<Quarantine> quarantined_;
+  // Reading marks what was read.
+  mutable EventList<ContactEvent> begun_, ended_;
+  mutable EventList<HitEvent> hits_;
+  mutable EventList<Quarantine> quarantined_;
+  bool told_of_dropped_events_ = false;
 };
 
 }  // namespace fathom::device

@@ -13,6 +13,8 @@ namespace fathom::device {
 inline constexpr int fewest_in_flight = 3;
 inline constexpr std::size_t first_bodies = 256;
 inline constexpr std::size_t first_contacts = 1024;
+/// Of each list, that a step's results bring along without being asked twice.
+inline constexpr std::size_t first_events = 1024;
 
 template <exec::Device D>
 template <class... Arguments>
@@ -28,7 +30,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       hull_memory_(device_),
       counters_(device_, 1),
       reports_(device_, lanes_count_),
-      slot_staging_(device_, 0) {
+      gravity_change_{definition.gravity, true, false} {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
   device_.wait();
@@ -50,11 +52,10 @@ void DeviceSimulator<D>::step() {
   while (flights_.size() >= lanes_count_) retire_oldest();
   if (submitted_ == 0) order_in_space();
   make_room();
-  upload_slots();
-  upload_gravity();
   if (!lanes_.front()->graph) record();
   Flight& flight = flights_.emplace_back();
   flight.number = ++submitted_;
+  flight.gravity = std::exchange(gravity_change_, {});
   flight.edits = std::move(edits_);
   flight.data = std::move(data_);
   flight.uploaded = std::exchange(uploaded_, 0);
@@ -67,6 +68,7 @@ void DeviceSimulator<D>::step() {
     submit(flight, true);
   } catch (...) {
     // Nothing of the step has run: it is as if it had not been asked for.
+    gravity_change_ = flight.gravity;
     edits_ = std::move(flight.edits);
     data_ = std::move(flight.data);
     list_last_edits();
@@ -79,6 +81,7 @@ void DeviceSimulator<D>::step() {
   ++steps;
   bodies_are_current_ = bodies_are_current_ && copies_results();
   events_are_current_ = events_are_current_ && def.ahead > 0;
+  begun_.begin_step(), ended_.begin_step(), hits_.begin_step(), quarantined_.begin_step();
   while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
 }
 
@@ -87,18 +90,16 @@ void DeviceSimulator<D>::step() {
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
   const std::size_t bodies_needed =
-      std::max({slot_of_.size(), static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
+      std::max({std::size_t{indices_.size()}, static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
   const std::size_t contacts_needed = std::max({wanted_contacts_, bodies_needed + bodies_needed / 4, first_contacts});
   const std::size_t manifolds_needed = std::max({wanted_manifolds_, bodies_needed + bodies_needed / 4, first_contacts});
   if (bodies_needed > std::min(body_memory_.capacity(), grid_memory_.capacity())) {
     retire_all();
-    save_events();
     forget_graphs();
     const std::size_t old = body_memory_.capacity();
     const std::size_t target = old == 0 ? bodies_needed : std::max(bodies_needed, old + old / 2);
     body_memory_.reserve(target);
     grid_memory_.reserve(target);
-    slots_are_current_ = false;
     bodies_are_current_ = false;
     // All boxes enter the larger grid.
     choose_grid();
@@ -189,7 +190,7 @@ PublishedRoom DeviceSimulator<D>::published_room() const {
 /// Bodies that are there before the first step lie along a space-filling curve.
 template <exec::Device D>
 void DeviceSimulator<D>::order_in_space() {
-  std::vector<Vec3> places(slot_of_.size());
+  std::vector<Vec3> places(indices_.size());
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add)
       places[e.index] = data_[e.data].pose.position;
@@ -198,16 +199,9 @@ void DeviceSimulator<D>::order_in_space() {
   const std::vector<std::uint32_t> order = morton_order(places);  // new → old
   std::vector<std::uint32_t> new_of(order.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) new_of[order[i]] = i;
-  std::vector<std::uint32_t> slot_of(slot_of_.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) slot_of[i] = slot_of_[order[i]];
-  slot_of_ = std::move(slot_of);
-  for (std::uint32_t& index : index_of_)
-    if (index != none) index = new_of[index];
-  for (std::uint32_t& index : free_indices_) index = new_of[index];
-  for (auto& [index, step] : resting_indices_) index = new_of[index];
+  indices_.reorder(new_of);
   for (Edit& e : edits_) e.index = new_of[e.index];
   list_last_edits();
-  slots_are_current_ = false;
 }
 
 template <exec::Device D>
@@ -215,11 +209,13 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
   if (copies_results()) reserve_results(lane);
+  if (def.ahead > 0) reserve_events(lane, first_events);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
+  if (with_edits) change_gravity(flight.gravity);
   if (with_edits) upload_edits(flight);
   if (body_fault.is_due(SolverStage::before_step, 0))
-    device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
+    device_.parallel_for(indices_.size(),
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
   if (after != no_stop) {
     lane.rest_graph.emplace(device_.record([step = step_of(lane), after]() mutable {
@@ -233,6 +229,9 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
     device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
   }
   if (copies_results()) submit_results(lane);
+  if (def.ahead > 0)
+    device_.parallel_for(static_cast<std::uint32_t>(lane.begun.size()),
+                         CopyNewestEvents{copy_of_events(lane, flight.number), counters_.data()});
   device_.mark(end_of(flight.number));
   flight.traffic += device_.traffic() - counted_;
   counted_ = device_.traffic();
@@ -264,8 +263,8 @@ void DeviceSimulator<D>::submit_results(Lane& lane) {
 template <exec::Device D>
 SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
   results.reserve(body_memory_.capacity());
-  device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
-                       PublishBodies{body_memory_.arrays(), body_memory_.slots.data(), results.poses.data(),
+  device_.parallel_for(indices_.size(),
+                       PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
                                      results.velocities.data(), results.flags.data()});
   return results;
 }
@@ -297,7 +296,7 @@ void DeviceSimulator<D>::upload_edits(const Flight& flight) {
                                flight.edits.size() - flight.uploaded);
   if (!flight.data.empty()) device_.copy_to_device_aside(lane.data.data(), lane.staged_data.data(), flight.data.size());
   // Looking at every body pays where many are edited.
-  const auto bodies_count = static_cast<std::uint32_t>(slot_of_.size());
+  const auto bodies_count = indices_.size();
   const bool follows = 8 * flight.edits.size() > bodies_count;
   const ApplyEdits apply{body_memory_.arrays(),
                          grid_memory_.grid(grid_base_),
@@ -310,26 +309,12 @@ void DeviceSimulator<D>::upload_edits(const Flight& flight) {
   if (follows) device_.parallel_for(bodies_count, FollowEdits{apply});
 }
 
+/// Before the step's edits, and like them not while the simulator is stopped.
 template <exec::Device D>
-void DeviceSimulator<D>::upload_slots() {
-  if (slots_are_current_) return;
-  // The staging of an earlier upload may still be on its way.
-  device_.wait();
-  if (slot_staging_.size() < slot_of_.size())
-    slot_staging_ = exec::PinnedBuffer<std::uint32_t>(device_, body_memory_.capacity());
-  std::copy(slot_of_.begin(), slot_of_.end(), slot_staging_.begin());
-  device_.copy_to_device(body_memory_.slots.data(), slot_staging_.data(), slot_of_.size());
-  slots_are_current_ = true;
-}
-
-template <exec::Device D>
-void DeviceSimulator<D>::upload_gravity() {
-  if (gravity_is_current_) return;
-  device_.parallel_for(1, SetGravity{counters_.data(), def.gravity});
-  gravity_is_current_ = true;
-  if (std::exchange(gravity_wakes_, false))
-    device_.parallel_for(static_cast<std::uint32_t>(slot_of_.size()),
-                         WakeByGravity{body_memory_.arrays(), counters_.data()});
+void DeviceSimulator<D>::change_gravity(const GravityChange& change) {
+  if (!change.is_new) return;
+  device_.parallel_for(1, SetGravity{counters_.data(), change.gravity});
+  if (change.wakes) device_.parallel_for(indices_.size(), WakeByGravity{body_memory_.arrays(), counters_.data()});
 }
 
 }  // namespace fathom::device

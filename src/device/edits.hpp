@@ -10,7 +10,7 @@
 namespace fathom::device {
 
 enum class EditKind : std::uint32_t {
-  add,  ///< constants and tensors, pose, velocity
+  add,  ///< constants and tensors, pose, velocity, slot
   remove,
   set_pose,
   set_velocity,
@@ -58,7 +58,8 @@ struct alignas(16) BodyData {
   Pose pose{};                ///< of a body that is added
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note where constants change
-  std::uint32_t unused[3] = {};
+  std::uint32_t slot = none;  ///< of a body that is added
+  std::uint32_t unused[2] = {};
 };
 
 /// The change of velocity by an impulse and an angular impulse.
@@ -174,6 +175,7 @@ struct ApplyEdits {
 
   FATHOM_HD void add(std::uint32_t i, const Edit& e) const {
     const BodyConstants c = data[e.data].constants;
+    bodies.slots[i] = data[e.data].slot;
     bodies.constants[i] = c;
     bodies.tensors[i] = data[e.data].tensors;
     bodies.poses[i] = data[e.data].pose;
@@ -193,6 +195,7 @@ struct ApplyEdits {
   }
 
   FATHOM_HD void remove(std::uint32_t i) const {
+    bodies.slots[i] = none;
     bodies.constants[i] = BodyConstants{};
     bodies.flags[i] = 0;
     bodies.known[i] = no_box();
@@ -260,7 +263,9 @@ struct SetGravity {
   Counters* counters;
   Vec3 gravity;  ///< m/s²
 
-  FATHOM_HD void operator()(std::uint32_t) const { counters->gravity = gravity; }
+  FATHOM_HD void operator()(std::uint32_t) const {
+    if (!counters->stopped) counters->gravity = gravity;
+  }
 };
 
 /// Wakes the islands of all bodies that gravity acts on.
@@ -269,7 +274,7 @@ struct WakeByGravity {
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (i >= counters->bodies || bodies.flags[i] & (awake_flag | isolated_flag)) return;
+    if (counters->stopped || i >= counters->bodies || bodies.flags[i] & (awake_flag | isolated_flag)) return;
     const BodyConstants& c = bodies.constants[i];
     if (!c.is_living() || !c.is_dynamic() || c.gravity_scale == 0) return;
     exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);

@@ -254,16 +254,48 @@ struct EndStep {
   }
 };
 
+/// Copies a step's events to where the host reads them, as far as there is room.
+struct CopyEvents {
+  ContactArrays contacts;
+  std::uint32_t step;
+  std::uint32_t begun_count, ended_count, hit_count;
+  std::uint32_t room;  ///< in each of the following, which are pinned memory
+  PairRecord* begun;
+  PairRecord* ended;
+  HitRecord* hits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (k >= room) return;
+    if (k < begun_count) begun[k] = contacts.begun[contacts.event(step, k)];
+    if (k < ended_count) ended[k] = contacts.ended[contacts.event(step, k)];
+    if (k < hit_count) hits[k] = contacts.hits[contacts.event(step, k)];
+  }
+};
+
+/// The same of the step that has just ended, before the host knows how many there are.
+struct CopyNewestEvents {
+  CopyEvents copy;
+  const Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    CopyEvents all = copy;
+    all.begun_count = counters->begun, all.ended_count = counters->ended, all.hit_count = counters->hits;
+    all(k);
+  }
+};
+
 /// What the application sees of a body, by its slot.
 struct PublishBodies {
   BodyArrays bodies;
-  const std::uint32_t* slots;
+  const Counters* counters;
   Pose* poses;
   Velocity* velocities;
   std::uint32_t* flags;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    const std::uint32_t slot = slots[i];
+    if (i >= counters->bodies) return;
+    const std::uint32_t slot = bodies.slots[i];
     if (slot == none) return;
     poses[slot] = bodies.poses[i];
     velocities[slot] = bodies.velocities[i];

@@ -10,7 +10,7 @@ inline constexpr std::size_t edits_at_once = 4096;
 
 template <exec::Device D>
 void DeviceSimulator<D>::add_edit(Edit edit) {
-  if (last_edit_.size() < slot_of_.size()) last_edit_.resize(slot_of_.size() + slot_of_.size() / 2, none);
+  if (last_edit_.size() < indices_.size()) last_edit_.resize(indices_.size() + indices_.size() / 2, none);
   const auto place = static_cast<std::uint32_t>(edits_.size());
   std::uint32_t& last = last_edit_[edit.index];
   if (last != none) {
@@ -44,7 +44,7 @@ void DeviceSimulator<D>::upload_ahead() {
 /// The last edit of each body among those that wait.
 template <exec::Device D>
 void DeviceSimulator<D>::list_last_edits() {
-  last_edit_.assign(slot_of_.size(), none);
+  last_edit_.assign(indices_.size(), none);
   for (std::uint32_t place = 0; place < edits_.size(); ++place) last_edit_[edits_[place].index] = place;
 }
 
@@ -81,21 +81,9 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   const BodyData body = body_data(slot);
   set_changed_ = true;
   movable_ += bodies[slot].motion != MotionType::fixed;
-  release_rested_indices();
-  if (index_of_.size() <= slot) index_of_.resize(slot + 1, none);
-  std::uint32_t index;
-  if (free_indices_.empty()) {
-    index = static_cast<std::uint32_t>(slot_of_.size());
-    slot_of_.push_back(slot);
-  } else {
-    index = free_indices_.back();
-    free_indices_.pop_back();
-    slot_of_[index] = slot;
-  }
-  former_ids_.erase(index);
-  index_of_[slot] = index;
-  slots_are_current_ = false;
+  const std::uint32_t index = indices_.add(slot, submitted_ + 1);
   BodyData& data = data_.emplace_back(body);
+  data.slot = slot;
   data.pose = pose;
   data.velocity = velocity;
   Edit edit = edit_of(EditKind::add, index, Velocity{});
@@ -105,65 +93,50 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
 
 template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
-  const std::uint32_t index = index_of_[slot];
   set_changed_ = true;
   movable_ -= bodies[slot].motion != MotionType::fixed;
-  add_edit(edit_of(EditKind::remove, index, Velocity{}));
-  former_ids_[index] = bodies.id(slot);
-  slot_of_[index] = none;
-  index_of_[slot] = none;
-  resting_indices_.emplace_back(index, submitted_ + 1);
-  slots_are_current_ = false;
-}
-
-/// Indices whose last owners' contacts a finished step has dropped.
-template <exec::Device D>
-void DeviceSimulator<D>::release_rested_indices() {
-  while (!resting_indices_.empty() && resting_indices_.front().second <= newest_.step) {
-    free_indices_.push_back(resting_indices_.front().first);
-    resting_indices_.pop_front();
-  }
+  add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
+  indices_.remove(bodies.id(slot), submitted_ + 1);
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::set_pose(std::uint32_t slot, const Pose& pose) {
-  add_edit(edit_of(EditKind::set_pose, index_of_[slot], pose));
+  add_edit(edit_of(EditKind::set_pose, indices_.of(slot), pose));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::set_velocity(std::uint32_t slot, const Velocity& velocity) {
-  add_edit(edit_of(EditKind::set_velocity, index_of_[slot], velocity));
+  add_edit(edit_of(EditKind::set_velocity, indices_.of(slot), velocity));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::move_to(std::uint32_t slot, const Pose& pose) {
-  add_edit(edit_of(EditKind::move_to, index_of_[slot], pose));
+  add_edit(edit_of(EditKind::move_to, indices_.of(slot), pose));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_velocity(std::uint32_t slot, const Velocity& change) {
-  add_edit(edit_of(EditKind::add_velocity, index_of_[slot], change));
+  add_edit(edit_of(EditKind::add_velocity, indices_.of(slot), change));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::add_impulse(std::uint32_t slot, const Velocity& impulse) {
-  add_edit(edit_of(EditKind::impulse, index_of_[slot], impulse));
+  add_edit(edit_of(EditKind::impulse, indices_.of(slot), impulse));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
-  add_edit(edit_of(EditKind::force, index_of_[slot], Velocity{force, 0, torque, 0}));
+  add_edit(edit_of(EditKind::force, indices_.of(slot), Velocity{force, 0, torque, 0}));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::gravity_changed() {
-  gravity_is_current_ = false;
-  gravity_wakes_ = def.sleep.enabled && submitted_ > 0;
+  gravity_change_ = {def.gravity, true, def.sleep.enabled && submitted_ > 0};
   if (bodies_are_current_) mirror_gravity();
 }
 template <exec::Device D>
 void DeviceSimulator<D>::wake(std::uint32_t slot) {
-  add_edit(edit_of(EditKind::wake, index_of_[slot], Velocity{}));
+  add_edit(edit_of(EditKind::wake, indices_.of(slot), Velocity{}));
 }
 template <exec::Device D>
 void DeviceSimulator<D>::constants_changed(std::uint32_t slot, std::uint32_t changes) {
   data_.push_back(body_data(slot));
   data_.back().changes = changes;
-  Edit edit = edit_of(EditKind::constants, index_of_[slot], Velocity{});
+  Edit edit = edit_of(EditKind::constants, indices_.of(slot), Velocity{});
   edit.data = static_cast<std::uint32_t>(data_.size() - 1);
   add_edit(edit);
 }

@@ -21,6 +21,11 @@ void DeviceSimulator<D>::retire_oldest() {
   lane_of(flights_.front().number).copied.wait();
   const Report report = reports_[flights_.front().number % lanes_count_];
   if (report.stopped) return repair(report);
+  if (def.ahead > 0)
+    collect_events(flights_.front().number, report);
+  else
+    clear_events();
+  indices_.forget_before(flights_.front().number + (def.ahead > 0));
   newest_ = report;
   newest_published_ = published_memory_.reports[flights_.front().number % lanes_count_];
   const Flight& flight = flights_.front();

@@ -26,7 +26,6 @@ void DeviceSimulator<D>::fetch_bodies_now() {
     Lane& lane = lane_of(newest_.step);
     if (!copies_results()) {
       make_room();
-      upload_slots();
       reserve_results(lane);
       submit_results(lane);
       device_.wait();
@@ -54,7 +53,6 @@ std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
     retire_all();
     if (newest_.step == 0) return {};
     make_room();
-    upload_slots();
     return DevicePoses{publish(results_).poses.data(), bodies.slot_count(), device_.stream(),
                        static_cast<int>(device_.info().index)};
   } else {
@@ -65,7 +63,7 @@ std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
 /// What an edit does to poses and velocities that the application reads.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {
-  const std::uint32_t slot = slot_of_[e.index];
+  const std::uint32_t slot = indices_.slot(e.index);
   if (slot == none) return;
   if (poses_.size() <= slot) {
     poses_.resize(slot + 1 + slot / 2);
@@ -125,7 +123,7 @@ void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
 /// What a change of gravity that waits for the next step wakes.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror_gravity() {
-  if (!gravity_wakes_) return;
+  if (!gravity_change_.wakes) return;
   for (const BodyId id : bodies.living()) {
     const BodyInfo& info = bodies[id.index];
     const bool asleep = !(flags_[id.index] & (awake_flag | isolated_flag));

@@ -19,85 +19,113 @@ std::vector<T> DeviceSimulator<D>::download(const T* from, std::size_t count) {
 }
 
 template <exec::Device D>
-BodyId DeviceSimulator<D>::id_of(std::uint32_t index) const {
-  const auto former = former_ids_.find(index);
-  return former != former_ids_.end() ? former->second : bodies.id(slot_of_[index]);
+void DeviceSimulator<D>::reserve_events(Lane& lane, std::size_t room) {
+  const auto reserve = [&](auto& buffer) {
+    if (buffer.size() < room) buffer = std::decay_t<decltype(buffer)>(device_, room);
+  };
+  reserve(lane.begun), reserve(lane.ended), reserve(lane.hits);
 }
 
 template <exec::Device D>
-ContactEvent DeviceSimulator<D>::event(PairRecord pair) const {
-  const BodyId a = id_of(pair.a), b = id_of(pair.b);
-  return a.index < b.index ? ContactEvent{a, b} : ContactEvent{b, a};
+CopyEvents DeviceSimulator<D>::copy_of_events(Lane& lane, std::uint64_t number) {
+  return {.contacts = contact_memory_.contacts(),
+          .step = static_cast<std::uint32_t>(number),
+          .begun_count = 0,
+          .ended_count = 0,
+          .hit_count = 0,
+          .room = static_cast<std::uint32_t>(lane.begun.size()),
+          .begun = lane.begun.data(),
+          .ended = lane.ended.data(),
+          .hits = lane.hits.data()};
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::clear_events() {
+  begun_.clear(), ended_.clear(), hits_.clear(), quarantined_.clear();
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_events() const {
   look();
-  if (!events_are_current_) self().fetch_events_now();
+  if (events_are_current_) return;
+  if (def.ahead == 0 && newest_.step > 0) self().collect_events(newest_.step, newest_);
+  self().events_are_current_ = true;
 }
 
-// Lists come in any order; the application gets them by index.
+// Lists come in any order; the application gets them by index. Where steps are ahead their lists are on the host
+// already, unless they are longer than ever.
 template <exec::Device D>
-void DeviceSimulator<D>::fetch_events_now() {
-  begun_.clear();
-  ended_.clear();
-  hits_.clear();
-  quarantined_.clear();
-  if (newest_.step == 0) {
-    events_are_current_ = true;
-    return;
+void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& report) {
+  const std::uint32_t most = std::max({report.begun, report.ended, report.hits});
+  if (most == 0 && report.quarantined == 0) return;
+  Lane& lane = lane_of(number);
+  if (most > 0 && (def.ahead == 0 || most > lane.begun.size())) {
+    reserve_events(lane, std::max<std::size_t>(first_events, most + most / 2));
+    CopyEvents copy = copy_of_events(lane, number);
+    copy.begun_count = report.begun, copy.ended_count = report.ended, copy.hit_count = report.hits;
+    device_.parallel_for(most, copy);
+    device_.wait();
   }
-  const ContactArrays arrays = contact_memory_.contacts();
+  const auto isolated_in = download(body_memory_.arrays().isolated_in, report.quarantined ? indices_.size() : 0);
+
+  const auto former = indices_.former(number);
+  const auto id_of = [&](std::uint32_t index) {
+    const auto owner = former.find(index);
+    return owner != former.end() ? owner->second : bodies.id(indices_.slot(index));
+  };
+  const auto named = [&](std::uint32_t i, std::uint32_t j) {
+    const BodyId a = id_of(i), b = id_of(j);
+    return a.index < b.index ? ContactEvent{a, b, number} : ContactEvent{b, a, number};
+  };
+  std::vector<ContactEvent> begun, ended;
+  std::vector<HitEvent> hits;
+  std::vector<Quarantine> quarantined;
+  for (std::uint32_t k = 0; k < report.begun; ++k) begun.push_back(named(lane.begun[k].a, lane.begun[k].b));
+  for (std::uint32_t k = 0; k < report.ended; ++k) ended.push_back(named(lane.ended[k].a, lane.ended[k].b));
+  for (std::uint32_t k = 0; k < report.hits; ++k) {
+    const HitRecord& hit = lane.hits[k];
+    const ContactEvent ids = named(hit.a, hit.b);
+    const bool swapped = ids.a != id_of(hit.a);
+    hits.push_back({ids.a, ids.b, hit.point, swapped ? -hit.normal : hit.normal, hit.speed, 0, number});
+  }
+  for (std::uint32_t index = 0; index < isolated_in.size(); ++index)
+    if (isolated_in[index] == report.step) quarantined.push_back({id_of(index), number});
   const auto before = [](const auto& x, const auto& y) {
     return x.a.index != y.a.index ? x.a.index < y.a.index : x.b.index < y.b.index;
   };
-  const auto for_each = [&](const auto* lists, std::uint32_t count, const auto& act) {
-    // Lists of several steps take turns.
-    const std::size_t first = arrays.event(newest_.step, 0);
-    const auto all = download(lists + first, count == 0 ? 0 : arrays.event(newest_.step, count - 1) + 1 - first);
-    for (std::size_t i = 0; i < all.size(); i += arrays.event_lists) act(all[i]);
-  };
-  for_each(arrays.begun, newest_.begun, [&](const PairRecord& pair) { begun_.push_back(event(pair)); });
-  for_each(arrays.ended, newest_.ended, [&](const PairRecord& pair) { ended_.push_back(event(pair)); });
-  for_each(arrays.hits, newest_.hits, [&](const HitRecord& hit) {
-    const ContactEvent ids = event({hit.a, hit.b});
-    const bool swapped = ids.a != id_of(hit.a);
-    hits_.push_back({ids.a, ids.b, hit.point, swapped ? -hit.normal : hit.normal, hit.speed});
-  });
-  std::sort(begun_.begin(), begun_.end(), before);
-  std::sort(ended_.begin(), ended_.end(), before);
-  std::sort(hits_.begin(), hits_.end(), before);
-  const auto isolated_in = download(body_memory_.arrays().isolated_in, newest_.quarantined ? slot_of_.size() : 0);
-  for (std::uint32_t index = 0; index < isolated_in.size(); ++index)
-    if (isolated_in[index] == newest_.step) quarantined_.push_back({id_of(index), newest_.step});
-  std::sort(quarantined_.begin(), quarantined_.end(),
-            [](const Quarantine& x, const Quarantine& y) { return x.body.index < y.body.index; });
-  events_are_current_ = true;
+  std::ranges::sort(begun, before);
+  std::ranges::sort(ended, before);
+  std::ranges::sort(hits, before);
+  std::ranges::sort(quarantined, {}, [](const Quarantine& q) { return q.body.index; });
+  const std::size_t dropped = begun_.add(begun) + ended_.add(ended) + hits_.add(hits) + quarantined_.add(quarantined);
+  if (dropped > 0 && def.log && !std::exchange(told_of_dropped_events_, true))
+    def.log("step " + std::to_string(number) + ": nobody has read events for so long that the oldest are dropped");
 }
 
 template <exec::Device D>
 std::span<const ContactEvent> DeviceSimulator<D>::contacts_begun() const {
   fetch_events();
-  return begun_;
+  return begun_.read();
 }
 template <exec::Device D>
 std::span<const ContactEvent> DeviceSimulator<D>::contacts_ended() const {
   fetch_events();
-  return ended_;
+  return ended_.read();
 }
 template <exec::Device D>
 std::span<const HitEvent> DeviceSimulator<D>::hits() const {
   fetch_events();
-  return hits_;
+  return hits_.read();
 }
 template <exec::Device D>
 std::span<const Quarantine> DeviceSimulator<D>::quarantined() const {
   fetch_events();
-  return quarantined_;
+  return quarantined_.read();
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
+  retire_all();
   fetch_bodies();
   const ContactArrays arrays = self().contact_memory_.contacts();
   const auto contacts = self().download(arrays.contacts, newest_.contacts);
@@ -107,12 +135,16 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   const auto manifolds = self().download(arrays.manifolds, last);
   std::vector<ContactInfo> infos;
   for (const Contact& c : contacts) {
-    if (!c.in_use() || !c.touching() || slot_of_[c.a] == none || slot_of_[c.b] == none) continue;
+    if (!c.in_use() || !c.touching()) continue;
+    const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
+    if (slot_a == none || slot_b == none) continue;
     const ContactManifold& m = manifolds[c.manifold];
-    const Pose &pa = poses_[slot_of_[c.a]], &pb = poses_[slot_of_[c.b]];
-    const ContactEvent ids = event({c.a, c.b});
+    const Pose &pa = poses_[slot_a], &pb = poses_[slot_b];
+    BodyId a = bodies.id(slot_a), b = bodies.id(slot_b);
     const Vec3 normal = rotate(pa.rotation, m.normal);
-    ContactInfo info{ids.a, ids.b, ids.a.index == slot_of_[c.a] ? normal : -normal, m.point_count(), {}};
+    const bool swapped = slot_b < slot_a;
+    if (swapped) std::swap(a, b);
+    ContactInfo info{a, b, swapped ? -normal : normal, m.point_count(), {}};
     if ((c.bits & colour_bits) < overflow_colour) info.colour = static_cast<int>(c.bits & colour_bits);
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);

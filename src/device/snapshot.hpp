@@ -11,16 +11,6 @@
 
 namespace fathom::device {
 
-/// An entry of the maps beside the device's arrays.
-struct RestingIndex {
-  std::uint64_t step;
-  std::uint32_t index, unused;
-};
-struct FormerId {
-  std::uint32_t index;
-  BodyId id;
-};
-
 template <exec::Device D>
 template <class T>
 void DeviceSimulator<D>::upload(T* to, const std::vector<T>& from) {
@@ -36,15 +26,11 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   DeviceSimulator& s = self();
   s.retire_all();
   s.device_.wait();
-  if (!events_are_current_) s.fetch_events_now();
-  write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_wakes_, grid_base_, index_of_, slot_of_,
-        free_indices_, edits_, data_);
-  std::vector<RestingIndex> resting;
-  for (const auto& [index, step] : resting_indices_) resting.push_back({step, index, 0});
-  std::vector<FormerId> former;
-  for (const auto& [index, id] : former_ids_) former.push_back({index, id});
-  write(resting, former);
-  write(begun_, ended_, hits_, quarantined_);
+  fetch_events();
+  write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
+  BodyIndices::archive(indices_, write);
+  const auto save_list = [&](const auto& list) { std::decay_t<decltype(list)>::archive(list, write); };
+  save_list(begun_), save_list(ended_), save_list(hits_), save_list(quarantined_);
   const Counters counters = s.download(counters_.data(), 1).front();
   write(counters);
   s.body_memory_.for_each_lasting(
@@ -65,21 +51,21 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
 
 template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
-  std::vector<RestingIndex> resting;
-  std::vector<FormerId> former;
-  in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_wakes_, grid_base_, index_of_, slot_of_,
-     free_indices_, edits_, data_);
-  in(resting, former, begun_, ended_, hits_, quarantined_);
+  in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
+  BodyIndices::archive(indices_, in);
+  const auto restore_list = [&](auto& list) { std::decay_t<decltype(list)>::archive(list, in); };
+  restore_list(begun_), restore_list(ended_), restore_list(hits_), restore_list(quarantined_);
   events_are_current_ = true;
   Counters counters;
   in(counters);
-  for (const RestingIndex& r : resting) resting_indices_.emplace_back(r.index, r.step);
-  for (const FormerId& f : former) former_ids_[f.index] = f.id;
   check_indices(in, counters);
 
   // Hulls by the order of slots; constants name them.
   for (const Edit& e : edits_)
-    if (e.kind == EditKind::add || e.kind == EditKind::constants) give_hull(data_[e.data].constants, e.index);
+    if (e.kind == EditKind::add || e.kind == EditKind::constants) {
+      give_hull(data_[e.data].constants, e.index);
+      data_[e.data].slot = indices_.slot(e.index);
+    }
   list_last_edits();
 
   const bool on_device = submitted_ > 0;
@@ -145,7 +131,8 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   }
   profile_is_current_ = true;
   if (!on_device) return;
-  upload_slots();
+  // Those of the saved world have been checked; bodies that wait for being added lie behind.
+  upload(body_memory_.arrays().slots, indices_.slots());
   device_.mark(end_of(submitted_));  // the next step is timed from here
   if (copies_results()) {
     reserve_results(lane_of(newest_.step));
@@ -157,23 +144,18 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
 /// The index of the hull that a body's shape has in this simulator.
 template <exec::Device D>
 void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index) {
-  const std::uint32_t slot = slot_of_[index];
+  const std::uint32_t slot = indices_.slot(index);
   constants.hull = slot != none && bodies[slot].shape.hull ? hull_memory_.index_of(bodies[slot].shape.hull) : 0;
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& counters) const {
-  in.require(index_of_.size() <= bodies.slot_count() && counters.bodies <= slot_of_.size());
+  in.require(counters.bodies <= indices_.size());
+  in.require(indices_.is_sound(bodies.slot_count(), [&](std::uint32_t slot) { return bodies.alive(slot); }));
   in.require(counters.free_contacts <= counters.contacts && counters.free_manifolds <= counters.manifolds &&
              newest_.step == submitted_ && steps == submitted_);
-  for (std::uint32_t slot = 0; slot < index_of_.size(); ++slot)
-    in.require(bodies.alive(slot) ? index_of_[slot] < slot_of_.size() && slot_of_[index_of_[slot]] == slot
-                                  : index_of_[slot] == none);
-  for (const std::uint32_t slot : slot_of_) in.require(slot == none || (slot < index_of_.size() && bodies.alive(slot)));
-  for (const std::uint32_t index : free_indices_) in.require(index < slot_of_.size());
-  for (const auto& [index, step] : resting_indices_) in.require(index < slot_of_.size());
   for (const Edit& e : edits_) {
-    in.require(e.index < slot_of_.size() && (e.next == none || e.next < edits_.size()));
+    in.require(e.index < indices_.size() && (e.next == none || e.next < edits_.size()));
     in.require((e.kind != EditKind::add && e.kind != EditKind::constants) || e.data < data_.size());
   }
 }

@@ -211,14 +211,14 @@ void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent
 }
 
 ContactEvent NativeSimulator::event(std::uint32_t a, std::uint32_t b) const {
-  return {bodies.id(std::min(a, b)), bodies.id(std::max(a, b))};
+  return {bodies.id(std::min(a, b)), bodies.id(std::max(a, b)), steps + 1};
 }
 
 HitEvent NativeSimulator::hit(const Contact& c, const ContactManifold& manifold) const {
   const Hit hit =
       fastest_hit(manifold, state_.poses[c.a], state_.poses[c.b], state_.velocities[c.a], state_.velocities[c.b]);
   const ContactEvent ids = event(c.a, c.b);
-  return {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed};
+  return {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed, 0, ids.step};
 }
 
 }  // namespace fathom::native

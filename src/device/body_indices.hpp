@@ -1,0 +1,124 @@
+// Which device index each body has, and who had it before.
+//
+// Indices are given by what the application asked for alone, never by how far the device has got: an index is free for
+// the batch of edits behind the one that removed its last owner, since steps run in order and that one's step drops the
+// owner's contacts. So the same calls give the same indices, however and whenever results are read.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <fathom/body.hpp>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "check/check.hpp"
+#include "device/body_arrays.hpp"
+
+namespace fathom::device {
+
+/// Who had an index up to a step: that step's events may still name it.
+struct FormerOwner {
+  std::uint64_t step;  ///< whose edits removed it
+  BodyId id;
+  std::uint32_t index, unused = 0;
+};
+
+class BodyIndices {
+ public:
+  /// For the body in `slot`, which the edits before step `step` add.
+  std::uint32_t add(std::uint32_t slot, std::uint64_t step) {
+    while (!resting_.empty() && resting_.front().step < step) {
+      free_.push_back(resting_.front().index);
+      resting_.pop_front();
+    }
+    if (of_slot_.size() <= slot) of_slot_.resize(slot + 1, none);
+    std::uint32_t index = size();
+    if (free_.empty()) {
+      slots_.push_back(slot);
+    } else {
+      index = free_.back();
+      free_.pop_back();
+      slots_[index] = slot;
+    }
+    of_slot_[slot] = index;
+    return index;
+  }
+
+  /// Body `id`, which the edits before step `step` remove. Steps never decrease.
+  void remove(BodyId id, std::uint64_t step) {
+    FATHOM_ASSERT(former_.empty() || former_.back().step <= step);
+    const std::uint32_t index = std::exchange(of_slot_[id.index], none);
+    slots_[index] = none;
+    resting_.push_back({step, id, index});
+    former_.push_back({step, id, index});
+  }
+
+  /// Indices in use, free or resting: all are below.
+  std::uint32_t size() const { return static_cast<std::uint32_t>(slots_.size()); }
+  std::uint32_t of(std::uint32_t slot) const { return of_slot_[slot]; }
+  /// The slot of the body that has `index` now, or `none`.
+  std::uint32_t slot(std::uint32_t index) const { return slots_[index]; }
+  const std::vector<std::uint32_t>& slots() const { return slots_; }
+
+  /// Those who had an index in step `step` and have it no more.
+  std::unordered_map<std::uint32_t, BodyId> former(std::uint64_t step) const {
+    std::unordered_map<std::uint32_t, BodyId> owners;
+    // Of several who lost an index since, the first is the one who had it then.
+    for (const FormerOwner& f : former_)
+      if (f.step >= step) owners.emplace(f.index, f.id);
+    return owners;
+  }
+  /// Nobody will ask for owners in steps before `step` any more.
+  void forget_before(std::uint64_t step) {
+    while (!former_.empty() && former_.front().step < step) former_.pop_front();
+  }
+
+  /// Index i becomes new_of[i].
+  void reorder(const std::vector<std::uint32_t>& new_of) {
+    std::vector<std::uint32_t> slots(slots_.size());
+    for (std::uint32_t i = 0; i < slots.size(); ++i) slots[new_of[i]] = slots_[i];
+    slots_ = std::move(slots);
+    for (std::uint32_t& index : of_slot_)
+      if (index != none) index = new_of[index];
+    for (std::uint32_t& index : free_) index = new_of[index];
+    for (FormerOwner& f : resting_) f.index = new_of[f.index];
+    for (FormerOwner& f : former_) f.index = new_of[f.index];
+  }
+
+  template <class Self, class Archive>
+  static void archive(Self& self, Archive& a) {
+    std::vector<FormerOwner> resting(self.resting_.begin(), self.resting_.end());
+    std::vector<FormerOwner> former(self.former_.begin(), self.former_.end());
+    a(self.of_slot_, self.slots_, self.free_, resting, former);
+    if constexpr (Archive::reading) {
+      self.resting_.assign(resting.begin(), resting.end());
+      self.former_.assign(former.begin(), former.end());
+    }
+  }
+  /// Whether what was read does not contradict itself, nor the bodies that are alive in `slot_count` slots.
+  template <class IsAlive>
+  bool is_sound(std::uint32_t slot_count, const IsAlive& is_alive) const {
+    if (of_slot_.size() > slot_count) return false;
+    for (std::uint32_t slot = 0; slot < slot_count; ++slot) {
+      const std::uint32_t index = slot < of_slot_.size() ? of_slot_[slot] : none;
+      if (is_alive(slot) ? index >= size() || slots_[index] != slot : index != none) return false;
+    }
+    for (const std::uint32_t slot : slots_)
+      if (slot != none && (slot >= of_slot_.size() || !is_alive(slot))) return false;
+    const auto has_none = [&](std::uint32_t index) { return index < size() && slots_[index] == none; };
+    return std::ranges::all_of(free_, has_none) &&
+           std::ranges::all_of(resting_, [&](const FormerOwner& f) { return has_none(f.index); }) &&
+           std::ranges::all_of(former_, [&](const FormerOwner& f) { return f.index < size(); });
+  }
+
+ private:
+  std::vector<std::uint32_t> of_slot_;  // by slot
+  std::vector<std::uint32_t> slots_;    // by index
+  std::vector<std::uint32_t> free_;
+  std::deque<FormerOwner> resting_;  // in the order of removal: not free before the next batch of edits
+  std::deque<FormerOwner> former_;   // the same, kept for events
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,58 @@
+// Events on their way to the application: what finished steps have told and nobody has read yet.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace fathom::device {
+
+/// Of a list that nobody reads the oldest events are dropped, so that it does not grow for ever.
+inline constexpr std::size_t most_unread_events = std::size_t{1} << 18;
+
+/// What is read stays until the next step begins; what comes meanwhile is appended when the list is read again.
+template <class Event>
+class EventList {
+ public:
+  /// Returns how many events that were not read had to be dropped.
+  std::size_t add(std::span<const Event> events) {
+    arrived_.insert(arrived_.end(), events.begin(), events.end());
+    if (arrived_.size() <= most_unread_events) return 0;
+    const std::size_t dropped = arrived_.size() - most_unread_events / 2;
+    arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(dropped));
+    return dropped;
+  }
+  std::span<const Event> read() {
+    if (!was_read_) shown_.clear();
+    was_read_ = true;
+    shown_.insert(shown_.end(), arrived_.begin(), arrived_.end());
+    arrived_.clear();
+    return shown_;
+  }
+  /// A step begins: what was read goes when the list is read again.
+  void begin_step() { was_read_ = false; }
+  void clear() {
+    shown_.clear();
+    arrived_.clear();
+  }
+
+  /// What has been read since the last step, and what has not.
+  template <class Self, class Archive>
+  static void archive(Self& self, Archive& a) {
+    if constexpr (Archive::reading) {
+      a(self.arrived_);
+    } else {
+      std::vector<Event> all;
+      if (self.was_read_) all = self.shown_;
+      all.insert(all.end(), self.arrived_.begin(), self.arrived_.end());
+      a(all);
+    }
+  }
+
+ private:
+  std::vector<Event> shown_, arrived_;
+  bool was_read_ = false;
+};
+
+}  // namespace fathom::device
