@@ -246,9 +246,9 @@ TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
 }
 
 TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
-  device::EventList<int> list;
-  std::vector<int> some(1000);
-  for (std::size_t i = 0; i < some.size(); ++i) some[i] = static_cast<int>(i);
+  device::EventList<Quarantine> list;
+  std::vector<Quarantine> some(1000);
+  for (std::size_t i = 0; i < some.size(); ++i) some[i].step = i;
   EXPECT_EQ(list.add(some), 0u);
   EXPECT_EQ(list.read().size(), 1000u);
   EXPECT_EQ(list.add(some), 0u);
@@ -257,10 +257,11 @@ TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
   EXPECT_EQ(list.read().size(), 0u);
   std::size_t dropped = 0;
   for (int i = 0; i < 1000; ++i) dropped += list.add(some);
-  const std::span<const int> left = list.read();
+  const std::span<const Quarantine> left = list.read();
   EXPECT_EQ(left.size() + dropped, 1'000'000u);
   EXPECT_LE(left.size(), device::most_unread_events);
-  EXPECT_EQ(left.back(), 999);
+  EXPECT_EQ(left.back().step, 999u);
+  EXPECT_EQ(list.of_step(999).size(), (left.size() + 999) / 1000);
 }
 
 }  // namespace

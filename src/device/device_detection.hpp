@@ -9,6 +9,7 @@
 #include "device/detection.hpp"
 #include "device/device_memory.hpp"
 #include "device/find_pairs.hpp"
+#include "device/hull_memory.hpp"
 #include "device/published/published_step.hpp"
 #include "exec/device.hpp"
 
@@ -146,12 +147,14 @@ class DeviceDetection final : public Detection {
     u.constants.radius = info.radius;
     u.constants.half_extents = info.geometry.half_extents;
     u.constants.shape_radius = info.geometry.radius;
-    if (info.shape.hull) u.constants.hull = hulls_.index_of(info.shape.hull);
+    u.constants.hull = hold_hull(slot, info.shape.hull);
     // Filters are the host's.
     u.constants.category = u.constants.mask = ~0u;
     new_bodies_.push_back(u);
     if (info.motion == MotionType::dynamic && settings_.wide_length == 0) radii_.push_back(info.radius);
   }
+
+  void remove_body(std::uint32_t slot) override { hold_hull(slot, nullptr); }
 
   void begin_search(std::span<const BoxUpdate> boxes, std::uint32_t slots, bool set_changed) override {
     make_room(slots, boxes.size());
@@ -235,6 +238,16 @@ class DeviceDetection final : public Detection {
 
   /// Pairs that come along with the report, so that a step with few waits once.
   static constexpr std::uint32_t prefetched = 1024;
+
+  /// The body in `slot` has this hull, or none, and no other any more; returns its index.
+  std::uint32_t hold_hull(std::uint32_t slot, const std::shared_ptr<const Hull>& hull) {
+    if (hull_of_.size() <= slot) hull_of_.resize(slot + 1 + slot / 2);
+    if (hull) hulls_.begin_use(hull);
+    // Nothing of a step is under way between steps.
+    if (hull_of_[slot]) hulls_.end_use(hull_of_[slot], 0), hulls_.step_finished(0);
+    hull_of_[slot] = hull.get();
+    return hull ? hulls_.index_of(hull.get()) : 0;
+  }
 
   void make_room(std::uint32_t slots, std::size_t updates) {
     if (slots > constants_.size()) {
@@ -354,6 +367,7 @@ class DeviceDetection final : public Detection {
   std::optional<Portion> portions_[portions];
 
   std::vector<ConstantsUpdate> new_bodies_;
+  std::vector<const Hull*> hull_of_;  // by slot
   std::vector<float> radii_;
   float grid_base_ = 0;
   std::size_t filled_ = 0;

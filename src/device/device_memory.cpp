@@ -170,30 +170,6 @@ ConstraintArrays ContactMemory::constraints() {
           .contacts_of = contacts_of_.data()};
 }
 
-HullMemory::HullMemory(exec::Memory& m)
-    : records_buffer_(m), vertices_buffer_(m), edges_buffer_(m), planes_buffer_(m), face_edges_buffer_(m) {}
-
-std::uint32_t HullMemory::index_of(const std::shared_ptr<const Hull>& hull) {
-  const auto [found, is_new] = indices_.emplace(hull.get(), static_cast<std::uint32_t>(hulls_.size()));
-  if (!is_new) return found->second;
-  hulls_.push_back(hull);
-  const auto size = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-  records_.push_back({size(vertices_), size(edges_), size(planes_), size(face_edges_),
-                      static_cast<int>(hull->vertices().size()), static_cast<int>(hull->edges().size()),
-                      static_cast<int>(hull->planes().size())});
-  const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-  append(vertices_, hull->vertices());
-  append(edges_, hull->edges());
-  append(planes_, hull->planes());
-  append(face_edges_, hull->face_edges());
-  return found->second;
-}
-
-HullArrays HullMemory::arrays() const {
-  return {records_buffer_.data(), vertices_buffer_.data(), edges_buffer_.data(), planes_buffer_.data(),
-          face_edges_buffer_.data()};
-}
-
 void GridMemory::reserve(std::size_t bodies) {
   // Half full at most; a multiple of four, because the table is cleared by fours.
   heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));

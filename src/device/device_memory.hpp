@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
-#include <unordered_map>
-#include <vector>
 
 #include "device/contact_arrays.hpp"
 #include "device/edits.hpp"
@@ -111,50 +108,6 @@ class ContactMemory {
   std::size_t capacity_ = 0, manifold_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
   bool may_bounce_ = false, may_roll_ = false;
-};
-
-/// Hulls of all shapes that were ever used, one after the other.
-class HullMemory {
- public:
-  explicit HullMemory(exec::Memory& memory);
-
-  /// Index of the hull, which is uploaded by `upload` if it is new.
-  std::uint32_t index_of(const std::shared_ptr<const Hull>& hull);
-  bool is_current() const { return uploaded_ == hulls_.size(); }
-
-  template <class D>
-  void upload(D& device) {
-    const auto put = [&](auto& buffer, const auto& host) {
-      using T = typename std::decay_t<decltype(host)>::value_type;
-      buffer.grow(host.size() + host.size() / 2);
-      exec::PinnedBuffer<T> staging(device, host.size());
-      std::copy(host.begin(), host.end(), staging.begin());
-      device.copy_to_device(buffer.data(), staging.data(), host.size());
-      device.wait();
-    };
-    put(records_buffer_, records_);
-    put(vertices_buffer_, vertices_);
-    put(edges_buffer_, edges_);
-    put(planes_buffer_, planes_);
-    put(face_edges_buffer_, face_edges_);
-    uploaded_ = hulls_.size();
-  }
-  HullArrays arrays() const;
-
- private:
-  std::vector<std::shared_ptr<const Hull>> hulls_;
-  std::unordered_map<const Hull*, std::uint32_t> indices_;
-  std::vector<HullRecord> records_;
-  std::vector<Vec3> vertices_;
-  std::vector<Hull::HalfEdge> edges_;
-  std::vector<Hull::Plane> planes_;
-  std::vector<std::uint16_t> face_edges_;
-  std::size_t uploaded_ = 0;
-  exec::Buffer<HullRecord> records_buffer_;
-  exec::Buffer<Vec3> vertices_buffer_;
-  exec::Buffer<Hull::HalfEdge> edges_buffer_;
-  exec::Buffer<Hull::Plane> planes_buffer_;
-  exec::Buffer<std::uint16_t> face_edges_buffer_;
 };
 
 /// The grid's table, and how large its cells are.

@@ -13,6 +13,7 @@
 
 #include "device/body_indices.hpp"
 #include "device/event_list.hpp"
+#include "device/hull_memory.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
 #include "geometry/query.hpp"
@@ -185,6 +186,9 @@ class DeviceSimulator final : public Simulator {
   void clear_events();
   template <class T>
   std::vector<T> download(const T* from, std::size_t count);
+  /// The same where it is done in every step.
+  template <class T>
+  std::span<const T> fetch(exec::PinnedBuffer<T>& staging, const T* from, std::size_t count);
   // Snapshots.
   template <class T>
   void upload(T* to, const std::vector<T>& from);
@@ -247,6 +251,8 @@ class DeviceSimulator final : public Simulator {
   mutable EventList<HitEvent> hits_;
   mutable EventList<Quarantine> quarantined_;
   bool told_of_dropped_events_ = false;
+  mutable exec::PinnedBuffer<Contact> contacts_read_;
+  mutable exec::PinnedBuffer<ContactManifold> manifolds_read_;
 };
 
 }  // namespace fathom::device

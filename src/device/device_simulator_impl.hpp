@@ -30,7 +30,9 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       hull_memory_(device_),
       counters_(device_, 1),
       reports_(device_, lanes_count_),
-      gravity_change_{definition.gravity, true, false} {
+      gravity_change_{definition.gravity, true, false},
+      contacts_read_(device_, 0),
+      manifolds_read_(device_, 0) {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
   device_.wait();
@@ -118,8 +120,10 @@ void DeviceSimulator<D>::make_room() {
     set_changed_ = set_changed_ || published_memory_.order.size() != old_list;
   }
   if (!hull_memory_.is_current()) {
-    retire_all();
-    forget_graphs();
+    if (hull_memory_.must_grow()) {
+      retire_all();
+      forget_graphs();
+    }
     hull_memory_.upload(device_);
     body_memory_.hulls = hull_memory_.arrays();
   }

@@ -37,17 +37,13 @@ class EventList {
     arrived_.clear();
   }
 
-  /// What has been read since the last step, and what has not.
-  template <class Self, class Archive>
-  static void archive(Self& self, Archive& a) {
-    if constexpr (Archive::reading) {
-      a(self.arrived_);
-    } else {
-      std::vector<Event> all;
-      if (self.was_read_) all = self.shown_;
-      all.insert(all.end(), self.arrived_.begin(), self.arrived_.end());
-      a(all);
-    }
+  /// Those of step `step`, read or not.
+  std::vector<Event> of_step(std::uint64_t step) const {
+    std::vector<Event> some;
+    for (const std::vector<Event>* list : {&shown_, &arrived_})
+      for (const Event& event : *list)
+        if (event.step == step) some.push_back(event);
+    return some;
   }
 
  private:

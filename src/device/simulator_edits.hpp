@@ -65,7 +65,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.gravity_scale = info.gravity_scale;
   c.linear_damping = info.linear_damping;
   c.angular_damping = info.angular_damping;
-  if (info.shape.hull) c.hull = hull_memory_.index_of(info.shape.hull);
+  if (info.shape.hull) c.hull = hull_memory_.index_of(info.shape.hull.get());
   c.category = info.filter.category;
   c.mask = info.filter.mask;
   c.friction = info.material.friction;
@@ -78,6 +78,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
 
 template <exec::Device D>
 void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
+  if (bodies[slot].shape.hull) hull_memory_.begin_use(bodies[slot].shape.hull);
   const BodyData body = body_data(slot);
   set_changed_ = true;
   movable_ += bodies[slot].motion != MotionType::fixed;
@@ -97,6 +98,7 @@ void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
   indices_.remove(bodies.id(slot), submitted_ + 1);
+  if (bodies[slot].shape.hull) hull_memory_.end_use(bodies[slot].shape.hull.get(), submitted_ + 1);
 }
 
 template <exec::Device D>

@@ -26,6 +26,7 @@ void DeviceSimulator<D>::retire_oldest() {
   else
     clear_events();
   indices_.forget_before(flights_.front().number + (def.ahead > 0));
+  hull_memory_.step_finished(flights_.front().number);
   newest_ = report;
   newest_published_ = published_memory_.reports[flights_.front().number % lanes_count_];
   const Flight& flight = flights_.front();

@@ -19,6 +19,15 @@ std::vector<T> DeviceSimulator<D>::download(const T* from, std::size_t count) {
 }
 
 template <exec::Device D>
+template <class T>
+std::span<const T> DeviceSimulator<D>::fetch(exec::PinnedBuffer<T>& staging, const T* from, std::size_t count) {
+  if (staging.size() < count) staging = exec::PinnedBuffer<T>(device_, count + count / 4);
+  if (count > 0) device_.copy_to_host(staging.data(), from, count);
+  device_.wait();
+  return {staging.data(), count};
+}
+
+template <exec::Device D>
 void DeviceSimulator<D>::reserve_events(Lane& lane, std::size_t room) {
   const auto reserve = [&](auto& buffer) {
     if (buffer.size() < room) buffer = std::decay_t<decltype(buffer)>(device_, room);
@@ -128,12 +137,13 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   retire_all();
   fetch_bodies();
   const ContactArrays arrays = self().contact_memory_.contacts();
-  const auto contacts = self().download(arrays.contacts, newest_.contacts);
+  const std::span<const Contact> contacts = self().fetch(contacts_read_, arrays.contacts, newest_.contacts);
   std::size_t last = 0;
   for (const Contact& c : contacts)
     if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
-  const auto manifolds = self().download(arrays.manifolds, last);
+  const std::span<const ContactManifold> manifolds = self().fetch(manifolds_read_, arrays.manifolds, last);
   std::vector<ContactInfo> infos;
+  infos.reserve(newest_.constraints);
   for (const Contact& c : contacts) {
     if (!c.in_use() || !c.touching()) continue;
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);

@@ -29,8 +29,9 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   fetch_events();
   write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
   BodyIndices::archive(indices_, write);
-  const auto save_list = [&](const auto& list) { std::decay_t<decltype(list)>::archive(list, write); };
-  save_list(begun_), save_list(ended_), save_list(hits_), save_list(quarantined_);
+  // Events that wait for being read are nothing that steps depend on: the last step's are enough.
+  write(begun_.of_step(submitted_), ended_.of_step(submitted_), hits_.of_step(submitted_),
+        quarantined_.of_step(submitted_));
   const Counters counters = s.download(counters_.data(), 1).front();
   write(counters);
   s.body_memory_.for_each_lasting(
@@ -53,14 +54,20 @@ template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
   in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
   BodyIndices::archive(indices_, in);
-  const auto restore_list = [&](auto& list) { std::decay_t<decltype(list)>::archive(list, in); };
-  restore_list(begun_), restore_list(ended_), restore_list(hits_), restore_list(quarantined_);
+  const auto read_list = [&]<class T>(EventList<T>& list) {
+    std::vector<T> events;
+    in(events);
+    list.add(events);
+  };
+  read_list(begun_), read_list(ended_), read_list(hits_), read_list(quarantined_);
   events_are_current_ = true;
   Counters counters;
   in(counters);
   check_indices(in, counters);
 
   // Hulls by the order of slots; constants name them.
+  for (const BodyId id : bodies.living())
+    if (bodies[id.index].shape.hull) hull_memory_.begin_use(bodies[id.index].shape.hull);
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) {
       give_hull(data_[e.data].constants, e.index);
@@ -77,8 +84,6 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     upload(to, host);
   };
   if (on_device) {
-    for (const BodyId id : bodies.living())
-      if (bodies[id.index].shape.hull) hull_memory_.index_of(bodies[id.index].shape.hull);
     in.require(counters.contacts <= in.left() / sizeof(Contact) &&
                counters.manifolds <= in.left() / sizeof(ContactManifold));
     wanted_contacts_ = counters.contacts;
@@ -145,7 +150,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
 template <exec::Device D>
 void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index) {
   const std::uint32_t slot = indices_.slot(index);
-  constants.hull = slot != none && bodies[slot].shape.hull ? hull_memory_.index_of(bodies[slot].shape.hull) : 0;
+  constants.hull = slot != none && bodies[slot].shape.hull ? hull_memory_.index_of(bodies[slot].shape.hull.get()) : 0;
 }
 
 template <exec::Device D>

@@ -46,6 +46,7 @@ void HybridSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
 void HybridSimulator::body_removed(std::uint32_t slot) {
   NativeSimulator::body_removed(slot);
   device_broad_phase_->forget(slot);
+  detection_->remove_body(slot);
 }
 
 // --- narrow phase ------------------------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 #include "native/islands.hpp"
 
+#include <utility>
+
 #include "dynamics/move_to.hpp"
 #include "dynamics/sleep.hpp"
 
@@ -128,8 +130,9 @@ void Islands::wake(std::uint32_t slot) {
 
 void Islands::forget(std::uint32_t slot) {
   if (slot >= sleeping_in_.size() || sleeping_in_[slot] == none) return;
-  std::erase(sleeping_[sleeping_in_[slot]], slot);
-  sleeping_in_[slot] = none;
+  const std::uint32_t island = std::exchange(sleeping_in_[slot], none);
+  std::erase(sleeping_[island], slot);
+  if (sleeping_[island].empty()) free_.push_back(island);
 }
 
 }  // namespace fathom::native

@@ -1,9 +1,11 @@
 #include "exec/host/host_device.hpp"
 
 #include <chrono>
+#include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <new>
+#include <memory>
 #include <string>
 #include <thread>
 
@@ -19,7 +21,23 @@ namespace fathom::exec {
 namespace {
 
 // A cache line, and the widest vector there is.
-constexpr std::align_val_t alignment{64};
+constexpr std::size_t alignment = 64;
+
+/// Aligned by hand: what glibc before 2.38 leaves free when it aligns, it does not use again (its bug 14581), so that
+/// memory taken and given back in every step would grow for ever.
+void* allocate_aligned(std::size_t bytes) {
+  const std::size_t room = alignment + sizeof(void*);
+  void* const raw = bytes > SIZE_MAX - room ? nullptr : std::malloc(bytes + room);
+  if (!raw) return nullptr;
+  void* aligned = static_cast<std::byte*>(raw) + sizeof(void*);
+  std::size_t left = bytes + alignment;
+  std::align(alignment, bytes, aligned, left);
+  static_cast<void**>(aligned)[-1] = raw;
+  return aligned;
+}
+void release_aligned(void* memory) {
+  if (memory) std::free(static_cast<void**>(memory)[-1]);
+}
 
 int machine_threads() {
   const unsigned threads = std::thread::hardware_concurrency();
@@ -74,7 +92,7 @@ void* HostDevice::do_allocate(std::size_t bytes, const Where& where) {
   const std::size_t free_bytes = info_.memory > bytes_in_use() ? info_.memory - bytes_in_use() : 0;
   void* const memory = allocation_fails() || (info_.memory != 0 && bytes > free_bytes)
                            ? nullptr
-                           : ::operator new(bytes, alignment, std::nothrow);
+                           : allocate_aligned(bytes);
   if (!memory) {
     throw DeviceError(
         ErrorCode::capacity,
@@ -84,7 +102,7 @@ void* HostDevice::do_allocate(std::size_t bytes, const Where& where) {
   return memory;
 }
 
-void HostDevice::do_release(void* memory) noexcept { ::operator delete(memory, alignment); }
+void HostDevice::do_release(void* memory) noexcept { release_aligned(memory); }
 
 void* HostDevice::do_allocate_pinned(std::size_t bytes, const Where& where) { return do_allocate(bytes, where); }
 
