@@ -1,6 +1,7 @@
 // What falls asleep, and what wakes it.
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
 
 #include "world_fixture.hpp"
@@ -121,6 +122,44 @@ TEST(Waking, WhatRestsFallsAsleep) {
   for (int i = 0; i < 4; ++i) ids.push_back(world.add(cube({-5, 0, 1.0f + static_cast<float>(i)})));
   run(world, 120);
   for (const BodyId id : ids) EXPECT_FALSE(world.is_awake(id)) << id.index;
+}
+
+/// Contacts push bodies out of each other by moving them, without a velocity that would outlast the step.
+TEST(Waking, WhatIsPushedOutFallsAsleepOutside) {
+  WorldDef def = sleepy_world();
+  for (const float size : {0.02f, 0.5f, 5.0f})
+    for (const float depth : {0.1f, 0.6f, 1.5f})  // of the size
+      for (const Shape& shape :
+           {sphere(size), capsule(size, size), box({size, size, size}), box({3 * size, 2 * size, size})})
+        for (const bool floats : {false, true}) {
+          SCOPED_TRACE(std::to_string(size) + " m, " + std::to_string(depth) + ", shape " +
+                       std::to_string(static_cast<int>(shape.type)) + (floats ? ", floating" : ""));
+          def.gravity = floats ? Vec3{} : Vec3{0, 0, -9.81f};
+          World world(def);
+          // Lying, so that pushing one out does not tip it over.
+          const Quat turn = shape.type == ShapeType::capsule ? axis_angle({0, 1, 0}, 0.5f * 3.14159265f) : Quat{};
+          BodyDef below = dynamic(shape, {0, 0, 0.5f + size}, 1000 * size * size * size);
+          below.pose.rotation = turn;
+          BodyDef above = below;
+          above.pose.position.z += (2 - depth) * size;
+          if (floats) {
+            world.add(below);
+          } else {
+            BodyDef deep = ground();
+            deep.shape = box({500, 500, 50});
+            deep.pose.position.z = -49.5f;
+            world.add(deep);
+            above.pose.position.z = 0.5f + size - depth * size;
+          }
+          const BodyId id = world.add(above);
+          int steps = 0;
+          for (; steps < 1200 && world.is_awake(id); ++steps) world.step();
+          // What floats may keep a little drift.
+          EXPECT_TRUE(floats || steps < 1200) << "it falls asleep";
+          world.for_each_contact([&](const ContactInfo& c) {
+            for (int p = 0; p < c.point_count; ++p) EXPECT_GT(c.points[p].separation, -0.05f * size - 1e-3f);
+          });
+        }
 }
 
 TEST(Waking, AnotherGravityWakesWhatItMoves) {

@@ -48,11 +48,13 @@ struct MoveBodies {
     Velocity v = bodies.velocities[i];
     Vec3 rest{v.reserved0, v.reserved1, pose.reserved};  // `accelerate`
     const bool forced = flags & forced_flag;
+    Vec3 moved_by_contacts;
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
       const SolverBody s = bodies.solver[i].body();
       if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
       Vec3 moved = s.moved, turning = s.turned;
+      moved_by_contacts = moved;
       if (!c.is_isotropic()) {
         pose.rotation = bodies.inertia[i].rotation;
         v.angular = rotate(pose.rotation, inverse_rotate(before.rotation, s.angular));
@@ -110,7 +112,7 @@ struct MoveBodies {
                     i);
     bodies.boxes[i] = box;
     if (!contains(fat.box(), box)) put_fat_box(i, fat_box(c.radius, box, v.linear, p.dt), box_change);
-    if (p.sleeping) account_for_sleep(i, c, v);
+    if (p.sleeping) account_for_sleep(i, c, v, moved_by_contacts);
   }
 
   /// What the body's inertia is in the next step.
@@ -208,9 +210,9 @@ struct MoveBodies {
       turning += rest_of_force(before.angular, after.angular, a.angular, false, p.dt, substeps);
   }
 
-  FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v) const {
+  FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v, Vec3 moved) const {
     const bool may_sleep = c.bits & can_sleep_bit && c.is_dynamic();
-    const bool slow = may_sleep && speed_of(v, c.radius) < p.slow_below;
+    const bool slow = may_sleep && is_slow(v, moved, c.radius, p.slow_below, p.dt);
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
     if (may_sleep && is_round(c.shape()) && bodies.touching[i] > 0)
       bodies.velocities[i].angular = rest_factor(v, c.shape_radius, p.slow_below, p.dt) * v.angular;

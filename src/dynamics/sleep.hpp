@@ -21,6 +21,12 @@ inline constexpr float rest_speeds = 4, rest_damping = 2;
 /// Of the fastest point of a body (m/s).
 FATHOM_HD float speed_of(const Velocity& v, float radius) { return length(v.linear) + length(v.angular) * radius; }
 
+/// Whether a body is slow enough to fall asleep in time. `moved` is the way (m) that contacts took it within a step dt
+/// (s): what pushes it out of another body moves it without leaving it a velocity.
+FATHOM_HD bool is_slow(const Velocity& v, Vec3 moved, float radius, float slow_below, float dt) {
+  return speed_of(v, radius) < slow_below && length(moved) < slow_below * dt;
+}
+
 /// Factor of a step dt (s) for the angular velocity of a body in contact that is round with this radius (m);
 /// `slow_below` is SleepSettings::linear_speed.
 FATHOM_HD float rest_factor(const Velocity& v, float radius, float slow_below, float dt) {

@@ -372,7 +372,9 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     const BodyInfo& info = bodies[slot];
     Velocity& v = state.velocities[slot];
     const bool may_sleep = info.can_sleep && info.motion == MotionType::dynamic;
-    const bool slow = may_sleep && speed_of(v, info.radius) < p.slow_below;
+    Vec3 moved;
+    if constexpr (in_contact) moved = state.solver_bodies()[slot].moved;
+    const bool slow = may_sleep && is_slow(v, moved, info.radius, p.slow_below, p.dt);
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
     if (in_contact && may_sleep && is_round(info.geometry.type))
       v.angular *= rest_factor(v, info.geometry.radius, p.slow_below, p.dt);
