@@ -103,6 +103,10 @@ TEST(World, RefusesBadDefinitions) {
   refuse("between 1e-6 and 1 s", [](WorldDef& d) { d.dt = 1e-30f; });
   refuse("gravity", [](WorldDef& d) { d.gravity.z = infinity; });
   refuse("threads is -2", [](WorldDef& d) { d.threads = -2; });
+  refuse("simulator is 3", [](WorldDef& d) { d.simulator = static_cast<SimulatorKind>(3); });
+  refuse("broad_phase is 77", [](WorldDef& d) { d.broad_phase = static_cast<BroadPhase>(77); });
+  refuse("partition is 2", [](WorldDef& d) { d.partition = static_cast<Partition>(2); });
+  refuse("solver.method is 9", [](WorldDef& d) { d.solver.method = static_cast<Solver>(9); });
   refuse("substeps is 0", [](WorldDef& d) { d.solver.substeps = 0; });
   refuse("sweep_axis", [](WorldDef& d) { d.sweep_axis = {0, 0, 0}; });
   refuse("sweep_axis", [](WorldDef& d) { d.sweep_axis = {1, -1, 0}; });

@@ -70,6 +70,13 @@ void check_rule(CombineRule rule, const char* action, const char* name) {
          ", which is no CombineRule");
 }
 
+template <class Choice>
+void check_choice(Choice choice, Choice last, const char* name) {
+  if (choice <= last) return;
+  refuse("create world: " + std::string(name) + " is " + std::to_string(static_cast<int>(choice)) +
+         ", which is none of its values");
+}
+
 }  // namespace
 
 void refuse(const std::string& message) { throw Error(ErrorCode::invalid_argument, message); }
@@ -129,6 +136,10 @@ void check_body(const BodyDef& def) {
 
 void check_world(const WorldDef& def) {
   const char* action = "create world";
+  check_choice(def.simulator, SimulatorKind::hybrid, "simulator");
+  check_choice(def.broad_phase, BroadPhase::sweep, "broad_phase");
+  check_choice(def.partition, Partition::cells, "partition");
+  check_choice(def.solver.method, Solver::impulse, "solver.method");
   check_finite(def.gravity, action, "the gravity");
   require_positive(def.dt, action, "dt");
   if (def.dt > 1 || def.dt < 1e-6f)
