@@ -1,9 +1,9 @@
 // A stream: bodies that come and go in every step, and what it costs to read what came of them.
 //
 //     stream_bench [--device D] [--native|--hybrid] [--ahead N] [--threads N] [--bodies N] [--churn N] [--steps N]
-//                  [--hulls] [--read nothing|poses|events|contacts|all]
+//                  [--hulls] [--density N] [--read nothing|poses|events|contacts|all]
 //
-// So many bodies rain on a floor; in every step `churn` of them come at the top, and those that have been there longest
+// So many bodies rain on a floor, `density` (1) for a square metre; in every step `churn` of them come at the top, and those that have been there longest
 // go. Times are the host's, from the first call for a step to the last: `calls` is adding and removing, `step` the call
 // of that name, `read` what was asked for; the results of the last step of a run are waited for, so the sum is what a
 // frame takes. The first 120 steps do not count. Where nothing is read and nothing waits, `step` is the device's pace.
@@ -27,6 +27,7 @@ struct Options {
   WorldDef world;
   int bodies = 30000, churn = 100, steps = 600;
   bool hulls = false;
+  float density = 1;  ///< bodies/m²
   std::string read = "nothing";
 };
 
@@ -64,7 +65,7 @@ class Stream {
   float unit() { return static_cast<float>(random_() >> 8) * 0x1p-24f; }
 
   void add(float height) {
-    const float side = std::sqrt(static_cast<float>(options_.bodies)) * 0.5f;
+    const float side = 0.5f * std::sqrt(static_cast<float>(options_.bodies) / options_.density);
     BodyDef def;
     const float size = 0.2f + 0.2f * unit();
     switch (random_() % 3) {
@@ -162,6 +163,8 @@ Options parse(int argc, char** argv) {
       options.churn = number();
     else if (argument == "--steps")
       options.steps = number();
+    else if (argument == "--density")
+      options.density = static_cast<float>(std::atof(value().c_str()));
     else if (argument == "--hulls")
       options.hulls = true;
     else if (argument == "--read")

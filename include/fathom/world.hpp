@@ -248,10 +248,10 @@ class World {
   Vec3 gravity() const;
 
   // Results of the last step, valid until the next ----------------------------------------------------------
-  // Events name bodies as they were in their step, removed ones too. With `WorldDef::ahead` a list has the events of
-  // all steps that have finished since it was last read before the last call of `step`, in the order of steps; reading
-  // it again before the next may append to it, and only to it. Of events that nobody reads the oldest are dropped from
-  // a quarter of a million of a list on, which `log` is told.
+  // Events name bodies as they were in their step, removed ones too. With `WorldDef::ahead` a list tells of all steps
+  // that finished since it was read before the last `step`, in their order; reading it again before the next returns it
+  // with what has come since, and ends the earlier span. Of events that nobody reads the oldest are dropped from a
+  // quarter of a million of a list on, which `log` is told.
   const Profile& profile() const;
   std::span<const ContactEvent> contacts_begun() const;
   std::span<const ContactEvent> contacts_ended() const;

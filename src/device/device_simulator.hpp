@@ -176,6 +176,8 @@ class DeviceSimulator final : public Simulator {
   // The mirror.
   void fetch_bodies() const;
   void fetch_bodies_now();
+  std::size_t fetch_results(std::size_t slots);
+  std::size_t mirror_room() const { return std::min({poses_.size(), velocities_.size(), flags_.size()}); }
   std::optional<DevicePoses> publish_poses();
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
@@ -243,9 +245,10 @@ class DeviceSimulator final : public Simulator {
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;
-  std::vector<Pose> poses_;
-  std::vector<Velocity> velocities_;
-  std::vector<std::uint32_t> flags_;
+  // By slot, with some room: the device writes them.
+  exec::PinnedBuffer<Pose> poses_;
+  exec::PinnedBuffer<Velocity> velocities_;
+  exec::PinnedBuffer<std::uint32_t> flags_;
   // Reading marks what was read.
   mutable EventList<ContactEvent> begun_, ended_;
   mutable EventList<HitEvent> hits_;

@@ -31,6 +31,9 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       counters_(device_, 1),
       reports_(device_, lanes_count_),
       gravity_change_{definition.gravity, true, false},
+      poses_(device_, 0),
+      velocities_(device_, 0),
+      flags_(device_, 0),
       contacts_read_(device_, 0),
       manifolds_read_(device_, 0) {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
@@ -245,7 +248,7 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
 template <exec::Device D>
 void DeviceSimulator<D>::reserve_results(Lane& lane) {
   const std::size_t room = body_memory_.capacity();
-  (copies_results() ? lane.results : results_).reserve(room);
+  lane.results.reserve(room);
   const auto reserve = [&](auto& buffer) {
     if (buffer.size() < bodies.slot_count()) buffer = std::decay_t<decltype(buffer)>(device_, room);
   };
@@ -257,7 +260,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::submit_results(Lane& lane) {
   const std::size_t n = bodies.slot_count();
   lane.slots = n;
-  SlotResults& results = publish(copies_results() ? lane.results : results_);
+  SlotResults& results = publish(lane.results);
   device_.copy_to_host_aside(lane.poses.data(), results.poses.data(), n);
   device_.copy_to_host_aside(lane.velocities.data(), results.velocities.data(), n);
   device_.copy_to_host_aside(lane.flags.data(), results.flags.data(), n);

@@ -19,31 +19,44 @@ void DeviceSimulator<D>::fetch_bodies() const {
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_bodies_now() {
   const std::size_t n = bodies.slot_count();
-  poses_.assign(std::max(n, poses_.size()), Pose{});
-  velocities_.assign(poses_.size(), Velocity{});
-  flags_.assign(poses_.size(), 0);
-  if (newest_.step > 0) {
-    Lane& lane = lane_of(newest_.step);
-    if (!copies_results()) {
-      make_room();
-      reserve_results(lane);
-      submit_results(lane);
-      device_.wait();
-    }
-    const std::size_t known = std::min(lane.slots, n);
-    std::copy_n(lane.poses.begin(), known, poses_.begin());
-    std::copy_n(lane.velocities.begin(), known, velocities_.begin());
-    std::copy_n(lane.flags.begin(), known, flags_.begin());
-    // What an earlier owner of a slot left there is nobody's.
-    for (std::uint32_t slot = 0; slot < n; ++slot)
+  const auto reserve = [&](auto& buffer) {
+    if (buffer.size() < n) buffer = std::decay_t<decltype(buffer)>(device_, n + n / 2);
+  };
+  reserve(poses_), reserve(velocities_), reserve(flags_);
+  const std::size_t known = newest_.step > 0 ? fetch_results(n) : 0;
+  std::fill(poses_.begin() + known, poses_.begin() + n, Pose{});
+  std::fill(velocities_.begin() + known, velocities_.begin() + n, Velocity{});
+  std::fill(flags_.begin() + known, flags_.begin() + n, 0u);
+  // What an earlier owner of a slot left there is nobody's.
+  if (known > 0 && bodies.count() < n)
+    for (std::uint32_t slot = 0; slot < known; ++slot)
       if (!bodies.alive(slot)) poses_[slot] = {}, velocities_[slot] = {}, flags_[slot] = 0;
-  }
   for (const Flight& flight : flights_)
     for (const Edit& e : flight.edits)
       if (e.kind == EditKind::add) mirror(e, flight.data);
   for (const Edit& e : edits_) mirror(e, data_);
   mirror_gravity();
   bodies_are_current_ = true;
+}
+
+/// The newest finished step's, of up to so many slots; returns of how many.
+template <exec::Device D>
+std::size_t DeviceSimulator<D>::fetch_results(std::size_t slots) {
+  if (copies_results()) {
+    const Lane& lane = lane_of(newest_.step);
+    const std::size_t known = std::min(lane.slots, slots);
+    std::copy_n(lane.poses.begin(), known, poses_.begin());
+    std::copy_n(lane.velocities.begin(), known, velocities_.begin());
+    std::copy_n(lane.flags.begin(), known, flags_.begin());
+    return known;
+  }
+  make_room();
+  const SlotResults& results = publish(results_);
+  device_.copy_to_host(poses_.data(), results.poses.data(), slots);
+  device_.copy_to_host(velocities_.data(), results.velocities.data(), slots);
+  device_.copy_to_host(flags_.data(), results.flags.data(), slots);
+  device_.wait();
+  return slots;
 }
 
 template <exec::Device D>
@@ -65,10 +78,9 @@ template <exec::Device D>
 void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {
   const std::uint32_t slot = indices_.slot(e.index);
   if (slot == none) return;
-  if (poses_.size() <= slot) {
-    poses_.resize(slot + 1 + slot / 2);
-    velocities_.resize(poses_.size());
-    flags_.resize(poses_.size());
+  if (slot >= mirror_room()) {
+    bodies_are_current_ = false;  // they are fetched anew when somebody looks
+    return;
   }
   const BodyInfo& info = bodies[slot];
   Velocity& v = velocities_[slot];
