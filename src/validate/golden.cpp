@@ -1,6 +1,9 @@
 #include "validate/golden.hpp"
 
 #include <array>
+#include <deque>
+#include <optional>
+#include <string_view>
 
 #include "scene/environments.hpp"
 #include "validate/bodies.hpp"
@@ -13,12 +16,13 @@ using enum BroadPhase;
 
 // Made by `fathom validate --only golden`; a change of the solver's mathematics changes them all.
 // clang-format off
-constexpr std::array<Golden, 7> table{{
+constexpr std::array<Golden, 8> table{{
     {"drift", 500, 240, soft, tree, {0x796950276f29cbf5, 0x6bdd38b0471d431d}, {0x9bd00a52c62e3b0f, 0x97ba5ef10ff77a15}},
     {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x494352ae582a2a75, 0x075a0c40c73c3221}},
     {"columns", 60, 300, soft, tree, {0x6dfe1cd6317bc33d, 0x04def7795bb58237}, {0x0fe7d09d989ce687, 0xc1ae1c84b635b9c4}},
+    {"stream", 200, 240, soft, tree, {0x60291d6ef3d60fa2, 0xee920baca1802240}, {0x5c5f404d9aef9fc0, 0x8999474e272aae0f}},
     {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0xf9671e917bca8aa9}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
 }};
@@ -40,6 +44,35 @@ Scene columns(std::int64_t bodies) {
   return scene;
 }
 
+/// Bodies that rain on a floor, ten more in every step, while those that have been there longest go.
+class Stream {
+ public:
+  Stream(World& world, std::int64_t bodies) : world_(world), most_(static_cast<std::size_t>(bodies)) {
+    world_.add(floor_slab());
+  }
+  void prepare_step() {
+    for (int i = 0; i < 10; ++i) living_.push_back(world_.add(next()));
+    for (; living_.size() > most_; living_.pop_front()) world_.remove(living_.front());
+  }
+
+ private:
+  /// From 0 to 1, exact in single precision.
+  float unit() {
+    state_ = 1664525 * state_ + 1013904223;
+    return static_cast<float>(state_ >> 16) * 0x1p-16f;
+  }
+  BodyDef next() {
+    const float size = 0.2f + 0.2f * unit(), x = 4 * unit() - 2, y = 4 * unit() - 2, kind = 3 * unit();
+    const Shape shape = kind < 1 ? sphere(size) : kind < 2 ? capsule(0.5f * size, 0.5f * size) : box({size, 0.2f, 0.3f});
+    return body(shape, {x, y, 1 + 2 * unit()}, 1.0f, {.restitution = kind < 0.3f ? 0.5f : 0.0f});
+  }
+
+  World& world_;
+  std::size_t most_;
+  std::deque<BodyId> living_;
+  std::uint32_t state_ = 1;
+};
+
 // FNV-1a, 64 bits.
 void mix(std::uint64_t& hash, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) hash = (hash ^ (value >> shift & 0xff)) * 0x100000001b3u;
@@ -51,15 +84,19 @@ std::span<const Golden> goldens() { return table; }
 
 Hashes run_golden(const Golden& golden, const Setup& setup) {
   const Environment* environment = find_environment(golden.environment);
-  Scene scene = environment ? environment->make(golden.bodies) : columns(golden.bodies);
+  const bool streams = std::string_view(golden.environment) == "stream";
+  Scene scene = environment ? environment->make(golden.bodies) : streams ? Scene{} : columns(golden.bodies);
   WorldDef def = world_def(setup);
   def.gravity = scene.world.gravity;
   def.solver.method = golden.solver;
   def.broad_phase = golden.broad_phase;
   World world(def);
   SceneInstance instance(scene, world);
+  std::optional<Stream> stream;
+  if (streams) stream.emplace(world, golden.bodies);
   std::uint64_t events = 0xcbf29ce484222325u;
   for (int i = 0; i < golden.steps; ++i) {
+    if (stream) stream->prepare_step();
     instance.prepare_step();
     world.step();
     for (const auto list : {world.contacts_begun(), world.contacts_ended()})

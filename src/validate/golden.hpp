@@ -16,7 +16,7 @@ struct Hashes {
 };
 
 struct Golden {
-  const char* environment;  ///< or `columns`
+  const char* environment;  ///< or `columns`, or `stream`
   std::int64_t bodies;
   int steps;
   Solver solver;
