@@ -3,10 +3,11 @@
 //     stream_bench [--device D] [--native|--hybrid] [--ahead N] [--threads N] [--bodies N] [--churn N] [--steps N]
 //                  [--hulls] [--density N] [--read nothing|poses|events|contacts|all]
 //
-// So many bodies rain on a floor, `density` (1) for a square metre; in every step `churn` of them come at the top, and those that have been there longest
-// go. Times are the host's, from the first call for a step to the last: `calls` is adding and removing, `step` the call
-// of that name, `read` what was asked for; the results of the last step of a run are waited for, so the sum is what a
-// frame takes. The first 120 steps do not count. Where nothing is read and nothing waits, `step` is the device's pace.
+// So many bodies rain on a floor, `density` (1) for a square metre; in every step `churn` of them come at the top, and
+// those that have been there longest go. Times are the host's, from the first call for a step to the last: `calls` is
+// adding and removing, `step` the call of that name, `read` what was asked for; the results of the last step of a run
+// are waited for, so the sum is what a frame takes. The first 120 steps do not count. Where nothing is read and nothing
+// waits, `step` is the device's pace.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -129,7 +130,8 @@ void measure(const Options& options) {
       options.bodies, options.churn, options.world.ahead, options.read.c_str(), mean, median(sums), median(sums, 0.99),
       median(calls), median(steps), median(reads));
   std::printf(
-      "  last step: pairs %.4f manifolds %.4f build %.4f solve %.4f finish %.4f ms; %u pairs, %u manifolds, %u colours, "
+      "  last step: pairs %.4f manifolds %.4f build %.4f solve %.4f finish %.4f ms; %u pairs, %u manifolds, %u "
+      "colours, "
       "%llu launches, %llu bytes to, %llu from the device, %.1f MiB; hash %016llx\n",
       t.find_pairs, t.update_manifolds, t.build_constraints, t.solve, t.finish, counts.pairs, counts.manifolds,
       counts.colours, static_cast<unsigned long long>(counts.launches),

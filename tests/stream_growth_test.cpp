@@ -24,11 +24,23 @@ struct Kind {
 };
 constexpr Kind kinds[] = {
     {.name = "hulls of their own", .living = 20, .a_step = 1, .hulls = true, .asleep = false, .reads = false},
-    {.name = "hulls, read, ahead", .living = 12, .a_step = 2, .hulls = true, .asleep = false, .reads = true, .ahead = 2},
+    {.name = "hulls, read, ahead",
+     .living = 12,
+     .a_step = 2,
+     .hulls = true,
+     .asleep = false,
+     .reads = true,
+     .ahead = 2},
     {.name = "asleep", .living = 20, .a_step = 20, .hulls = false, .asleep = true, .reads = false},
     {.name = "asleep, read", .living = 7, .a_step = 7, .hulls = true, .asleep = true, .reads = true},
     {.name = "read", .living = 200, .a_step = 5, .hulls = false, .asleep = false, .reads = true},
-    {.name = "not read, ahead", .living = 100, .a_step = 10, .hulls = false, .asleep = false, .reads = false, .ahead = 3},
+    {.name = "not read, ahead",
+     .living = 100,
+     .a_step = 10,
+     .hulls = false,
+     .asleep = false,
+     .reads = false,
+     .ahead = 3},
 };
 
 struct Measured {
@@ -54,9 +66,10 @@ class Growing {
     world_.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({50, 50, 0.5f})});
     if (kind.reads && !kind.asleep)
       for (int i = 0; i < 200; ++i)
-        world_.add({.pose = {.position = {0.6f * static_cast<float>(i % 20), 20, 0.25f + 0.5f * static_cast<float>(i / 20)}},
-                    .shape = box({0.25f, 0.25f, 0.25f}),
-                    .density = 1000});
+        world_.add(
+            {.pose = {.position = {0.6f * static_cast<float>(i % 20), 20, 0.25f + 0.5f * static_cast<float>(i / 20)}},
+             .shape = box({0.25f, 0.25f, 0.25f}),
+             .density = 1000});
   }
 
   Measured run(int steps) {

@@ -208,7 +208,7 @@ TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     Random random(seed);
     device::BodyIndices indices;
-    std::map<std::uint32_t, BodyId> owner;  // by index
+    std::map<std::uint32_t, BodyId> owner;                    // by index
     std::vector<std::map<std::uint32_t, BodyId>> owners{{}};  // by step
     std::vector<std::uint32_t> free_slots, generations;
     for (std::uint64_t step = 1; step < 40; ++step) {

@@ -41,7 +41,8 @@ class BodyMemory {
   /// Calls act(buffer) for those that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
-    act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_), act(flags_);
+    act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_),
+        act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
     act(island_woken_), act(isolated_in_), act(solver_), act(support_);

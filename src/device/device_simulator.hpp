@@ -125,7 +125,7 @@ class DeviceSimulator final : public Simulator {
     std::size_t slots = 0;  ///< how many of the last three were read
     exec::PinnedBuffer<PairRecord> begun, ended;
     exec::PinnedBuffer<HitRecord> hits;
-    Event copied;           ///< they have arrived
+    Event copied;  ///< they have arrived
   };
   /// One more than lanes, because a step is timed from the end of the one before.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }

@@ -94,8 +94,8 @@ void DeviceSimulator<D>::step() {
 /// buffer is replaced: where memory runs out half way, the next call goes on from there.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
-  const std::size_t bodies_needed =
-      std::max({std::size_t{indices_.size()}, static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
+  const std::size_t bodies_needed = std::max(
+      {std::size_t{indices_.size()}, static_cast<std::size_t>(bodies.slot_count()), wanted_bodies_, first_bodies});
   const std::size_t contacts_needed = std::max({wanted_contacts_, bodies_needed + bodies_needed / 4, first_contacts});
   const std::size_t manifolds_needed = std::max({wanted_manifolds_, bodies_needed + bodies_needed / 4, first_contacts});
   if (bodies_needed > std::min(body_memory_.capacity(), grid_memory_.capacity())) {
@@ -270,9 +270,8 @@ void DeviceSimulator<D>::submit_results(Lane& lane) {
 template <exec::Device D>
 SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
   results.reserve(body_memory_.capacity());
-  device_.parallel_for(indices_.size(),
-                       PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
-                                     results.velocities.data(), results.flags.data()});
+  device_.parallel_for(indices_.size(), PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
+                                                      results.velocities.data(), results.flags.data()});
   return results;
 }
 

@@ -63,7 +63,9 @@ class Stream {
   }
   BodyDef next() {
     const float size = 0.2f + 0.2f * unit(), x = 4 * unit() - 2, y = 4 * unit() - 2, kind = 3 * unit();
-    const Shape shape = kind < 1 ? sphere(size) : kind < 2 ? capsule(0.5f * size, 0.5f * size) : box({size, 0.2f, 0.3f});
+    const Shape shape = kind < 1   ? sphere(size)
+                        : kind < 2 ? capsule(0.5f * size, 0.5f * size)
+                                   : box({size, 0.2f, 0.3f});
     return body(shape, {x, y, 1 + 2 * unit()}, 1.0f, {.restitution = kind < 0.3f ? 0.5f : 0.0f});
   }
 

@@ -90,9 +90,8 @@ void* HostDevice::do_allocate(std::size_t bytes, const Where& where) {
   // An operating system that overcommits would grant this now and end the process when the memory is touched.
   check_alive(where);
   const std::size_t free_bytes = info_.memory > bytes_in_use() ? info_.memory - bytes_in_use() : 0;
-  void* const memory = allocation_fails() || (info_.memory != 0 && bytes > free_bytes)
-                           ? nullptr
-                           : allocate_aligned(bytes);
+  void* const memory =
+      allocation_fails() || (info_.memory != 0 && bytes > free_bytes) ? nullptr : allocate_aligned(bytes);
   if (!memory) {
     throw DeviceError(
         ErrorCode::capacity,
