@@ -46,8 +46,8 @@ struct StageFixture {
 
   Change update(std::uint32_t contact, std::vector<NewManifold>& begun) {
     Contact& c = graph[contact];
-    return update_contact(contact, c, c.touching() ? &graph.manifold(c) : nullptr, bodies, state, scene.world.dt,
-                          begun);
+    return update_contact(contact, c, c.touching() ? &graph.manifold(c) : nullptr,
+                          {bodies, state, scene.world.dt, begun, fast});
   }
 
   Scene scene;
@@ -58,6 +58,7 @@ struct StageFixture {
   std::vector<std::uint32_t> changed;  // all slots
   std::vector<std::uint32_t> moving;   // slots of dynamic bodies
   std::size_t manifold_count = 0;
+  std::vector<FastPair> fast;
 };
 
 }  // namespace fathom::native

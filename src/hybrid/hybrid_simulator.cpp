@@ -138,8 +138,8 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
         Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
         c.axis = result.axis;
-        change =
-            take_manifold(i, result.manifold, seen.b_in_a, c.touching() ? &graph_.manifold(c) : nullptr, block.begun);
+        change = native::NarrowPhase{bodies, state_, def.dt, block.begun, block.fast}.take(
+            i, c, result.manifold, seen, c.touching() ? &graph_.manifold(c) : nullptr);
       }
       note(block, i, change);
     }

@@ -29,7 +29,10 @@ struct alignas(32) Contact {
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;   ///< the slot holds a pair
-  bool round = false;    ///< a body is a sphere or a capsule; known of those that have touched
+  bool round : 1 = false;  ///< a body is a sphere or a capsule; known of those that have touched
+  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
+  /// `step_impulse` until the step has one.
+  bool ahead : 1 = false;
 
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }

@@ -81,9 +81,11 @@ void NativeSimulator::place_changes() {
   PlacedBlock next{};
   profile.counts.recycled = 0;
   changed_blocks_.clear();
+  fast_blocks_.clear();
   for (; next.block < block_counts_.size(); ++next.block) {
     const BlockCounts counts = block_counts_[next.block];
     profile.counts.recycled += counts.recycled;
+    if (counts.fast > 0) fast_blocks_.push_back(next.block);
     if ((counts.begun | counts.ended | counts.gone) == 0) continue;
     changed_blocks_.push_back(next);
     next.begun += counts.begun;
@@ -197,8 +199,10 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifo
   graph_.mix_materials(c, manifold);
   const float overlap = first_overlap(fresh.manifold, manifold.restitution, half_thickness(bodies[c.a]),
                                       half_thickness(bodies[c.b]), contact_sag(def) * length(def.gravity));
-  c.recycle_distance = overlap > 0 ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
+  c.ahead = fresh.ahead >= 0;
+  c.recycle_distance = overlap > 0 && !c.ahead ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
+  if (c.ahead) manifold.step_impulse = fresh.ahead;
   return hit(c, manifold);
 }
 

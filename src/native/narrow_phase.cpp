@@ -6,6 +6,7 @@
 #include <hwy/highway.h>
 
 #include "collision/box_box.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "native/prefetch.hpp"
 
@@ -83,7 +84,8 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (manifold && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
+  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)))
+    return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
   forget_overlap(c, bodies);
@@ -91,19 +93,38 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   return {Change::nothing, true, margin, b_in_a};
 }
 
-Change take_manifold(std::uint32_t index, const Manifold& fresh, const Pose& b_in_a, ContactManifold* manifold,
-                     std::vector<NewManifold>& begun) {
+Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float ahead,
+                        ContactManifold* manifold) const {
   if (fresh.count == 0) return manifold ? Change::ended : Change::nothing;
   if (!manifold) {
-    begun.push_back({index, b_in_a, fresh});
+    begun.push_back({index, ahead, b_in_a, fresh});
     return Change::began;
   }
   set_manifold(*manifold, fresh, b_in_a);
+  if (c.ahead != (ahead >= 0)) c.ahead = ahead >= 0;
+  if (c.ahead) manifold->step_impulse = ahead;
   return Change::nothing;
 }
 
-Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const BodyTable& bodies,
-                      const BodyState& state, float dt, std::vector<NewManifold>& begun) {
+Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
+                         ContactManifold* manifold) const {
+  if (fresh.count == 0 || movement_of(seen.margin) <= slow_movement)
+    return put(index, c, fresh, seen.b_in_a, -1, manifold);
+  const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
+  const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
+                                     {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,
+                                     seen.margin, min(half_thickness(a), half_thickness(b)), dt);
+  if (found.is_fast && c.fixed_a) {
+    const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
+    fast.push_back(
+        {c.a, c.b, pose_a, pose_b, rotate(pose_a.rotation, fresh.normal), nearest_separation(fresh)});
+  }
+  if (found.ahead == Ahead::meets) return put(index, c, found.manifold, found.b_in_a, found.time, manifold);
+  return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);
+}
+
+Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {
+  const auto& [bodies, state, dt, begun, fast] = narrow_phase;
   const Inspection seen = inspect_contact(c, manifold, bodies, state, dt);
   if (!seen.collide) return seen.change;
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
@@ -112,12 +133,12 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
                              ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, axis)
                              : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, axis);
   put(c.axis, axis);
-  return take_manifold(index, fresh, seen.b_in_a, manifold, begun);
+  return narrow_phase.take(index, c, fresh, seen, manifold);
 }
 
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
-                     const BodyTable& bodies, const BodyState& state, float dt, std::vector<NewManifold>& begun,
-                     Change* changes) {
+                     const NarrowPhase& narrow_phase, Change* changes) {
+  const auto& [bodies, state, dt, begun, fast] = narrow_phase;
   enum class Todo : std::uint8_t { nothing, collide, everything };
   Todo todo[contact_grain] = {};
   bool any_others = false;
@@ -132,7 +153,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     const std::uint8_t flags = state.flags[c.a] | state.flags[c.b];
     if (!(flags & awake)) continue;
     if (c.touching()) {
-      change = update_contact(i, c, &manifolds[c.manifold], bodies, state, dt, begun);
+      change = update_contact(i, c, &manifolds[c.manifold], narrow_phase);
       continue;
     }
     const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
@@ -166,7 +187,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     if (todo[i - first] == Todo::nothing) continue;
     Contact& c = contacts[i];
     if (todo[i - first] == Todo::everything) {
-      changes[i - first] = update_contact(i, c, nullptr, bodies, state, dt, begun);
+      changes[i - first] = update_contact(i, c, nullptr, narrow_phase);
       continue;
     }
     const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
@@ -175,7 +196,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     AxisCache axis = c.axis;
     const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, axis);
     put(c.axis, axis);
-    changes[i - first] = take_manifold(i, fresh, pose, nullptr, begun);
+    changes[i - first] = narrow_phase.take(i, c, fresh, {Change::nothing, true, margin, pose}, nullptr);
   }
 }
 

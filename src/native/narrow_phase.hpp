@@ -21,8 +21,17 @@ enum class Change : std::uint8_t {
 /// A manifold that has no place yet, because only one thread may give it one.
 struct NewManifold {
   std::uint32_t contact;
+  float ahead;  ///< s from the step's beginning to where it was made; below zero: as the bodies are
   Pose b_in_a;
   Manifold manifold;
+};
+
+/// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_part`).
+struct FastPair {
+  std::uint32_t a, b;
+  Pose pose_a, pose_b;
+  Vec3 normal;    ///< world
+  float nearest;  ///< m
 };
 
 /// Distance (m) that two bodies may move against each other before their manifold is made anew.
@@ -37,9 +46,23 @@ struct Inspection {
 };
 Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
                            const BodyState& state, float dt);
-/// What follows from having collided: into the `manifold` of a touching contact, or into `begun`.
-Change take_manifold(std::uint32_t index, const Manifold& fresh, const Pose& b_in_a, ContactManifold* manifold,
-                     std::vector<NewManifold>& begun);
+/// What contacts are brought up to date with; `begun` and `fast` are lists to add to.
+struct NarrowPhase {
+  const BodyTable& bodies;
+  const BodyState& state;
+  float dt;
+  std::vector<NewManifold>& begun;
+  std::vector<FastPair>& fast;
+
+  /// What follows from having collided with the result `fresh`: into the `manifold` of a touching contact, or into
+  /// `begun`.
+  Change take(std::uint32_t index, Contact& contact, const Manifold& fresh, const Inspection& seen,
+              ContactManifold* manifold) const;
+
+ private:
+  Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
+             ContactManifold* manifold) const;
+};
 
 /// Contacts that are brought up to date at once.
 inline constexpr std::size_t contact_grain = BoxPairs::most;
@@ -47,12 +70,11 @@ inline constexpr std::size_t contact_grain = BoxPairs::most;
 /// `update_contact` of contacts [first, end), up to `contact_grain` of `contacts`, those of boxes that do not touch yet
 /// side by side. changes[i] is what contact first + i has met. Contacts that nothing moves are left alone.
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
-                     const BodyTable& bodies, const BodyState& state, float dt, std::vector<NewManifold>& begun,
-                     Change* changes);
+                     const NarrowPhase& narrow_phase, Change* changes);
 
 /// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
 /// with contact index `index`. Writes nothing else.
-Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold, const BodyTable& bodies,
-                      const BodyState& state, float dt, std::vector<NewManifold>& begun);
+Change update_contact(std::uint32_t index, Contact& contact, ContactManifold* manifold,
+                      const NarrowPhase& narrow_phase);
 
 }  // namespace fathom::native

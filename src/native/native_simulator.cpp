@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "check/check.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "dynamics/move_to.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
@@ -157,6 +158,7 @@ NativeSimulator::BlockOfChanges& NativeSimulator::begin_block(std::size_t first_
   block.begun.clear();
   block.ended.clear();
   block.gone.clear();
+  block.fast.clear();
   block.recycled = 0;
   return block;
 }
@@ -167,7 +169,7 @@ void NativeSimulator::end_block(std::size_t first_contact) {
   const auto counted = [](std::size_t n) { return static_cast<std::uint16_t>(n); };
   // Written once: those of other threads' blocks lie beside them.
   block_counts_[number] = {counted(block.recycled), counted(block.begun.size()), counted(block.ended.size()),
-                           counted(block.gone.size())};
+                           counted(block.gone.size()), counted(block.fast.size())};
 }
 
 void NativeSimulator::update_manifolds() {
@@ -180,8 +182,8 @@ void NativeSimulator::update_manifolds() {
       const auto first = static_cast<std::uint32_t>(chunk);
       const auto last = static_cast<std::uint32_t>(std::min(chunk + contact_grain, end));
       Change changes[contact_grain];
-      update_contacts({constrained.contacts, size}, first, last, constrained.manifolds, bodies, state_, def.dt,
-                      block.begun, changes);
+      update_contacts({constrained.contacts, size}, first, last, constrained.manifolds,
+                      {bodies, state_, def.dt, block.begun, block.fast}, changes);
       for (std::uint32_t i = first; i < last; ++i) note(block, i, changes[i - first]);
     }
     end_block(begin);
@@ -245,6 +247,7 @@ void NativeSimulator::solve() {
 void NativeSimulator::finish() {
   if (!are_free_moved_) move_free([] {});
   if (failed_.exchange(0, std::memory_order_relaxed) > 0) isolate_moved();
+  hold_back_fast();
   if (!active_is_current_) list_active();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
@@ -435,6 +438,23 @@ void NativeSimulator::arrive() {
   }
   targets_.clear();
   active_is_current_ = false;
+}
+
+/// What came out inside or behind something fixed goes as far as its way was free, and on in the next step.
+void NativeSimulator::hold_back_fast() {
+  for (const std::size_t block : fast_blocks_)
+    for (const FastPair& pair : blocks_[block].fast) {
+      if ((state_.flags[pair.b] & (awake | isolated)) != awake) continue;
+      const BodyInfo &a = bodies[pair.a], &b = bodies[pair.b];
+      const Pose end = state_.poses[pair.b];
+      const float part = free_part({a.geometry, a.radius, pair.pose_a, {}}, {b.geometry, b.radius, pair.pose_b, {}},
+                                   state_.poses[pair.a], end, pair.normal, pair.nearest,
+                                   min(half_thickness(a), half_thickness(b)), def.dt);
+      if (part >= 1) continue;
+      Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), part * def.dt);
+      pose.reserved = end.reserved;
+      place(pair.b, pose, state_.velocities[pair.b]);
+    }
 }
 
 /// Those that failed when they were moved, where nothing can have noticed them.

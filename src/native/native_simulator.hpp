@@ -67,6 +67,7 @@ class NativeSimulator : public Simulator {
   struct alignas(128) BlockOfChanges {
     std::vector<NewManifold> begun;
     std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
+    std::vector<FastPair> fast;
     std::uint32_t recycled = 0;
   };
   /// Room for what the narrow phase finds of every contact.
@@ -135,6 +136,7 @@ class NativeSimulator : public Simulator {
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void isolate(std::uint32_t slot);
   void isolate_moved();
+  void hold_back_fast();
   void isolate_on_request();
   /// checks.cpp
   void validate() const;
@@ -193,12 +195,13 @@ class NativeSimulator : public Simulator {
   // What the narrow phase met, by block, and how much of it: whoever takes it over reads only blocks that hold
   // something.
   struct BlockCounts {
-    std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0;
+    std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0, fast = 0;
   };
   std::size_t block_size_ = contact_grain;
   std::vector<BlockOfChanges> blocks_;
   std::vector<BlockCounts> block_counts_;
   std::vector<PlacedBlock> changed_blocks_;
+  std::vector<std::size_t> fast_blocks_;  // that list fast pairs
   // Of all blocks, in the order of contacts.
   LargeArray<Seat> seats_begun_, seats_ended_;
   LargeArray<Pair> pairs_gone_;

@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "dynamics/overlap.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/prefetch.hpp"
@@ -93,6 +94,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
     any_round |= c.round;
+    h.ahead = h.ahead || c.ahead;
   }
   h.round = any_round;
   block.header() = h;
@@ -155,6 +157,47 @@ HWY_NOINLINE void store_rolling(const Block<D>& block, const Constrained& constr
   for (std::size_t i = 0; i < block.header().lanes; ++i)
     if (block.at(roll_length)[i] > 0)
       constrained.manifolds[block.manifold()[i]].set_rolling_impulse({kept[0][i], kept[1][i], kept[2][i]});
+}
+
+HWY_INLINE ContactBody<SymMat3> contact_body(const BodiesView& view, std::uint32_t slot) {
+  const SolverBody& s = view.bodies[slot];
+  const WorldInertia* const w = is_anisotropic(s) ? view.inertias + slot : nullptr;
+  const float i = s.inverse_inertia;
+  return {s.linear, s.angular, s.inverse_mass,
+          w ? SymMat3{w->xx, w->yy, w->zz, w->xy, w->xz, w->yz} : SymMat3{i, i, i, 0, 0, 0}};
+}
+
+/// Lanes whose manifolds were made where their bodies will meet. Few have one, so one after the other.
+template <class D>
+HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                                const BodiesView& view) {
+  for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    if (indices[lane] == none || !constrained.contacts[indices[lane]].ahead) continue;
+    const Contact& c = constrained.contacts[indices[lane]];
+    const ContactManifold& m = constrained.manifolds[c.manifold];
+    ContactFrame f;
+    PointRow points_of_lane[max_manifold_points];
+    ContactImpulses impulses;
+    prepare_contact_ahead(m, view.poses[c.a], view.poses[c.b], m.step_impulse, c.round, contact_body(view, c.a),
+                          contact_body(view, c.b), f, points_of_lane, impulses);
+    const auto set = [&](int field, float value) { block.at(field)[lane] = value; };
+    const auto set3 = [&](int field, Vec3 v) { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); };
+    set3(normal_x, f.normal), set3(tangent_x, f.tangent), set3(arm_a_x, f.arm_a), set3(arm_b_x, f.arm_b);
+    set(k_nn, f.nn), set(k_n1, f.n1), set(k_n2, f.n2), set(k_11, f.k11), set(k_12, f.k12), set(k_22, f.k22);
+    set(slide_11, f.slide_11), set(slide_12, f.slide_12), set(slide_22, f.slide_22);
+    set(twist_mass, f.twist_mass), set(patch_radius, f.patch_radius);
+    for (int i = 0; i < m.point_count(); ++i) {
+      const PointRow& p = points_of_lane[i];
+      set(Block<D>::point(i, point_x), p.x), set(Block<D>::point(i, point_y), p.y);
+      set(Block<D>::point(i, point_separation), p.separation), set(Block<D>::point(i, point_mass), p.mass);
+    }
+    if (!block.header().restitution) continue;
+    const auto acceleration = [&](std::uint32_t slot) {
+      return view.bodies[slot].inverse_mass > 0 ? view.motion[slot].acceleration : Vec3{};
+    };
+    block.bounces[static_cast<std::size_t>(pull) * Block<D>::width + lane] =
+        dot(f.normal, acceleration(c.b) - acceleration(c.a));
+  }
 }
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
@@ -284,6 +327,7 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
     block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
   }
   if (block.header().round) prepare_round(block, indices, constrained);
+  if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
   return point_count;
 }
 

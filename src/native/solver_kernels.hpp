@@ -76,6 +76,7 @@ struct BlockHeader {
   bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
   bool round = false;           ///< some lane is a contact of something round
   bool rolls = false;           ///< some lane has rolling resistance
+  bool ahead = false;           ///< some lane's manifold was made where its bodies will meet
 };
 
 struct SolverKernels {

@@ -1,0 +1,137 @@
+// What fast bodies will touch within a step. Pure, for host and device.
+//
+// A contact made before bodies meet keeps them apart along one normal, that of the shapes as the step begins. Where they
+// move by a good part of their size within the step it is the wrong one: they come in beside it, or are stopped by it
+// as they pass. So for such a pair the time of impact is sought: what passes has no contact, and what meets has the
+// contact of the place where it meets, with separations that the way there will use up.
+#pragma once
+
+#include "collision/collide.hpp"
+#include "dynamics/bounds.hpp"
+#include "dynamics/contact_rows.hpp"
+#include "dynamics/move_to.hpp"
+#include "dynamics/time_of_impact.hpp"
+
+namespace fathom {
+
+/// A relative movement within a step (m), of which no pair needs to be asked how fast it is for its size.
+inline constexpr float slow_movement = 0.002f;
+
+/// Share of the thinner shape's half thickness that bodies may move by against each other within a step and are slow.
+inline constexpr float slow_share = 0.25f;
+
+/// Of the pair's thinner shape with the half thickness `half` (m): from which distance on (m) shapes as far from their
+/// origins as `reach` are apart for certain, and how deep they are looked at that meet, so that the normal is that of
+/// the side which is hit and an edge that they only brush, as at the seam of two tiles, does not count as one.
+FATHOM_HD float skin_of(float half, float reach) { return min(0.001f, 0.02f * half) + 4e-7f * reach; }
+FATHOM_HD float entry_of(float half) { return min(0.0025f, 0.05f * half); }
+
+/// `margin`: speculative_margin of the pair.
+FATHOM_HD float movement_of(float margin) { return margin - 2 * half_speculative_margin; }
+
+enum class Ahead : std::uint8_t {
+  as_seen,  ///< the manifold that `collide` made of the poses as they are
+  nothing,  ///< they pass
+  meets,    ///< `LookAhead::manifold`
+};
+
+struct LookAhead {
+  Ahead ahead = Ahead::as_seen;
+  bool is_fast = false;  ///< moves far enough within the step for `free_part`
+  float time = 0;  ///< s from the step's beginning to where the manifold was made
+  Pose b_in_a;     ///< there
+  Manifold manifold;
+};
+
+FATHOM_HD float nearest_separation(const Manifold& m) {
+  float nearest = 3e38f;
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (i < m.count) nearest = min(nearest, m.points[i].separation);
+  return nearest;
+}
+
+/// Of a pair with the manifold `seen` whose speculative margin is `margin` and whose thinner shape is twice `half`
+/// thick (m).
+FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
+                               float dt) {
+  LookAhead result;
+  result.is_fast = movement_of(margin) > slow_share * half;
+  if (!result.is_fast) return result;
+  const Vec3 normal = rotate(a.pose.rotation, seen.normal);
+  const float entry = entry_of(half), skin = skin_of(half, length(b.pose.position - a.pose.position));
+  const NearCores cores = near_cores(a, b, dt, skin);
+  // Of all that the shapes have along the normal: the manifold's points may be farther apart.
+  const float gap = separation_along(cores, a.pose, b.pose, normal), approach = dt * most_approach(a, b, normal);
+  Impact impact{true, 0, gap, approach / dt, normal};
+  if (gap <= entry && approach - gap <= 2 * entry) return result;
+  if (gap > skin && (approach < gap - skin || !cores.meet))
+    impact.meets = false;  // this very direction shows it
+  else if (gap > skin)
+    impact = first_impact(a, b, cores, dt, skin, normal);
+  if (!impact.meets) {
+    const bool is_near = nearest_separation(seen) <= min(2 * half_speculative_margin, slow_share * half);
+    result.ahead = is_near && approach < gap ? Ahead::as_seen : Ahead::nothing;
+    return result;
+  }
+  const float deeper = max(impact.gap, 0.0f) + entry;
+  result.time = impact.speed * dt > deeper ? min(impact.time + deeper / impact.speed, dt) : dt;
+  result.b_in_a = relative(advanced(a.pose, a.velocity, result.time), advanced(b.pose, b.velocity, result.time));
+  AxisCache axis;
+  result.manifold = collide_shapes(a.geometry, b.geometry, result.b_in_a, margin, axis);
+  const bool is_same = impact.time == 0 && dot(seen.normal, result.manifold.normal) > 0.95f;
+  if (!is_same) result.ahead = result.manifold.count > 0 ? Ahead::meets : Ahead::nothing;
+  return result;
+}
+
+/// The part of a step's way, from the poses of `a` and `b` to `end_a` and `end_b`, that a fast pair may go: all of it
+/// unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on; what they
+/// meet after that, turned and thrown about within the step, is seen here. `normal` (world axes) and `nearest` (m) are
+/// those of the manifold as the step began.
+FATHOM_HD float free_part(Mover a, Mover b, const Pose& end_a, const Pose& end_b, Vec3 normal, float nearest,
+                          float half, float dt) {
+  a.velocity = velocity_between(a.pose, end_a, dt);
+  b.velocity = velocity_between(b.pose, end_b, dt);
+  const float skin = skin_of(half, length(b.pose.position - a.pose.position));
+  const float allowed = 2 * entry_of(half) + max(-nearest, 0.0f);
+  const NearCores cores = near_cores(a, b, dt, skin);
+  if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return 1;
+  if (nearest > skin) {
+    const Impact impact = first_impact(a, b, cores, dt, skin, normal);
+    const bool is_clear = !impact.meets || separation_along(cores, end_a, end_b, impact.normal) >= -allowed;
+    return is_clear ? 1.0f : impact.time / dt;
+  }
+  const auto is_inside = [&](float part) {
+    AxisCache axis;
+    const Pose b_in_a = relative(advanced(a.pose, a.velocity, part * dt), advanced(b.pose, b.velocity, part * dt));
+    return nearest_separation(collide_shapes(a.geometry, b.geometry, b_in_a, 0.0f, axis)) < -allowed;
+  };
+  if (!is_inside(1.0f)) return 1;
+  float free = 0, inside = 1;
+  for (int i = 0; i < 8; ++i) {
+    const float middle = 0.5f * (free + inside);
+    (is_inside(middle) ? inside : free) = middle;
+  }
+  return free;
+}
+
+/// `prepare_contact` of a manifold made where its bodies will be after `time` (s) if nothing stops them. Its rows are
+/// those of that place, and separations are as many metres larger as the bodies approach on the way to it.
+template <class Inertia>
+FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float time,
+                                      bool round, const ContactBody<Inertia>& a, const ContactBody<Inertia>& b,
+                                      ContactFrame& f, PointRow points[max_manifold_points],
+                                      ContactImpulses& impulses) {
+  const Pose at_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
+  const Pose at_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
+  prepare_contact(m, at_a, at_b, 0.0f, round, a, b, f, points, impulses);
+  const NormalMotion motion = ContactAxes(f).motion(a.linear, a.angular, b.linear, b.angular);
+  float nearest = 3e38f;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= m.point_count()) continue;
+    points[i].separation = fma(-time, motion.at(points[i].x, points[i].y), points[i].separation);
+    nearest = min(nearest, points[i].separation);
+  }
+  return nearest;
+}
+
+}  // namespace fathom
