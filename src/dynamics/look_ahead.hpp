@@ -37,7 +37,9 @@ enum class Ahead : std::uint8_t {
 
 struct LookAhead {
   Ahead ahead = Ahead::as_seen;
-  bool is_fast = false;  ///< moves far enough within the step for `free_part`
+  bool is_fast = false;  ///< moves far enough within the step for `free_way`, to which the next two belong
+  Vec3 normal;           ///< along which the bodies are apart as the step begins, or nearly (world axes)
+  float gap = 0;         ///< so much (m)
   float time = 0;  ///< s from the step's beginning to where the manifold was made
   Pose b_in_a;     ///< there
   Manifold manifold;
@@ -50,21 +52,25 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
   return nearest;
 }
 
-/// Of a pair with the manifold `seen` whose speculative margin is `margin` and whose thinner shape is twice `half`
-/// thick (m).
+/// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin `margin`:
+/// over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
   LookAhead result;
   result.is_fast = movement_of(margin) > slow_share * half;
   if (!result.is_fast) return result;
-  const Vec3 normal = rotate(a.pose.rotation, seen.normal);
-  const float entry = entry_of(half), skin = skin_of(half, length(b.pose.position - a.pose.position));
+  const Vec3 between = b.pose.position - a.pose.position;
+  const float entry = entry_of(half), skin = skin_of(half, length(between));
   const NearCores cores = near_cores(a, b, dt, skin);
+  const Vec3 normal = seen.count > 0 ? rotate(a.pose.rotation, seen.normal)
+                                     : direction_apart(cores, a.pose, b.pose, between, 0.1f * skin);
   // Of all that the shapes have along the normal: the manifold's points may be farther apart.
   const float gap = separation_along(cores, a.pose, b.pose, normal), approach = dt * most_approach(a, b, normal);
+  result.normal = normal;
+  result.gap = gap;
   Impact impact{true, 0, gap, approach / dt, normal};
-  if (gap <= entry && approach - gap <= 2 * entry) return result;
-  if (gap > skin && (approach < gap - skin || !cores.meet))
+  if (seen.count > 0 && gap <= entry && approach - gap <= 2 * entry) return result;
+  if (!cores.meet || (gap > skin && approach < gap - skin))
     impact.meets = false;  // this very direction shows it
   else if (gap > skin)
     impact = first_impact(a, b, cores, dt, skin, normal);
@@ -78,40 +84,54 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   result.b_in_a = relative(advanced(a.pose, a.velocity, result.time), advanced(b.pose, b.velocity, result.time));
   AxisCache axis;
   result.manifold = collide_shapes(a.geometry, b.geometry, result.b_in_a, margin, axis);
-  const bool is_same = impact.time == 0 && dot(seen.normal, result.manifold.normal) > 0.95f;
+  const bool is_same = seen.count > 0 && impact.time == 0 && dot(seen.normal, result.manifold.normal) > 0.95f;
   if (!is_same) result.ahead = result.manifold.count > 0 ? Ahead::meets : Ahead::nothing;
   return result;
 }
 
-/// The part of a step's way, from the poses of `a` and `b` to `end_a` and `end_b`, that a fast pair may go: all of it
-/// unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on; what they
-/// meet after that, turned and thrown about within the step, is seen here. `normal` (world axes) and `nearest` (m) are
-/// those of the manifold as the step began.
-FATHOM_HD float free_part(Mover a, Mover b, const Pose& end_a, const Pose& end_b, Vec3 normal, float nearest,
-                          float half, float dt) {
-  a.velocity = velocity_between(a.pose, end_a, dt);
-  b.velocity = velocity_between(b.pose, end_b, dt);
+/// How far a body may go of the way that the solver has given it.
+struct FreeWay {
+  float part = 1;     ///< of the way
+  bool stops = false; ///< it was there from the beginning: `slowed` is its velocity
+  Vec3 slowed;        ///< m/s
+};
+
+/// What a fast pair may go of its ways from the poses of `a`, which cannot be pushed, and `b` to `end_a` and `end_b`: all
+/// of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on; what
+/// they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one. What
+/// touched before and still comes deeper is knocked back by corners that go round too fast for the solver: it loses its
+/// approach. `normal` and `gap` are those of `look_ahead`.
+FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, Vec3 normal, float gap,
+                           float half, float dt) {
+  FreeWay way;
+  const Mover on_a{a.geometry, a.radius, a.pose, velocity_between(a.pose, end_a, dt)};
+  const Mover on_b{b.geometry, b.radius, b.pose, velocity_between(b.pose, end_b, dt)};
   const float skin = skin_of(half, length(b.pose.position - a.pose.position));
-  const float allowed = 2 * entry_of(half) + max(-nearest, 0.0f);
-  const NearCores cores = near_cores(a, b, dt, skin);
-  if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return 1;
-  if (nearest > skin) {
-    const Impact impact = first_impact(a, b, cores, dt, skin, normal);
-    const bool is_clear = !impact.meets || separation_along(cores, end_a, end_b, impact.normal) >= -allowed;
-    return is_clear ? 1.0f : impact.time / dt;
+  const float allowed = max(2 * entry_of(half), -gap);
+  const NearCores cores = near_cores(on_a, on_b, dt, skin);
+  if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return way;
+  if (gap > skin) {
+    const Impact impact = first_impact(on_a, on_b, cores, dt, skin, normal);
+    if (impact.meets && separation_along(cores, end_a, end_b, impact.normal) < -allowed) {
+      way.part = impact.time / dt;
+      return way;
+    }
   }
   const auto is_inside = [&](float part) {
     AxisCache axis;
-    const Pose b_in_a = relative(advanced(a.pose, a.velocity, part * dt), advanced(b.pose, b.velocity, part * dt));
-    return nearest_separation(collide_shapes(a.geometry, b.geometry, b_in_a, 0.0f, axis)) < -allowed;
+    const Pose at_a = advanced(on_a.pose, on_a.velocity, part * dt);
+    const Pose at_b = advanced(on_b.pose, on_b.velocity, part * dt);
+    return nearest_separation(collide_shapes(a.geometry, b.geometry, relative(at_a, at_b), 0.0f, axis)) < -allowed;
   };
-  if (!is_inside(1.0f)) return 1;
+  if (!is_inside(1.0f)) return way;
+  // Of turns beyond half a turn a step's ends do not tell which way they went.
   float free = 0, inside = 1;
   for (int i = 0; i < 8; ++i) {
     const float middle = 0.5f * (free + inside);
     (is_inside(middle) ? inside : free) = middle;
   }
-  return free;
+  const float approach = dot(normal, a.velocity.linear - b.velocity.linear);
+  return {free, gap <= skin, mul_add(b.velocity.linear, max(approach, 0.0f), normal)};
 }
 
 /// `prepare_contact` of a manifold made where its bodies will be after `time` (s) if nothing stops them. Its rows are

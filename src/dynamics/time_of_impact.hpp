@@ -81,6 +81,12 @@ FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Po
   return dot(n, between) - cores.radii();
 }
 
+/// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
+FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
+  const Vec3 local = inverse_rotate(a.rotation, guess);
+  return rotate(a.rotation, gap_between(cores.a, cores.b, make_frame(relative(a, b)), local, tolerance).normal);
+}
+
 struct Impact {
   bool meets = false;
   float time = 0;   ///< s from now
@@ -99,10 +105,8 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
   impact.normal = guess;
   for (int i = 0; i < most_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
-    const Gap gap = gap_between(cores.a, cores.b, make_frame(relative(at_a, at_b)),
-                                inverse_rotate(at_a.rotation, impact.normal), 0.1f * skin);
-    impact.normal = rotate(at_a.rotation, gap.normal);
-    impact.gap = gap.distance - cores.radii();
+    impact.normal = direction_apart(cores, at_a, at_b, impact.normal, 0.1f * skin);
+    impact.gap = separation_along(cores, at_a, at_b, impact.normal);
     impact.speed = most_approach(a, b, impact.normal);
     if (impact.gap <= skin) break;
     const float later = impact.gap - 0.5f * skin;

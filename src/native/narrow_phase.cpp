@@ -108,7 +108,7 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
 
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
-  if (fresh.count == 0 || movement_of(seen.margin) <= slow_movement)
+  if (movement_of(seen.margin) <= slow_movement)
     return put(index, c, fresh, seen.b_in_a, -1, manifold);
   const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
@@ -116,8 +116,7 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
                                      seen.margin, min(half_thickness(a), half_thickness(b)), dt);
   if (found.is_fast && c.fixed_a) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
-    fast.push_back(
-        {c.a, c.b, pose_a, pose_b, rotate(pose_a.rotation, fresh.normal), nearest_separation(fresh)});
+    fast.push_back({c.a, c.b, pose_a, pose_b, found.normal, found.gap});
   }
   if (found.ahead == Ahead::meets) return put(index, c, found.manifold, found.b_in_a, found.time, manifold);
   return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);

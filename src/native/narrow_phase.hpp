@@ -26,12 +26,12 @@ struct NewManifold {
   Manifold manifold;
 };
 
-/// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_part`).
+/// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_way`).
 struct FastPair {
   std::uint32_t a, b;
   Pose pose_a, pose_b;
-  Vec3 normal;    ///< world
-  float nearest;  ///< m
+  Vec3 normal;  ///< of `LookAhead`, and
+  float gap;    ///< m
 };
 
 /// Distance (m) that two bodies may move against each other before their manifold is made anew.

@@ -447,13 +447,15 @@ void NativeSimulator::hold_back_fast() {
       if ((state_.flags[pair.b] & (awake | isolated)) != awake) continue;
       const BodyInfo &a = bodies[pair.a], &b = bodies[pair.b];
       const Pose end = state_.poses[pair.b];
-      const float part = free_part({a.geometry, a.radius, pair.pose_a, {}}, {b.geometry, b.radius, pair.pose_b, {}},
-                                   state_.poses[pair.a], end, pair.normal, pair.nearest,
-                                   min(half_thickness(a), half_thickness(b)), def.dt);
-      if (part >= 1) continue;
-      Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), part * def.dt);
+      Velocity v = state_.velocities[pair.b];
+      const FreeWay way = free_way({a.geometry, a.radius, pair.pose_a, state_.velocities[pair.a]},
+                                   {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.normal,
+                                   pair.gap, min(half_thickness(a), half_thickness(b)), def.dt);
+      if (way.part >= 1) continue;
+      Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), way.part * def.dt);
       pose.reserved = end.reserved;
-      place(pair.b, pose, state_.velocities[pair.b]);
+      if (way.stops) v.linear = way.slowed;
+      place(pair.b, pose, v);
     }
 }
 
