@@ -62,10 +62,16 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   const Vec3 between = b.pose.position - a.pose.position;
   const float entry = entry_of(half), skin = skin_of(half, length(between));
   const NearCores cores = near_cores(a, b, dt, skin);
-  const Vec3 normal = seen.count > 0 ? rotate(a.pose.rotation, seen.normal)
-                                     : direction_apart(cores, a.pose, b.pose, between, 0.1f * skin);
+  const float nearest = nearest_separation(seen);
+  Vec3 normal = seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(between);
   // Of all that the shapes have along the normal: the manifold's points may be farther apart.
-  const float gap = separation_along(cores, a.pose, b.pose, normal), approach = dt * most_approach(a, b, normal);
+  float gap = separation_along(cores, a.pose, b.pose, normal);
+  if (gap < nearest - skin) {
+    const Vec3 other = direction_apart(cores, a.pose, b.pose, normal, 0.1f * skin);
+    const float apart = separation_along(cores, a.pose, b.pose, other);
+    if (apart > gap) normal = other, gap = apart;
+  }
+  const float approach = dt * most_approach(a, b, normal);
   result.normal = normal;
   result.gap = gap;
   Impact impact{true, 0, gap, approach / dt, normal};
@@ -75,7 +81,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   else if (gap > skin)
     impact = first_impact(a, b, cores, dt, skin, normal);
   if (!impact.meets) {
-    const bool is_near = nearest_separation(seen) <= min(2 * half_speculative_margin, slow_share * half);
+    const bool is_near = nearest <= min(2 * half_speculative_margin, slow_share * half);
     result.ahead = is_near && approach < gap ? Ahead::as_seen : Ahead::nothing;
     return result;
   }

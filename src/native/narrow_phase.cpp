@@ -116,7 +116,7 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
                                      seen.margin, min(half_thickness(a), half_thickness(b)), dt);
   if (found.is_fast && c.fixed_a) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
-    fast.push_back({c.a, c.b, pose_a, pose_b, found.normal, found.gap});
+    fast.push_back({index, c.a, c.b, pose_a, pose_b, found.normal, found.gap});
   }
   if (found.ahead == Ahead::meets) return put(index, c, found.manifold, found.b_in_a, found.time, manifold);
   return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);

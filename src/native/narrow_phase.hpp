@@ -28,7 +28,7 @@ struct NewManifold {
 
 /// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_way`).
 struct FastPair {
-  std::uint32_t a, b;
+  std::uint32_t contact, a, b;
   Pose pose_a, pose_b;
   Vec3 normal;  ///< of `LookAhead`, and
   float gap;    ///< m

@@ -456,6 +456,8 @@ void NativeSimulator::hold_back_fast() {
       pose.reserved = end.reserved;
       if (way.stops) v.linear = way.slowed;
       place(pair.b, pose, v);
+      const Contact& c = graph_[pair.contact];
+      if (c.touching()) graph_.manifold(c).forget_build();
     }
 }
 
