@@ -108,8 +108,15 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
 
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
-  if (movement_of(seen.margin) <= slow_movement)
+  // Of boxes their bounds tell that they are slow, without what is known of bodies beside.
+  const Vec3 a = state.bounds[c.a].half_extents, b = state.bounds[c.b].half_extents;
+  if (movement_of(seen.margin) <= max(slow_movement, slow_share * min(min_component(a), min_component(b))))
     return put(index, c, fresh, seen.b_in_a, -1, manifold);
+  return take_fast(index, c, fresh, seen, manifold);
+}
+
+HWY_NOINLINE Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& fresh,
+                                           const Inspection& seen, ContactManifold* manifold) const {
   const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
   const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
                                      {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,

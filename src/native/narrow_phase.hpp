@@ -60,6 +60,8 @@ struct NarrowPhase {
               ContactManifold* manifold) const;
 
  private:
+  Change take_fast(std::uint32_t index, Contact& contact, const Manifold& fresh, const Inspection& seen,
+                   ContactManifold* manifold) const;
   Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
              ContactManifold* manifold) const;
 };
