@@ -175,6 +175,10 @@ struct BodyArrays {
   std::uint32_t* island_woken;  ///< number of the step that woke it
   std::uint32_t* isolated_in;   ///< number of the step that isolated it
 
+  // Of bodies in fast pairs.
+  Pose* before;              ///< as the step began
+  std::uint32_t* fast_pair;  ///< the first of its fast pairs, `none` between steps
+
   // Supports.
   BodySupport* support;
   SupportNode* nodes;

@@ -32,6 +32,9 @@ enum ContactBits : std::uint32_t {
   fixed_a_bit = 0x200,  ///< A is fixed or kinematic
   fresh_bit = 0x400,    ///< found in this step
   round_bit = 0x800,    ///< a body is a sphere or a capsule; known of those that have touched
+  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its `step_impulse`
+  /// until the step has one.
+  ahead_bit = 0x1000,
 };
 
 struct alignas(16) Contact {
@@ -47,6 +50,7 @@ struct alignas(16) Contact {
   FATHOM_HD bool touching() const { return bits & touching_bit; }
   FATHOM_HD bool round() const { return bits & round_bit; }
   FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
+  FATHOM_HD bool ahead() const { return bits & ahead_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
@@ -110,6 +114,8 @@ struct Counters {
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
   std::uint32_t to_collide[2] = {};  ///< pairs of boxes, others
+  std::uint32_t fast = 0;            ///< pairs that move fast for their size
+  std::uint32_t looked_ahead = 0;    ///< of them, before the step stopped for want of manifolds
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[2] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
@@ -165,12 +171,19 @@ struct Report {
   std::uint32_t overrun = 0;
 };
 
+/// A pair that moves fast for its size. Those of one dynamic body with bodies that cannot be pushed are chained.
+struct FastPair {
+  std::uint32_t contact;
+  std::uint32_t next;  ///< or `none`
+};
+
 struct ContactArrays {
   // `capacity` of each.
   Contact* contacts;
   std::uint32_t* free;
   PairRecord* found;          ///< pairs of the search; then the deferred contacts, as `to_collide`
   std::uint32_t* to_collide;  ///< two lists, one from each end
+  FastPair* fast;
   std::uint32_t capacity;
 
   // `manifold_capacity` of each.

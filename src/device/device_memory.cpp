@@ -11,6 +11,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       forces_(m),
       targets_(m),
       poses_(m),
+      before_(m),
       velocities_(m),
       flags_(m),
       slow_time_(m),
@@ -26,6 +27,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_(m),
       island_woken_(m),
       isolated_in_(m),
+      fast_pair_(m),
       parent_(m),
       island_slow_(m),
       support_(m),
@@ -41,7 +43,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(nodes_), act(moves_);
-  act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_);
+  act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
@@ -75,6 +77,8 @@ BodyArrays BodyMemory::arrays() {
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
           .isolated_in = isolated_in_.data(),
+          .before = before_.data(),
+          .fast_pair = fast_pair_.data(),
           .support = support_.data(),
           .nodes = nodes_.data(),
           .moves = moves_.data(),
@@ -91,6 +95,7 @@ ContactMemory::ContactMemory(exec::Memory& m)
       manifolds_(m),
       free_(m),
       found_(m),
+      fast_(m),
       to_collide_(m),
       free_manifolds_(m),
       uncoloured_0_(m),
@@ -116,6 +121,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   free_.grow(n, exec::Contents::keep);
   found_.grow(n);
   to_collide_.grow(n);
+  fast_.grow(n, exec::Contents::keep);
   capacity_ = n;
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
@@ -146,6 +152,7 @@ ContactArrays ContactMemory::contacts() {
           .free = free_.data(),
           .found = found_.data(),
           .to_collide = to_collide_.data(),
+          .fast = fast_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
           .manifolds = manifolds_.data(),
           .free_manifolds = free_manifolds_.data(),

@@ -44,7 +44,7 @@ class BodyMemory {
     act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_),
         act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
-        act(island_);
+        act(island_), act(fast_pair_);
     act(island_woken_), act(isolated_in_), act(solver_), act(support_);
   }
 
@@ -57,14 +57,14 @@ class BodyMemory {
   exec::Buffer<BodyTensors> tensors_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
-  exec::Buffer<Pose> poses_;
+  exec::Buffer<Pose> poses_, before_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, recoloured_, refurthered_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, parent_, island_slow_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
   exec::Buffer<SupportMove> moves_;
@@ -96,6 +96,7 @@ class ContactMemory {
   exec::Buffer<ContactManifold> manifolds_;
   exec::Buffer<std::uint32_t> free_;
   exec::Buffer<PairRecord> found_;
+  exec::Buffer<FastPair> fast_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;

@@ -186,6 +186,7 @@ struct ApplyEdits {
     bodies.touching[i] = 0;
     bodies.island[i] = i;
     bodies.island_woken[i] = bodies.isolated_in[i] = 0;
+    bodies.fast_pair[i] = none;
     bodies.solver[i] = SolverQuads(SolverBody{});
     bodies.support[i] = {};
     bodies.known[i] = no_box();

@@ -3,6 +3,7 @@
 
 #include "device/build_constraints.hpp"
 #include "device/constraint_rows.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -68,9 +69,15 @@ struct PrepareConstraints {
     ContactImpulses impulses;
     const Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
-    prepare_contact(m, bodies.poses[pair.a], bodies.poses[pair.b], overlap, contact.round(), a, b, frame, points,
-                    impulses);
     const int count = m.point_count();
+    Pose pose_a = bodies.poses[pair.a], pose_b = bodies.poses[pair.b];
+    const float time = contact.ahead() ? m.step_impulse : 0;
+    if (contact.ahead()) {
+      pose_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
+      pose_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
+    }
+    prepare_contact(m, pose_a, pose_b, overlap, contact.round(), a, b, frame, points, impulses);
+    if (contact.ahead()) count_back(frame, count, time, a, b, points);
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, frame);
     for (int i = 0; i < max_manifold_points; ++i)

@@ -8,6 +8,7 @@
 #include "device/device_memory.hpp"
 #include "device/find_pairs.hpp"
 #include "device/find_supports.hpp"
+#include "device/fast_pairs.hpp"
 #include "device/finish.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
@@ -132,6 +133,7 @@ class Step {
     const ContactChanges changes = contact_changes();
     device_.parallel_for({&counters_->to_collide[0], contacts_.capacity}, CollideShapes<true>{changes, settings_.dt});
     device_.parallel_for({&counters_->to_collide[1], contacts_.capacity}, CollideShapes<false>{changes, settings_.dt});
+    device_.parallel_for(fast(), LookAheadPairs{changes, settings_.dt});
   }
 
   void build_constraints() {
@@ -188,6 +190,7 @@ class Step {
 
   void finish() {
     device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, settings_.move});
+    device_.parallel_for(fast(), HoldBackFast{{bodies_, grid_, counters_, settings_.move}, contacts_});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
       device_.parallel_for({&counters_->live_contacts, contacts_.capacity},
@@ -204,6 +207,7 @@ class Step {
   ContactChanges contact_changes() const {
     return {bodies_, contacts_, counters_, settings_.restitution_threshold, settings_.sag};
   }
+  exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }
   exec::Range contact_groups() const {

@@ -8,6 +8,7 @@
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
 #include "dynamics/hit.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
@@ -89,6 +90,41 @@ struct ContactChanges {
     if (!c.round()) return;
     const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
     set_round(m, radius(a), radius(b), bodies.tensors[c.a].rolling_resistance, bodies.tensors[c.b].rolling_resistance);
+  }
+
+  /// What follows for the contact `c`, a copy, from having collided with the result `fresh`, made `time` (s) from the
+  /// step's beginning or, below zero, of the poses as they are. False: it would begin, and there is no room.
+  FATHOM_HD bool take(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float time) const {
+    if (fresh.count == 0) {
+      if (c.touching()) end(c);
+      contacts.contacts[index] = c;
+      return true;
+    }
+    const bool begins = !c.touching(), is_ahead = time >= 0;
+    if (begins) c.manifold = take_manifold();
+    if (c.manifold == none) return false;
+    ContactManifold& m = contacts.manifolds[c.manifold];
+    if (begins) {
+      m = ContactManifold{};
+      const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
+      if (is_round(a.shape()) || is_round(b.shape())) c.bits |= round_bit;
+      mix(c, m);
+      c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b), sag * length(counters->gravity));
+    }
+    if (is_ahead) c.overlap = 0;
+    c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;
+    set_manifold(m, fresh, b_in_a);
+    if (is_ahead) m.step_impulse = time;
+    if (begins) begin(index, c, m);
+    contacts.contacts[index] = c;
+    return true;
+  }
+
+  FATHOM_HD static float thickness(const BodyConstants& c) {
+    return half_thickness(c.shape(), c.half_extents, c.shape_radius, c.radius);
+  }
+  FATHOM_HD float half_of_thinner(const Contact& c) const {
+    return min(thickness(bodies.constants[c.a]), thickness(bodies.constants[c.b]));
   }
 
  private:
@@ -187,7 +223,8 @@ struct SortOutContacts {
       // A contact that found no colour tries again.
       if (c.colour() == overflow_colour)
         changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
-      if (moved_little(changes.contacts.manifolds[c.manifold], b_in_a, c.recycle_distance)) return recycled;
+      if (!c.ahead() && moved_little(changes.contacts.manifolds[c.manifold], b_in_a, c.recycle_distance))
+        return recycled;
     }
     const bool both_boxes =
         bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
@@ -213,35 +250,17 @@ struct CollideShapes {
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
     const Manifold fresh = collide(c, a, b, b_in_a, margin);
-    if (fresh.count == 0) {
-      if (c.touching()) changes.end(c);
-    } else {
-      const bool begins = !c.touching();
-      if (begins) c.manifold = changes.take_manifold();
-      if (c.manifold == none) {
-        contacts.found[at(exec::atomic_add(changes.counters->deferred[only_boxes ? 0 : 1], 1u))] = {index, none};
-        return;
-      }
-      ContactManifold& m = contacts.manifolds[c.manifold];
-      if (begins) {
-        m = ContactManifold{};
-        if (!only_boxes && (is_round(a.shape()) || is_round(b.shape()))) c.bits |= round_bit;
-        changes.mix(c, m);
-        c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b),
-                                  changes.sag * length(changes.counters->gravity));
-      }
-      set_manifold(m, fresh, b_in_a);
-      if (begins) changes.begin(index, c, m);
+    const float movement = movement_of(margin);
+    if (movement > slow_movement && movement > slow_share * changes.half_of_thinner(c)) {
+      contacts.contacts[index] = c;
+      contacts.fast[exec::atomic_add(changes.counters->fast, 1u)] = {index, none};
+    } else if (!changes.take(index, c, fresh, b_in_a, -1)) {
+      contacts.found[at(exec::atomic_add(changes.counters->deferred[only_boxes ? 0 : 1], 1u))] = {index, none};
     }
-    contacts.contacts[index] = c;
   }
 
  private:
   FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
-
-  FATHOM_HD static float thickness(const BodyConstants& c) {
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
-  }
 
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin) const {
@@ -266,6 +285,7 @@ struct ResumeStep {
       c.deferred[k] = 0;
     }
     c.live_bodies = c.waking = c.bodies;
+    c.looked_ahead = c.fast;
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.recolouring = wants_recolouring(c);

@@ -35,11 +35,16 @@ enum class Ahead : std::uint8_t {
   meets,    ///< `LookAhead::manifold`
 };
 
+/// A direction in world axes along which two bodies are `gap` (m) apart, or reach into each other.
+struct Apart {
+  Vec3 normal;
+  float gap;
+};
+
 struct LookAhead {
   Ahead ahead = Ahead::as_seen;
-  bool is_fast = false;  ///< moves far enough within the step for `free_way`, to which the next two belong
-  Vec3 normal;           ///< along which the bodies are apart as the step begins, or nearly (world axes)
-  float gap = 0;         ///< so much (m)
+  bool is_fast = false;  ///< moves far enough within the step for `free_way`
+  Apart first{};         ///< as the step begins; of fast pairs
   float time = 0;  ///< s from the step's beginning to where the manifold was made
   Pose b_in_a;     ///< there
   Manifold manifold;
@@ -52,6 +57,21 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
   return nearest;
 }
 
+/// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
+FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
+                               float skin) {
+  const Vec3 guess = seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(b.pose.position - a.pose.position);
+  const Apart along{guess, separation_along(cores, a.pose, b.pose, guess)};
+  if (along.gap >= nearest_separation(seen) - skin) return along;
+  const Vec3 normal = direction_apart(cores, a.pose, b.pose, guess, 0.1f * skin);
+  const float gap = separation_along(cores, a.pose, b.pose, normal);
+  return gap > along.gap ? Apart{normal, gap} : along;
+}
+
+FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
+  return skin_of(half, length(b.pose.position - a.pose.position));
+}
+
 /// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin `margin`:
 /// over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
@@ -59,21 +79,12 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   LookAhead result;
   result.is_fast = movement_of(margin) > slow_share * half;
   if (!result.is_fast) return result;
-  const Vec3 between = b.pose.position - a.pose.position;
-  const float entry = entry_of(half), skin = skin_of(half, length(between));
+  const float entry = entry_of(half), skin = skin_of(a, b, half), nearest = nearest_separation(seen);
   const NearCores cores = near_cores(a, b, dt, skin);
-  const float nearest = nearest_separation(seen);
-  Vec3 normal = seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(between);
-  // Of all that the shapes have along the normal: the manifold's points may be farther apart.
-  float gap = separation_along(cores, a.pose, b.pose, normal);
-  if (gap < nearest - skin) {
-    const Vec3 other = direction_apart(cores, a.pose, b.pose, normal, 0.1f * skin);
-    const float apart = separation_along(cores, a.pose, b.pose, other);
-    if (apart > gap) normal = other, gap = apart;
-  }
+  const Apart first = result.first = apart_at_first(a, b, cores, seen, skin);
+  const Vec3 normal = first.normal;
+  const float gap = first.gap;
   const float approach = dt * most_approach(a, b, normal);
-  result.normal = normal;
-  result.gap = gap;
   Impact impact{true, 0, gap, approach / dt, normal};
   if (seen.count > 0 && gap <= entry && approach - gap <= 2 * entry) return result;
   if (!cores.meet || (gap > skin && approach < gap - skin))
@@ -106,13 +117,15 @@ struct FreeWay {
 /// of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on; what
 /// they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one. What
 /// touched before and still comes deeper is knocked back by corners that go round too fast for the solver: it loses its
-/// approach. `normal` and `gap` are those of `look_ahead`.
-FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, Vec3 normal, float gap,
+/// approach. `first` is that of `look_ahead`.
+FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
   FreeWay way;
+  const Vec3 normal = first.normal;
+  const float gap = first.gap;
   const Mover on_a{a.geometry, a.radius, a.pose, velocity_between(a.pose, end_a, dt)};
   const Mover on_b{b.geometry, b.radius, b.pose, velocity_between(b.pose, end_b, dt)};
-  const float skin = skin_of(half, length(b.pose.position - a.pose.position));
+  const float skin = skin_of(a, b, half);
   const float allowed = max(2 * entry_of(half), -gap);
   const NearCores cores = near_cores(on_a, on_b, dt, skin);
   if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return way;
@@ -140,8 +153,23 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   return {free, gap <= skin, mul_add(b.velocity.linear, max(approach, 0.0f), normal)};
 }
 
-/// `prepare_contact` of a manifold made where its bodies will be after `time` (s) if nothing stops them. Its rows are
-/// those of that place, and separations are as many metres larger as the bodies approach on the way to it.
+/// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops them,
+/// brought back to the step's beginning: separations are as many metres larger as points approach on the way there.
+/// Returns the least.
+template <class Inertia>
+FATHOM_HD float count_back(const ContactFrame& frame, int count, float time, const ContactBody<Inertia>& a,
+                           const ContactBody<Inertia>& b, PointRow points[max_manifold_points]) {
+  const NormalMotion motion = ContactAxes(frame).motion(a.linear, a.angular, b.linear, b.angular);
+  float nearest = 3e38f;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= count) continue;
+    points[i].separation = fma(-time, motion.at(points[i].x, points[i].y), points[i].separation);
+    nearest = min(nearest, points[i].separation);
+  }
+  return nearest;
+}
+
+/// `prepare_contact` of a manifold made where its bodies will be after `time` (s).
 template <class Inertia>
 FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float time,
                                       bool round, const ContactBody<Inertia>& a, const ContactBody<Inertia>& b,
@@ -150,14 +178,7 @@ FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose
   const Pose at_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
   const Pose at_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
   prepare_contact(m, at_a, at_b, 0.0f, round, a, b, f, points, impulses);
-  const NormalMotion motion = ContactAxes(f).motion(a.linear, a.angular, b.linear, b.angular);
-  float nearest = 3e38f;
-  for (int i = 0; i < max_manifold_points; ++i) {
-    if (i >= m.point_count()) continue;
-    points[i].separation = fma(-time, motion.at(points[i].x, points[i].y), points[i].separation);
-    nearest = min(nearest, points[i].separation);
-  }
-  return nearest;
+  return count_back(f, m.point_count(), time, a, b, points);
 }
 
 }  // namespace fathom

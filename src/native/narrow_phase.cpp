@@ -6,7 +6,6 @@
 #include <hwy/highway.h>
 
 #include "collision/box_box.hpp"
-#include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "native/prefetch.hpp"
 
@@ -123,7 +122,7 @@ HWY_NOINLINE Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, cons
                                      seen.margin, min(half_thickness(a), half_thickness(b)), dt);
   if (found.is_fast && c.fixed_a) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
-    fast.push_back({index, c.a, c.b, pose_a, pose_b, found.normal, found.gap});
+    fast.push_back({index, c.a, c.b, pose_a, pose_b, found.first});
   }
   if (found.ahead == Ahead::meets) return put(index, c, found.manifold, found.b_in_a, found.time, manifold);
   return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "dynamics/look_ahead.hpp"
 #include "native/body_state.hpp"
 #include "native/box_pairs.hpp"
 #include "native/contact.hpp"
@@ -30,8 +31,7 @@ struct NewManifold {
 struct FastPair {
   std::uint32_t contact, a, b;
   Pose pose_a, pose_b;
-  Vec3 normal;  ///< of `LookAhead`, and
-  float gap;    ///< m
+  Apart first;
 };
 
 /// Distance (m) that two bodies may move against each other before their manifold is made anew.

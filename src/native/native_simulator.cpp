@@ -449,8 +449,8 @@ void NativeSimulator::hold_back_fast() {
       const Pose end = state_.poses[pair.b];
       Velocity v = state_.velocities[pair.b];
       const FreeWay way = free_way({a.geometry, a.radius, pair.pose_a, state_.velocities[pair.a]},
-                                   {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.normal,
-                                   pair.gap, min(half_thickness(a), half_thickness(b)), def.dt);
+                                   {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.first,
+                                   min(half_thickness(a), half_thickness(b)), def.dt);
       if (way.part >= 1) continue;
       Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), way.part * def.dt);
       pose.reserved = end.reserved;
