@@ -49,6 +49,7 @@ void BodyMemory::for_each_passing(const Act& act) {
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
+  fast_pair_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 

@@ -44,7 +44,7 @@ class BodyMemory {
     act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_),
         act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
-        act(island_), act(fast_pair_);
+        act(island_);
     act(island_woken_), act(isolated_in_), act(solver_), act(support_);
   }
 

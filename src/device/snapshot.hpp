@@ -100,6 +100,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
         for (const BodySupport& s : host) in.require(s.level <= most_levels);
     });
   });
+  if (on_device) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
   const ContactArrays arrays = contact_memory_.contacts();
   const std::size_t room = contact_memory_.capacity();
   read_into(arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {

@@ -5,6 +5,7 @@
 #include "scene/random.hpp"
 #include "validate/bodies.hpp"
 #include "validate/case_list.hpp"
+#include "validate/shots.hpp"
 
 namespace fathom::validate {
 namespace {
@@ -22,6 +23,14 @@ int beyond(const World& world, const std::vector<BodyId>& ids) {
   int count = 0;
   for (const BodyId id : ids) count += world.pose(id).position.x > 0;
   return count;
+}
+
+/// Whether a step's way has crossed the middle of a plate of 1 m across x, and not gone round it.
+bool goes_through(const World& world, BodyId plate, Vec3 from, Vec3 to) {
+  const Vec3 at = world.pose(plate).position;
+  if (!(from.x < at.x && to.x > at.x)) return false;
+  const Vec3 crossing = from + ((at.x - from.x) / (to.x - from.x)) * (to - from) - at;
+  return std::abs(crossing.y) < 0.5f && std::abs(crossing.z) < 0.5f;
 }
 
 }  // namespace
@@ -50,15 +59,18 @@ void bullets(const Setup& setup, Record& record) {
       }
       // And a plate that can move, which must take the bullet's momentum.
       BodyDef target = body(box({0.005f, 0.5f, 0.5f}), {-5, 20, 0}, 10.0f);
-      world.add(target);
+      const BodyId target_id = world.add(target);
       BodyDef bullet = body(shapes[i % 3], {at.x - 5, 20, 0}, 0.01f);
       bullet.velocity.linear = {300, 0, 0};
       const BodyId free_bullet = world.add(bullet);
       ++shots;
-      steps(world, step_count(world, 0.15));
+      for (int step = step_count(world, 0.15); step > 0; --step) {
+        const Pose before = world.pose(free_bullet);
+        world.step();
+        passed_free += goes_through(world, target_id, before.position, world.pose(free_bullet).position);
+      }
       passed += beyond(world, straight);
       passed_oblique += beyond(world, oblique);
-      passed_free += world.pose(free_bullet).position.x > -4.5f;
     }
     const std::string at = dt > 0.01f ? ", Δt 1/60 s" : ", Δt 1/240 s";
     record.at_most("of " + std::to_string(3 * shots) + " bullets through a fixed plate" + at, passed, 0);
@@ -119,6 +131,22 @@ void boxes_into_wall(const Setup& setup, Record& record) {
   for (const BodyId id : ids) below += world.pose(id).position.z < 0;
   record.at_most("of " + std::to_string(count) + " boxes through the wall", passed, 0);
   record.at_most("through the floor", below, 0);
+}
+
+void random_shots(const Setup& setup, Record& record) {
+  const int shots = setup.full ? 3000 : 300;
+  int inside = 0;
+  for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at(static_cast<std::uint64_t>(i)), setup) > 0;
+  // What is left is thrown about and spun within a step more than its ends tell of.
+  record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside,
+                 0.003 * shots);
+}
+
+void near_misses(const Setup& setup, Record& record) {
+  const int shots = setup.full ? 3000 : 300;
+  int traces = 0;
+  for (int i = 1; i <= shots; ++i) traces += leaves_a_trace(shot_past(static_cast<std::uint64_t>(i)), setup);
+  record.at_most("of " + std::to_string(shots) + " near misses with an event or a change of velocity", traces, 0);
 }
 
 }  // namespace fathom::validate

@@ -1,0 +1,122 @@
+// Bodies that move by a good part of their size within a step: they stop at what they meet, and leave alone what they
+// pass.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "dynamics/time_of_impact.hpp"
+#include "validate/exact_overlap.hpp"
+#include "validate/shots.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::test {
+namespace {
+
+using Where = validate::Setup;
+
+Where of_device() { return {.simulator = SimulatorKind::device, .device = "host"}; }
+Where of_hybrid() { return {.simulator = SimulatorKind::hybrid, .device = "host"}; }
+
+TEST(FastPairs, NothingIsFoundInsideOrBehindWhatItHit) {
+  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+    for (std::uint64_t seed = 200; seed < 400; ++seed)
+      EXPECT_EQ(validate::too_deep(validate::shot_at(seed), setup), 0) << "seed " << seed;
+}
+
+TEST(FastPairs, WhatPassesAtAClearanceLeavesNoTrace) {
+  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+    for (std::uint64_t seed = 1; seed <= 300; ++seed)
+      EXPECT_FALSE(validate::leaves_a_trace(validate::shot_past(seed), setup)) << "seed " << seed;
+}
+
+// The least separation over steps that a cube of 6 cm, shot along (1, 0, −1) at a crate of 1 m, has from any place.
+TEST(FastPairs, CubesShotAtTheEdgeOfACrateStayOutside) {
+  for (const float speed : {30.0f, 100.0f, 200.0f})
+    for (int i = 0; i < 60; ++i) {
+      World world(quiet_world());
+      BodyDef crate;
+      crate.motion = MotionType::fixed;
+      crate.shape = box({0.5f, 0.5f, 0.5f});
+      world.add(crate);
+      BodyDef bullet = dynamic(box({0.03f, 0.03f, 0.03f}), {});
+      const float back = 2 + speed / 60 * static_cast<float>(i) / 60;
+      bullet.pose.position = {-0.5f - back, 0.01f * static_cast<float>(i % 7), back};
+      bullet.velocity.linear = {speed * std::sqrt(0.5f), 0, -speed * std::sqrt(0.5f)};
+      const BodyId id = world.add(bullet);
+      const validate::Solid solid(crate.shape, {});
+      Vec3 before = bullet.pose.position;
+      for (int step = 0; step < 60; ++step) {
+        world.step();
+        const Pose now = world.pose(id);
+        EXPECT_LT(validate::overlap_depth(solid, validate::Solid(bullet.shape, now)), 0.005) << speed << ' ' << i;
+        // No step leads from above the crate's face to beyond it.
+        EXPECT_FALSE(before.x < -0.5f && now.position.x > 0.5f) << speed << ' ' << i;
+        before = now.position;
+      }
+    }
+}
+
+TEST(FastPairs, AnElasticBallKeepsItsSpeedOffAWallWhereverInAStepItMeetsIt) {
+  for (int i = 0; i < 20; ++i) {
+    WorldDef def = quiet_world();
+    def.gravity = {};
+    World world(def);
+    BodyDef wall;
+    wall.motion = MotionType::fixed;
+    wall.shape = box({0.1f, 5, 5});
+    wall.material.restitution = 1;
+    world.add(wall);
+    BodyDef ball = dynamic(sphere(0.02f), {-5 - 0.07f * static_cast<float>(i), 0, 0});
+    ball.velocity.linear = {100, 0, 0};
+    ball.material.restitution = 1;
+    const BodyId id = world.add(ball);
+    for (int step = 0; step < 12; ++step) world.step();
+    EXPECT_NEAR(world.velocity(id).linear.x, -100, 1e-3f) << i;
+  }
+}
+
+// A slab of tiles laid edge to edge: what slides over their seams is not stopped by them.
+TEST(FastPairs, SeamsOfTilesDoNotStopWhatSlidesFastOverThem) {
+  World world(quiet_world());
+  for (int i = 0; i < 60; ++i) {
+    BodyDef tile;
+    tile.motion = MotionType::fixed;
+    tile.shape = box({0.5f, 0.5f, 0.1f});
+    tile.pose.position = {static_cast<float>(i), 0, -0.1f};
+    tile.material.friction = 0;
+    world.add(tile);
+  }
+  BodyDef sledge = dynamic(box({0.1f, 0.1f, 0.05f}), {0, 0, 0.05f});
+  sledge.material.friction = 0;
+  const BodyId id = world.add(sledge);
+  for (int step = 0; step < 30; ++step) world.step();
+  world.set_velocity(id, {30, 0, 0}, {});
+  for (int step = 0; step < 100; ++step) {
+    world.step();
+    ASSERT_NEAR(world.velocity(id).linear.x, 30, 0.01f) << step;
+    ASSERT_NEAR(world.pose(id).position.z, 0.05f, 0.003f) << step;
+  }
+}
+
+// Of a point outside a box the distance is known: the bound must not exceed it and be as good as it.
+TEST(FastPairs, TheGapOfAPointAndABoxIsItsDistance) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 2000; ++i) {
+    const double size = std::pow(10.0, 2 * unit(random));
+    const auto side = [&] { return static_cast<float>(size * (0.05 + std::abs(unit(random)))); };
+    const Vec3 half{side(), side(), side()};
+    const auto place = [&] { return static_cast<float>(4 * size * unit(random)); };
+    const Vec3 p{place(), place(), place()};
+    const auto beyond = [](float x, float h) { return std::max(std::abs(double{x}) - double{h}, 0.0); };
+    const double distance = std::hypot(beyond(p.x, half.x), beyond(p.y, half.y), beyond(p.z, half.z));
+    if (distance < 0.01 * size) continue;
+    const Core a = core_of(Geometry{ShapeType::box, 0, half, {}}), b = core_of(Geometry{ShapeType::sphere, 0.1f, {}, {}});
+    const Gap gap = gap_between(a, b, make_frame({p, 0, {}}), p, 1e-5f * static_cast<float>(size));
+    EXPECT_LE(double{gap.distance}, distance + 1e-5 * size);
+    EXPECT_GE(double{gap.distance}, 0.998 * distance - 3e-5 * size);
+  }
+}
+
+}  // namespace
+}  // namespace fathom::test
