@@ -111,7 +111,8 @@ TEST(FastPairs, TheGapOfAPointAndABoxIsItsDistance) {
     const auto beyond = [](float x, float h) { return std::max(std::abs(double{x}) - double{h}, 0.0); };
     const double distance = std::hypot(beyond(p.x, half.x), beyond(p.y, half.y), beyond(p.z, half.z));
     if (distance < 0.01 * size) continue;
-    const Core a = core_of(Geometry{ShapeType::box, 0, half, {}}), b = core_of(Geometry{ShapeType::sphere, 0.1f, {}, {}});
+    const Core a = core_of(Geometry{ShapeType::box, 0, half, {}}),
+               b = core_of(Geometry{ShapeType::sphere, 0.1f, {}, {}});
     const Gap gap = gap_between(a, b, make_frame({p, 0, {}}), p, 1e-5f * static_cast<float>(size));
     EXPECT_LE(double{gap.distance}, distance + 1e-5 * size);
     EXPECT_GE(double{gap.distance}, 0.998 * distance - 3e-5 * size);

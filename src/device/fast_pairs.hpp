@@ -1,5 +1,5 @@
-// Pairs that move fast for their size (dynamics/look_ahead.hpp): few, so lists of their own keep the search for the time
-// of impact out of the kernels that every contact goes through.
+// Pairs that move fast for their size (dynamics/look_ahead.hpp): few, so lists of their own keep the search for the
+// time of impact out of the kernels that every contact goes through.
 #pragma once
 
 #include "device/finish.hpp"
@@ -81,7 +81,8 @@ struct HoldBackFast {
   FATHOM_HD FreeWay free_way_of(const Contact& c) const {
     const BodyArrays& bodies = move.bodies;
     const Mover a = mover(bodies, c.a, bodies.before[c.a]), b = mover(bodies, c.b, bodies.before[c.b]);
-    const float half = min(ContactChanges::thickness(bodies.constants[c.a]), ContactChanges::thickness(bodies.constants[c.b]));
+    const float half =
+        min(ContactChanges::thickness(bodies.constants[c.a]), ContactChanges::thickness(bodies.constants[c.b]));
     const Pose &end_a = bodies.poses[c.a], &end_b = bodies.poses[c.b];
     const Mover was_a{a.geometry, a.radius, a.pose, velocity_between(a.pose, end_a, move.p.dt)};
     const Mover was_b{b.geometry, b.radius, b.pose, velocity_between(b.pose, end_b, move.p.dt)};
@@ -105,8 +106,7 @@ struct HoldBackFast {
     const float radius = bodies.constants[i].radius;
     const Aabb box = motion_box(bodies.geometry(i), radius, pose, v, move.p.dt);
     bodies.boxes[i] = box;
-    if (!contains(bodies.fat[i].box(), box))
-      move.put_fat_box(i, fat_box(radius, box, v.linear, move.p.dt), box_change);
+    if (!contains(bodies.fat[i].box(), box)) move.put_fat_box(i, fat_box(radius, box, v.linear, move.p.dt), box_change);
   }
 };
 

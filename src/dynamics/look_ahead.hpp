@@ -1,8 +1,8 @@
 // What fast bodies will touch within a step. Pure, for host and device.
 //
-// A contact made before bodies meet keeps them apart along one normal, that of the shapes as the step begins. Where they
-// move by a good part of their size within the step it is the wrong one: they come in beside it, or are stopped by it
-// as they pass. So for such a pair the time of impact is sought: what passes has no contact, and what meets has the
+// A contact made before bodies meet keeps them apart along one normal, that of the shapes as the step begins. Where
+// they move by a good part of their size within the step it is the wrong one: they come in beside it, or are stopped by
+// it as they pass. So for such a pair the time of impact is sought: what passes has no contact, and what meets has the
 // contact of the place where it meets, with separations that the way there will use up.
 #pragma once
 
@@ -45,8 +45,8 @@ struct LookAhead {
   Ahead ahead = Ahead::as_seen;
   bool is_fast = false;  ///< moves far enough within the step for `free_way`
   Apart first{};         ///< as the step begins; of fast pairs
-  float time = 0;  ///< s from the step's beginning to where the manifold was made
-  Pose b_in_a;     ///< there
+  float time = 0;        ///< s from the step's beginning to where the manifold was made
+  Pose b_in_a;           ///< there
   Manifold manifold;
 };
 
@@ -60,7 +60,8 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
 /// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
 FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
                                float skin) {
-  const Vec3 guess = seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(b.pose.position - a.pose.position);
+  const Vec3 guess =
+      seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(b.pose.position - a.pose.position);
   const Apart along{guess, separation_along(cores, a.pose, b.pose, guess)};
   if (along.gap >= nearest_separation(seen) - skin) return along;
   const Vec3 normal = direction_apart(cores, a.pose, b.pose, guess, 0.1f * skin);
@@ -72,8 +73,8 @@ FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
   return skin_of(half, length(b.pose.position - a.pose.position));
 }
 
-/// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin `margin`:
-/// over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
+/// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin
+/// `margin`: over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
   LookAhead result;
@@ -108,16 +109,16 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
 
 /// How far a body may go of the way that the solver has given it.
 struct FreeWay {
-  float part = 1;     ///< of the way
-  bool stops = false; ///< it was there from the beginning: `slowed` is its velocity
-  Vec3 slowed;        ///< m/s
+  float part = 1;      ///< of the way
+  bool stops = false;  ///< it was there from the beginning: `slowed` is its velocity
+  Vec3 slowed;         ///< m/s
 };
 
-/// What a fast pair may go of its ways from the poses of `a`, which cannot be pushed, and `b` to `end_a` and `end_b`: all
-/// of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on; what
-/// they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one. What
-/// touched before and still comes deeper is knocked back by corners that go round too fast for the solver: it loses its
-/// approach. `first` is that of `look_ahead`.
+/// What a fast pair may go of its ways from the poses of `a`, which cannot be pushed, and `b` to `end_a` and `end_b`:
+/// all of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on;
+/// what they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one.
+/// What touched before and still comes deeper is knocked back by corners that go round too fast for the solver: it
+/// loses its approach. `first` is that of `look_ahead`.
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
   FreeWay way;
@@ -153,9 +154,9 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   return {free, gap <= skin, mul_add(b.velocity.linear, max(approach, 0.0f), normal)};
 }
 
-/// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops them,
-/// brought back to the step's beginning: separations are as many metres larger as points approach on the way there.
-/// Returns the least.
+/// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops
+/// them, brought back to the step's beginning: separations are as many metres larger as points approach on the way
+/// there. Returns the least.
 template <class Inertia>
 FATHOM_HD float count_back(const ContactFrame& frame, int count, float time, const ContactBody<Inertia>& a,
                            const ContactBody<Inertia>& b, PointRow points[max_manifold_points]) {

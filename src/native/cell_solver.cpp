@@ -125,10 +125,10 @@ template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
   const Pose &pose_a = state_.poses[row.a], &pose_b = state_.poses[row.b];
-  row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, a, b, row.frame, row.points,
-                                                row.impulses)
-                        : prepare_contact(m, pose_a, pose_b, c.overlap(), c.round, a, b, row.frame, row.points,
-                                          row.impulses);
+  row.nearest =
+      c.ahead
+          ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, a, b, row.frame, row.points, row.impulses)
+          : prepare_contact(m, pose_a, pose_b, c.overlap(), c.round, a, b, row.frame, row.points, row.impulses);
   const ContactAxes axes(row.frame);
   row.roll = c.round ? roll_row(m, axes) : RollRow{};
   if (m.restitution == 0) return;

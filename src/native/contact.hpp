@@ -27,8 +27,8 @@ struct alignas(32) Contact {
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
   float recycle_distance = 0;
   std::uint8_t colour = no_colour;
-  bool fixed_a = false;  ///< A is fixed or kinematic
-  bool in_use = false;   ///< the slot holds a pair
+  bool fixed_a = false;    ///< A is fixed or kinematic
+  bool in_use = false;     ///< the slot holds a pair
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known of those that have touched
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.

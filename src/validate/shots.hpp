@@ -14,10 +14,10 @@ struct Shot {
   BodyDef target, bullet;
   float dt = 0;
   int substeps = 4;
-  int steps = 0;        ///< until it is beyond
-  double thinner = 0;   ///< m, half the thickness of the thinner body, about
-  double path = 0;      ///< m a step
-  double clearance = 0; ///< m, of those past the target
+  int steps = 0;         ///< until it is beyond
+  double thinner = 0;    ///< m, half the thickness of the thinner body, about
+  double path = 0;       ///< m a step
+  double clearance = 0;  ///< m, of those past the target
 };
 
 /// At the inner part of the target.

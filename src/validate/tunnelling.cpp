@@ -138,8 +138,7 @@ void random_shots(const Setup& setup, Record& record) {
   int inside = 0;
   for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at(static_cast<std::uint64_t>(i)), setup) > 0;
   // What is left is thrown about and spun within a step more than its ends tell of.
-  record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside,
-                 0.003 * shots);
+  record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside, 0.003 * shots);
 }
 
 void near_misses(const Setup& setup, Record& record) {
