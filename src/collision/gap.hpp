@@ -146,7 +146,9 @@ FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec
     const Vec3 nearest = reduce(simplex);
     const float distance = length(nearest);
     if (simplex.count == 4 || !(distance > 0.01f * tolerance)) break;
-    if (distance - best.distance <= relative_tolerance * distance + tolerance) break;
+    // Of what is left between the shapes, which may be far less than between large balls' centres.
+    const float between = max(distance - (a.radius + b.radius), 0.0f);
+    if (distance - best.distance <= relative_tolerance * between + tolerance) break;
     n = (1.0f / distance) * nearest;
   }
   return best;
