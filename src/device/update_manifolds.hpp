@@ -121,7 +121,7 @@ struct ContactChanges {
   }
 
   FATHOM_HD static float thickness(const BodyConstants& c) {
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius, c.radius);
+    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
   }
   FATHOM_HD float half_of_thinner(const Contact& c) const {
     return min(thickness(bodies.constants[c.a]), thickness(bodies.constants[c.b]));
@@ -250,7 +250,7 @@ struct CollideShapes {
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
     const Manifold fresh = collide(c, a, b, b_in_a, margin);
-    const float movement = movement_of(margin);
+    const float movement = movement_of(margin, a.radius, b.radius, dt);
     if (movement > slow_movement && movement > slow_share * changes.half_of_thinner(c)) {
       contacts.contacts[index] = c;
       contacts.fast[exec::atomic_add(changes.counters->fast, 1u)] = {index, none};

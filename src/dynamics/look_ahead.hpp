@@ -9,6 +9,7 @@
 #include "collision/collide.hpp"
 #include "dynamics/bounds.hpp"
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/manifold_update.hpp"
 #include "dynamics/move_to.hpp"
 #include "dynamics/time_of_impact.hpp"
 
@@ -26,8 +27,10 @@ inline constexpr float slow_share = 0.25f;
 FATHOM_HD float skin_of(float half, float reach) { return min(0.001f, 0.02f * half) + 4e-7f * reach; }
 FATHOM_HD float entry_of(float half) { return min(0.0025f, 0.05f * half); }
 
-/// `margin`: speculative_margin of the pair.
-FATHOM_HD float movement_of(float margin) { return margin - 2 * half_speculative_margin; }
+/// Within a step, of a pair with the speculative margin `margin` (m).
+FATHOM_HD float movement_of(float margin, float radius_a, float radius_b, float dt) {
+  return margin - margin_at_rest(radius_a, radius_b, dt);
+}
 
 enum class Ahead : std::uint8_t {
   as_seen,  ///< the manifold that `collide` made of the poses as they are
@@ -78,7 +81,7 @@ FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
   LookAhead result;
-  result.is_fast = movement_of(margin) > slow_share * half;
+  result.is_fast = movement_of(margin, a.radius, b.radius, dt) > slow_share * half;
   if (!result.is_fast) return result;
   const float entry = entry_of(half), skin = skin_of(a, b, half), nearest = nearest_separation(seen);
   const NearCores cores = near_cores(a, b, dt, skin);
@@ -93,7 +96,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   else if (gap > skin)
     impact = first_impact(a, b, cores, dt, skin, normal);
   if (!impact.meets) {
-    const bool is_near = nearest <= min(2 * half_speculative_margin, slow_share * half);
+    const bool is_near = nearest <= min(margin_at_rest(a.radius, b.radius, dt), slow_share * half);
     result.ahead = is_near && approach < gap ? Ahead::as_seen : Ahead::nothing;
     return result;
   }

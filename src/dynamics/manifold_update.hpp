@@ -27,12 +27,17 @@ FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float 
   return length_squared(turn) < sine_of_half_angle * sine_of_half_angle;
 }
 
+/// Distance (m) at which two bodies at rest become a contact. The smaller one decides what is near.
+FATHOM_HD float margin_at_rest(float radius_a, float radius_b, float dt) {
+  return 2 * half_speculative_margin(min(radius_a, radius_b), dt);
+}
+
 /// Distance (m) at which two bodies become a contact. Those that close in fast do before they meet, so that the
-/// solver can stop them at the surface. The smaller one decides what is near.
+/// solver can stop them at the surface.
 FATHOM_HD float speculative_margin(float radius_a, float radius_b, const Velocity& va, const Velocity& vb, float dt) {
   const float approach = length(vb.linear - va.linear);
   const float turning = min(length(va.angular) * dt, 1.0f) * radius_a + min(length(vb.angular) * dt, 1.0f) * radius_b;
-  return 2 * half_speculative_margin(min(radius_a, radius_b), dt) + approach * dt + turning;
+  return margin_at_rest(radius_a, radius_b, dt) + approach * dt + turning;
 }
 
 /// Friction lives in a frame that turns with A. A new manifold keeps the old tangent as nearly as its normal allows,

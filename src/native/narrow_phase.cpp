@@ -107,8 +107,9 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
   // Of boxes their bounds tell that they are slow, without what is known of bodies beside.
-  const Vec3 a = state.bounds[c.a].half_extents, b = state.bounds[c.b].half_extents;
-  if (movement_of(seen.margin) <= max(slow_movement, slow_share * min(min_component(a), min_component(b))))
+  const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
+  const float half = min(min_component(a.half_extents), min_component(b.half_extents));
+  if (movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
     return put(index, c, fresh, seen.b_in_a, -1, manifold);
   return take_fast(index, c, fresh, seen, manifold);
 }
