@@ -94,7 +94,7 @@ TEST_F(ContactRows, SweepsStayFiniteInTheirConesAndPassive) {
     for (int p = 0; p < fresh.count; ++p) points[p].separation = 0;
     for (int sweep = 0; sweep < 4; ++sweep) {
       solve_points<ContactPass::relax>(frame, points, fresh.count, step, axes, {0, 0, 0}, impulses, a.body, b.body);
-      solve_friction(frame, axes, impulses, a.body, b.body);
+      solve_friction(frame, axes, frame.arm_a, impulses, a.body, b.body);
       ASSERT_TRUE(is_sound(a.body, b.body, impulses)) << "trial " << i;
       for (const float impulse : impulses.normal) ASSERT_GE(impulse, 0);
       const float limit = frame.friction * impulses.sum();

@@ -29,6 +29,7 @@ struct SolveParameters {
   ContactSoftness contacts;
   float stiffness = 0;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is solved directly
   float push_out_velocity = 0, restitution_threshold = 0;
+  float friction_lead = 0;  ///< s
   SpeedLimits limits;
 };
 
@@ -42,6 +43,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.push_out_velocity = s.push_out_velocity;
   p.limits = speed_limits(s.max_linear_speed, p.h);
   p.restitution_threshold = strike_threshold(def, p.h);
+  p.friction_lead = friction_lead(s, p.h);
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;
   if (p.soft) {
@@ -356,6 +358,9 @@ struct SolveConstraints {
       if (strike_index(place) < noted_strikes) exec::atomic_store(counters->struck[strike_index(place)], 1u);
     } else {
       const bool fixed = bits & pushes_fixed_bit;
+      const auto arm_on_a = [&] {
+        return fixed ? carried_arm(frame.arm_a, mul_add(quads_a.turned.xyz(), p.friction_lead, a.angular)) : frame.arm_a;
+      };
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
       if (p.soft && pair.held() > 0) {
@@ -366,11 +371,11 @@ struct SolveConstraints {
       if constexpr (what == relax) {
         // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
         solve_points<ContactPass::relax>(frame, points, count, step, axes, moved(), impulses, a, b);
-        solve_friction(frame, axes, impulses, a, b);
+        solve_friction(frame, axes, arm_on_a(), impulses, a, b);
       } else if (p.soft) {
         solve_points<ContactPass::soft>(frame, points, count, step, axes, moved(), impulses, a, b);
       } else {
-        solve_friction(frame, axes, impulses, a, b);
+        solve_friction(frame, axes, arm_on_a(), impulses, a, b);
         solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
       }
     }

@@ -245,9 +245,18 @@ struct NormalRows {
   }
 };
 
-/// Twist about the normal, then sliding, both limited by µ times the points' impulses (Coulomb's cone).
+/// Where a contact's arm (m) is to second order once its body has turned by the rotation vector `turned`. What rests on
+/// something that turns as it is told has to go round with it within the step: on a tangent it would get half of
+/// (ω Δt)² of its radius farther out in every step.
+FATHOM_HD Vec3 carried_arm(Vec3 arm, Vec3 turned) {
+  const Vec3 along = cross(turned, arm);
+  return arm + mul_add(along, 0.5f, cross(turned, along));
+}
+
+/// Twist about the normal, then sliding, both limited by µ times the points' impulses (Coulomb's cone). `arm_a` (m) is
+/// the frame's, or where a body that contacts cannot push carries it (`friction_lead`).
 template <class Inertia>
-FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, ContactImpulses& impulses,
+FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, Vec3 arm_a, ContactImpulses& impulses,
                               ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
   const float limit = frame.friction * impulses.sum();
   const float twist_limit = limit * frame.patch_radius;
@@ -259,7 +268,7 @@ FATHOM_HD void solve_friction(const ContactFrame& frame, const ContactAxes& f, C
   b.angular += b.inverse_inertia * torque;
   a.angular -= a.inverse_inertia * torque;
 
-  const Vec3 slide = (b.linear + cross(b.angular, frame.arm_b)) - (a.linear + cross(a.angular, frame.arm_a));
+  const Vec3 slide = (b.linear + cross(b.angular, frame.arm_b)) - (a.linear + cross(a.angular, arm_a));
   const float v1 = dot(f.t1, slide), v2 = dot(f.t2, slide);
   const float wanted_1 = impulses.slide_1 - fma(frame.slide_11, v1, frame.slide_12 * v2);
   const float wanted_2 = impulses.slide_2 - fma(frame.slide_12, v1, frame.slide_22 * v2);
@@ -369,7 +378,7 @@ FATHOM_HD bool strike_contact(const ContactFrame& frame, const ContactAxes& f, c
       hit.normal[i] = impulse;
     }
   push_normal(a, b, f, rows.sum);
-  solve_friction(frame, f, hit, a, b);
+  solve_friction(frame, f, frame.arm_a, hit, a, b);
   impulses.step += rows.sum.n;
   return true;
 }

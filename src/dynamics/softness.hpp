@@ -53,6 +53,13 @@ inline float contact_sag(const WorldDef& def) {
   return 1 / (omega * omega);
 }
 
+/// How far (s) friction takes the arms of bodies that turn as they are told (`carried_arm`) beyond where they are: to
+/// the middle of the next substep of length `h` (s). Warm starting turns what rests on them by a substep more before it
+/// moves.
+inline float friction_lead(const SolverSettings& settings, float h) {
+  return settings.method == Solver::soft && settings.warm_start ? -0.5f * h : 0.5f * h;
+}
+
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
 inline float strike_threshold(const WorldDef& def, float h) {
   return max(def.solver.restitution_threshold, h * length(def.gravity));

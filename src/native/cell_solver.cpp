@@ -236,6 +236,9 @@ void CellSolver::sweep_row(Row& row) {
   } else {
     const NormalMotion moved = movement(row, axes);
     const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
+    const float lead = friction_lead(def_.solver, 1 / inverse_substep);
+    const Vec3 turned = mul_add(state_.solver[row.a + 1].turned, lead, a.angular);
+    const Vec3 arm_on_a = row.pushes_fixed ? carried_arm(row.frame.arm_a, turned) : row.frame.arm_a;
     ContactStep step{inverse_substep, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic,
                      def_.solver.push_out_velocity, row.bounce.restitution > 0};
     if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
@@ -243,11 +246,11 @@ void CellSolver::sweep_row(Row& row) {
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
     if constexpr (pass == Pass::relax) {
       solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
-      solve_friction(row.frame, axes, row.impulses, a, b);
+      solve_friction(row.frame, axes, arm_on_a, row.impulses, a, b);
     } else if (def_.solver.method == Solver::soft) {
       solve_points<ContactPass::soft>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     } else {
-      solve_friction(row.frame, axes, row.impulses, a, b);
+      solve_friction(row.frame, axes, arm_on_a, row.impulses, a, b);
       solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
     }
     if (row.roll.length > 0 && rolls) solve_rolling(row.roll, row.impulses.sum(), a, b);

@@ -555,6 +555,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.contacts = contact_softness(settings, h);
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = strike_threshold(def_, h);
+  soft.friction_lead = friction_lead(settings, h);
   const BodyIntegration integrate = integration(h);
   work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
@@ -583,6 +584,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = strike_threshold(def_, h);
+  p.friction_lead = friction_lead(def_.solver, h);
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     begin_substep(work, integrate, p, substep == 0 || !def_.solver.warm_start);

@@ -194,8 +194,8 @@ struct FrictionImpulses {
 /// Twist about the normal, then sliding, both limited by µ times `load`, the points' impulses (Coulomb's cone); returns
 /// `old` brought up to date.
 template <class D, class B, class V = hn::Vec<D>>
-HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame<V>& f, B& bodies, V load,
-                                              const FrictionImpulses<V>& old) {
+HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame<V>& f, Vec3V<V> arm_a, B& bodies,
+                                              V load, const FrictionImpulses<V>& old) {
   const D d;
   const V limit = hn::Mul(block.get(friction), load);
 
@@ -209,7 +209,7 @@ HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame
   bodies.twist(scale(twist, f.n));
 
   const Vec3V<V> slide =
-      (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
+      (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, arm_a));
   const V v1 = dot(f.t1, slide), v2 = dot(f.t2, slide);
   const V m11 = block.get(slide_11), m12 = block.get(slide_12), m22 = block.get(slide_22);
   const V wanted_1 = hn::Sub(old.slide_1, hn::MulAdd(m11, v1, hn::Mul(m12, v2)));
@@ -223,13 +223,25 @@ HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame
   return {new_1, new_2, new_twist};
 }
 
+/// `fathom::carried_arm` in lanes, of bodies that move as they are told.
+template <class D, bool fixed_a, bool isotropic, class V = hn::Vec<D>>
+HWY_INLINE Vec3V<V> arm_on_the_way(const Block<D>& block, const Frame<V>& f,
+                                   const Bodies<D, fixed_a, isotropic>& bodies, float lead) {
+  if (!fixed_a || block.header().still_a) return f.arm_a;
+  const V half = hn::Set(D(), 0.5f);
+  const Vec3V<V> turned = mul_add(bodies.a.turned, hn::Set(D(), lead), bodies.a.angular);
+  const Vec3V<V> along = cross(turned, f.arm_a);
+  return f.arm_a + mul_add(along, half, cross(turned, along));
+}
+
 /// The same of a sweep, with the impulses accumulated in the block. Returns their sum, which tells whether all are
 /// finite.
 template <class D, class B>
-HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies) {
+HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies, float lead) {
   const FrictionImpulses<hn::Vec<D>> old{block.get(friction_impulse_1), block.get(friction_impulse_2),
                                          block.get(twist_impulse)};
-  const auto now = solve_friction(block, f, bodies, total_impulse(block, block.header().max_points), old);
+  const auto now = solve_friction(block, f, arm_on_the_way(block, f, bodies, lead), bodies,
+                                  total_impulse(block, block.header().max_points), old);
   block.set(friction_impulse_1, now.slide_1);
   block.set(friction_impulse_2, now.slide_2);
   block.set(twist_impulse, now.twist);
@@ -362,11 +374,11 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   bodies.load(block, all);
   frame.load(block);
   auto sums = hn::Zero(D());
-  if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies);
+  if constexpr (pass == Pass::iterate) sums = solve_friction(block, frame, bodies, p.friction_lead);
   const auto approach =
       solve_points<pass, held>(block, frame, bodies, p, fixed_a ? p.contacts.fixed : p.contacts.dynamic);
   sums = pass == Pass::soft ? approach : hn::Add(sums, approach);
-  if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies));
+  if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies, p.friction_lead));
   if (pass == Pass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
   store_bodies(block, bodies, sums);
@@ -486,7 +498,7 @@ HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const Sweep
   }
   push_normal(bodies, f, rows.sum);
   const FrictionImpulses<V> none{zero, zero, zero};
-  const FrictionImpulses<V> slid = solve_friction(block, f, bodies, rows.sum.n, none);
+  const FrictionImpulses<V> slid = solve_friction(block, f, f.arm_a, bodies, rows.sum.n, none);
   block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
   store_bodies(block, bodies, hn::Add(hn::Add(rows.motion.n, slid.twist), hn::Add(slid.slide_1, slid.slide_2)));
 }

@@ -18,6 +18,7 @@ struct SweepParameters {
   ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
+  float friction_lead = 0;              ///< s
   bool ends_substep = false;            ///< of `iterate`: the last sweep of a substep
   std::atomic<bool>* struck = nullptr;  ///< of `strike`: set where something did
 };
@@ -38,9 +39,9 @@ struct LoadWatch {
   const BodyTable* table = nullptr;
   const SolverBody* bodies = nullptr;
   const Velocity* before = nullptr;  ///< velocities with which the step began
-  float least = 0;      ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
-  float unit = 0;       ///< m/s, of a contact that carries its own bodies' weight
-  float stiffness = 0;  ///< 1/m, see `sweep_load`
+  float least = 0;                   ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
+  float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
+  float stiffness = 0;               ///< 1/m, see `sweep_load`
 
   /// A contact that gave `impulse` (N·s) along its normal over the step.
   void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;
