@@ -208,4 +208,44 @@ TEST(MoveTo, RefusesOtherBodiesAndBadPoses) {
   expect_refused("rotation", [&] { world.move_to(lift, {{}, 0, {0, 0, 0, 0}}); });
 }
 
+namespace {
+
+/// A turntable's speed (rad/s), where a crate lies on it (m), steps per second, substeps.
+struct Ride {
+  float spin, radius, rate;
+  int substeps;
+  Solver method = Solver::soft;
+};
+
+struct Turntable : testing::TestWithParam<Ride> {};
+
+// Without friction's arms turning with the table it went out by ω² Δt / 2 of its radius in every second.
+TEST_P(Turntable, ACrateGoesRoundWhereItLies) {
+  const Ride& ride = GetParam();
+  for (const bool on_device : {false, true}) {
+    WorldDef def = quiet_world();
+    if (on_device) def.simulator = SimulatorKind::device, def.device = "host";
+    def.dt = 1 / ride.rate;
+    def.solver.substeps = ride.substeps;
+    def.solver.method = ride.method;
+    World world(def);
+    BodyDef table = platform({});
+    table.velocity.angular = {0, 0, ride.spin};
+    world.add(table);
+    BodyDef crate = dynamic(box({0.05f, 0.05f, 0.05f}), {ride.radius, 0, 0.15f});
+    crate.velocity = {{0, ride.spin * ride.radius, 0}, 0, {0, 0, ride.spin}, 0};
+    crate.material.friction = 0.9f;
+    const BodyId id = world.add(crate);
+    for (int i = 0; i < static_cast<int>(10 * ride.rate); ++i) world.step();
+    const Vec3 p = world.pose(id).position;
+    EXPECT_NEAR(std::hypot(p.x, p.y), ride.radius, 0.02f * ride.radius) << (on_device ? "device" : "native");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rides, Turntable,
+                         testing::Values(Ride{3, 0.3f, 60, 4}, Ride{3, 0.3f, 60, 16}, Ride{-3, 0.3f, 60, 4},
+                                         Ride{1.5f, 1.2f, 30, 4}, Ride{4, 0.2f, 240, 2},
+                                         Ride{3, 0.3f, 60, 4, Solver::impulse}));
+
+}  // namespace
 }  // namespace fathom
