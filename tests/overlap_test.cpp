@@ -1,4 +1,6 @@
 // Bodies that begin inside each other: they carry each other at once and come apart without a jump.
+#include "dynamics/overlap.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -48,7 +50,8 @@ TEST(Overlap, StacksRiseWithoutAHop) {
           ASSERT_GT(world.pose(top).position.z, start - 0.006f) << depth << " m deep, Δt " << dt << ", step " << i;
           fastest = max(fastest, world.velocity(top).linear.z);
         }
-        EXPECT_LT(fastest, 14 * depth + 1e-3f) << depth << " m deep, Δt " << dt;
+        // The topmost rises as the overlaps of all three contacts fade, which stiff ones follow closely.
+        EXPECT_LT(fastest, 3 * depth / overlap_time + 1e-3f) << depth << " m deep, Δt " << dt;
         EXPECT_GT(world.pose(top).position.z, 2.99f) << depth << " m deep, Δt " << dt;
       }
 }

@@ -32,8 +32,8 @@ enum ContactBits : std::uint32_t {
   fixed_a_bit = 0x200,  ///< A is fixed or kinematic
   fresh_bit = 0x400,    ///< found in this step
   round_bit = 0x800,    ///< a body is a sphere or a capsule; known of those that have touched
-  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its `step_impulse`
-  /// until the step has one.
+  /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
+  /// `step_impulse` until the step has one.
   ahead_bit = 0x1000,
 };
 

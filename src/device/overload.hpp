@@ -55,7 +55,7 @@ struct MarkOverload {
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];
-    exec::atomic_max(s.load.now, __builtin_bit_cast(std::uint32_t, wanted));
+    exec::atomic_max(s.load.now, __builtin_bit_cast(std::uint32_t, s.level > 0 ? wanted : 1.0f));
     exec::atomic_store(counters->loaded_step, step);
     const bool lasts = exec::atomic_load(s.overloaded) + 1 == step;
     exec::atomic_store(s.overloaded, step);

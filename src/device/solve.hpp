@@ -359,7 +359,8 @@ struct SolveConstraints {
     } else {
       const bool fixed = bits & pushes_fixed_bit;
       const auto arm_on_a = [&] {
-        return fixed ? carried_arm(frame.arm_a, mul_add(quads_a.turned.xyz(), p.friction_lead, a.angular)) : frame.arm_a;
+        return fixed ? carried_arm(frame.arm_a, mul_add(quads_a.turned.xyz(), p.friction_lead, a.angular))
+                     : frame.arm_a;
       };
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};

@@ -6,9 +6,9 @@
 
 #include "device/build_constraints.hpp"
 #include "device/device_memory.hpp"
+#include "device/fast_pairs.hpp"
 #include "device/find_pairs.hpp"
 #include "device/find_supports.hpp"
-#include "device/fast_pairs.hpp"
 #include "device/finish.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"

@@ -5,9 +5,9 @@
 // way in inverse proportion to that mass. So a pebble under a boulder needs as many sweeps as it is lighter, and sinks
 // in meanwhile. While a body lies still under such a load it is therefore solved as if it were so much heavier, its
 // weight staying what it is: at rest the impulses are those of the true masses, and both convergence and stiffness are
-// those of bodies that match their load. (Inertia added in proportion to the load is also what Andrews, Teichmann and
-// Kry, "Geometric Stiffness for Real-time Constrained Multibody Dynamics", Computer Graphics Forum 36(2), 2017, use
-// against heavy loads.)
+// those of bodies that match their load. What stands on nothing keeps its own mass, and so its momentum. (Inertia added
+// in proportion to the load is also what Andrews, Teichmann and Kry, "Geometric Stiffness for Real-time Constrained
+// Multibody Dynamics", Computer Graphics Forum 36(2), 2017, use against heavy loads.)
 #pragma once
 
 #include <fathom/math.hpp>
@@ -31,10 +31,10 @@ FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
 inline constexpr float loaded_speed = 1;
 
 /// Load beyond which a contact makes its bodies more inert, in the unit of `sweep_load`, which it is never below: where
-/// its spring gives way by a fiftieth of the thinner body's half thickness. That a stack of like bodies sways needs no
+/// its spring gives way by 3 % of the thinner body's half thickness. That a stack of like bodies sways needs no
 /// inertia.
 FATHOM_HD float inertia_load(float half_thickness, float stiffness) {
-  return max(sweep_load(half_thickness, stiffness), 0.02f * half_thickness * stiffness);
+  return max(sweep_load(half_thickness, stiffness), 0.03f * half_thickness * stiffness);
 }
 
 /// What a contact's `impulse` over a step leaves for a load (N·s) when the momentum that its two bodies gained, by all

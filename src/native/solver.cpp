@@ -297,7 +297,7 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
-          state_.motion.data(), supports_.held(),       supports_.levels()};
+          state_.motion.data(), supports_.held(),       supports_.levels().data()};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -353,7 +353,8 @@ LoadWatch ContactSolver::load_watch() {
   LoadWatch watch;
   watch.stiffness = supports_.stiffness();
   if (def_.solver.method != Solver::soft || !(watch.stiffness > 0)) return {};
-  watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(), watch.before = state_.velocities.data();
+  watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
+  watch.before = state_.velocities.data(), watch.levels = supports_.levels();
   watch.unit = length(def_.gravity) * def_.dt;
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())

@@ -85,6 +85,7 @@ struct LaneBodies {
 template <class D, bool fixed_a, bool isotropic>
 struct Bodies {
   using V = hn::Vec<D>;
+  static constexpr bool only_pushes_b = fixed_a;
   LaneBodies<D> a, b;
   SymMat3V<V> inertia_of_a, inertia_of_b;
 
@@ -191,11 +192,19 @@ struct FrictionImpulses {
   V slide_1, slide_2, twist;
 };
 
+/// What `fathom::carried_arm` adds to the speed of an arm of bodies that move as they are told. Apart from the rest, so
+/// that blocks without them pay nothing.
+template <class D, class V = hn::Vec<D>>
+HWY_NOINLINE Vec3V<V> carried_speed(Vec3V<V> arm, Vec3V<V> turned, Vec3V<V> angular, float lead) {
+  const Vec3V<V> ahead = mul_add(turned, hn::Set(D(), lead), angular), along = cross(ahead, arm);
+  return cross(angular, mul_add(along, hn::Set(D(), 0.5f), cross(ahead, along)));
+}
+
 /// Twist about the normal, then sliding, both limited by µ times `load`, the points' impulses (Coulomb's cone); returns
-/// `old` brought up to date.
+/// `old` brought up to date. `lead` (s): see `friction_lead`.
 template <class D, class B, class V = hn::Vec<D>>
-HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame<V>& f, Vec3V<V> arm_a, B& bodies,
-                                              V load, const FrictionImpulses<V>& old) {
+HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame<V>& f, B& bodies, V load,
+                                              const FrictionImpulses<V>& old, float lead) {
   const D d;
   const V limit = hn::Mul(block.get(friction), load);
 
@@ -208,8 +217,10 @@ HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame
   // only through the bodies' velocities, which are updated first.
   bodies.twist(scale(twist, f.n));
 
-  const Vec3V<V> slide =
-      (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, arm_a));
+  Vec3V<V> slide =
+      (bodies.b.linear + cross(bodies.b.angular, f.arm_b)) - (bodies.a.linear + cross(bodies.a.angular, f.arm_a));
+  if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a))
+    slide = slide - carried_speed<D>(f.arm_a, bodies.a.turned, bodies.a.angular, lead);
   const V v1 = dot(f.t1, slide), v2 = dot(f.t2, slide);
   const V m11 = block.get(slide_11), m12 = block.get(slide_12), m22 = block.get(slide_22);
   const V wanted_1 = hn::Sub(old.slide_1, hn::MulAdd(m11, v1, hn::Mul(m12, v2)));
@@ -223,25 +234,13 @@ HWY_INLINE FrictionImpulses<V> solve_friction(const Block<D>& block, const Frame
   return {new_1, new_2, new_twist};
 }
 
-/// `fathom::carried_arm` in lanes, of bodies that move as they are told.
-template <class D, bool fixed_a, bool isotropic, class V = hn::Vec<D>>
-HWY_INLINE Vec3V<V> arm_on_the_way(const Block<D>& block, const Frame<V>& f,
-                                   const Bodies<D, fixed_a, isotropic>& bodies, float lead) {
-  if (!fixed_a || block.header().still_a) return f.arm_a;
-  const V half = hn::Set(D(), 0.5f);
-  const Vec3V<V> turned = mul_add(bodies.a.turned, hn::Set(D(), lead), bodies.a.angular);
-  const Vec3V<V> along = cross(turned, f.arm_a);
-  return f.arm_a + mul_add(along, half, cross(turned, along));
-}
-
 /// The same of a sweep, with the impulses accumulated in the block. Returns their sum, which tells whether all are
 /// finite.
 template <class D, class B>
 HWY_INLINE hn::Vec<D> solve_friction(const Block<D>& block, const Frame<hn::Vec<D>>& f, B& bodies, float lead) {
   const FrictionImpulses<hn::Vec<D>> old{block.get(friction_impulse_1), block.get(friction_impulse_2),
                                          block.get(twist_impulse)};
-  const auto now = solve_friction(block, f, arm_on_the_way(block, f, bodies, lead), bodies,
-                                  total_impulse(block, block.header().max_points), old);
+  const auto now = solve_friction(block, f, bodies, total_impulse(block, block.header().max_points), old, lead);
   block.set(friction_impulse_1, now.slide_1);
   block.set(friction_impulse_2, now.slide_2);
   block.set(twist_impulse, now.twist);
@@ -498,7 +497,7 @@ HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const Sweep
   }
   push_normal(bodies, f, rows.sum);
   const FrictionImpulses<V> none{zero, zero, zero};
-  const FrictionImpulses<V> slid = solve_friction(block, f, f.arm_a, bodies, rows.sum.n, none);
+  const FrictionImpulses<V> slid = solve_friction(block, f, bodies, rows.sum.n, none, 0.0f);
   block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
   store_bodies(block, bodies, hn::Add(hn::Add(rows.motion.n, slid.twist), hn::Add(slid.slide_1, slid.slide_2)));
 }
@@ -667,8 +666,9 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
   };
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
   const float ratio = load / inertia_load(thinner, stiffer);
-  if (inverse_a > 0) overloads->note(a, wanted_inertia(ratio, inverse_a, sum));
-  if (inverse_b > 0) overloads->note(b, wanted_inertia(ratio, inverse_b, sum));
+  const auto stands = [this](std::uint32_t slot) { return slot < levels.size() && levels[slot] > 0; };
+  if (inverse_a > 0) overloads->note(a, stands(a) ? wanted_inertia(ratio, inverse_a, sum) : 1.0f);
+  if (inverse_b > 0) overloads->note(b, stands(b) ? wanted_inertia(ratio, inverse_b, sum) : 1.0f);
 }
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }

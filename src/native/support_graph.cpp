@@ -29,13 +29,12 @@ bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
 
 }  // namespace
 
-void SupportGraph::clear() {
-  levels_.clear();
+void SupportGraph::clear_structures() {
   members_.clear();
   structures_.clear();
   supports_.clear();
   loads_.clear();
-  is_built_ = true;
+  is_built_ = false;
 }
 
 bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
@@ -43,7 +42,8 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   const bool had_any = !members_.empty();
   const bool has_changed = levelled_at_ != graph_.colouring() && (!levels_.empty() || step >= search_at_);
   if (step < resume_at_ || (!has_changed && !overloads.any())) {
-    clear();
+    clear_structures();
+    if (step >= resume_at_) levels_.clear();
     return had_any;
   }
   const auto is_new = [&](std::uint32_t slot) {

@@ -52,7 +52,7 @@ class SupportGraph {
 
   bool empty() const { return members_.empty(); }
   /// By slot; 0 where a body is no member.
-  const std::uint16_t* levels() const { return levels_.data(); }
+  std::span<const std::uint16_t> levels() const { return levels_; }
   std::span<const Structure> structures() const { return structures_; }
   std::span<const Member> members() const { return members_; }
   std::span<const Support> supports() const { return supports_; }
@@ -71,7 +71,7 @@ class SupportGraph {
   }
 
  private:
-  void clear();
+  void clear_structures();
   bool is_base(std::uint32_t slot) const { return !(state_.flags[slot] & awake) || (state_.flags[slot] & kinematic); }
   template <class Act>
   void for_each_contact(const Act& act) const;
