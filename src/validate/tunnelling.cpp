@@ -134,7 +134,7 @@ void boxes_into_wall(const Setup& setup, Record& record) {
 }
 
 void random_shots(const Setup& setup, Record& record) {
-  const int shots = setup.full ? 3000 : 300;
+  const int shots = setup.full ? 3000 : 1000;
   int inside = 0;
   for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at(static_cast<std::uint64_t>(i)), setup) > 0;
   // What is left is thrown about and spun within a step more than its ends tell of.
