@@ -33,6 +33,7 @@ struct alignas(32) Contact {
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.
   bool ahead : 1 = false;
+  std::uint8_t unused : 6 = 0;  ///< snapshots hold every bit
 
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }
