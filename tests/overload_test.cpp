@@ -105,5 +105,51 @@ TEST(Overload, RollersWithAModestLoadKeepTheirInertia) {
   EXPECT_NEAR(world.velocity(cart).linear.x - v0, expected, 0.05f * expected);
 }
 
+WorldDef on(bool device) {
+  WorldDef def = quiet_world();
+  if (device) def.simulator = SimulatorKind::device, def.device = "host";
+  return def;
+}
+
+/// Tiles and towers of one body on another: edge and height of each (m), how many.
+struct Stack {
+  float edge, height;
+  int count;
+};
+
+// Sag in proportion to the size of what gives way: ten tiles of 1 cm lost a third of their height.
+TEST(Overload, SmallStacksKeepTheirHeight) {
+  for (const bool device : {false, true})
+    for (const Stack& stack : {Stack{0.1f, 0.01f, 10}, Stack{0.1f, 0.01f, 20}, Stack{0.05f, 0.05f, 10},
+                               Stack{0.03f, 0.03f, 8}, Stack{0.01f, 0.01f, 5}}) {
+      World world(on(device));
+      world.add(ground());
+      BodyId top;
+      for (int i = 0; i < stack.count; ++i)
+        top = world.add(dynamic(box({0.5f * stack.edge, 0.5f * stack.edge, 0.5f * stack.height}),
+                                {0, 0, 0.5f + stack.height * (static_cast<float>(i) + 0.5f)}));
+      for (int i = 0; i < 300; ++i) world.step();
+      const float height = stack.height * static_cast<float>(stack.count);
+      EXPECT_NEAR(world.pose(top).position.z - 0.5f + 0.5f * stack.height, height, 0.01f * height)
+          << stack.count << " of " << stack.height << (device ? " m, device" : " m, native");
+    }
+}
+
+// Each pair is no more than 10:1, but loads add up.
+TEST(Overload, AThinPlateCarriesManyBoxes) {
+  for (const bool device : {false, true})
+    for (const float mass : {1.0f, 5.0f}) {
+      World world(on(device));
+      world.add(ground());
+      const BodyId plate = world.add(dynamic(box({2.5f, 2.5f, 0.05f}), {0, 0, 0.55f}, mass));
+      for (int i = 0; i < 25; ++i)
+        world.add(dynamic(box({0.4f, 0.4f, 0.4f}),
+                          {0.9f * static_cast<float>(i % 5 - 2), 0.9f * static_cast<float>(i / 5 - 2), 1.0f},
+                          10 * mass));
+      for (int i = 0; i < 300; ++i) world.step();
+      EXPECT_NEAR(world.pose(plate).position.z, 0.55f, 1e-3f) << mass << (device ? " kg, device" : " kg, native");
+    }
+}
+
 }  // namespace
 }  // namespace fathom
