@@ -514,6 +514,7 @@ TEST(EngineModes, AsyncGivesUpTimeRatherThanSpiralling) {
   config.set("simulator.dt=0.000001");  // no machine keeps up
   Engine engine(config);
   const EntityId id = engine.world().spawn(falling_cube({0, 0, 0}));
+  for (int i = 1; i < 64; ++i) engine.world().spawn(falling_cube({2.0f * static_cast<float>(i), 0, 0}));
   engine.on_frame([](Engine& e) {
     if (e.stats().frame > 30) e.stop();
   });
