@@ -26,15 +26,17 @@ TEST(Overload, TheLighterBodyGrowsAndGivesWayByAQuarter) {
   for (const float mass : {1e-3f, 1.0f, 1e4f})
     for (const float ratio : {2.0f, 100.0f, 1e4f}) {
       const float light = 1 / mass, heavy = light / 1e4f, sum = light + heavy;
-      const float scale = wanted_inertia(ratio, light, sum);
+      const float scale = wanted_inertia(ratio, light, sum, 1e4f * mass);
       // The effective mass grows with the load, to a quarter of what would give way as under `inertia_load`.
-      const float effective = sum / (light / scale + heavy / wanted_inertia(ratio, heavy, sum));
+      const float effective = sum / (light / scale + heavy / wanted_inertia(ratio, heavy, sum, 1e4f * mass));
       EXPECT_LT(ratio / effective, 1.0f) << ratio;
-      EXPECT_GE(wanted_inertia(ratio, heavy, sum), 1);
-      EXPECT_LT(wanted_inertia(ratio, heavy, sum), 1 + 1e-3f * ratio);
+      EXPECT_GE(wanted_inertia(ratio, heavy, sum, 1e4f * mass), 1);
+      EXPECT_LT(wanted_inertia(ratio, heavy, sum, 1e4f * mass), 1 + 1e-3f * ratio);
     }
-  EXPECT_EQ(wanted_inertia(0.5f, 1, 1), 1);
-  EXPECT_EQ(wanted_inertia(1e30f, 1, 1), 1e6f);
+  EXPECT_EQ(wanted_inertia(0.5f, 1, 1, 1), 1);
+  // No more than is of use.
+  EXPECT_EQ(wanted_inertia(1e30f, 1, 1, 50), 800);
+  EXPECT_EQ(wanted_inertia(1e30f, 1, 1, 0), 1);
 }
 
 TEST(Overload, InertiaFollowsItsLoadAndComesBack) {

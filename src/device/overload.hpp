@@ -34,8 +34,8 @@ struct MarkOverload {
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
-    if (!fixed_a) mark(head.a, step, wanted_inertia(ratio, inverse_a, sum));
-    mark(head.b, step, wanted_inertia(ratio, inverse_b, sum));
+    if (!fixed_a) mark(head.a, step, wanted(head.a, ratio, inverse_a, sum));
+    mark(head.b, step, wanted(head.b, ratio, inverse_b, sum));
   }
 
  private:
@@ -53,9 +53,16 @@ struct MarkOverload {
     const Vec3 change = bodies.solver[i].linear.xyz() - bodies.velocities[i].linear;
     return length(change) * inertia_scale(bodies, *counters, i) / inverse_mass;
   }
+  /// What stands on nothing keeps its own inertia.
+  FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
+    const BodySupport& s = bodies.support[i];
+    if (s.level == 0) return 1;
+    const float heaviest = __builtin_bit_cast(float, bodies.structures[s.structure].heaviest);
+    return wanted_inertia(ratio, inverse_mass, inverse_sum, heaviest);
+  }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];
-    exec::atomic_max(s.load.now, __builtin_bit_cast(std::uint32_t, s.level > 0 ? wanted : 1.0f));
+    exec::atomic_max(s.load.now, __builtin_bit_cast(std::uint32_t, wanted));
     exec::atomic_store(counters->loaded_step, step);
     const bool lasts = exec::atomic_load(s.overloaded) + 1 == step;
     exec::atomic_store(s.overloaded, step);

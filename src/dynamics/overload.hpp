@@ -47,9 +47,11 @@ FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
 /// How inert a contact with a lasting load of `ratio` times its `inertia_load` wants one of its bodies, in parts of the
 /// body's own inertia: so that the contact gives way by a quarter of what it would under that load, however much it
 /// carries. The lighter body takes most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both
-/// (1/kg).
-FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum) {
-  constexpr float most = 1e6f;  // whose inverse is a normal number for all masses that a world takes
+/// (1/kg), `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: no
+/// more than sixteen times that is ever of use, and what moves about as it is pressed could otherwise strike ever
+/// harder.
+FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum, float heaviest) {
+  const float most = max(16 * heaviest * inverse_mass, 1.0f);
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 

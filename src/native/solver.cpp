@@ -297,7 +297,7 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
-          state_.motion.data(), supports_.held(),       supports_.levels().data()};
+          state_.motion.data(), supports_.held(),       supports_.levels()};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -354,7 +354,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.stiffness = supports_.stiffness();
   if (def_.solver.method != Solver::soft || !(watch.stiffness > 0)) return {};
   watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
-  watch.before = state_.velocities.data(), watch.levels = supports_.levels();
+  watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
   watch.unit = length(def_.gravity) * def_.dt;
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())

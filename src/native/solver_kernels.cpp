@@ -666,9 +666,11 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
   };
   const float load = lasting_load(impulse, gained(a, inverse_a), gained(b, inverse_b)) * sum / unit;
   const float ratio = load / inertia_load(thinner, stiffer);
-  const auto stands = [this](std::uint32_t slot) { return slot < levels.size() && levels[slot] > 0; };
-  if (inverse_a > 0) overloads->note(a, stands(a) ? wanted_inertia(ratio, inverse_a, sum) : 1.0f);
-  if (inverse_b > 0) overloads->note(b, stands(b) ? wanted_inertia(ratio, inverse_b, sum) : 1.0f);
+  const auto wanted = [&](std::uint32_t slot, float inverse) {
+    return slot < heaviest.size() ? wanted_inertia(ratio, inverse, sum, heaviest[slot]) : 1.0f;
+  };
+  if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
+  if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));
 }
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }

@@ -38,11 +38,11 @@ struct LoadWatch {
   Overloads* overloads = nullptr;  ///< null: nobody watches
   const BodyTable* table = nullptr;
   const SolverBody* bodies = nullptr;
-  const Velocity* before = nullptr;       ///< velocities with which the step began
-  std::span<const std::uint16_t> levels;  ///< by slot; 0 of bodies that stand on nothing
-  float least = 0;      ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
-  float unit = 0;       ///< m/s, of a contact that carries its own bodies' weight
-  float stiffness = 0;  ///< 1/m, see `sweep_load`
+  const Velocity* before = nullptr;  ///< velocities with which the step began
+  std::span<const float> heaviest;   ///< by slot (kg), of a body's structure; 0 of bodies that stand on nothing
+  float least = 0;                   ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
+  float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
+  float stiffness = 0;               ///< 1/m, see `sweep_load`
 
   /// A contact that gave `impulse` (N·s) along its normal over the step.
   void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;

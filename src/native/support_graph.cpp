@@ -43,7 +43,7 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   const bool has_changed = levelled_at_ != graph_.colouring() && (!levels_.empty() || step >= search_at_);
   if (step < resume_at_ || (!has_changed && !overloads.any())) {
     clear_structures();
-    if (step >= resume_at_) levels_.clear();
+    if (step >= resume_at_) levels_.clear(), heaviest_.clear();
     return had_any;
   }
   const auto is_new = [&](std::uint32_t slot) {
@@ -58,10 +58,12 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
     find_levels();
     add_up_loads(stiffness);
     keep_overloaded(in_contact, overloads);
+    find_heaviest();
   }
   build(in_contact);
   if (members_.empty()) {
     levels_.clear();
+    heaviest_.clear();
     search_at_ = step + steps_between_searches;
     give_back_search();
   }
@@ -184,6 +186,15 @@ void SupportGraph::keep_overloaded(std::span<const std::uint32_t> in_contact, co
     if (!is_overloaded_[root(slot)]) levels_[slot] = 0;
 }
 
+void SupportGraph::find_heaviest() {
+  heaviest_.assign(state_.size(), 0);
+  for (const std::uint32_t slot : queue_) {
+    float& of_root = heaviest_[root(slot)];
+    if (levels_[slot] > 0) of_root = max(of_root, bodies_[slot].mass);
+  }
+  for (const std::uint32_t slot : queue_) heaviest_[slot] = levels_[slot] > 0 ? heaviest_[root(slot)] : 0;
+}
+
 // Members by structure, level and slot; their supports by contact.
 void SupportGraph::build(std::span<const std::uint32_t> in_contact) {
   is_built_ = true;
@@ -255,8 +266,8 @@ void SupportGraph::list_supports() {
 
 std::size_t SupportGraph::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
-  return bytes_of(levels_, structures_, members_, supports_, loads_, member_of_, parent_, is_overloaded_, links_, load_,
-                  first_link_, links_of_, base_links_, queue_);
+  return bytes_of(levels_, heaviest_, structures_, members_, supports_, loads_, member_of_, parent_, is_overloaded_,
+                  links_, load_, first_link_, links_of_, base_links_, queue_);
 }
 
 }  // namespace fathom::native

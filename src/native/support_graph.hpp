@@ -52,7 +52,9 @@ class SupportGraph {
 
   bool empty() const { return members_.empty(); }
   /// By slot; 0 where a body is no member.
-  std::span<const std::uint16_t> levels() const { return levels_; }
+  const std::uint16_t* levels() const { return levels_.data(); }
+  /// By slot (kg), of the heaviest body of the overloaded structure that a body is in; 0 where it is in none.
+  std::span<const float> heaviest() const { return heaviest_; }
   std::span<const Structure> structures() const { return structures_; }
   std::span<const Member> members() const { return members_; }
   std::span<const Support> supports() const { return supports_; }
@@ -62,11 +64,11 @@ class SupportGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.levels_, s.levelled_at_, s.resume_at_, s.search_at_);
+    a(s.levels_, s.heaviest_, s.levelled_at_, s.resume_at_, s.search_at_);
   }
   /// Levels are as they were; structures are made of them by the next `update`.
   void restored(ByteReader& in, std::size_t slots) {
-    in.require(levels_.size() <= slots);
+    in.require(levels_.size() <= slots && heaviest_.size() <= slots);
     is_built_ = false;
   }
 
@@ -79,6 +81,7 @@ class SupportGraph {
   void list_links(std::span<const std::uint32_t> in_contact);
   void find_levels();
   void add_up_loads(float stiffness);
+  void find_heaviest();
   void keep_overloaded(std::span<const std::uint32_t> in_contact, const Overloads& overloads);
   void build(std::span<const std::uint32_t> in_contact);
   void give_back_search();
@@ -88,6 +91,7 @@ class SupportGraph {
   const BodyState& state_;
   const ContactGraph& graph_;
   std::vector<std::uint16_t> levels_;  // by slot; 0: no member
+  std::vector<float> heaviest_;        // by slot
   std::uint64_t levelled_at_ = 0;      // ContactGraph::colouring
   std::uint64_t resume_at_ = 0;        // step
   std::uint64_t search_at_ = 0;        // step, for contacts that have begun

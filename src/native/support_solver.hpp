@@ -38,7 +38,8 @@ class SupportSolver {
   /// By slot, how far a body's structure was held in the last step; below 0 where it is in none. Null where none is.
   const float* held() const { return empty() ? nullptr : held_.data(); }
 
-  std::span<const std::uint16_t> levels() const { return support_graph_.levels(); }
+  const std::uint16_t* levels() const { return support_graph_.levels(); }
+  std::span<const float> heaviest() const { return support_graph_.heaviest(); }
 
   /// Reads what a step's solutions have in common, once blocks are prepared. `h`: a substep (s).
   void prepare(std::uint32_t structure, const SolverKernels& kernels, BlockArray blocks, float h);
