@@ -1,4 +1,4 @@
-// The world: bodies, forces, steps, queries and events. This is the interface an application uses.
+// The world: bodies, joints, forces, steps, queries and events. This is the interface an application uses.
 //
 //   fathom::World world({.threads = 4});
 //   world.add({.motion = fathom::MotionType::fixed, .shape = fathom::box({50, 50, 0.5f})});
@@ -14,6 +14,7 @@
 #include <fathom/body.hpp>
 #include <fathom/device_poses.hpp>
 #include <fathom/error.hpp>
+#include <fathom/joint.hpp>
 #include <fathom/profile.hpp>
 #include <functional>
 #include <memory>
@@ -176,7 +177,7 @@ class World {
   std::vector<BodyId> add_bodies(std::span<const BodyDef> defs);
   /// Makes room for `bodies` so that adding them allocates little.
   void reserve(std::uint32_t bodies);
-  /// Throws `stale_id`. Bodies that rested on it wake.
+  /// Throws `stale_id`. Bodies that rested on it wake; its joints go with it.
   void remove(BodyId id);
   bool contains(BodyId id) const;
   std::uint32_t body_count() const;
@@ -219,6 +220,24 @@ class World {
   void set_damping(BodyId id, float linear, float angular);
   bool is_awake(BodyId id) const;
   void wake(BodyId id);
+
+  // Joints ------------------------------------------------------------------------------------------------
+  /// Joins two bodies and wakes them. Throws `stale_id` where one of them is gone, and `invalid_argument` on values
+  /// that are not finite, where both are one body or none of them is dynamic, and in a world with `Partition::cells`,
+  /// which the dissertation defines for contacts alone.
+  JointId add_joint(const JointDef& def);
+  /// Throws `stale_id`. Wakes both bodies.
+  void remove_joint(JointId id);
+  bool contains(JointId id) const;
+  std::uint32_t joint_count() const;
+  /// All living joints in ascending order of index; valid until a joint or a body is added or removed.
+  std::span<const JointId> joints() const;
+  /// What it was created from, rotations normalised. Throws `stale_id`.
+  const JointDef& joint(JointId id) const;
+  /// Another spring (see JointDef), from the next step on; wakes both bodies. Throws `stale_id`, `invalid_argument`.
+  void set_joint_spring(JointId id, float hertz, float damping_ratio);
+  /// Of the last step; waits for it. Throws `stale_id`.
+  JointReaction reaction(JointId id) const;
 
   // Forces act during the next step only; impulses at once. What a force changes of the velocity moves the body as
   // symplectic Euler over the whole step does, so a spring or a controller that computes its force once a step is

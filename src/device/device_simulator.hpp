@@ -56,6 +56,11 @@ class DeviceSimulator final : public Simulator {
   bool is_awake(std::uint32_t slot) const override;
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
+  void joint_added(std::uint32_t) override { throw Error(ErrorCode::unavailable, "add joint: the device simulator has none yet"); }
+  void joint_removed(std::uint32_t) override {}
+  void joint_changed(std::uint32_t) override {}
+  Vec3 joint_impulse(std::uint32_t) const override { return {}; }
+
   std::span<const Pose> poses() const override;
   std::span<const Velocity> velocities() const override;
   Aabb bounds(std::uint32_t slot) const override { return fathom::bounds(bodies[slot].geometry, poses()[slot]); }

@@ -41,6 +41,11 @@ class NativeSimulator : public Simulator {
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
+  void joint_added(std::uint32_t) override { throw Error(ErrorCode::unavailable, "add joint: the native simulator has none yet"); }
+  void joint_removed(std::uint32_t) override {}
+  void joint_changed(std::uint32_t) override {}
+  Vec3 joint_impulse(std::uint32_t) const override { return {}; }
+
   std::span<const Pose> poses() const override { return state_.poses; }
   std::span<const Velocity> velocities() const override { return state_.velocities; }
   Aabb bounds(std::uint32_t slot) const override;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "world/body_table.hpp"
+#include "world/joint_table.hpp"
 
 namespace fathom {
 
@@ -20,6 +21,7 @@ class Simulator {
 
   WorldDef def;
   BodyTable bodies;
+  JointTable joints;
   std::uint64_t steps = 0;
   Profile profile;
 
@@ -48,6 +50,15 @@ class Simulator {
   /// Force (N) and torque (N·m) about the centre of mass for the next step; they add up.
   virtual void apply(std::uint32_t slot, Vec3 force, Vec3 torque) = 0;
 
+  // Joints by slot. `joint_added` comes after the table has it, `joint_removed` before it is taken out; a body's joints
+  // are removed before the body is. All wake both bodies.
+  virtual void joint_added(std::uint32_t slot) = 0;
+  virtual void joint_removed(std::uint32_t slot) = 0;
+  /// Its spring is another one.
+  virtual void joint_changed(std::uint32_t slot) = 0;
+  /// N·s on B of the JointInfo at its anchor, in world axes, over the last step.
+  virtual Vec3 joint_impulse(std::uint32_t slot) const = 0;
+
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;
   virtual Aabb bounds(std::uint32_t slot) const = 0;
@@ -63,8 +74,8 @@ class Simulator {
   /// Of the step that is read.
   virtual const Profile& current_profile() const { return profile; }
 
-  /// The simulator's part of a snapshot: all that `def`, `bodies` and `steps` do not say. `restore` is called on a new
-  /// simulator whose `def`, `bodies` and `steps` are those of the saved one; it may leave it unusable when it throws.
+  /// The simulator's part of a snapshot: all that `def`, `bodies`, `joints` and `steps` do not say. `restore` is called on a new
+  /// simulator whose `def`, `bodies`, `joints` and `steps` are those of the saved one; it may leave it unusable when it throws.
   virtual void save(ByteWriter& write) const = 0;
   virtual void restore(ByteReader& in) = 0;
 

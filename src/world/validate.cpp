@@ -134,6 +134,21 @@ void check_body(const BodyDef& def) {
   if (def.inertia) check_inertia(*def.inertia);
 }
 
+void check_joint(const JointDef& def) {
+  const char* action = "add joint";
+  if (def.type > JointType::ball)
+    refuse("add joint: the type is " + std::to_string(static_cast<int>(def.type)) + ", which is no JointType");
+  if (def.a == def.b) refuse("add joint: both bodies are the same one; a joint holds two different bodies together");
+  check_pose(def.frame_a, action);
+  check_pose(def.frame_b, action);
+  check_joint_spring(def.hertz, def.damping_ratio, action);
+}
+
+void check_joint_spring(float hertz, float damping_ratio, const char* action) {
+  require_not_negative(hertz, action, "the spring's frequency (hertz)");
+  require_not_negative(damping_ratio, action, "the spring's damping ratio");
+}
+
 void check_world(const WorldDef& def) {
   const char* action = "create world";
   check_choice(def.simulator, SimulatorKind::hybrid, "simulator");

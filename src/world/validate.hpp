@@ -7,6 +7,9 @@ namespace fathom {
 
 void check_world(const WorldDef& def);
 void check_body(const BodyDef& def);
+/// All but whether its bodies are there and one of them is dynamic.
+void check_joint(const JointDef& def);
+void check_joint_spring(float hertz, float damping_ratio, const char* action);
 void check_pose(const Pose& pose, const char* action);
 void check_finite(Vec3 value, const char* action, const char* name);
 void check_material(const Material& material, const char* action);

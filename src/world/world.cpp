@@ -110,7 +110,10 @@ void World::reserve(std::uint32_t count) {
 }
 
 void World::remove(BodyId id) {
-  simulator_->body_removed(simulator_->bodies.slot(id, "remove body"));
+  const std::uint32_t slot = simulator_->bodies.slot(id, "remove body");
+  while (!simulator_->joints.of(slot).empty())
+    remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
+  simulator_->body_removed(slot);
   simulator_->bodies.remove(id);
 }
 
@@ -220,6 +223,55 @@ void World::set_damping(BodyId id, float linear, float angular) {
 
 bool World::is_awake(BodyId id) const { return simulator_->is_awake(simulator_->bodies.slot(id, "read sleep state")); }
 void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake")); }
+
+// Joints ----------------------------------------------------------------------------------------------------
+
+JointId World::add_joint(const JointDef& def) {
+  Simulator& sim = *simulator_;
+  check_joint(def);
+  if (sim.def.partition == Partition::cells)
+    refuse("add joint: the partition `cells` is for contacts alone; create the world with Partition::colours");
+  const std::uint32_t a = sim.bodies.slot(def.a, "add joint"), b = sim.bodies.slot(def.b, "add joint");
+  if (sim.bodies[a].motion != MotionType::dynamic && sim.bodies[b].motion != MotionType::dynamic)
+    refuse("add joint: neither body is dynamic; a joint can move dynamic bodies alone");
+  const JointId id = sim.joints.add(def, sim.bodies);
+  try {
+    sim.joint_added(id.index);
+  } catch (const std::bad_alloc&) {
+    sim.joints.remove(id.index);
+    throw Error(ErrorCode::capacity, "add joint: out of memory at " + std::to_string(sim.joints.count()) + " joints");
+  }
+  return id;
+}
+
+void World::remove_joint(JointId id) {
+  const std::uint32_t slot = simulator_->joints.slot(id, "remove joint");
+  simulator_->joint_removed(slot);
+  simulator_->joints.remove(slot);
+}
+
+bool World::contains(JointId id) const { return simulator_->joints.contains(id); }
+std::uint32_t World::joint_count() const { return simulator_->joints.count(); }
+std::span<const JointId> World::joints() const { return simulator_->joints.living(); }
+
+const JointDef& World::joint(JointId id) const {
+  return simulator_->joints[simulator_->joints.slot(id, "read joint")].def;
+}
+
+void World::set_joint_spring(JointId id, float hertz, float damping_ratio) {
+  const std::uint32_t slot = simulator_->joints.slot(id, "set joint spring");
+  check_joint_spring(hertz, damping_ratio, "set joint spring");
+  simulator_->joints[slot].def.hertz = hertz;
+  simulator_->joints[slot].def.damping_ratio = damping_ratio;
+  simulator_->joint_changed(slot);
+}
+
+JointReaction World::reaction(JointId id) const {
+  const std::uint32_t slot = simulator_->joints.slot(id, "read reaction");
+  simulator_->synchronise();
+  const float rate = 1 / simulator_->def.dt;
+  return {(simulator_->joints[slot].swapped ? -rate : rate) * simulator_->joint_impulse(slot), {}};
+}
 
 // Forces and impulses ---------------------------------------------------------------------------------------
 

@@ -1,0 +1,207 @@
+// The rows of a ball joint over a lane type L: `float`, or a vector of as many joints as it has lanes.
+//
+// No include guard and no namespace: whoever includes it has opened the namespace that has L's functions in it, once for
+// scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp). FATHOM_LANE_FUNCTION
+// is what functions are marked with there.
+//
+// Three rows hold the anchors x_a + r_a and x_b + r_b together. Arms turn with their bodies within the step, by the
+// whole rotation since it began, so that a pendulum's rod keeps its length whatever its speed. Anisotropic bodies' spin
+// and inertia are those of the orientation in which the step began (`step_torque_free_in_contact`); the joint turns
+// them along.
+
+enum class JointPass {
+  soft,     ///< before positions move: pulls the anchors together
+  relax,    ///< after it: takes the pull out of the velocities again
+  iterate,  ///< of the `impulse` solver: both at once
+};
+
+/// What outlasts a sweep of one joint. Arms and the gap are those of the step's beginning.
+template <class L>
+struct BallJointRow {
+  VecOf<L> arm_a, arm_b;  ///< m, from the centres of mass, world axes
+  VecOf<L> gap;           ///< m, from A's anchor to B's
+  VecOf<L> impulse;       ///< N·s on B, accumulated over the substep
+  VecOf<L> total;         ///< N·s, over the step
+  L bias_rate, mass_scale, impulse_scale;
+};
+
+template <class L>
+struct UnitQuat {
+  L w;
+  VecOf<L> v;
+};
+
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> turned_by(const UnitQuat<L>& q, VecOf<L> a) {
+  const VecOf<L> t = scale(splat<L>(2.0f), cross(q.v, a));
+  return mul_add(a, q.w, t) + cross(q.v, t);
+}
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> turned_back_by(const UnitQuat<L>& q, VecOf<L> a) {
+  return turned_by(UnitQuat<L>{splat<L>(0.0f) - q.w, q.v}, a);
+}
+
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> squared(const UnitQuat<L>& q) {
+  return {q.w * q.w - dot(q.v, q.v), scale(q.w + q.w, q.v)};
+}
+
+/// Rotation by the vector `phi` (rad), at most two turns long: what substeps' limits leave of a step by default. Of an
+/// eighth of it, where few terms of the series give all digits, squared twice.
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
+  const L longest = splat<L>(157.9f);  // (4π)²
+  const L size_squared = dot(phi, phi);
+  const L shrink = root(longest / larger(size_squared, longest));
+  phi = scale(shrink * splat<L>(0.125f), phi);
+  const L x = dot(phi, phi);
+  L c = mul_add(splat<L>(-1.0f / 3628800.0f), x, splat<L>(1.0f / 479001600.0f));
+  c = mul_add(splat<L>(1.0f / 40320.0f), x, c);
+  c = mul_add(splat<L>(-1.0f / 720.0f), x, c);
+  c = mul_add(splat<L>(1.0f / 24.0f), x, c);
+  c = mul_add(splat<L>(-0.5f), x, c);
+  c = mul_add(splat<L>(1.0f), x, c);
+  L s = mul_add(splat<L>(1.0f / 362880.0f), x, splat<L>(-1.0f / 39916800.0f));
+  s = mul_add(splat<L>(-1.0f / 5040.0f), x, s);
+  s = mul_add(splat<L>(1.0f / 120.0f), x, s);
+  s = mul_add(splat<L>(-1.0f / 6.0f), x, s);
+  s = mul_add(splat<L>(1.0f), x, s);
+  return squared(squared(UnitQuat<L>{c, scale(s, phi)}));
+}
+
+/// One body of a joint: where its arm is, and the frame that its spin is written in.
+template <class L, bool isotropic, class Side>
+struct JointArm {
+  VecOf<L> arm;      ///< m, now
+  UnitQuat<L> spin;  ///< from that frame to the world; of isotropic bodies none
+
+  FATHOM_LANE_FUNCTION JointArm(const Side& side, VecOf<L> arm_at_start) {
+    const UnitQuat<L> turned = rotation_by<L>(side.turned);
+    arm = turned_by(turned, arm_at_start);
+    if constexpr (isotropic) return;
+    const L one = splat<L>(1.0f), anisotropic = one_where_zero(side.inverse_inertia);
+    spin.w = mul_add(one, anisotropic, turned.w - one);
+    spin.v = scale(anisotropic, turned.v);
+  }
+  /// Angular velocity in the world's axes.
+  FATHOM_LANE_FUNCTION VecOf<L> angular(const Side& side) const {
+    if constexpr (isotropic)
+      return side.angular;
+    else
+      return turned_by(spin, side.angular);
+  }
+  /// What an impulse at the anchor gives of angular velocity, as the body has it; `turn` is its inverse inertia.
+  template <class Turn>
+  FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Turn& turn) const {
+    if constexpr (isotropic)
+      return turn(cross(arm, impulse));
+    else
+      return turn(turned_back_by(spin, cross(arm, impulse)));
+  }
+  /// And of velocity at the anchor.
+  template <class Turn>
+  FATHOM_LANE_FUNCTION VecOf<L> moved_by(VecOf<L> impulse, const Turn& turn) const {
+    if constexpr (isotropic)
+      return cross(spun_by(impulse, turn), arm);
+    else
+      return cross(turned_by(spin, spun_by(impulse, turn)), arm);
+  }
+};
+
+/// x with K x = v, for a symmetric positive definite K by its columns; zero where there is none.
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> solved(VecOf<L> kx, VecOf<L> ky, VecOf<L> kz, VecOf<L> v) {
+  // Scaled to a trace of one, because products of three elements may leave the range of numbers.
+  const L scaling = inverse_or_zero(kx.x + (ky.y + kz.z));
+  kx = scale(scaling, kx), ky = scale(scaling, ky), kz = scale(scaling, kz);
+  const VecOf<L> yz = cross(ky, kz), zx = cross(kz, kx), xy = cross(kx, ky);
+  return scale(scaling * inverse_or_zero(dot(kx, yz)), VecOf<L>{dot(yz, v), dot(zx, v), dot(xy, v)});
+}
+
+/// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
+/// inverse_mass, inverse_inertia), `turn_a` and `turn_b`, and says whether all are isotropic and A is never pushed.
+template <class L, class Bodies>
+struct BallJointSweep {
+  static constexpr bool isotropic = Bodies::all_isotropic;
+
+  Bodies& bodies;
+  JointArm<L, isotropic, decltype(Bodies::a)> at_a;
+  JointArm<L, isotropic, decltype(Bodies::b)> at_b;
+
+  FATHOM_LANE_FUNCTION BallJointSweep(const BallJointRow<L>& row, Bodies& of)
+      : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {}
+
+  FATHOM_LANE_FUNCTION VecOf<L> velocity() const {
+    return (bodies.b.linear + cross(at_b.angular(bodies.b), at_b.arm)) -
+           (bodies.a.linear + cross(at_a.angular(bodies.a), at_a.arm));
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
+    return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
+  }
+  FATHOM_LANE_FUNCTION void push(VecOf<L> impulse) {
+    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+    bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, impulse);
+    bodies.b.angular = bodies.b.angular + at_b.spun_by(impulse, turn_b);
+    if constexpr (!Bodies::only_pushes_b) {
+      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
+      bodies.a.linear = mul_add(bodies.a.linear, splat<L>(0.0f) - bodies.a.inverse_mass, impulse);
+      bodies.a.angular = bodies.a.angular - at_a.spun_by(impulse, turn_a);
+    }
+  }
+  /// The impulse that changes the anchors' relative velocity by `change`.
+  FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
+    const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
+    return solved<L>(response({one, zero, zero}), response({zero, one, zero}), response({zero, zero, one}), change);
+  }
+
+ private:
+  FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse) const {
+    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+    const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, turn_b), bodies.b.inverse_mass, impulse);
+    if constexpr (Bodies::only_pushes_b) {
+      return of_b;
+    } else {
+      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
+      return of_b + mul_add(at_a.moved_by(impulse, turn_a), bodies.a.inverse_mass, impulse);
+    }
+  }
+};
+
+/// The last step's impulse acts again at once.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void warm_start_ball_joint(const BallJointRow<L>& row, Bodies& bodies) {
+  BallJointSweep<L, Bodies>(row, bodies).push(row.impulse);
+}
+
+/// One sweep. Returns a sum that is finite only where all that it leaves is.
+template <JointPass pass, class L, class Bodies>
+FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bool ends_substep) {
+  BallJointSweep<L, Bodies> sweep(row, bodies);
+  VecOf<L> wanted = sweep.velocity();
+  if constexpr (pass != JointPass::relax) wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
+  VecOf<L> change = sweep.impulse_for(wanted);
+  const L zero = splat<L>(0.0f);
+  if constexpr (pass == JointPass::soft)
+    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
+  else
+    change = scale(splat<L>(-1.0f), change);
+  row.impulse = row.impulse + change;
+  if (ends_substep) row.total = row.total + row.impulse;
+  sweep.push(change);
+  const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.impulse;
+  return sum.x + (sum.y + sum.z);
+}
+
+/// Arms, gap and the impulse to start from, of bodies with orientations `q_a` and `q_b` whose centres are `between`
+/// apart (m, from A's to B's).
+template <class L>
+FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
+                                             VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse,
+                                             BallJointRow<L>& row) {
+  row.arm_a = turned_by(q_a, anchor_a);
+  row.arm_b = turned_by(q_b, anchor_b);
+  row.gap = between + (row.arm_b - row.arm_a);
+  row.impulse = impulse;
+  const L zero = splat<L>(0.0f);
+  row.total = {zero, zero, zero};
+}

@@ -1,0 +1,73 @@
+// What every simulator knows of its joints: ids, definitions, and which joints a body has.
+#pragma once
+
+#include <cstdint>
+#include <fathom/joint.hpp>
+#include <span>
+#include <vector>
+
+#include "world/body_table.hpp"
+
+namespace fathom {
+
+class ByteReader;
+class ByteWriter;
+
+/// A joint as simulators see it: A is the body that cannot be pushed, where there is one.
+struct JointInfo {
+  std::uint32_t a = 0xffffffffu, b = 0xffffffffu;  ///< slots
+  Vec3 anchor_a, anchor_b;                         ///< m, body axes
+  bool swapped = false;                            ///< A is the definition's B
+  bool fixed_a = false;                            ///< A is fixed or kinematic
+  JointDef def;
+};
+
+/// Slots with generations, as BodyTable has them.
+class JointTable {
+ public:
+  /// `def` must have been checked (see `check_joint`).
+  JointId add(const JointDef& def, const BodyTable& bodies);
+  void remove(std::uint32_t slot);
+
+  bool contains(JointId id) const {
+    return id.index < generations_.size() && id.generation == generations_[id.index] && alive(id.index);
+  }
+  /// The slot of `id`; throws `Error{stale_id}` naming `action` where the joint is gone.
+  std::uint32_t slot(JointId id, const char* action) const;
+
+  bool alive(std::uint32_t slot) const { return generations_[slot] & 1u; }
+  JointId id(std::uint32_t slot) const { return {slot, generations_[slot]}; }
+  std::uint32_t slot_count() const { return static_cast<std::uint32_t>(generations_.size()); }
+  std::uint32_t count() const { return count_; }
+  /// Living joints in ascending order of slot.
+  std::span<const JointId> living() const;
+
+  JointInfo& operator[](std::uint32_t slot) { return infos_[slot]; }
+  const JointInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
+
+  /// Slots of the body's joints, ascending.
+  std::span<const std::uint32_t> of(std::uint32_t body) const {
+    return body < of_body_.size() ? std::span<const std::uint32_t>(of_body_[body]) : std::span<const std::uint32_t>();
+  }
+  /// Whether some joint keeps the two bodies from making contacts.
+  bool keeps_apart(std::uint32_t body_a, std::uint32_t body_b) const;
+
+  std::size_t memory_bytes() const;
+
+  void save(ByteWriter& write) const;
+  /// Into an empty table. Throws `Error{file}` on content that cannot be.
+  void restore(ByteReader& in, const BodyTable& bodies);
+
+ private:
+  void list(std::uint32_t slot);
+
+  std::vector<JointInfo> infos_;
+  std::vector<std::uint32_t> generations_;  // odd: alive
+  std::vector<std::uint32_t> free_slots_;
+  std::vector<std::vector<std::uint32_t>> of_body_;  // as long as the highest body that ever had a joint
+  std::uint32_t count_ = 0;
+  mutable std::vector<JointId> living_;
+  mutable bool living_is_current_ = true;
+};
+
+}  // namespace fathom
