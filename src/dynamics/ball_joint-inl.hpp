@@ -8,6 +8,18 @@
 // whole rotation since it began, so that a pendulum's rod keeps its length whatever its speed. Anisotropic bodies' spin
 // and inertia are those of the orientation in which the step began (`step_torque_free_in_contact`); the joint turns
 // them along.
+//
+// A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along the
+// arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one that
+// takes the anchors' relative velocity away. What turns on a joint so keeps its energy, where a plain projection of
+// velocities takes (h ω)² of it in every substep.
+//
+// Bodies that only joints act on *swing*: they move by the mean of their velocities before and after gravity's
+// acceleration, which makes RATTLE of second order. What touches something moves by the latter, which its contacts
+// have stopped.
+//
+// Bodies carry all impulses of a substep into the next one (native/solver.hpp), and with them the moments that these
+// had about the centres of mass. Arms have turned meanwhile, so a joint makes up for the difference.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
@@ -21,7 +33,10 @@ struct BallJointRow {
   VecOf<L> arm_a, arm_b;  ///< m, from the centres of mass, world axes
   VecOf<L> gap;           ///< m, from A's anchor to B's
   VecOf<L> impulse;       ///< N·s on B, accumulated over the substep
+  VecOf<L> carried;       ///< N·s, of it what acted before positions moved
+  VecOf<L> carried_arm_a, carried_arm_b;  ///< m, with these arms
   VecOf<L> total;         ///< N·s, over the step
+  VecOf<L> pull;          ///< m/s², by which B accelerates away from A between positions (`swings`)
   L bias_rate, mass_scale, impulse_scale;
 };
 
@@ -90,13 +105,18 @@ struct JointArm {
     else
       return turned_by(spin, side.angular);
   }
-  /// What an impulse at the anchor gives of angular velocity, as the body has it; `turn` is its inverse inertia.
+  /// What an angular impulse gives of angular velocity, as the body has it; `turn` is its inverse inertia.
+  template <class Turn>
+  FATHOM_LANE_FUNCTION VecOf<L> turned_by_moment(VecOf<L> moment, const Turn& turn) const {
+    if constexpr (isotropic)
+      return turn(moment);
+    else
+      return turn(turned_back_by(spin, moment));
+  }
+  /// And an impulse at the anchor.
   template <class Turn>
   FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Turn& turn) const {
-    if constexpr (isotropic)
-      return turn(cross(arm, impulse));
-    else
-      return turn(turned_back_by(spin, cross(arm, impulse)));
+    return turned_by_moment(cross(arm, impulse), turn);
   }
   /// And of velocity at the anchor.
   template <class Turn>
@@ -148,6 +168,21 @@ struct BallJointSweep {
       bodies.a.angular = bodies.a.angular - at_a.spun_by(impulse, turn_a);
     }
   }
+  /// How much the anchors' way within a substep of length h goes beyond their velocity's, for the arms turn: over h.
+  FATHOM_LANE_FUNCTION VecOf<L> curve(L h) const {
+    const VecOf<L> w_a = at_a.angular(bodies.a), w_b = at_b.angular(bodies.b);
+    return scale(splat<L>(0.5f) * h, cross(w_b, cross(w_b, at_b.arm)) - cross(w_a, cross(w_a, at_a.arm)));
+  }
+  /// Moments of what bodies have carried over from the substep before, about arms that have turned since.
+  FATHOM_LANE_FUNCTION void correct_carried(const BallJointRow<L>& row) {
+    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+    bodies.b.angular = bodies.b.angular + at_b.turned_by_moment(cross(at_b.arm - row.carried_arm_b, row.carried), turn_b);
+    if constexpr (!Bodies::only_pushes_b) {
+      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
+      bodies.a.angular =
+          bodies.a.angular - at_a.turned_by_moment(cross(at_a.arm - row.carried_arm_a, row.carried), turn_a);
+    }
+  }
   /// The impulse that changes the anchors' relative velocity by `change`.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
     const L one = splat<L>(1.0f), zero = splat<L>(0.0f);
@@ -173,19 +208,24 @@ FATHOM_LANE_FUNCTION void warm_start_ball_joint(const BallJointRow<L>& row, Bodi
   BallJointSweep<L, Bodies>(row, bodies).push(row.impulse);
 }
 
-/// One sweep. Returns a sum that is finite only where all that it leaves is.
+/// One sweep; h is the substep's length (s). Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
-FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bool ends_substep) {
+FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, float h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
-  VecOf<L> wanted = sweep.velocity();
-  if constexpr (pass != JointPass::relax) wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
-  VecOf<L> change = sweep.impulse_for(wanted);
   const L zero = splat<L>(0.0f);
+  if constexpr (pass != JointPass::relax) sweep.correct_carried(row);
+  VecOf<L> wanted = sweep.velocity();
+  if constexpr (pass != JointPass::relax)
+    wanted = mul_add(mul_add(wanted, splat<L>(-0.5f * h), row.pull) + sweep.curve(splat<L>(h)), row.bias_rate,
+                     sweep.gap(row));
+  VecOf<L> change = sweep.impulse_for(wanted);
   if constexpr (pass == JointPass::soft)
     change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   else
     change = scale(splat<L>(-1.0f), change);
   row.impulse = row.impulse + change;
+  if constexpr (pass != JointPass::relax)
+    row.carried = row.impulse, row.carried_arm_a = sweep.at_a.arm, row.carried_arm_b = sweep.at_b.arm;
   if (ends_substep) row.total = row.total + row.impulse;
   sweep.push(change);
   const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.impulse;
@@ -193,15 +233,17 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bo
 }
 
 /// Arms, gap and the impulse to start from, of bodies with orientations `q_a` and `q_b` whose centres are `between`
-/// apart (m, from A's to B's).
+/// apart (m, from A's to B's); of those that swing, `pull` is how much more B accelerates than A (m/s²).
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
-                                             VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse,
+                                             VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse, VecOf<L> pull,
                                              BallJointRow<L>& row) {
+  row.pull = pull;
   row.arm_a = turned_by(q_a, anchor_a);
   row.arm_b = turned_by(q_b, anchor_b);
   row.gap = between + (row.arm_b - row.arm_a);
-  row.impulse = impulse;
+  row.impulse = row.carried = impulse;
+  row.carried_arm_a = row.arm_a, row.carried_arm_b = row.arm_b;
   const L zero = splat<L>(0.0f);
   row.total = {zero, zero, zero};
 }

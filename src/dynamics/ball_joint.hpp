@@ -47,7 +47,7 @@ struct JointBodies {
 };
 
 /// Of the gap that a rigid joint closes in each substep.
-inline constexpr float joint_gap_share = 0.5f;
+inline constexpr float joint_gap_share = 1.0f;
 
 /// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. A rigid one gives
 /// nothing back, so no load opens it.

@@ -10,7 +10,7 @@ void BodyState::for_each_array(const Act& act) {
   act(poses, 0), act(velocities, 0), act(bounds, 0), act(flight, 0), act(flags, 0), act(slow_time, 0);
   act(colour_mask, 0), act(overflow_count, 0);
   act(forces, 0);
-  act(solver, 1), act(motion, 0), act(warm, 0), act(inertia, 0);
+  act(solver, 1), act(motion, 0), act(warm, 0), act(inertia, 0), act(swings, 0);
 }
 
 void BodyState::resize(std::size_t slots) {

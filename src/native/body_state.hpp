@@ -18,6 +18,7 @@ enum BodyFlag : std::uint8_t {
   isolated = 8,     ///< stopped because its state was not finite
   kinematic = 16,
   targeted = 64,  ///< the next step takes it to a pose that the application has given
+  jointed = 128,  ///< it has joints
   filtered = 32,  ///< there are bodies that its filter does not let it collide with
 };
 
@@ -57,6 +58,7 @@ struct BodyState {
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;
+  std::vector<std::uint8_t> swings;  ///< 1: of what acts on it only joints are constraints; where it has joints
 
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>

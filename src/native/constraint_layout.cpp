@@ -20,9 +20,17 @@ constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in 
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
 constexpr std::size_t few_of_a_colour = 8;   // on average
+constexpr std::size_t kinds = 2;             // of constraints
 constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
+
+/// Of joints with these slots, from `lane` on; returns where the next ones go.
+template <class Lane>
+Lane copy_joints(std::span<const std::uint32_t> joints, Lane lane) {
+  return std::transform(joints.begin(), joints.end(), lane,
+                        [](std::uint32_t slot) { return constraint_ref(ConstraintKind::ball_joint, slot); });
+}
 
 /// The even cut, or the wanted one as far as shares stay nearly even: all threads wait for the largest.
 std::size_t near_even(std::size_t even, std::size_t wanted, std::size_t share) {
@@ -44,7 +52,8 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   colouring_ = graph_.colouring();
   threads_ = threads();
   colours_ = 0;
-  for (int colour = 0; colour < colour_count; ++colour) colours_ += graph_.size_of(colour) > 0;
+  for (int colour = 0; colour < colour_count; ++colour)
+    colours_ += graph_.size_of(colour) + graph_.joints_of_colour(colour) > 0;
   groups_.clear();
   units_.clear();
   stretches_.clear();
@@ -67,9 +76,10 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
 void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   colour_of_.clear();
   for (int colour = 0; colour < colour_count; ++colour) {
-    const std::size_t contacts = graph_.size_of(colour);
-    if (contacts == 0) continue;
-    stretches_.push_back({blocks_, blocks_ + blocks_of(contacts, width_), 1});
+    const std::size_t blocks =
+        blocks_of(graph_.size_of(colour), width_) + blocks_of(graph_.joints_of_colour(colour), width_);
+    if (blocks == 0) continue;
+    stretches_.push_back({blocks_, blocks_ + blocks, 1});
     colour_of_.push_back(colour);
     blocks_ = stretches_.back().end;
   }
@@ -87,7 +97,11 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
           contacts, [&](std::uint32_t contact) { return graph_[contact].b; }, lanes);
     else
       std::copy(contacts.begin(), contacts.end(), lanes.begin());
-    std::fill(lanes.begin() + static_cast<std::ptrdiff_t>(contacts.size()), lanes.end(), none);
+    std::uint32_t* lane = lanes.data() + contacts.size();
+    std::fill(lane, lanes.data() + lanes.size(), none);
+    lane = lanes.data() + blocks_of(contacts.size(), width_) * width_;
+    for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
+      lane = copy_joints(graph_.joints_of(unit, colour_of_[s]), lane);
   };
   const bool alone = lanes_.size() < least_to_sort;
   pool_.for_each_part(stretches_.size(), alone ? stretches_.size() : 1, [&](std::size_t begin, std::size_t end) {
@@ -147,7 +161,7 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
 
 // A kinematic body moves on while several domains touch it, and the overflow knows no domains.
 bool ConstraintLayout::may_use_domains(std::span<const std::uint32_t> in_contact) const {
-  return graph_.domains().in_use() && graph_.size_of(overflow_colour) == 0 && !any_kinematic(in_contact);
+  return graph_.domains().in_use() && !graph_.any_overflow() && !any_kinematic(in_contact);
 }
 
 bool ConstraintLayout::any_kinematic(std::span<const std::uint32_t> in_contact) const {
@@ -185,39 +199,49 @@ bool ConstraintLayout::recolour(std::size_t unit) {
 }
 
 void ConstraintLayout::fill_by_unit() {
-  const auto add_stretch = [&](const std::vector<std::uint32_t>& list) {
+  const auto add_stretch = [&](std::span<const std::uint32_t> list) {
     const std::size_t blocks = blocks_of(list.size(), width_);
     if (blocks > 0) stretches_.push_back({blocks_, blocks_ + blocks, 1});
     blocks_ += blocks;
     return blocks > 0;
   };
-  const auto add_stretches = [&](std::size_t unit, int first, int end) {
-    Range range{stretches_.size(), stretches_.size()};
+  const auto add_contacts = [&](std::size_t unit, int first, int end) {
     for (int colour = first; colour < end; ++colour)
       if (add_stretch(graph_.of(unit, colour))) lists_.push_back(&graph_.of(unit, colour));
-    range.end = stretches_.size();
-    return range;
+  };
+  // Laid out at once: they are few.
+  const auto add_joints = [&](std::size_t unit, int first, int end) {
+    for (int colour = first; colour < end; ++colour)
+      if (const auto joints = graph_.joints_of(unit, colour); add_stretch(joints)) {
+        lists_.push_back(nullptr);
+        grow_to(lanes_, blocks_ * width_);
+        std::fill(copy_joints(joints, first_lane(stretches_.back())), lanes_.end(), none);
+      }
   };
   // Laid out at once, by the one thread that has coloured them.
   const auto add_recoloured = [&] {
-    Range range{stretches_.size(), stretches_.size()};
     for (const std::vector<std::uint32_t>& list : recoloured_)
       if (add_stretch(list)) {
         lists_.push_back(nullptr);
         grow_to(lanes_, blocks_ * width_);
         std::fill(std::copy(list.begin(), list.end(), first_lane(stretches_.back())), lanes_.end(), none);
       }
-    range.end = stretches_.size();
-    return range;
   };
   lists_.clear();
   const Domains& domains = graph_.domains();
   for (std::size_t i = 0; i < domains.units(); ++i) {
     Unit unit;
     unit.blocks.begin = blocks_;
-    unit.between =
-        i >= domains.first_unit(2) && recolour(i) ? add_recoloured() : add_stretches(i, 0, first_fixed_colour);
-    unit.on_fixed = add_stretches(i, first_fixed_colour, colour_count);
+    unit.between.begin = stretches_.size();
+    if (i >= domains.first_unit(2) && recolour(i))
+      add_recoloured();
+    else
+      add_contacts(i, 0, first_fixed_colour);
+    add_joints(i, 0, first_fixed_colour);
+    unit.between.end = unit.on_fixed.begin = stretches_.size();
+    add_contacts(i, first_fixed_colour, colour_count);
+    add_joints(i, first_fixed_colour, colour_count);
+    unit.on_fixed.end = stretches_.size();
     unit.blocks.end = blocks_;
     units_.push_back(unit);
   }
@@ -260,7 +284,7 @@ void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_co
 // several islands and moves on while they are solved, and the overflow knows no islands: then all is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
   if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
-  if (graph_.size_of(overflow_colour) > 0 || graph_.domains().in_use()) return false;
+  if (graph_.any_overflow() || graph_.domains().in_use()) return false;
   return graph_.between() < in_contact.size() && !any_kinematic(in_contact);
 }
 
@@ -281,6 +305,11 @@ void ConstraintLayout::join_islands() {
       const Contact& c = graph_[contacts[i]];
       for (const std::uint32_t slot : {c.a, c.b}) island_[slot] = {slot, 0, none};
       links_.push_back({contacts[i], colour, c.b, c.a});
+    }
+    for (const std::uint32_t joint : graph_.joints_of(0, static_cast<int>(colour))) {
+      const Joint& j = graph_.joint(joint);
+      for (const std::uint32_t slot : {j.a, j.b}) island_[slot] = {slot, 0, none};
+      links_.push_back({constraint_ref(ConstraintKind::ball_joint, joint), colour, j.b, j.a});
     }
   }
   for (const Link& link : links_) {
@@ -336,18 +365,19 @@ void ConstraintLayout::place_bodies(std::span<const std::uint32_t> in_contact) {
 }
 
 void ConstraintLayout::fill_by_group() {
-  next_lane_.assign(groups_.size() * colour_count, 0);
+  next_lane_.assign(groups_.size() * colour_count * kinds, 0);
   const auto next_lane = [&](const Link& link) -> std::uint32_t& {
     const std::uint32_t group = island_[link.root].group;
     // Contacts between bodies in quarantine belong to no group; any will do.
-    return next_lane_[(group == none ? 0 : group) * colour_count + link.colour];
+    return next_lane_[((group == none ? 0 : group) * colour_count + link.colour) * kinds +
+                      static_cast<std::size_t>(kind_of(link.constraint))];
   };
   for (const Link& link : links_) ++next_lane(link);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     groups_[g].stretches.begin = stretches_.size();
     groups_[g].blocks.begin = blocks_;
-    for (std::size_t colour = 0; colour < colour_count; ++colour) {
-      std::uint32_t& lane = next_lane_[g * colour_count + colour];
+    for (std::size_t colour = 0; colour < colour_count * kinds; ++colour) {
+      std::uint32_t& lane = next_lane_[g * colour_count * kinds + colour];
       const std::size_t blocks = blocks_of(lane, width_);
       lane = static_cast<std::uint32_t>(blocks_ * width_);
       if (blocks > 0) stretches_.push_back({blocks_, blocks_ + blocks, 1});
@@ -358,7 +388,7 @@ void ConstraintLayout::fill_by_group() {
   }
   grow_to(lanes_, blocks_ * width_);
   std::fill(lanes_.begin(), lanes_.end(), none);
-  for (const Link& link : links_) lanes_[next_lane(link)++] = link.contact;
+  for (const Link& link : links_) lanes_[next_lane(link)++] = link.constraint;
 }
 
 std::size_t ConstraintLayout::memory_bytes() const {

@@ -60,8 +60,8 @@ class ConstraintLayout {
   /// Bodies in contact, in an order that suits their contacts' blocks.
   std::span<const std::uint32_t> bodies() const { return bodies_; }
 
-  /// Contact of each lane, or `none`.
-  const std::uint32_t* lanes() const { return lanes_.data(); }
+  /// Constraint of each lane, or `none`. A block has those of one kind.
+  const ConstraintRef* lanes() const { return lanes_.data(); }
   std::size_t lane_count() const { return blocks_ * width_; }
   std::size_t width() const { return width_; }
   std::size_t blocks() const { return blocks_; }
@@ -143,7 +143,7 @@ class ConstraintLayout {
   std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
   std::size_t threads_ = 0;                    // that they are cut for
   std::vector<std::uint32_t> bodies_;
-  std::vector<std::uint32_t> lanes_;
+  std::vector<ConstraintRef> lanes_;
   std::size_t blocks_ = 0;
   int colours_ = 0;
   std::vector<Stretch> stretches_;
@@ -164,8 +164,9 @@ class ConstraintLayout {
   struct Island {  // of a body; what is not `parent`, of the root alone
     std::uint32_t parent, weight, group;
   };
-  struct Link {  // a contact; `root` is its A until islands are joined
-    std::uint32_t contact, colour, b, root;
+  struct Link {  // `root` is its A until islands are joined
+    ConstraintRef constraint;
+    std::uint32_t colour, b, root;
   };
   std::vector<Group> groups_;
   std::vector<Island> island_;                // by slot

@@ -18,6 +18,19 @@ inline constexpr int colour_count = 32;
 inline constexpr int first_fixed_colour = 24;        ///< of contacts with a body that cannot be pushed
 inline constexpr std::uint8_t overflow_colour = 32;  ///< of contacts that found no colour
 
+/// What a constraint of the graph is.
+enum class ConstraintKind : std::uint8_t { contact, ball_joint };
+
+/// A constraint as layouts and blocks name it: its index among those of its kind, and the kind in the highest bits.
+using ConstraintRef = std::uint32_t;
+inline constexpr int kind_shift = 28;
+inline constexpr ConstraintRef constraint_ref(ConstraintKind kind, std::uint32_t index) {
+  return static_cast<ConstraintRef>(kind) << kind_shift | index;
+}
+/// Of one that is not `none`.
+inline constexpr ConstraintKind kind_of(ConstraintRef ref) { return static_cast<ConstraintKind>(ref >> kind_shift); }
+inline constexpr std::uint32_t index_of(ConstraintRef ref) { return ref & ((1u << kind_shift) - 1); }
+
 struct alignas(32) Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   std::uint32_t manifold = none;     ///< while touching

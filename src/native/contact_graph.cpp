@@ -201,19 +201,39 @@ void ContactGraph::colour(std::span<Seat> seats) {
   for (std::size_t i = 0; i < seats.size(); ++i) {
     if (i + ahead < seats.size()) prefetch_bodies(seats[i + ahead]);
     Seat& seat = seats[i];
-    std::uint32_t taken = state_.colour_mask[seat.b];
-    taken |= seat.fixed_a ? ~fixed_colours : state_.colour_mask[seat.a] | fixed_colours;
-    const bool is_free = ~taken != 0;
-    seat.colour = is_free ? static_cast<std::uint8_t>(std::countr_one(taken)) : overflow_colour;
-    seat.for_each_body([&](std::uint32_t slot) {
-      if (is_free)
-        state_.colour_mask[slot] |= 1u << seat.colour;
-      else
-        ++state_.overflow_count[slot];
-      state_.note_to_solve(slot);
-    });
+    seat.colour = take_colour(seat.a, seat.b, seat.fixed_a);
     count(seat, 1);
   }
+}
+
+/// The lowest colour that is free on all bodies that can be pushed.
+std::uint8_t ContactGraph::take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a) {
+  std::uint32_t taken = state_.colour_mask[b];
+  taken |= fixed_a ? ~fixed_colours : state_.colour_mask[a] | fixed_colours;
+  const bool is_free = ~taken != 0;
+  const std::uint8_t colour = is_free ? static_cast<std::uint8_t>(std::countr_one(taken)) : overflow_colour;
+  const auto mark = [&](std::uint32_t slot) {
+    if (is_free)
+      state_.colour_mask[slot] |= 1u << colour;
+    else
+      ++state_.overflow_count[slot];
+    state_.note_to_solve(slot);
+  };
+  mark(b);
+  if (!fixed_a) mark(a);
+  return colour;
+}
+
+void ContactGraph::give_back_colour(std::uint32_t a, std::uint32_t b, bool fixed_a, std::uint8_t colour) {
+  const auto unmark = [&](std::uint32_t slot) {
+    if (colour != overflow_colour)
+      state_.colour_mask[slot] &= ~(1u << colour);
+    else
+      --state_.overflow_count[slot];
+    state_.note_to_solve(slot);
+  };
+  unmark(b);
+  if (!fixed_a) unmark(a);
 }
 
 void ContactGraph::uncolour(std::span<const Seat> seats) {
@@ -222,13 +242,7 @@ void ContactGraph::uncolour(std::span<const Seat> seats) {
     const Seat& seat = seats[i];
     if (seat.colour == no_colour) continue;
     ++colouring_;
-    seat.for_each_body([&](std::uint32_t slot) {
-      if (seat.colour != overflow_colour)
-        state_.colour_mask[slot] &= ~(1u << seat.colour);
-      else
-        --state_.overflow_count[slot];
-      state_.note_to_solve(slot);
-    });
+    give_back_colour(seat.a, seat.b, seat.fixed_a, seat.colour);
     count(seat, -1);
   }
 }
@@ -295,6 +309,7 @@ void ContactGraph::divide(std::span<const std::uint32_t> slots, ThreadPool& pool
   else
     domains_.divide(slots, contacts_, between_, state_, pool);
   enlist_all(pool);
+  list_joints();
 }
 
 // In the order of contacts. Two passes, so that several threads know where to write.
@@ -333,7 +348,8 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
 std::size_t ContactGraph::memory_bytes() const {
   return contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
          pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
-         colours_.capacity() * sizeof(colours_[0]) +
+         colours_.capacity() * sizeof(colours_[0]) + joints_.capacity() * sizeof(Joint) +
+         joint_impulses_.capacity() * sizeof(JointImpulse) +
          (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
           colours_room_) *
              sizeof(std::uint32_t);

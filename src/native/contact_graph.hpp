@@ -19,6 +19,7 @@
 #include "native/broad_phase.hpp"
 #include "native/contact.hpp"
 #include "native/domains.hpp"
+#include "native/joint.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/pair_set.hpp"
 #include "native/prefetch.hpp"
@@ -69,7 +70,7 @@ class ContactGraph {
   const PairSet& pairs() const { return pairs_; }
   ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
-  Constrained constrained() { return {contacts_.data(), manifolds_.data()}; }
+  Constrained constrained() { return {contacts_.data(), manifolds_.data(), joints_.data(), joint_impulses_.data()}; }
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
   /// True once any contact had a rolling resistance.
@@ -80,6 +81,41 @@ class ContactGraph {
   /// The same for pairs that are all new and no two of them equal, on all threads.
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
+
+  // Joints, by their slots in the JointTable (graph_joints.cpp). They change between steps alone, and take colours from
+  // the same masks as contacts.
+
+  void add_joint(std::uint32_t slot, const Joint& joint);
+  void remove_joint(std::uint32_t slot);
+  std::size_t joint_slots() const { return joints_.size(); }
+  const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
+  void set_softness(std::uint32_t slot, const Softness& softness) { joints_[slot].softness = softness; }
+  const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
+  void forget_joint_impulse(std::uint32_t slot) { joint_impulses_[slot] = {}; }
+  /// Gives the joint a colour, or takes it away, where it is due.
+  void colour_joint(std::uint32_t slot);
+  void uncolour_joint(std::uint32_t slot);
+  /// Ascending slots; empty where there are none.
+  std::span<const std::uint32_t> joints_of(std::size_t unit, int colour) const {
+    const std::size_t list = unit * (overflow_colour + 1) + static_cast<std::size_t>(colour);
+    return list < joint_lists_.size() ? std::span<const std::uint32_t>(joint_lists_[list])
+                                      : std::span<const std::uint32_t>();
+  }
+  bool any_overflow() const { return sizes_[overflow_colour] + joint_counts_[overflow_colour] > 0; }
+  std::size_t joints_of_colour(int colour) const { return joint_counts_[colour]; }
+  /// Whether all its constraints are these joints.
+  bool has_joints_alone(std::uint32_t slot, std::span<const std::uint32_t> joints) const;
+  /// Calls act(joint) for joints with a colour.
+  template <class Act>
+  void for_each_coloured_joint(const Act& act) const {
+    for (const std::vector<std::uint32_t>& list : joint_lists_)
+      for (const std::uint32_t slot : list) act(joints_[slot]);
+  }
+  /// The two bodies make no contacts, as long as that is not taken back.
+  void keep_apart(std::uint32_t a, std::uint32_t b) {
+    if (!pairs_.contains(a, b)) pairs_.insert(a, b);
+  }
+  void keep_apart_no_more(std::uint32_t a, std::uint32_t b) { pairs_.erase(a, b); }
 
   // All changes of a step. Any number of threads may do the same for different contacts or parts.
 
@@ -123,7 +159,7 @@ class ContactGraph {
     for (std::size_t unit = 0; unit < domains_.units(); ++unit)
       for (const std::uint32_t index : of(unit, colour)) act(index);
   }
-  /// Contacts between two bodies that can be pushed.
+  /// Constraints between two bodies that can be pushed.
   std::size_t between() const { return between_; }
 
   const Domains& domains() const { return domains_; }
@@ -145,7 +181,7 @@ class ContactGraph {
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_, s.colours_,
-      s.colouring_);
+      s.colouring_, s.joints_, s.joint_impulses_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -161,6 +197,10 @@ class ContactGraph {
   void enlist(const Seat& seat);
   void prefetch_bodies(const Seat& seat) const;
   void count(const Seat& seat, int more);
+  std::uint8_t take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a);
+  void give_back_colour(std::uint32_t a, std::uint32_t b, bool fixed_a, std::uint8_t colour);
+  std::vector<std::uint32_t>& joint_list(const Joint& joint);
+  void list_joints();
 
   BodyTable& bodies_;
   BodyState& state_;
@@ -180,6 +220,10 @@ class ContactGraph {
   std::size_t colours_room_ = 0;                     // contacts, in the room of all these lists
   std::vector<std::size_t> unit_sizes_ = {0};
   std::size_t sizes_[overflow_colour + 1] = {};
+  std::vector<Joint> joints_;                 // by slot
+  std::vector<JointImpulse> joint_impulses_;  // by slot
+  std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit and colour
+  std::size_t joint_counts_[overflow_colour + 1] = {};   // by colour
   std::size_t between_ = 0;
   std::uint64_t colouring_ = 1;
 };

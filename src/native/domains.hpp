@@ -40,11 +40,12 @@ class Domains {
   std::size_t rest() const { return first_units_[divisions]; }
   std::size_t units() const { return rest() + 1; }
 
-  std::size_t unit(const Contact& c) const {
+  std::size_t unit(const Contact& c) const { return unit(c.a, c.b, c.fixed_a); }
+  std::size_t unit(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) const {
     if (!in_use()) return 0;
-    const Ids& b = ids_[c.b];
-    if (c.fixed_a) return b[0];
-    const Ids& a = ids_[c.a];
+    const Ids& b = ids_[body_b];
+    if (fixed_a) return b[0];
+    const Ids& a = ids_[body_a];
     for (std::size_t division = 0; division < divisions; ++division)
       if (a[division] == b[division]) return first_units_[division] + a[division];
     return rest();

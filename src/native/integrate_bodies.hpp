@@ -42,12 +42,13 @@ HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, floa
   put(reference, next);
 }
 
-/// `fathom::mean_velocity` of a body in contact.
-HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, float h) {
+/// `fathom::mean_velocity` of a body in contact, or of one that swings.
+HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, bool swings,
+                              float h) {
   const QuadTag d;
   const Quad v = load(body.linear);
   const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
-  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d)))) return v;
+  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d))) && !swings) return v;
   return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
 }
 
@@ -73,6 +74,7 @@ struct BodyIntegration {
   const Pose* poses;
   float h;  ///< s, a substep
   SpeedLimits limits;
+  const std::uint8_t* any_swings;  ///< by slot; null where there are no joints
 
   /// W brought up to date, which strikes are not to be part of.
   HWY_INLINE void carry(std::uint32_t slot) const {
@@ -96,7 +98,8 @@ struct BodyIntegration {
     const QuadTag d;
     SolverBody& body = bodies[slot];
     const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down(body, warm[slot], limits);
-    const Quad mean = is_cut ? load(body.linear) : mean_velocity(body, motion[slot], warm[slot], h);
+    const bool swings = any_swings && any_swings[slot];
+    const Quad mean = is_cut ? load(body.linear) : mean_velocity(body, motion[slot], warm[slot], swings, h);
     put(body.moved, hn::MulAdd(hn::Set(d, h), mean, load(body.moved)));
     if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
       // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.

@@ -20,19 +20,24 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
   for (int colour = 0; colour <= overflow_colour; ++colour) {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
       const Contact& c = graph_[index];
-      if (c.fixed_a) {
-        // A body that something moving pushes stays awake.
-        if (is_moving(state_.velocities[c.a])) state_.slow_time[c.b] = 0;
-        return;
-      }
-      if (!(state_.flags[c.a] & state_.flags[c.b] & awake)) return;  // one of them is quarantined
-      const std::uint32_t a = root(c.a), b = root(c.b);
-      if (a < b)
-        parent_[b] = a;
-      else
-        parent_[a] = b;
+      connect(c.a, c.b, c.fixed_a);
     });
   }
+  graph_.for_each_coloured_joint([&](const Joint& joint) { connect(joint.a, joint.b, joint.fixed_a); });
+}
+
+void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) {
+  if (fixed_a) {
+    // A body that something moving pushes stays awake.
+    if (is_moving(state_.velocities[body_a])) state_.slow_time[body_b] = 0;
+    return;
+  }
+  if (!(state_.flags[body_a] & state_.flags[body_b] & awake)) return;  // one of them is quarantined
+  const std::uint32_t a = root(body_a), b = root(body_b);
+  if (a < b)
+    parent_[b] = a;
+  else
+    parent_[a] = b;
 }
 
 bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {
@@ -77,17 +82,21 @@ bool Islands::is_at_rest(std::span<const std::uint32_t> members) {
       const Contact& c = graph_[index];
       if (!c.touching() || !(graph_.manifold(c).step_impulse > 0)) return;
       is_carried = true;
-      is_supported = is_supported || !is_pushed_by(c, slot);
+      is_supported = is_supported || !can_be_pushed(c.a == slot ? c.b : c.a);
     });
+    for (const std::uint32_t joint : joints_.of(slot)) {
+      is_carried = true;
+      const Joint& j = graph_.joint(joint);
+      is_supported = is_supported || !can_be_pushed(j.a == slot ? j.b : j.a);
+    }
     if (!is_carried && !still) return false;
   }
   return is_supported || is_still;
 }
 
-/// Whether the contact's other body can be pushed, and so be carried itself.
-bool Islands::is_pushed_by(const Contact& c, std::uint32_t slot) const {
-  const std::uint32_t other = c.a == slot ? c.b : c.a;
-  return bodies_[other].motion == MotionType::dynamic && state_.flags[other] & awake;
+/// And so has to be carried itself.
+bool Islands::can_be_pushed(std::uint32_t slot) const {
+  return bodies_[slot].motion == MotionType::dynamic && state_.flags[slot] & awake;
 }
 
 void Islands::sleep(const std::vector<std::uint32_t>& members) {
@@ -109,6 +118,8 @@ void Islands::sleep(const std::vector<std::uint32_t>& members) {
     graph_.for_each_of(slot, [&](std::uint32_t index) {
       if (graph_[index].colour != no_colour) graph_.uncolour(index);
     });
+    for (const std::uint32_t joint : joints_.of(slot))
+      if (graph_.joint(joint).colour != no_colour) graph_.uncolour_joint(joint);
   }
 }
 
@@ -125,6 +136,8 @@ void Islands::wake(std::uint32_t slot) {
     graph_.for_each_of(member, [&](std::uint32_t index) {
       if (graph_[index].touching() && graph_[index].colour == no_colour) graph_.colour(index);
     });
+    for (const std::uint32_t joint : joints_.of(member))
+      if (graph_.joint(joint).colour == no_colour) graph_.colour_joint(joint);
   }
 }
 

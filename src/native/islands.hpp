@@ -1,4 +1,4 @@
-// Islands: bodies connected by touching contacts. They fall asleep and wake together.
+// Islands: bodies connected by touching contacts and joints. They fall asleep and wake together.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "native/contact_graph.hpp"
+#include "world/joint_table.hpp"
 
 namespace fathom::native {
 
 class Islands {
  public:
-  Islands(const WorldDef& def, BodyTable& bodies, BodyState& state, ContactGraph& graph)
-      : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
+  Islands(const WorldDef& def, BodyTable& bodies, const JointTable& joints, BodyState& state, ContactGraph& graph)
+      : def_(def), bodies_(bodies), joints_(joints), state_(state), graph_(graph) {}
 
   /// Puts every island to sleep whose bodies have all been slow for long enough, and rest on something or do not move
   /// at all; returns true where any did.
@@ -42,12 +43,14 @@ class Islands {
  private:
   std::uint32_t root(std::uint32_t slot);
   void find_islands(std::span<const std::uint32_t> active);
+  void connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a);
   bool is_at_rest(std::span<const std::uint32_t> members);
-  bool is_pushed_by(const Contact& c, std::uint32_t slot) const;
+  bool can_be_pushed(std::uint32_t slot) const;
   void sleep(const std::vector<std::uint32_t>& members);
 
   const WorldDef& def_;
   BodyTable& bodies_;
+  const JointTable& joints_;
   BodyState& state_;
   ContactGraph& graph_;
   std::vector<std::uint32_t> parent_;       // by slot; the lowest slot of an island is its root

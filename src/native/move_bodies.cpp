@@ -376,7 +376,7 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     if constexpr (in_contact) moved = state.solver_bodies()[slot].moved;
     const bool slow = may_sleep && is_slow(v, moved, info.radius, p.slow_below, p.dt);
     state.slow_time[slot] = slow ? state.slow_time[slot] + p.dt : 0.0f;
-    if (in_contact && may_sleep && is_round(info.geometry.type))
+    if (in_contact && may_sleep && is_round(info.geometry.type) && !(state.flags[slot] & jointed))
       v.angular *= rest_factor(v, info.geometry.radius, p.slow_below, p.dt);
   }
 }

@@ -59,8 +59,8 @@ NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<Bro
       graph_(bodies, state_),
       pool_(thread_count(def)),
       broad_phase_(std::move(broad_phase)),
-      solver_(def, bodies, state_, graph_, pool_),
-      islands_(def, bodies, state_, graph_) {
+      solver_(def, bodies, joints, state_, graph_, pool_),
+      islands_(def, bodies, joints, state_, graph_) {
   state_.resize(0);
   if (def.partition == Partition::cells) cell_solver_.emplace(def, bodies, state_, graph_, pool_, solver_);
 }
@@ -427,6 +427,7 @@ void NativeSimulator::isolate(std::uint32_t slot) {
     m.friction_impulse[0] = m.friction_impulse[1] = m.twist_impulse = 0;
     if (graph_[index].round) m.set_rolling_impulse({});
   });
+  for (const std::uint32_t joint : joints.of(slot)) graph_.forget_joint_impulse(joint);
   quarantined_.push_back({bodies.id(slot), steps + 1});
 }
 
@@ -604,6 +605,7 @@ void NativeSimulator::wake_island(std::uint32_t slot) {
 
 void NativeSimulator::wake_neighbours(std::uint32_t slot) {
   if (!islands_.any_asleep()) return;
+  for (const std::uint32_t joint : joints.of(slot)) wake_joined(joint);
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
     if (c.touching()) wake_island(c.a == slot ? c.b : c.a);

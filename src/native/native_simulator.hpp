@@ -41,10 +41,10 @@ class NativeSimulator : public Simulator {
   bool is_awake(std::uint32_t slot) const override { return state_.flags[slot] & awake; }
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
-  void joint_added(std::uint32_t) override { throw Error(ErrorCode::unavailable, "add joint: the native simulator has none yet"); }
-  void joint_removed(std::uint32_t) override {}
-  void joint_changed(std::uint32_t) override {}
-  Vec3 joint_impulse(std::uint32_t) const override { return {}; }
+  void joint_added(std::uint32_t slot) override;
+  void joint_removed(std::uint32_t slot) override;
+  void joint_changed(std::uint32_t slot) override;
+  Vec3 joint_impulse(std::uint32_t slot) const override { return graph_.joint_impulse(slot).total; }
 
   std::span<const Pose> poses() const override { return state_.poses; }
   std::span<const Velocity> velocities() const override { return state_.velocities; }
@@ -153,8 +153,12 @@ class NativeSimulator : public Simulator {
   void arrive();
   /// Of a sleeping body.
   void wake_island(std::uint32_t slot);
-  /// Sleepers that touch the body.
+  /// Sleepers that touch the body or are joined to it.
   void wake_neighbours(std::uint32_t slot);
+  /// joints.cpp
+  Softness softness_of(std::uint32_t joint) const;
+  void wake_joined(std::uint32_t joint);
+  void restore_joints(ByteReader& in);
   /// Sleepers that fixed bodies were added or moved into.
   void wake_below_fixed();
   void count();

@@ -202,7 +202,7 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
-HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t* indices,
+HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
                                      const Constrained& constrained, const BodiesView& view) {
   using V = hn::Vec<D>;
   const D d;
@@ -336,28 +336,13 @@ HWY_INLINE std::size_t prepare_block(const Block<D>& block, const std::uint32_t*
 template <class D>
 HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& constrained, const BodiesView& view) {
   for (std::size_t i = 0; i < Block<D>::width && lanes[i] != none; ++i) {
+    if (kind_of(lanes[i]) != ConstraintKind::contact) return;
     const Contact& c = constrained.contacts[lanes[i]];
     const auto* const manifold = reinterpret_cast<const std::byte*>(constrained.manifolds + c.manifold);
     for (std::size_t line = 0; line < sizeof(ContactManifold); line += 64) prefetch_to_read(manifold + line);
     prefetch_to_read(view.poses + c.a);
     prefetch_to_read(view.poses + c.b);
   }
-}
-
-template <class D>
-std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
-                    const Constrained& constrained, const BodiesView& view) {
-  constexpr std::size_t width = Block<D>::width;
-  std::size_t count = 0;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (blocks.scattered) {
-      for (std::size_t k = 0; i + 2 < end && k < width && lanes[(i + 2) * width + k] != none; ++k)
-        prefetch_to_read(constrained.contacts + lanes[(i + 2) * width + k]);
-      if (i + 1 < end) prefetch_lanes<D>(lanes + (i + 1) * width, constrained, view);
-    }
-    count += prepare_block(block_at<D>(blocks, i), lanes + i * width, constrained, view);
-  }
-  return count;
 }
 
 template <class D>
@@ -387,43 +372,32 @@ HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indi
   }
 }
 
+/// Impulses go back to the manifolds, and what a step leaves of overlaps to the contacts.
 template <class D>
-void store(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
-           const Constrained& constrained, float overlap_kept, const LoadWatch& watch) {
-  constexpr std::size_t ahead = 2;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Block<D> block = block_at<D>(blocks, i);
-    const std::size_t used = block.header().lanes;
-    if (blocks.scattered && i + ahead < end) {
-      const Block<D> later = block_at<D>(blocks, i + ahead);
-      for (std::size_t lane = 0; lane < later.header().lanes; ++lane) {
-        const ContactManifold& m = constrained.manifolds[later.manifold()[lane]];
-        prefetch_to_write(m.impulses);
-        prefetch_to_write(&m.step_impulse);
-      }
-    }
-    float* impulses[Block<D>::width] = {};
-    float* friction_impulses[Block<D>::width] = {};
-    for (std::size_t lane = 0; lane < used; ++lane) {
-      ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
-      impulses[lane] = m.impulses;
-      friction_impulses[lane] = m.friction_impulse;
-    }
-    QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
-    const int count = block.header().max_points;
-    q.x = block.get(Block<D>::point(0, point_impulse));
-    if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
-    if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
-    if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
-    store_quads(D(), q, impulses, used);
-    store_quads(D(),
-                {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
-                 block.get(step_impulse)},
-                friction_impulses, used);
-    if (block.header().overlaps) fade_overlaps(block, lanes + i * Block<D>::width, constrained, overlap_kept);
-    if (block.header().rolls) store_rolling(block, constrained);
-    if (watch.overloads) watch_loads(block, watch);
+HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
+                               float overlap_kept, const LoadWatch& watch) {
+  const std::size_t used = block.header().lanes;
+  float* impulses[Block<D>::width] = {};
+  float* friction_impulses[Block<D>::width] = {};
+  for (std::size_t lane = 0; lane < used; ++lane) {
+    ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
+    impulses[lane] = m.impulses;
+    friction_impulses[lane] = m.friction_impulse;
   }
+  QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
+  const int count = block.header().max_points;
+  q.x = block.get(Block<D>::point(0, point_impulse));
+  if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
+  if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
+  if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
+  store_quads(D(), q, impulses, used);
+  store_quads(D(),
+              {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
+               block.get(step_impulse)},
+              friction_impulses, used);
+  if (block.header().overlaps) fade_overlaps(block, refs, constrained, overlap_kept);
+  if (block.header().rolls) store_rolling(block, constrained);
+  if (watch.overloads) watch_loads(block, watch);
 }
 
 }  // namespace fathom::native::HWY_NAMESPACE

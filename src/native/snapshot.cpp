@@ -60,6 +60,24 @@ void ContactGraph::restore(ByteReader& in) {
     });
     count(seat, 1);
   }
+  in.require(joint_impulses_.size() == joints_.size());
+  for (const Joint& joint : joints_) {
+    in.require(is_sound(joint.fixed_a) && is_sound(joint.in_use));
+    if (!joint.in_use) continue;
+    in.require(joint.a < slots && joint.b < slots && joint.a != joint.b);
+    if (joint.colour == no_colour) continue;
+    in.require(joint.colour <= overflow_colour);
+    const std::uint32_t bit = joint.colour == overflow_colour ? 0 : 1u << joint.colour;
+    for (const std::uint32_t slot : {joint.a, joint.b}) {
+      if (slot == joint.a && joint.fixed_a) continue;
+      in.require((colours[slot] & bit) == 0);
+      colours[slot] |= bit;
+      overflow[slot] += bit == 0;
+    }
+    ++joint_counts_[joint.colour];
+    between_ += !joint.fixed_a;
+  }
+  list_joints();
   in.require(colours == state_.colour_mask && overflow == state_.overflow_count);
   for (const std::vector<std::uint32_t>& list : colours_) {
     in.require(list.size() <= coloured);
@@ -112,6 +130,7 @@ void NativeSimulator::restore(ByteReader& in) {
     state_.note_filter(id.index, bodies[id.index].filter);
   }
   graph_.restore(in);
+  restore_joints(in);
   in(cost_when_divided_);
   solver_.supports().restore(in, state_.size());
   islands_.restore(in);

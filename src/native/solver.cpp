@@ -22,10 +22,11 @@ constexpr std::size_t least_bodies = 64;  // worth another thread
 
 }  // namespace
 
-ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph,
-                             ThreadPool& pool)
+ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const JointTable& joints, BodyState& state,
+                             ContactGraph& graph, ThreadPool& pool)
     : def_(def),
       bodies_(bodies),
+      joints_(joints),
       state_(state),
       graph_(graph),
       pool_(pool),
@@ -297,7 +298,8 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
-          state_.motion.data(), supports_.held(),       supports_.levels()};
+          state_.motion.data(), supports_.held(),       supports_.levels(),
+          swings()};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -316,7 +318,8 @@ void ContactSolver::load_body(std::uint32_t slot) {
   motion.acceleration = info.gravity_scale * def_.gravity;
   motion.linear_damping = damping_factor(info.linear_damping, h);
   motion.angular_damping = damping_factor(info.angular_damping, h);
-  if (state_.flags[slot] & has_force || !info.isotropic || supports_.overloads().any_scaled()) load_rest(slot);
+  if (state_.flags[slot] & (has_force | jointed) || !info.isotropic || supports_.overloads().any_scaled())
+    load_rest(slot);
 }
 
 // What most bodies do without, and what would cost them registers.
@@ -329,6 +332,8 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
     motion.acceleration = a.linear;
     motion.angular_acceleration = a.angular;
   }
+  if (state_.flags[slot] & jointed)
+    state_.swings[slot] = !(state_.flags[slot] & has_force) && graph_.has_joints_alone(slot, joints_.of(slot));
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
@@ -371,6 +376,9 @@ void ContactSolver::make_room_for_blocks() {
   const std::size_t wide_count = layout_.blocks();
   overflow_.clear();
   graph_.for_each_of_colour(overflow_colour, [&](std::uint32_t index) { overflow_.push_back(index); });
+  for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
+    for (const std::uint32_t slot : graph_.joints_of(unit, overflow_colour))
+      overflow_.push_back(constraint_ref(ConstraintKind::ball_joint, slot));
   single_count_ = overflow_.size();
   wide_blocks_.stride = block_bytes(wide_);
   single_blocks_.stride = block_bytes(single_);
@@ -401,7 +409,8 @@ BodyIntegration ContactSolver::integration(float h) {
           state_.inertia.data(),
           state_.poses.data(),
           h,
-          speed_limits(def_.solver.max_linear_speed, h)};
+          speed_limits(def_.solver.max_linear_speed, h),
+          swings()};
 }
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {

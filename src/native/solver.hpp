@@ -25,6 +25,7 @@
 #include "native/solver_kernels.hpp"
 #include "native/support_solver.hpp"
 #include "threads/thread_pool.hpp"
+#include "world/joint_table.hpp"
 #include "world/large_array.hpp"
 
 namespace fathom::native {
@@ -41,7 +42,8 @@ using Isolate = std::function<void(std::span<const std::uint32_t>)>;
 
 class ContactSolver {
  public:
-  ContactSolver(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph, ThreadPool& pool);
+  ContactSolver(const WorldDef& def, const BodyTable& bodies, const JointTable& joints, BodyState& state,
+                ContactGraph& graph, ThreadPool& pool);
 
   // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
   void load_bodies(std::span<const std::uint32_t> in_contact);
@@ -99,6 +101,7 @@ class ContactSolver {
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
+  const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
   void add_inertia(std::uint32_t slot, float inverse_scale);
@@ -140,6 +143,7 @@ class ContactSolver {
 
   const WorldDef& def_;
   const BodyTable& bodies_;
+  const JointTable& joints_;
   BodyState& state_;
   ContactGraph& graph_;
   ThreadPool& pool_;

@@ -29,120 +29,14 @@
 #include <algorithm>
 
 #include "dynamics/support.hpp"
+#include "native/ball_joints-inl.hpp"
 #include "native/constraint_block-inl.hpp"
+#include "native/lane_bodies-inl.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
-
-/// Bodies of a block's lanes. Index `none` addresses the entry before the array's first, which is all zeros
-/// and never written.
-template <class D>
-struct LaneBodies {
-  using V = hn::Vec<D>;
-  static constexpr std::size_t width = hn::MaxLanes(D());
-
-  float* lanes[width];
-  Vec3V<V> linear, angular, moved, turned;
-  V inverse_mass, inverse_inertia;
-
-  HWY_INLINE void locate(SolverBody* bodies, const std::uint32_t* slots) {
-    for (std::size_t i = 0; i < width; ++i)
-      lanes[i] = reinterpret_cast<float*>(bodies + static_cast<std::ptrdiff_t>(static_cast<std::int32_t>(slots[i])));
-  }
-  HWY_INLINE QuadV<V> quad(std::size_t k) const {
-    const float* at[width];
-    for (std::size_t i = 0; i < width; ++i) at[i] = lanes[i] + 4 * k;
-    return load_quads(D(), at);
-  }
-  HWY_INLINE void load_velocities() {
-    linear = quad(0).xyz();
-    angular = quad(1).xyz();
-  }
-  HWY_INLINE void load_movement() {
-    const QuadV<V> m = quad(2), t = quad(3);
-    moved = m.xyz(), inverse_mass = m.w;
-    turned = t.xyz(), inverse_inertia = t.w;
-  }
-  HWY_INLINE void load_masses() { inverse_mass = quad(2).w, inverse_inertia = quad(3).w; }
-  HWY_INLINE void clear() {
-    const V zero = hn::Zero(D());
-    linear = angular = moved = turned = {zero, zero, zero};
-    inverse_mass = inverse_inertia = zero;
-  }
-  HWY_INLINE void store_velocities(std::size_t used) const {
-    const V zero = hn::Zero(D());
-    float* at[width];
-    for (std::size_t i = 0; i < width; ++i) at[i] = lanes[i];
-    store_quads(D(), {linear.x, linear.y, linear.z, zero}, at, used);
-    for (std::size_t i = 0; i < width; ++i) at[i] = lanes[i] + 4;
-    store_quads(D(), {angular.x, angular.y, angular.z, zero}, at, used);
-  }
-};
-
-/// The two bodies of a block with what their kind allows to skip decided at compile time.
-template <class D, bool fixed_a, bool isotropic>
-struct Bodies {
-  using V = hn::Vec<D>;
-  static constexpr bool only_pushes_b = fixed_a;
-  LaneBodies<D> a, b;
-  SymMat3V<V> inertia_of_a, inertia_of_b;
-
-  HWY_INLINE void load(const Block<D>& block, SolverBody* all) {
-    b.locate(all, block.b());
-    b.load_velocities();
-    b.load_movement();
-    if (fixed_a && block.header().still_a) {
-      a.clear();
-    } else {
-      a.locate(all, block.a());
-      a.load_velocities();
-      a.load_movement();
-    }
-    if constexpr (!isotropic) {
-      inertia_of_b = block.get_inertia(inertia_b);
-      if constexpr (!fixed_a) inertia_of_a = block.get_inertia(inertia_a);
-    }
-  }
-  HWY_INLINE Vec3V<V> turn_a(Vec3V<V> torque) const {
-    if constexpr (isotropic)
-      return scale(a.inverse_inertia, torque);
-    else
-      return inertia_of_a * torque;
-  }
-  HWY_INLINE Vec3V<V> turn_b(Vec3V<V> torque) const {
-    if constexpr (isotropic)
-      return scale(b.inverse_inertia, torque);
-    else
-      return inertia_of_b * torque;
-  }
-  /// What an angular impulse on B, and its reverse on A, makes of their relative angular velocity.
-  HWY_INLINE Vec3V<V> turn(Vec3V<V> torque) const {
-    if constexpr (fixed_a)
-      return turn_b(torque);
-    else
-      return turn_a(torque) + turn_b(torque);
-  }
-  /// Impulse and angular impulses about each centre: plus on B, minus on A.
-  HWY_INLINE void push(Vec3V<V> impulse, Vec3V<V> angular_a, Vec3V<V> angular_b) {
-    b.linear = mul_add(b.linear, b.inverse_mass, impulse);
-    b.angular = b.angular + turn_b(angular_b);
-    if constexpr (!fixed_a) {
-      a.linear = mul_sub(a.linear, a.inverse_mass, impulse);
-      a.angular = a.angular - turn_a(angular_a);
-    }
-  }
-  /// An angular impulse: plus on B, minus on A.
-  HWY_INLINE void twist(Vec3V<V> torque) {
-    b.angular = b.angular + turn_b(torque);
-    if constexpr (!fixed_a) a.angular = a.angular - turn_a(torque);
-  }
-  HWY_INLINE void store(std::size_t used) const {
-    b.store_velocities(used);
-    if constexpr (!fixed_a) a.store_velocities(used);
-  }
-};
 
 /// Accumulates the points' impulses of one sweep and carries their effect on the relative motion.
 template <class D>
@@ -346,24 +240,9 @@ HWY_NOINLINE void forget_impulses(Block<D> block, const std::uint8_t* bits) {
   }
 }
 
-/// Stores the bodies' velocities. A contact one of whose bodies is not finite, or that would make one so, leaves both
-/// as they were and forgets its impulses, so that no contact carries it from body to body: of lanes whose `sums` are
-/// not finite.
-template <class D, bool fixed_a, bool isotropic>
-HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic>& bodies, hn::Vec<D> sums) {
-  HWY_ALIGN float nowhere[8];
-  const auto ok = hn::Eq(hn::Sub(sums, sums), hn::Zero(D()));
-  if (HWY_UNLIKELY(!hn::AllTrue(D(), ok))) {
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(D(), ok, bits);
-    for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
-      if (bits[i / 8] >> i % 8 & 1) continue;
-      bodies.b.lanes[i] = nowhere;
-      if constexpr (!fixed_a) bodies.a.lanes[i] = nowhere;
-    }
-    forget_impulses(block, bits);
-  }
-  bodies.store(block.header().lanes);
+template <class D, class B>
+HWY_INLINE void store_contact_bodies(const Block<D>& block, B& bodies, hn::Vec<D> sums) {
+  store_bodies(block, bodies, sums, [&](const std::uint8_t* finite) HWY_ATTR { forget_impulses(block, finite); });
 }
 
 template <Pass pass, class D, bool fixed_a, bool isotropic, bool held = false>
@@ -380,7 +259,7 @@ HWY_INLINE void sweep_block(const Block<D>& block, SolverBody* all, const SweepP
   if constexpr (pass == Pass::relax) sums = hn::Add(sums, solve_friction(block, frame, bodies, p.friction_lead));
   if (pass == Pass::relax || p.ends_substep)
     block.set(step_impulse, hn::Add(block.get(step_impulse), total_impulse(block, block.header().max_points)));
-  store_bodies(block, bodies, sums);
+  store_contact_bodies(block, bodies, sums);
 }
 
 /// `fathom::solve_rolling` in lanes; `warm` applies the impulses of the last step. Apart from the sweeps, because few
@@ -409,7 +288,7 @@ HWY_INLINE void roll_block(const Block<D>& block, SolverBody* all) {
     const V sum = hn::Add(hn::Add(now.x, now.y), now.z);
     const auto ok = hn::Eq(hn::Sub(sum, sum), hn::Zero(d));
     block.set3(roll_x, {hn::IfThenElseZero(ok, now.x), hn::IfThenElseZero(ok, now.y), hn::IfThenElseZero(ok, now.z)});
-    return store_bodies(block, bodies, sum);
+    return store_contact_bodies(block, bodies, sum);
   }
   bodies.store(block.header().lanes);
 }
@@ -499,7 +378,7 @@ HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const Sweep
   const FrictionImpulses<V> none{zero, zero, zero};
   const FrictionImpulses<V> slid = solve_friction(block, f, bodies, rows.sum.n, none, 0.0f);
   block.set(step_impulse, hn::Add(block.get(step_impulse), rows.sum.n));
-  store_bodies(block, bodies, hn::Add(hn::Add(rows.motion.n, slid.twist), hn::Add(slid.slide_1, slid.slide_2)));
+  store_contact_bodies(block, bodies, hn::Add(hn::Add(rows.motion.n, slid.twist), hn::Add(slid.slide_1, slid.slide_2)));
 }
 
 template <class D>
@@ -508,23 +387,6 @@ HWY_INLINE void prefetch_bodies(const Block<D>& block, const SolverBody* bodies)
   for (std::size_t i = 0; i < h.lanes; ++i) prefetch_to_write(bodies + block.b()[i]);
   if (h.fixed_a) return;
   for (std::size_t i = 0; i < h.lanes; ++i) prefetch_to_write(bodies + block.a()[i]);
-}
-
-/// Calls `act` with the block's kind as compile-time constants.
-template <class D, class Act>
-HWY_INLINE void by_kind(const Block<D>& block, const Act& act) {
-  const BlockHeader& h = block.header();
-  if (h.isotropic) {
-    if (h.fixed_a)
-      act(std::true_type(), std::true_type());
-    else
-      act(std::false_type(), std::true_type());
-  } else {
-    if (h.fixed_a)
-      act(std::true_type(), std::false_type());
-    else
-      act(std::false_type(), std::false_type());
-  }
 }
 
 /// Calls act(block) for each of them, while the bodies of the next one come from wherever another thread has left them.
@@ -540,26 +402,32 @@ HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end
 
 template <bool warm, class D>
 HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
-  by_kind(block, [&](auto fixed_a, auto isotropic)
+  by_bodies(block, [&](auto fixed_a, auto isotropic)
                      HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
 }
 
 /// Apart from the others, which would pay for it in registers.
 template <Pass pass, class D>
 HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
-  by_kind(block, [&](auto fixed_a, auto isotropic)
+  by_bodies(block, [&](auto fixed_a, auto isotropic)
                      HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
+}
+
+constexpr JointPass joint_pass(Pass pass) {
+  return pass == Pass::soft ? JointPass::soft : pass == Pass::relax ? JointPass::relax : JointPass::iterate;
 }
 
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
+    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact))
+      return sweep_joints<joint_pass(pass)>(block, all, p.substep, pass == Pass::relax || p.ends_substep);
     if (pass != Pass::iterate && HWY_UNLIKELY(block.header().held)) {
       sweep_held<pass>(block, all, p);
       if (pass == Pass::relax && block.header().rolls) roll<false>(block, all);
       return;
     }
-    by_kind(block, [&](auto fixed_a, auto isotropic)
+    by_bodies(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
     if (pass != Pass::soft && block.header().rolls) roll<false>(block, all);
   });
@@ -568,7 +436,8 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
 template <class D>
 void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
-    by_kind(block, [&](auto fixed_a, auto isotropic)
+    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact)) return warm_start_joints(block, all);
+    by_bodies(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
     if (block.header().rolls) roll<true>(block, all);
   });
@@ -579,6 +448,10 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
     const Block<D> block = block_at<D>(blocks, i);
     const auto zero = hn::Zero(D());
+    if (block.header().kind != ConstraintKind::contact) {
+      clear_joints(block);
+      continue;
+    }
     for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
     for (const int field : {friction_impulse_1, friction_impulse_2, twist_impulse}) block.set(field, zero);
     if (block.header().rolls) block.set3(roll_x, {zero, zero, zero});
@@ -589,9 +462,54 @@ template <class D>
 void strike(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
-    by_kind(block, [&](auto fixed_a, auto isotropic)
+    by_bodies(block, [&](auto fixed_a, auto isotropic)
                        HWY_ATTR { strike_block<D, fixed_a.value, isotropic.value>(block, all, p); });
   });
+}
+
+template <class D>
+std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
+                    const Constrained& constrained, const BodiesView& view) {
+  constexpr std::size_t width = Block<D>::width;
+  std::size_t count = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (blocks.scattered) {
+      for (std::size_t k = 0; i + 2 < end && k < width && lanes[(i + 2) * width + k] != none; ++k)
+        prefetch_to_read(constrained.contacts + index_of(lanes[(i + 2) * width + k]));
+      if (i + 1 < end) prefetch_lanes<D>(lanes + (i + 1) * width, constrained, view);
+    }
+    const Block<D> block = block_at<D>(blocks, i);
+    const ConstraintRef* const refs = lanes + i * width;
+    if (HWY_LIKELY(kind_of(*refs) == ConstraintKind::contact))
+      count += prepare_contacts(block, refs, constrained, view);
+    else
+      prepare_joints(block, refs, constrained, view);
+  }
+  return count;
+}
+
+template <class D>
+HWY_INLINE void prefetch_impulses(const Block<D>& block, const Constrained& constrained) {
+  if (block.header().kind != ConstraintKind::contact) return;
+  for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    const ContactManifold& m = constrained.manifolds[block.manifold()[lane]];
+    prefetch_to_write(m.impulses);
+    prefetch_to_write(&m.step_impulse);
+  }
+}
+
+template <class D>
+void store(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
+           const Constrained& constrained, float overlap_kept, const LoadWatch& watch) {
+  constexpr std::size_t ahead = 2;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (blocks.scattered && i + ahead < end) prefetch_impulses(block_at<D>(blocks, i + ahead), constrained);
+    const Block<D> block = block_at<D>(blocks, i);
+    if (HWY_LIKELY(block.header().kind == ConstraintKind::contact))
+      store_contacts(block, lanes + i * Block<D>::width, constrained, overlap_kept, watch);
+    else
+      store_joints(block, constrained);
+  }
 }
 
 template <class D>

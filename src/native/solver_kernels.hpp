@@ -8,6 +8,7 @@
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 #include "native/contact.hpp"
+#include "native/joint.hpp"
 #include "native/overloads.hpp"
 #include "world/body_table.hpp"
 
@@ -31,6 +32,7 @@ struct BodiesView {
   const BodyMotion* motion = nullptr;
   const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
   const std::uint16_t* levels = nullptr;  ///< of bodies that are held
+  const std::uint8_t* swings = nullptr;   ///< 1: only joints act on it; null where there are no joints
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
@@ -48,10 +50,12 @@ struct LoadWatch {
   void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;
 };
 
-/// Constraints and manifolds they are made from.
+/// Constraints, and what outlasts a step of them.
 struct Constrained {
   Contact* contacts = nullptr;
   ContactManifold* manifolds = nullptr;
+  const Joint* joints = nullptr;
+  JointImpulse* joint_impulses = nullptr;
 };
 
 /// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors and
@@ -68,6 +72,7 @@ struct BlockArray {
 /// A block is `width` constraints of one colour, stored by component. Its first bytes are this header,
 /// then `width` indices of A, of B and of the contact, then the floats.
 struct BlockHeader {
+  ConstraintKind kind = ConstraintKind::contact;  ///< of all lanes
   std::uint8_t lanes = 0;       ///< in use
   std::uint8_t max_points = 0;  ///< of any lane
   bool fixed_a = false;         ///< no lane's A can be pushed
@@ -89,9 +94,9 @@ struct SolverKernels {
   std::size_t rolling_block_bytes;    ///< of a block with rolling resistance, and them
   std::size_t bounce_floats;          ///< a block
 
-  /// Fills blocks [begin, end) from the contacts listed in `lanes` (width entries a block, `none` for empty lanes) and
-  /// returns how many points they have. May be done again.
-  std::size_t (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+  /// Fills blocks [begin, end) from the constraints listed in `lanes` (width entries a block, all of one kind, `none`
+  /// for empty lanes) and returns how many contact points they have. May be done again.
+  std::size_t (*prepare)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
                          const Constrained& constrained, const BodiesView& view);
   /// The sweeps over blocks of one colour.
   void (*warm_start)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies);
@@ -104,7 +109,7 @@ struct SolverKernels {
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
   /// the contacts.
-  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const std::uint32_t* lanes,
+  void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
                 const Constrained& constrained, float overlap_kept, const LoadWatch& watch);
 };
 

@@ -84,8 +84,10 @@ bool SupportSolver::was_in_vain(const SupportGraph::Structure& s) const {
 void SupportSolver::find_lanes(const ConstraintLayout& layout) {
   const std::size_t count = layout.lane_count();
   grow_to(lane_of_, graph_.size());
-  for (std::size_t i = 0; i < count; ++i)
-    if (layout.lanes()[i] != none) lane_of_[layout.lanes()[i]] = static_cast<std::uint32_t>(i);
+  for (std::size_t i = 0; i < count; ++i) {
+    const ConstraintRef ref = layout.lanes()[i];
+    if (ref != none && kind_of(ref) == ConstraintKind::contact) lane_of_[ref] = static_cast<std::uint32_t>(i);
+  }
   lanes_.resize(contact_.size());
   for (std::size_t i = 0; i < lanes_.size(); ++i) lanes_[i] = lane_of_[support_graph_.supports()[i].contact];
 }

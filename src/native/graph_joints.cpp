@@ -1,0 +1,70 @@
+// The joints of the graph. They are coloured one by one, because an application makes and removes few of them a step, and
+// listed in the order of their slots, because their order in a colour must not depend on who fell asleep when.
+#include <algorithm>
+
+#include "native/contact_graph.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
+  if (slot >= joints_.size()) {
+    grow_to(joints_, slot + 1);
+    grow_to(joint_impulses_, slot + 1);
+  }
+  joints_[slot] = joint;
+  joints_[slot].in_use = true;
+  joint_impulses_[slot] = {};
+}
+
+void ContactGraph::remove_joint(std::uint32_t slot) {
+  if (joints_[slot].colour != no_colour) uncolour_joint(slot);
+  joints_[slot] = {};
+  joint_impulses_[slot] = {};
+}
+
+std::vector<std::uint32_t>& ContactGraph::joint_list(const Joint& joint) {
+  const std::size_t lists = domains_.units() * (overflow_colour + 1);
+  if (joint_lists_.size() < lists) joint_lists_.resize(lists);
+  return joint_lists_[domains_.unit(joint.a, joint.b, joint.fixed_a) * (overflow_colour + 1) + joint.colour];
+}
+
+void ContactGraph::colour_joint(std::uint32_t slot) {
+  Joint& joint = joints_[slot];
+  joint.colour = take_colour(joint.a, joint.b, joint.fixed_a);
+  std::vector<std::uint32_t>& list = joint_list(joint);
+  list.insert(std::lower_bound(list.begin(), list.end(), slot), slot);
+  ++joint_counts_[joint.colour];
+  between_ += !joint.fixed_a;
+  ++colouring_;
+}
+
+void ContactGraph::uncolour_joint(std::uint32_t slot) {
+  Joint& joint = joints_[slot];
+  give_back_colour(joint.a, joint.b, joint.fixed_a, joint.colour);
+  std::vector<std::uint32_t>& list = joint_list(joint);
+  list.erase(std::lower_bound(list.begin(), list.end(), slot));
+  --joint_counts_[joint.colour];
+  between_ -= !joint.fixed_a;
+  joint.colour = no_colour;
+  ++colouring_;
+}
+
+bool ContactGraph::has_joints_alone(std::uint32_t slot, std::span<const std::uint32_t> joints) const {
+  std::uint32_t colours = state_.colour_mask[slot], overflow = state_.overflow_count[slot];
+  for (const std::uint32_t joint : joints) {
+    if (joints_[joint].colour == overflow_colour)
+      --overflow;
+    else if (joints_[joint].colour != no_colour)
+      colours &= ~(1u << joints_[joint].colour);
+  }
+  return colours == 0 && overflow == 0;
+}
+
+void ContactGraph::list_joints() {
+  for (std::vector<std::uint32_t>& list : joint_lists_) list.clear();
+  for (std::uint32_t slot = 0; slot < joints_.size(); ++slot)
+    if (joints_[slot].in_use && joints_[slot].colour != no_colour) joint_list(joints_[slot]).push_back(slot);
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,28 @@
+// A joint as the native simulator has it, beside what the JointTable knows.
+#pragma once
+
+#include <cstdint>
+#include <fathom/math.hpp>
+
+#include "dynamics/softness.hpp"
+#include "native/contact.hpp"
+
+namespace fathom::native {
+
+struct Joint {
+  std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
+  Vec3 anchor_a, anchor_b;           ///< m, body axes
+  Softness softness;
+  std::uint8_t colour = no_colour;
+  bool fixed_a = false;  ///< A is fixed or kinematic
+  bool in_use = false;
+};
+static_assert(sizeof(Joint) == 48);  // without padding, which snapshots would hold
+
+/// What outlasts a step (N·s on B, world axes).
+struct JointImpulse {
+  Vec3 last;   ///< of the last substep, to start from
+  Vec3 total;  ///< of the whole step
+};
+
+}  // namespace fathom::native

@@ -1,0 +1,70 @@
+// What the native simulator does when the application adds, removes or changes a joint.
+#include "dynamics/ball_joint.hpp"
+#include "native/native_simulator.hpp"
+
+namespace fathom::native {
+
+Softness NativeSimulator::softness_of(std::uint32_t joint) const {
+  const JointDef& definition = joints[joint].def;
+  const float h = def.dt / static_cast<float>(def.solver.substeps);
+  return joint_softness(definition.hertz, definition.damping_ratio, h);
+}
+
+void NativeSimulator::wake_joined(std::uint32_t joint) {
+  for (const std::uint32_t slot : {joints[joint].a, joints[joint].b}) wake_island(slot);
+}
+
+void NativeSimulator::joint_added(std::uint32_t slot) {
+  const JointInfo& info = joints[slot];
+  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a});
+  wake_joined(slot);
+  if (graph_.joint(slot).colour == no_colour) graph_.colour_joint(slot);
+  for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
+  in_contact_is_current_ = false;
+  if (info.def.collide_connected) return;
+  graph_.for_each_of(info.b, [&](std::uint32_t index) {
+    const Contact& c = graph_[index];
+    if (c.a == info.a || c.b == info.a) drop_contact(index, ended_by_removal_);
+  });
+  graph_.keep_apart(info.a, info.b);
+}
+
+void NativeSimulator::joint_removed(std::uint32_t slot) {
+  const JointInfo& info = joints[slot];
+  wake_joined(slot);
+  graph_.remove_joint(slot);
+  in_contact_is_current_ = false;
+  for (const std::uint32_t body : {info.a, info.b})
+    if (joints.of(body).size() == 1) {
+      state_.flags[body] &= static_cast<std::uint8_t>(~jointed);
+      state_.swings[body] = 0;
+    }
+  const bool others_do = std::ranges::any_of(joints.of(info.b), [&](std::uint32_t other) {
+    const JointInfo& joint = joints[other];
+    return other != slot && !joint.def.collide_connected && (joint.a == info.a || joint.b == info.a);
+  });
+  if (info.def.collide_connected || others_do) return;
+  graph_.keep_apart_no_more(info.a, info.b);
+  state_.flags[info.b] |= box_changed;  // it is to be found again
+  queries_are_current_ = false;
+}
+
+void NativeSimulator::joint_changed(std::uint32_t slot) {
+  graph_.set_softness(slot, softness_of(slot));
+  wake_joined(slot);
+}
+
+void NativeSimulator::restore_joints(ByteReader& in) {
+  for (const JointId id : joints.living()) {
+    const JointInfo& info = joints[id.index];
+    in.require(id.index < graph_.joint_slots());
+    const Joint& joint = graph_.joint(id.index);
+    in.require(joint.in_use && joint.a == info.a && joint.b == info.b && joint.fixed_a == info.fixed_a);
+    if (!info.def.collide_connected) graph_.keep_apart(info.a, info.b);
+  }
+  std::size_t in_use = 0;
+  for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) in_use += graph_.joint(slot).in_use;
+  in.require(in_use == joints.count());
+}
+
+}  // namespace fathom::native
