@@ -46,13 +46,25 @@ struct JointBodies {
   FATHOM_HD Vec3 turn_b(Vec3 torque) const { return b.response * torque; }
 };
 
-/// Of the gap that a rigid joint closes in each substep.
-inline constexpr float joint_gap_share = 1.0f;
+/// Of the rate of substeps: as stiff a spring as sweeps hold. A chain of 50 bodies comes apart with stiffer ones, whatever
+/// their damping, and stands with these (docs/log/2026-11-22-joints.md); Box3D has the same bound.
+inline constexpr float joint_rate_share = 0.25f, rigid_damping_ratio = 5;
 
-/// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. A rigid one gives
-/// nothing back, so no load opens it.
+/// Of a joint with this frequency (Hz; 0: as stiff as can be) and damping ratio, over substeps of h seconds.
 FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
-  return hertz > 0 ? make_soft(hertz, damping_ratio, h) : Softness{joint_gap_share / h, 1, 0};
+  const float stiffest = joint_rate_share / h;
+  return hertz > 0 ? make_soft(min(hertz, stiffest), damping_ratio, h) : make_soft(stiffest, rigid_damping_ratio, h);
 }
+
+/// Of a rigid joint between bodies on which nothing else acts: its own rows are all there is to solve, so it closes its
+/// gap in each substep and gives nothing back.
+FATHOM_HD Softness lone_joint_softness(float h) { return {1 / h, 1, 0}; }
+
+/// Which bodies swing.
+enum Swing : std::uint8_t {
+  no_swing,         ///< contacts or forces act on it
+  swings,           ///< only joints do
+  swings_from_one,  ///< only one joint does
+};
 
 }  // namespace fathom

@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include "dynamics/ball_joint.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
 #include "native/prepare-inl.hpp"
@@ -131,7 +132,13 @@ HWY_INLINE void load_joint_inertias(const Block<D>& block, const BodiesView& vie
 }
 
 HWY_INLINE Vec3 swing_acceleration(const BodiesView& view, std::uint32_t slot) {
-  return view.swings[slot] ? view.motion[slot].acceleration : Vec3{};
+  return view.swings[slot] != no_swing ? view.motion[slot].acceleration : Vec3{};
+}
+
+HWY_INLINE Softness joint_softness_now(const BodiesView& view, const Joint& joint) {
+  const bool alone =
+      view.swings[joint.b] == swings_from_one && (joint.fixed_a || view.swings[joint.a] == swings_from_one);
+  return joint.rigid && alone ? lone_joint_softness(view.substep) : joint.softness;
 }
 
 template <class D>
@@ -158,9 +165,8 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     pull.set(lane, swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a));
     vector_a.set(lane, a.rotation.vector()), vector_b.set(lane, b.rotation.vector());
     w_a[lane] = a.rotation.w, w_b[lane] = b.rotation.w;
-    softness[0][lane] = joint.softness.bias_rate;
-    softness[1][lane] = joint.softness.mass_scale;
-    softness[2][lane] = joint.softness.impulse_scale;
+    const Softness soft = joint_softness_now(view, joint);
+    softness[0][lane] = soft.bias_rate, softness[1][lane] = soft.mass_scale, softness[2][lane] = soft.impulse_scale;
     h.lanes = static_cast<std::uint8_t>(lane + 1);
     load_joint_bodies(block, lane, joint, view);
   }

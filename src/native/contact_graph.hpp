@@ -89,7 +89,10 @@ class ContactGraph {
   void remove_joint(std::uint32_t slot);
   std::size_t joint_slots() const { return joints_.size(); }
   const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
-  void set_softness(std::uint32_t slot, const Softness& softness) { joints_[slot].softness = softness; }
+  void set_softness(std::uint32_t slot, const Softness& softness, bool rigid) {
+    joints_[slot].softness = softness;
+    joints_[slot].rigid = rigid;
+  }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   void forget_joint_impulse(std::uint32_t slot) { joint_impulses_[slot] = {}; }
   /// Gives the joint a colour, or takes it away, where it is due.

@@ -13,7 +13,6 @@ void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
     grow_to(joint_impulses_, slot + 1);
   }
   joints_[slot] = joint;
-  joints_[slot].in_use = true;
   joint_impulses_[slot] = {};
 }
 

@@ -16,6 +16,7 @@ struct Joint {
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;
+  bool rigid = false;  ///< as stiff as can be
 };
 static_assert(sizeof(Joint) == 48);  // without padding, which snapshots would hold
 

@@ -16,7 +16,8 @@ void NativeSimulator::wake_joined(std::uint32_t joint) {
 
 void NativeSimulator::joint_added(std::uint32_t slot) {
   const JointInfo& info = joints[slot];
-  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a});
+  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a,
+                          true, info.def.hertz == 0});
   wake_joined(slot);
   if (graph_.joint(slot).colour == no_colour) graph_.colour_joint(slot);
   for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
@@ -50,7 +51,7 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
 }
 
 void NativeSimulator::joint_changed(std::uint32_t slot) {
-  graph_.set_softness(slot, softness_of(slot));
+  graph_.set_softness(slot, softness_of(slot), joints[slot].def.hertz == 0);
   wake_joined(slot);
 }
 

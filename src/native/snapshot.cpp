@@ -62,7 +62,7 @@ void ContactGraph::restore(ByteReader& in) {
   }
   in.require(joint_impulses_.size() == joints_.size());
   for (const Joint& joint : joints_) {
-    in.require(is_sound(joint.fixed_a) && is_sound(joint.in_use));
+    in.require(is_sound(joint.fixed_a) && is_sound(joint.in_use) && is_sound(joint.rigid));
     if (!joint.in_use) continue;
     in.require(joint.a < slots && joint.b < slots && joint.a != joint.b);
     if (joint.colour == no_colour) continue;

@@ -299,7 +299,7 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
           state_.motion.data(), supports_.held(),       supports_.levels(),
-          swings()};
+          all_swings(),          def_.dt / static_cast<float>(def_.solver.substeps)};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -332,13 +332,17 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
     motion.acceleration = a.linear;
     motion.angular_acceleration = a.angular;
   }
-  if (state_.flags[slot] & jointed)
-    state_.swings[slot] = !(state_.flags[slot] & has_force) && graph_.has_joints_alone(slot, joints_.of(slot));
+  if (state_.flags[slot] & jointed) state_.swings[slot] = swing_of(slot);
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
+}
+
+Swing ContactSolver::swing_of(std::uint32_t slot) const {
+  if (state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return no_swing;
+  return joints_.of(slot).size() == 1 ? swings_from_one : swings;
 }
 
 // Forces stay what they are, so they accelerate less.
@@ -410,7 +414,7 @@ BodyIntegration ContactSolver::integration(float h) {
           state_.poses.data(),
           h,
           speed_limits(def_.solver.max_linear_speed, h),
-          swings()};
+          all_swings()};
 }
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {

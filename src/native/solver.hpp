@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "dynamics/ball_joint.hpp"
 #include "dynamics/body_fault.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/solver_kernels.hpp"
@@ -101,9 +102,10 @@ class ContactSolver {
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
-  const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
+  const std::uint8_t* all_swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
+  Swing swing_of(std::uint32_t slot) const;
   void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
   std::size_t prepare(std::size_t begin, std::size_t end);
