@@ -56,15 +56,4 @@ FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
   return hertz > 0 ? make_soft(min(hertz, stiffest), damping_ratio, h) : make_soft(stiffest, rigid_damping_ratio, h);
 }
 
-/// Of a rigid joint between bodies on which nothing else acts: its own rows are all there is to solve, so it closes its
-/// gap in each substep and gives nothing back.
-FATHOM_HD Softness lone_joint_softness(float h) { return {1 / h, 1, 0}; }
-
-/// Which bodies swing.
-enum Swing : std::uint8_t {
-  no_swing,         ///< contacts or forces act on it
-  swings,           ///< only joints do
-  swings_from_one,  ///< only one joint does
-};
-
 }  // namespace fathom

@@ -10,7 +10,6 @@
 
 #include <hwy/highway.h>
 
-#include "dynamics/ball_joint.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
 #include "native/prepare-inl.hpp"
@@ -132,15 +131,10 @@ HWY_INLINE void load_joint_inertias(const Block<D>& block, const BodiesView& vie
 }
 
 HWY_INLINE Vec3 swing_acceleration(const BodiesView& view, std::uint32_t slot) {
-  return view.swings[slot] != no_swing ? view.motion[slot].acceleration : Vec3{};
+  return view.swings[slot] ? view.motion[slot].acceleration : Vec3{};
 }
 
-HWY_INLINE Softness joint_softness_now(const BodiesView& view, const Joint& joint) {
-  const bool alone =
-      view.swings[joint.b] == swings_from_one && (joint.fixed_a || view.swings[joint.a] == swings_from_one);
-  return joint.rigid && alone ? lone_joint_softness(view.substep) : joint.softness;
-}
-
+/// All but those whose mechanism is solved directly.
 template <class D>
 HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
                                  const BodiesView& view) {
@@ -153,23 +147,29 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   LaneVec3<D> anchor_a, anchor_b, between, impulse, pull, vector_a, vector_b;
   HWY_ALIGN float w_a[width], w_b[width], softness[3][width] = {};
   for (std::size_t lane = 0; lane < width; ++lane) {
-    block.manifold()[lane] = refs[lane];
-    block.a()[lane] = block.b()[lane] = none;
+    block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
     w_a[lane] = w_b[lane] = 1;
-    if (refs[lane] == none) continue;
-    const Joint& joint = constrained.joints[index_of(refs[lane])];
+  }
+  std::size_t lane = 0;
+  for (std::size_t i = 0; i < width && refs[i] != none; ++i) {
+    const std::uint32_t index = index_of(refs[i]);
+    if (view.direct && view.direct[index]) continue;
+    const Joint& joint = constrained.joints[index];
     const Pose &a = view.poses[joint.a], &b = view.poses[joint.b];
+    block.manifold()[lane] = refs[i];
     anchor_a.set(lane, joint.anchor_a), anchor_b.set(lane, joint.anchor_b);
     between.set(lane, b.position - a.position);
-    impulse.set(lane, constrained.joint_impulses[index_of(refs[lane])].last);
+    impulse.set(lane, constrained.joint_impulses[index].last);
     pull.set(lane, swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a));
     vector_a.set(lane, a.rotation.vector()), vector_b.set(lane, b.rotation.vector());
     w_a[lane] = a.rotation.w, w_b[lane] = b.rotation.w;
-    const Softness soft = joint_softness_now(view, joint);
-    softness[0][lane] = soft.bias_rate, softness[1][lane] = soft.mass_scale, softness[2][lane] = soft.impulse_scale;
-    h.lanes = static_cast<std::uint8_t>(lane + 1);
+    softness[0][lane] = joint.softness.bias_rate;
+    softness[1][lane] = joint.softness.mass_scale;
+    softness[2][lane] = joint.softness.impulse_scale;
     load_joint_bodies(block, lane, joint, view);
+    h.lanes = static_cast<std::uint8_t>(++lane);
   }
+  if (lane == 0) return;
   if (!h.isotropic) load_joint_inertias(block, view);
   const D d;
   BallJointRow<V> row;
@@ -194,6 +194,7 @@ HWY_NOINLINE void forget_joint_impulses(const Block<D>& block, const std::uint8_
 
 template <JointPass pass, class D>
 HWY_NOINLINE void sweep_joints(const Block<D>& block, SolverBody* all, float h, bool ends_substep) {
+  if (block.header().lanes == 0) return;
   by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);
@@ -209,6 +210,7 @@ HWY_NOINLINE void sweep_joints(const Block<D>& block, SolverBody* all, float h, 
 
 template <class D>
 HWY_NOINLINE void warm_start_joints(const Block<D>& block, SolverBody* all) {
+  if (block.header().lanes == 0) return;
   by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);

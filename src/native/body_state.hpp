@@ -58,7 +58,7 @@ struct BodyState {
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;
-  std::vector<std::uint8_t> swings;  ///< `Swing`
+  std::vector<std::uint8_t> swings;  ///< 1: only joints act on it
 
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>

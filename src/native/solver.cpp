@@ -33,7 +33,8 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
       wide_(wide_kernels()),
       single_(single_kernels()),
       layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
-      supports_(def, bodies, state, graph) {}
+      supports_(def, bodies, state, graph),
+      mechanisms_(def, bodies, state, graph) {}
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
@@ -85,7 +86,11 @@ class ContactSolver::Everything {
   /// Calls act(structure) for structures that are held by their supports.
   template <class Act>
   void structures(const Act& act) const {
-    s_.for_each_structure(act);
+    s_.for_each_number(s_.supports_.all(), act);
+  }
+  template <class Act>
+  void mechanisms(const Act& act) const {
+    s_.for_each_number(s_.mechanisms_.all(), act);
   }
 
  private:
@@ -116,7 +121,13 @@ class ContactSolver::InDomains {
   void structures(const Act& act) const {
     if (s_.supports_.empty()) return;
     complete();  // structures go through domains, and come after all of a sweep
-    s_.for_each_structure(act);
+    s_.for_each_number(s_.supports_.all(), act);
+  }
+  template <class Act>
+  void mechanisms(const Act& act) const {
+    if (s_.mechanisms_.empty()) return;
+    complete();
+    s_.for_each_number(s_.mechanisms_.all(), act);
   }
 
   void complete() const {
@@ -193,6 +204,11 @@ class ContactSolver::OneGroup {
     const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
     for (const std::uint32_t structure : s_.supports_.of_group(number)) act(structure);
   }
+  template <class Act>
+  void mechanisms(const Act& act) const {
+    const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
+    for (const std::uint32_t mechanism : s_.mechanisms_.of_group(number)) act(mechanism);
+  }
 
  private:
   ContactSolver& s_;
@@ -200,11 +216,10 @@ class ContactSolver::OneGroup {
 };
 
 template <class Act>
-void ContactSolver::for_each_structure(const Act& act) {
-  const std::span<const std::uint32_t> structures = supports_.all();
-  if (structures.empty()) return;
-  pool_.for_each_part(structures.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) act(structures[i]);
+void ContactSolver::for_each_number(std::span<const std::uint32_t> numbers, const Act& act) {
+  if (numbers.empty()) return;
+  pool_.for_each_part(numbers.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) act(numbers[i]);
   });
 }
 
@@ -225,7 +240,9 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   const bool several = pool_.thread_count() > 1;
   wide_blocks_.scattered = several || graph_.domains().in_use();
   wide_blocks_.shared = several && layout_.groups().empty();
-  if (def_.solver.method == Solver::soft) supports_.update(in_contact.slots, layout_, has_moved, step);
+  if (def_.solver.method != Solver::soft) return;
+  supports_.update(in_contact.slots, layout_, has_moved, step);
+  mechanisms_.update(layout_, has_moved);
 }
 
 void ContactSolver::build() {
@@ -299,7 +316,7 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
           state_.motion.data(), supports_.held(),       supports_.levels(),
-          all_swings(),          def_.dt / static_cast<float>(def_.solver.substeps)};
+          swings(), mechanisms_.direct()};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -332,17 +349,12 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
     motion.acceleration = a.linear;
     motion.angular_acceleration = a.angular;
   }
-  if (state_.flags[slot] & jointed) state_.swings[slot] = swing_of(slot);
+  if (state_.flags[slot] & jointed) state_.swings[slot] = !(state_.flags[slot] & has_force) && graph_.has_joints_alone(slot, joints_.of(slot));
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
-}
-
-Swing ContactSolver::swing_of(std::uint32_t slot) const {
-  if (state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return no_swing;
-  return joints_.of(slot).size() == 1 ? swings_from_one : swings;
 }
 
 // Forces stay what they are, so they accelerate less.
@@ -414,7 +426,7 @@ BodyIntegration ContactSolver::integration(float h) {
           state_.poses.data(),
           h,
           speed_limits(def_.solver.max_linear_speed, h),
-          all_swings()};
+          swings()};
 }
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {
@@ -424,7 +436,8 @@ void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t
     isolate_failed(layout_.bodies(), isolate);
     prepare_all();
   }
-  for_each_structure([this](std::uint32_t structure) { supports_.finish(structure); });
+  for_each_number(supports_.all(), [this](std::uint32_t structure) { supports_.finish(structure); });
+  for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.store(mechanism); });
   if (in_domains)
     finish_domains(act);
   else
@@ -508,7 +521,9 @@ std::size_t ContactSolver::prepare_group(const Group& group) {
 
 template <class Act>
 void ContactSolver::finish_group(const Group& group, const Act& act) {
-  OneGroup(*this, group).structures([this](std::uint32_t structure) { supports_.finish(structure); });
+  const OneGroup work(*this, group);
+  work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
+  work.mechanisms([this](std::uint32_t mechanism) { mechanisms_.store(mechanism); });
   wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), graph_.constrained(),
               overlap_kept(def_.dt), load_watch());
   act(layout_.bodies(group));
@@ -535,6 +550,7 @@ void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const I
   isolate(failed);
   any_isolated_ = true;
   supports_.let_go(failed);
+  if (!mechanisms_.empty()) mechanisms_.find_again(layout_);
 }
 
 // Those isolated in this step are loaded like all others.
@@ -572,16 +588,19 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.friction_lead = friction_lead(settings, h);
   const BodyIntegration integrate = integration(h);
   work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
+  work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.prepare(mechanism); });
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     if constexpr (fails) fail(work, SolverStage::velocities, substep);
     begin_impulses(work, substep == 0);
     if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     sweep(work, &SolverKernels::solve, soft);
+    work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.pull_together(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     if constexpr (fails) fail(work, SolverStage::positions, substep);
     sweep(work, &SolverKernels::relax, soft);
+    work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.relax(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::relaxes, substep);
     work.structures([this](std::uint32_t structure) { supports_.solve(structure); });
     if constexpr (fails) fail(work, SolverStage::supports, substep);
@@ -641,6 +660,7 @@ void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
     else
       k.clear(blocks, begin, end);
   });
+  work.mechanisms([this](std::uint32_t mechanism) { mechanisms_.warm_start(mechanism, !def_.solver.warm_start); });
 }
 
 template <class Work>

@@ -20,9 +20,9 @@
 #include <span>
 #include <vector>
 
-#include "dynamics/ball_joint.hpp"
 #include "dynamics/body_fault.hpp"
 #include "native/constraint_layout.hpp"
+#include "native/mechanisms.hpp"
 #include "native/solver_kernels.hpp"
 #include "native/support_solver.hpp"
 #include "threads/thread_pool.hpp"
@@ -78,7 +78,7 @@ class ContactSolver {
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
     return block_memory_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() +
-           supports_.memory_bytes();
+           supports_.memory_bytes() + mechanisms_.memory_bytes();
   }
 
  private:
@@ -95,17 +95,16 @@ class ContactSolver {
   template <class Act>
   void for_each_fetched(std::span<const std::uint32_t> slots, const Act& act);
   template <class Act>
-  void for_each_structure(const Act& act);
+  void for_each_number(std::span<const std::uint32_t> numbers, const Act& act);
   template <class Act>
   void for_each_group(const Act& act);
   LoadWatch load_watch();
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
-  const std::uint8_t* all_swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
+  const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
-  Swing swing_of(std::uint32_t slot) const;
   void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
   std::size_t prepare(std::size_t begin, std::size_t end);
@@ -158,6 +157,7 @@ class ContactSolver {
   std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
   SupportSolver supports_;
+  Mechanisms mechanisms_;
   std::vector<std::uint32_t> failed_;  // bodies
   std::vector<const Group*> failed_groups_;
   std::mutex failed_mutex_;

@@ -32,8 +32,8 @@ struct BodiesView {
   const BodyMotion* motion = nullptr;
   const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
   const std::uint16_t* levels = nullptr;  ///< of bodies that are held
-  const std::uint8_t* swings = nullptr;   ///< `Swing`; null where there are no joints
-  float substep = 0;                      ///< s
+  const std::uint8_t* swings = nullptr;   ///< 1: only joints act on it; null where there are no joints
+  const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null where none is
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.

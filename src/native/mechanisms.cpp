@@ -1,0 +1,336 @@
+#include "native/mechanisms.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+constexpr std::uint32_t most_links = 4096;  // which one thread solves; more are a net or a rope, and left to the sweeps
+constexpr int newton_rounds = 3;            // in which anchors come to meet at a substep's end
+constexpr std::uint32_t links_a_loop = 8;   // at least: more loops are a net
+
+Vec3 on_body(bool is_b, Vec3 of_b) { return is_b ? of_b : -of_b; }
+
+float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
+
+}  // namespace
+
+// --- which joints ----------------------------------------------------------------------------------------------
+
+void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
+  if (colouring_ != graph_.colouring()) {
+    colouring_ = graph_.colouring();
+    find();
+  } else if (!has_moved) {
+    return;
+  }
+  if (!empty()) order_by_group(layout);
+}
+
+bool Mechanisms::is_obstacle(std::uint32_t slot) const {
+  return bodies_[slot].motion != MotionType::dynamic || state_.flags[slot] & isolated;
+}
+
+// Trees that hang on something come first, so that what hangs on two things is a loop, cut at the later joint.
+void Mechanisms::find() {
+  links_.clear();
+  mechanisms_.clear();
+  order_.clear();
+  const std::size_t joints = graph_.joint_slots();
+  if (joints == 0) return;
+  const auto for_each_rigid = [&](const auto& act) {
+    for (std::uint32_t slot = 0; slot < joints; ++slot)
+      if (const Joint& j = graph_.joint(slot); j.in_use && j.rigid && j.colour != no_colour) act(slot, j);
+  };
+  direct_.assign(joints, 0);
+  link_of_.assign(state_.size(), none);
+  joints_first_.assign(state_.size() + 1, 0);
+  for_each_rigid([&](std::uint32_t, const Joint& j) { ++joints_first_[j.a], ++joints_first_[j.b]; });
+  std::uint32_t sum = 0;
+  for (std::uint32_t& first : joints_first_) sum += std::exchange(first, sum);
+  grow_to(joints_of_, sum);
+  std::vector<std::uint32_t> next(joints_first_);
+  for_each_rigid([&](std::uint32_t slot, const Joint& j) {
+    joints_of_[next[j.a]++] = slot;
+    joints_of_[next[j.b]++] = slot;
+  });
+  for_each_rigid([&](std::uint32_t slot, const Joint& j) {
+    if (is_obstacle(j.a) && !is_obstacle(j.b) && link_of_[j.b] == none) grow_tree(j.b, slot);
+    if (is_obstacle(j.b) && !is_obstacle(j.a) && link_of_[j.a] == none) grow_tree(j.a, slot);
+  });
+  for_each_rigid([&](std::uint32_t, const Joint& j) {
+    if (!is_obstacle(j.a) && link_of_[j.a] == none) grow_tree(j.a, none);
+  });
+  order_.resize(mechanisms_.size());
+  for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+  states_.resize(links_.size());
+}
+
+void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
+  const auto first = static_cast<std::uint32_t>(links_.size());
+  const auto add = [&](std::uint32_t slot, std::uint32_t joint, std::uint32_t parent) {
+    const bool is_b = joint != none && graph_.joint(joint).b == slot;
+    const std::uint32_t other = joint == none ? none : is_b ? graph_.joint(joint).a : graph_.joint(joint).b;
+    link_of_[slot] = static_cast<std::uint32_t>(links_.size());
+    links_.push_back({slot, joint, parent, parent == none ? other : none, is_b});
+    if (joint != none) direct_[joint] = 1;
+  };
+  add(root_slot, root_joint, none);
+  std::uint32_t ends = 0;  // of joints that are no links: a loop has both of its ends here, or one at an obstacle
+  for (std::uint32_t i = first; i < links_.size(); ++i) {
+    const std::uint32_t slot = links_[i].slot;
+    for (std::uint32_t k = joints_first_[slot]; k < joints_first_[slot + 1]; ++k) {
+      const std::uint32_t joint = joints_of_[k];
+      if (direct_[joint]) continue;
+      const Joint& j = graph_.joint(joint);
+      const std::uint32_t other = j.a == slot ? j.b : j.a;
+      if (is_obstacle(other))
+        ends += 2;
+      else if (link_of_[other] == none)
+        add(other, joint, i);
+      else
+        ++ends;
+    }
+  }
+  const auto count = static_cast<std::uint32_t>(links_.size()) - first;
+  if (count <= most_links && ends / 2 * links_a_loop <= count) {
+    mechanisms_.push_back({first, first + count});
+    return;
+  }
+  for (std::uint32_t i = first; i < links_.size(); ++i)
+    if (links_[i].joint != none) direct_[links_[i].joint] = 0;
+  links_.resize(first);  // their bodies stay marked, so that nobody looks again
+}
+
+void Mechanisms::order_by_group(const ConstraintLayout& layout) {
+  first_of_group_.clear();
+  if (layout.groups().empty()) return;
+  group_of_.assign(state_.size(), 0);
+  for (std::uint32_t g = 0; g < layout.groups().size(); ++g)
+    for (const std::uint32_t slot : layout.bodies(layout.groups()[g])) group_of_[slot] = g;
+  const auto group = [&](std::uint32_t mechanism) { return group_of_[links_[mechanisms_[mechanism].first].slot]; };
+  std::stable_sort(order_.begin(), order_.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return group(a) < group(b); });
+  std::uint32_t next = 0;
+  for (std::uint32_t g = 0; g < layout.groups().size(); ++g) {
+    first_of_group_.push_back(next);
+    while (next < order_.size() && group(order_[next]) == g) ++next;
+  }
+  first_of_group_.push_back(next);
+}
+
+// --- a step ----------------------------------------------------------------------------------------------------
+
+void Mechanisms::prepare(std::uint32_t mechanism) {
+  const SolverBody* const solver = state_.solver_bodies();
+  const auto acceleration = [&](std::uint32_t slot) {
+    return state_.swings[slot] ? state_.motion[slot].acceleration : Vec3{};
+  };
+  const auto rotation = [](const Pose& pose) { return UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
+  const JointImpulse* const impulses = graph_.constrained().joint_impulses;
+  for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
+    const Link& link = links_[i];
+    LinkState& s = states_[i];
+    s = {};
+    s.mass = 1 / solver[link.slot].inverse_mass;
+    if (link.joint == none) continue;
+    const Joint& j = graph_.joint(link.joint);
+    const std::uint32_t parent = link.is_b ? j.a : j.b;
+    const Pose &of_parent = state_.poses[parent], &of_body = state_.poses[link.slot];
+    prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
+                              link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
+                              on_body(link.is_b, impulses[link.joint].last),
+                              acceleration(link.slot) - acceleration(parent), s.row);
+  }
+}
+
+void Mechanisms::warm_start(std::uint32_t mechanism, bool forget) {
+  const auto push = [&](std::uint32_t slot, Vec3 arm, Vec3 impulse) {
+    SolverBody& body = state_.solver_bodies()[slot];
+    const WorldInertia& w = state_.inertia[slot];
+    const Vec3 moment = cross(arm, impulse);
+    const bool is_anisotropic = body.inverse_mass > 0 && body.inverse_inertia == 0;
+    body.linear = mul_add(body.linear, body.inverse_mass, impulse);
+    body.angular += is_anisotropic ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} * moment
+                                   : body.inverse_inertia * moment;
+  };
+  for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
+    const Link& link = links_[i];
+    BallJointRow<float>& row = states_[i].row;
+    if (link.joint == none) continue;
+    if (forget) {
+      row.impulse = row.carried = {};
+      continue;
+    }
+    push(link.slot, row.arm_b, row.impulse);
+    if (link.parent != none) push(links_[link.parent].slot, row.arm_a, -row.impulse);
+  }
+}
+
+/// Where a link's body is now, how it moves, and what it resists that with.
+void Mechanisms::turn(LinkState& s, const Link& link) const {
+  const SolverBody& body = state_.solver_bodies()[link.slot];
+  const BodyInfo& info = bodies_[link.slot];
+  s.turned = rotation_by<float>(body.turned);
+  s.spin = info.isotropic ? UnitQuat<float>{1, {}} : s.turned;
+  s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular)};
+  s.change = {}, s.impulse = {}, s.load = {};
+  const float scale = s.mass * info.inverse_mass;  // of the inertia that loads have added
+  Mat3 inertia = diagonal(scale * info.inertia.xx);
+  if (!info.isotropic) {
+    const Quat now = Quat{s.turned.w, s.turned.v.x, s.turned.v.y, s.turned.v.z} * state_.poses[link.slot].rotation;
+    inertia = to_matrix(scale * rotated(to_matrix(now), info.inertia));
+  }
+  s.of_body = tree_inertia(s.mass, inertia);
+}
+
+/// Of a link's parent or of what it hangs on.
+Mechanisms::Motion Mechanisms::parent_of(const Link& link) const {
+  if (link.parent != none) return states_[link.parent].motion;
+  const SolverBody& p = state_.solver_bodies()[link.obstacle];
+  return {p.moved, p.turned, p.linear, p.angular};
+}
+
+/// How fast the anchors run away from each other.
+Vec3 Mechanisms::speed_apart(const LinkState& s, const Motion& parent) {
+  return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
+}
+
+/// How far they will be apart when the bodies have moved on for h (s), over h.
+Vec3 Mechanisms::gap_ahead(const LinkState& s, const Motion& parent, float h) {
+  const auto anchor_ahead = [h](const Motion& m, Vec3 arm) {
+    const UnitQuat<float> turned = rotation_by<float>(mul_add(m.turned, h, m.angular));
+    return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
+  };
+  const Vec3 gap = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
+  return mul_add((1 / h) * gap, -0.5f * h, s.row.pull);
+}
+
+/// Moments of what bodies have carried over, about arms that have turned since.
+void Mechanisms::load_carried(const Mechanism& m) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    const LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    states_[i].load.moment += cross(s.arm - s.row.carried_arm_b, s.row.carried);
+    if (links_[i].parent == none) continue;
+    states_[links_[i].parent].load.moment -= cross(s.parent_arm - s.row.carried_arm_a, s.row.carried);
+  }
+}
+
+void Mechanisms::eliminate(const Mechanism& m) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    turn(states_[i], links_[i]);
+    if (links_[i].joint == none) continue;
+    states_[i].arm = turned_by(states_[i].turned, states_[i].row.arm_b);
+    const std::uint32_t parent = links_[i].parent;
+    states_[i].parent_arm = turned_by(
+        parent != none ? states_[parent].turned : rotation_by<float>(parent_of(links_[i]).turned), states_[i].row.arm_a);
+  }
+  for (std::uint32_t i = m.end; i-- > m.first;) {
+    LinkState& s = states_[i];
+    s.link = tree_link(s.of_body, s.arm);
+    if (links_[i].parent != none) add_child(states_[links_[i].parent].of_body, s.link, s.parent_arm);
+  }
+}
+
+/// Takes away all links' errors under their loads.
+void Mechanisms::substitute(const Mechanism& m) {
+  for (std::uint32_t i = m.end; i-- > m.first;) {
+    LinkState& s = states_[i];
+    s.load = at_anchor(s.link, s.load);
+    if (links_[i].parent == none) continue;
+    TreeLoad& parent = states_[links_[i].parent].load;
+    const Vec3 impulse = handed_on(s.link, s.load, s.error);
+    parent.impulse += impulse;
+    parent.moment += cross(s.parent_arm, impulse);
+  }
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    if (links_[i].joint == none) {
+      s.step = root_change(s.link, s.load);
+    } else {
+      Vec3 change = -s.error;
+      if (links_[i].parent != none) {
+        const TreeChange& p = states_[links_[i].parent].step;
+        change += p.linear + cross(p.angular, s.parent_arm);
+      }
+      s.impulse += impulse_on(s.link, s.load, change);
+      s.step = follow(s.link, s.load, change);
+    }
+    s.change.linear += s.step.linear, s.change.angular += s.step.angular;
+    s.motion.linear += s.step.linear, s.motion.angular += s.step.angular;
+    s.load = {};
+  }
+}
+
+template <bool soft>
+void Mechanisms::solve(std::uint32_t mechanism, float h) {
+  const Mechanism m = mechanisms_[mechanism];
+  eliminate(m);
+  if constexpr (soft) load_carried(m);
+  for (int round = 0; round < (soft ? newton_rounds : 1); ++round) {
+    for (std::uint32_t i = m.first; i < m.end; ++i) {
+      if (links_[i].joint == none) continue;
+      const Motion parent = parent_of(links_[i]);
+      states_[i].error = soft ? gap_ahead(states_[i], parent, h) : speed_apart(states_[i], parent);
+    }
+    substitute(m);
+  }
+  float sum = 0;
+  for (std::uint32_t i = m.first; i < m.end; ++i)
+    sum += sum_of(states_[i].change.linear + states_[i].change.angular) + sum_of(states_[i].impulse);
+  if (is_finite(sum))
+    apply<soft>(m);
+  else
+    forget(m);
+}
+
+template <bool soft>
+void Mechanisms::apply(const Mechanism& m) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    SolverBody& body = state_.solver_bodies()[links_[i].slot];
+    body.linear += s.change.linear;
+    body.angular += turned_back_by(s.spin, s.change.angular);
+    s.row.impulse += s.impulse;
+    if constexpr (soft)
+      s.row.carried = s.row.impulse, s.row.carried_arm_a = s.parent_arm, s.row.carried_arm_b = s.arm;
+    else
+      s.row.total += s.row.impulse;
+  }
+}
+
+/// What is not finite of one body reaches no other.
+void Mechanisms::forget(const Mechanism& m) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    BallJointRow<float>& row = states_[i].row;
+    row.impulse = row.carried = row.total = {};
+  }
+}
+
+void Mechanisms::store(std::uint32_t mechanism) {
+  JointImpulse* const impulses = graph_.constrained().joint_impulses;
+  for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
+    const Link& link = links_[i];
+    if (link.joint == none) continue;
+    const BallJointRow<float>& row = states_[i].row;
+    impulses[link.joint] = {on_body(link.is_b, row.impulse), on_body(link.is_b, row.total)};
+  }
+}
+
+std::size_t Mechanisms::memory_bytes() const {
+  return links_.capacity() * sizeof(Link) + states_.capacity() * sizeof(LinkState) +
+         mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
+         (order_.capacity() + first_of_group_.capacity() + link_of_.capacity() + joints_first_.capacity() +
+          joints_of_.capacity() + group_of_.capacity()) *
+             sizeof(std::uint32_t);
+}
+
+template void Mechanisms::solve<true>(std::uint32_t, float);
+template void Mechanisms::solve<false>(std::uint32_t, float);
+
+}  // namespace fathom::native

@@ -1,0 +1,120 @@
+// Mechanisms: bodies that rigid joints connect to a tree, solved directly (dynamics/joint_tree.hpp) where sweeps would
+// give way. A joint that closes a loop is left to the sweeps, and so is a net, where such joints are many.
+//
+// A direct solution takes the place of the joints' rows in a sweep, after the contacts': bodies leave it with
+// velocities that all joints agree with. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
+#pragma once
+
+#include <cstdint>
+#include <fathom/world.hpp>
+#include <span>
+#include <vector>
+
+#include "dynamics/ball_joint.hpp"
+#include "dynamics/joint_tree.hpp"
+#include "native/body_state.hpp"
+#include "native/constraint_layout.hpp"
+#include "native/contact_graph.hpp"
+
+namespace fathom::native {
+
+class Mechanisms {
+ public:
+  Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
+      : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
+
+  /// Follows the joints that have colours, and the layout's groups. `has_moved`: the layout is new.
+  void update(const ConstraintLayout& layout, bool has_moved);
+  /// Some bodies have been isolated: they are obstacles now.
+  void find_again(const ConstraintLayout& layout) {
+    find();
+    order_by_group(layout);
+  }
+
+  bool empty() const { return mechanisms_.empty(); }
+  /// By number, all of them, or those of a group.
+  std::span<const std::uint32_t> all() const { return order_; }
+  std::span<const std::uint32_t> of_group(std::size_t group) const {
+    if (order_.empty()) return {};
+    return {order_.data() + first_of_group_[group], order_.data() + first_of_group_[group + 1]};
+  }
+  /// By slot of a joint, 1: it is solved here. Null where none is.
+  const std::uint8_t* direct() const { return empty() ? nullptr : direct_.data(); }
+
+  /// Reads joints and bodies as the step begins.
+  void prepare(std::uint32_t mechanism);
+  /// The last step's impulses act again, or are forgotten.
+  void warm_start(std::uint32_t mechanism, bool forget);
+  /// Before positions move, and after.
+  void pull_together(std::uint32_t mechanism, float h) { solve<true>(mechanism, h); }
+  void relax(std::uint32_t mechanism, float h) { solve<false>(mechanism, h); }
+  void store(std::uint32_t mechanism);
+
+  std::size_t memory_bytes() const;
+
+ private:
+  /// A body of a tree, and the joint to its parent.
+  struct Link {
+    std::uint32_t slot;        ///< of the body
+    std::uint32_t joint;       ///< none: the root of a tree that hangs on nothing
+    std::uint32_t parent;      ///< link, or none where that is an obstacle
+    std::uint32_t obstacle;    ///< slot of it
+    bool is_b;                 ///< the body is the joint's B
+  };
+  struct Mechanism {
+    std::uint32_t first, end;  ///< links, parents before children
+  };
+  struct Motion {
+    Vec3 moved, turned;    ///< m and rad, since the step began
+    Vec3 linear, angular;  ///< m/s and rad/s, of the world
+  };
+  /// Of a link, in a step.
+  struct LinkState {
+    BallJointRow<float> row;  ///< A: the parent, B: the body; impulses on B
+    float mass;               ///< kg
+    UnitQuat<float> turned;   ///< since the step began
+    UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
+    Motion motion;
+    Vec3 arm, parent_arm;     ///< m, now
+    TreeInertia of_body;
+    TreeLink link;
+    TreeLoad load;
+    Vec3 error;               ///< m/s
+    TreeChange step, change;  ///< of a round, and of all of them
+    Vec3 impulse;             ///< N·s, of all rounds
+  };
+
+  void find();
+  void grow_tree(std::uint32_t root_slot, std::uint32_t root_joint);
+  bool is_obstacle(std::uint32_t slot) const;
+  void order_by_group(const ConstraintLayout& layout);
+  template <bool soft>
+  void solve(std::uint32_t mechanism, float h);
+  void turn(LinkState& s, const Link& link) const;
+  Motion parent_of(const Link& link) const;
+  static Vec3 speed_apart(const LinkState& s, const Motion& parent);
+  static Vec3 gap_ahead(const LinkState& s, const Motion& parent, float h);
+  void load_carried(const Mechanism& m);
+  void eliminate(const Mechanism& m);
+  void substitute(const Mechanism& m);
+  template <bool soft>
+  void apply(const Mechanism& m);
+  void forget(const Mechanism& m);
+
+  const WorldDef& def_;
+  const BodyTable& bodies_;
+  BodyState& state_;
+  ContactGraph& graph_;
+  std::uint64_t colouring_ = 0;
+  std::vector<Link> links_;
+  std::vector<LinkState> states_;
+  std::vector<Mechanism> mechanisms_;
+  std::vector<std::uint32_t> order_, first_of_group_;
+  std::vector<std::uint8_t> direct_;         // by joint
+  std::vector<std::uint32_t> link_of_;       // by slot of a body, or none
+  std::vector<std::uint32_t> joints_first_;  // by slot of a body: where its joints begin in `joints_of_`
+  std::vector<std::uint32_t> joints_of_;
+  std::vector<std::uint32_t> group_of_;
+};
+
+}  // namespace fathom::native
