@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynamics/speed_limits.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -11,6 +12,9 @@ namespace {
 
 constexpr std::uint32_t most_links = 4096;  // which one thread solves; more are a net or a rope, and left to the sweeps
 constexpr int newton_rounds = 3;            // in which anchors come to meet at a substep's end
+constexpr float meeting_share = 1e-3f;      // of the arms' lengths, within which they count as met
+constexpr float stiffest_swing = 0.5f;      // (h ω)² of a body that swings under what its joints carry
+constexpr float projection_share = 0.2f;    // of the gap that is closed where they do not
 constexpr std::uint32_t links_a_loop = 8;   // at least: more loops are a net
 
 Vec3 on_body(bool is_b, Vec3 of_b) { return is_b ? of_b : -of_b; }
@@ -185,6 +189,7 @@ void Mechanisms::turn(LinkState& s, const Link& link) const {
     const Quat now = Quat{s.turned.w, s.turned.v.x, s.turned.v.y, s.turned.v.z} * state_.poses[link.slot].rotation;
     inertia = to_matrix(scale * rotated(to_matrix(now), info.inertia));
   }
+  s.inertia = max(inertia.x.x, max(inertia.y.y, inertia.z.z));
   s.of_body = tree_inertia(s.mass, inertia);
 }
 
@@ -198,6 +203,12 @@ Mechanisms::Motion Mechanisms::parent_of(const Link& link) const {
 /// How fast the anchors run away from each other.
 Vec3 Mechanisms::speed_apart(const LinkState& s, const Motion& parent) {
   return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
+}
+
+/// How far they are apart.
+Vec3 Mechanisms::gap(const LinkState& s, const Motion& parent) {
+  return s.row.gap +
+         ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
 }
 
 /// How far they will be apart when the bodies have moved on for h (s), over h.
@@ -267,18 +278,68 @@ void Mechanisms::substitute(const Mechanism& m) {
   }
 }
 
+/// The bodies' velocities as they were before rounds.
+void Mechanisms::take_back(const Mechanism& m) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    s.motion.linear -= s.change.linear, s.motion.angular -= s.change.angular;
+    s.change = {}, s.impulse = {}, s.load = {};
+  }
+}
+
+/// Whether joints turn all bodies slowly enough under what they carry for a substep to follow: a body swings about its
+/// anchor under a pull F with ω² = F r / I, which an explicit step follows up to h ω = 2.
+bool Mechanisms::can_follow(const Mechanism& m, float h) const {
+  bool can = true;
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    const LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    const float pull = h * length(s.row.impulse);  // h² F
+    can = can && pull * length(s.arm) <= stiffest_swing * s.inertia;
+    if (links_[i].parent != none)
+      can = can && pull * length(s.parent_arm) <= stiffest_swing * states_[links_[i].parent].inertia;
+  }
+  return can;
+}
+
+/// Whether all anchors will meet.
+bool Mechanisms::do_meet(const Mechanism& m, float h) const {
+  bool do_all = true;
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    const LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    const float reach = meeting_share * (length(s.arm) + length(s.parent_arm));
+    do_all = do_all && h * length(gap_ahead(s, parent_of(links_[i]), h)) <= reach;
+  }
+  return do_all;
+}
+
+template <class Error>
+void Mechanisms::take_away(const Mechanism& m, const Error& error) {
+  for (std::uint32_t i = m.first; i < m.end; ++i)
+    if (links_[i].joint != none) states_[i].error = error(states_[i], parent_of(links_[i]));
+  substitute(m);
+}
+
 template <bool soft>
 void Mechanisms::solve(std::uint32_t mechanism, float h) {
   const Mechanism m = mechanisms_[mechanism];
   eliminate(m);
-  if constexpr (soft) load_carried(m);
-  for (int round = 0; round < (soft ? newton_rounds : 1); ++round) {
-    for (std::uint32_t i = m.first; i < m.end; ++i) {
-      if (links_[i].joint == none) continue;
-      const Motion parent = parent_of(links_[i]);
-      states_[i].error = soft ? gap_ahead(states_[i], parent, h) : speed_apart(states_[i], parent);
+  if constexpr (soft) {
+    load_carried(m);
+    const auto ahead = [h](const LinkState& s, const Motion& parent) { return gap_ahead(s, parent, h); };
+    const bool follows = can_follow(m, h);
+    for (int round = 0; follows && round < newton_rounds; ++round) take_away(m, ahead);
+    if (!follows || !do_meet(m, h)) {
+      take_back(m);
+      load_carried(m);
+      take_away(m, [h, most = def_.solver.push_out_velocity](const LinkState& s, const Motion& parent) {
+        const Vec3 pull = limited((projection_share / h) * gap(s, parent), most);
+        return mul_add(speed_apart(s, parent) + pull, -0.5f * h, s.row.pull);
+      });
     }
-    substitute(m);
+  } else {
+    take_away(m, [](const LinkState& s, const Motion& parent) { return speed_apart(s, parent); });
   }
   float sum = 0;
   for (std::uint32_t i = m.first; i < m.end; ++i)

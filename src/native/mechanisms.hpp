@@ -72,6 +72,7 @@ class Mechanisms {
   struct LinkState {
     BallJointRow<float> row;  ///< A: the parent, B: the body; impulses on B
     float mass;               ///< kg
+    float inertia;            ///< kg·m², the largest moment, about
     UnitQuat<float> turned;   ///< since the step began
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
     Motion motion;
@@ -93,10 +94,16 @@ class Mechanisms {
   void turn(LinkState& s, const Link& link) const;
   Motion parent_of(const Link& link) const;
   static Vec3 speed_apart(const LinkState& s, const Motion& parent);
+  static Vec3 gap(const LinkState& s, const Motion& parent);
   static Vec3 gap_ahead(const LinkState& s, const Motion& parent, float h);
   void load_carried(const Mechanism& m);
   void eliminate(const Mechanism& m);
   void substitute(const Mechanism& m);
+  void take_back(const Mechanism& m);
+  bool can_follow(const Mechanism& m, float h) const;
+  bool do_meet(const Mechanism& m, float h) const;
+  template <class Error>
+  void take_away(const Mechanism& m, const Error& error);
   template <bool soft>
   void apply(const Mechanism& m);
   void forget(const Mechanism& m);
