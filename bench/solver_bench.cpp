@@ -40,7 +40,7 @@ class Blocks {
   explicit Blocks(const SolverKernels& kernels)
       : kernels_(kernels), scene_(pyramid(pyramid_size)), graph_(scene_.graph) {
     scene_.make_contacts();
-    ContactSolver solver(scene_.scene.world, scene_.bodies, scene_.state, graph_, scene_.pool);
+    ContactSolver solver(scene_.scene.world, scene_.bodies, scene_.joints, scene_.state, graph_, scene_.pool);
     solver.lay_out({scene_.moving, 1}, {}, 1);
     solver.build();
     const float h = scene_.scene.world.dt / 4;
@@ -157,7 +157,7 @@ void contact_solver(benchmark::State& state, Solver method) {
   StageFixture scene(pyramid(pyramid_size));
   scene.make_contacts();
   scene.scene.world.solver.method = method;
-  ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
+  ContactSolver solver(scene.scene.world, scene.bodies, scene.joints, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
     solver.lay_out({scene.moving, 1}, {}, 1);
     solver.build();
@@ -177,7 +177,7 @@ void integration(benchmark::State& state, Vec3 half_extents) {
   }
   StageFixture scene(std::move(made));
   for (const std::uint32_t slot : scene.moving) scene.state.velocities[slot] = scene.scene.bodies[slot].velocity;
-  ContactSolver solver(scene.scene.world, scene.bodies, scene.state, scene.graph, scene.pool);
+  ContactSolver solver(scene.scene.world, scene.bodies, scene.joints, scene.state, scene.graph, scene.pool);
   for (auto _ : state) {
     solver.lay_out({scene.moving, 1}, {}, 1);
     solver.build();

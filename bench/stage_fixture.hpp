@@ -52,6 +52,7 @@ struct StageFixture {
 
   Scene scene;
   BodyTable bodies;
+  JointTable joints;
   BodyState state;
   ContactGraph graph{bodies, state};
   ThreadPool pool{1};
