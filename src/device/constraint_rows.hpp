@@ -78,15 +78,19 @@ FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
   return p;
 }
 
-// Of a joint sweeps read three rows and write two.
+// Of a joint sweeps read three rows and write four.
 
 FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
   rows[0] = quad(r.arm_a, r.bias_rate);
   rows[1 * tile_width] = quad(r.arm_b, r.mass_scale);
   rows[2 * tile_width] = quad(r.gap, r.impulse_scale);
 }
-FATHOM_HD void store_joint_impulses(Quad* rows, const BallJointRow<float>& r) {
+FATHOM_HD void store_joint_impulse(Quad* rows, const BallJointRow<float>& r) {
+  rows[joint_spin_row * tile_width] = quad(r.spun_a, 0);
+  rows[(joint_spin_row + 1) * tile_width] = quad(r.spun_b, 0);
   rows[joint_impulse_row * tile_width] = quad(r.impulse, 0);
+}
+FATHOM_HD void store_joint_total(Quad* rows, const BallJointRow<float>& r) {
   rows[joint_total_row * tile_width] = quad(r.total, 0);
 }
 FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
@@ -94,6 +98,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.arm_a = q[0].xyz(), r.bias_rate = q[0].w;
   r.arm_b = q[1].xyz(), r.mass_scale = q[1].w;
   r.gap = q[2].xyz(), r.impulse_scale = q[2].w;
+  r.spun_a = q[joint_spin_row].xyz(), r.spun_b = q[joint_spin_row + 1].xyz();
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();
   return r;

@@ -123,7 +123,8 @@ struct PrepareConstraints {
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
     Quad* const rows = rows_of(constraints, k);
     store_joint(rows, row);
-    store_joint_impulses(rows, row);
+    store_joint_impulse(rows, row);
+    store_joint_total(rows, row);
     rows[mass_row * tile_width] = {a.inverse_mass, a.inverse_inertia, b.inverse_mass, b.inverse_inertia};
     if (joint.fixed_a) bits |= pushes_fixed_bit;
     constraints.heads[k] = {joint.a, joint.b, point_bits | bits | ranks_of({joint.a, joint.b}, joint.colour), 0};

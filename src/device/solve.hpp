@@ -195,8 +195,10 @@ struct SolveConstraints {
     const Quad* const rows = rows_of(constraints, k);
     const bool friction = with_friction(place.what);
     f.head = exec::load_unchanging(constraints.heads[k]);
-    for (std::uint32_t r = 0; r < impulse_row; ++r)
+    constexpr std::uint32_t unchanging = with_joints ? joint_spin_row : impulse_row;
+    for (std::uint32_t r = 0; r < unchanging; ++r)
       f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
+    for (std::uint32_t r = unchanging; r < impulse_row; ++r) f.rows[r] = rows[r * tile_width];
     f.rows[impulse_row] = rows[impulse_row * tile_width];
     f.rows[impulse_row + 1] = rows[(friction ? impulse_row + 1 : impulse_row) * tile_width];
     f.rows[mass_row] = exec::load_unchanging(rows[mass_row * tile_width]);
@@ -458,7 +460,7 @@ struct SolveConstraints {
     JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
                               joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
     BallJointRow<float> row = joint_of(fetched.rows);
-    if (place.what == push_first) row.impulse = {};
+    if (place.what == push_first) row.impulse = row.spun_a = row.spun_b = {};
     float sum;
     const bool ends = ends_substep(place);
     if constexpr (what == warm) {
@@ -473,17 +475,16 @@ struct SolveConstraints {
       sum = solve_ball_joint<JointPass::iterate>(row, both, ends);
     }
     if (!is_finite(sum)) {
-      row.impulse = row.total = {};
+      row.impulse = row.total = row.spun_a = row.spun_b = {};
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
     // Velocities first: others wait for them.
     if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
-    if constexpr (what == warm) return;
     Quad* const rows = rows_of(constraints, k);
-    rows[joint_impulse_row * tile_width] = quad(row.impulse, 0);
-    if (ends) rows[joint_total_row * tile_width] = quad(row.total, 0);
+    store_joint_impulse(rows, row);
+    if (ends) store_joint_total(rows, row);
   }
 
   /// Whether a sweep asks how far the bodies have moved.

@@ -8,6 +8,10 @@
 // whole rotation since it began, so that a pendulum's rod keeps its length whatever its speed. Anisotropic bodies' spin
 // and inertia are those of the orientation in which the step began (`step_torque_free_in_contact`); the joint turns
 // them along.
+//
+// Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for velocities,
+// but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω² of its
+// momentum every second. So the first sweep of a substep puts the difference right.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
@@ -22,6 +26,7 @@ struct BallJointRow {
   VecOf<L> gap;           ///< m, from A's anchor to B's
   VecOf<L> impulse;       ///< N·s on B, accumulated over the substep
   VecOf<L> total;         ///< N·s, over the step
+  VecOf<L> spun_a, spun_b;  ///< rad/s that `impulse` has given, as the bodies have it
   L bias_rate, mass_scale, impulse_scale;
 };
 
@@ -138,15 +143,19 @@ struct BallJointSweep {
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
-  FATHOM_LANE_FUNCTION void push(VecOf<L> impulse) {
-    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+  /// The row's impulse is larger by this from now on.
+  FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
     bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, impulse);
-    bodies.b.angular = bodies.b.angular + at_b.spun_by(impulse, turn_b);
+    spin(spun_b(impulse), bodies.b.angular, row.spun_b);
     if constexpr (!Bodies::only_pushes_b) {
-      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
       bodies.a.linear = mul_add(bodies.a.linear, splat<L>(0.0f) - bodies.a.inverse_mass, impulse);
-      bodies.a.angular = bodies.a.angular - at_a.spun_by(impulse, turn_a);
+      spin(spun_a(impulse), bodies.a.angular, row.spun_a);
     }
+  }
+  /// The impulse so far acts at the arms as they are now.
+  FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row) {
+    spin(spun_b(row.impulse) - row.spun_b, bodies.b.angular, row.spun_b);
+    if constexpr (!Bodies::only_pushes_b) spin(spun_a(row.impulse) - row.spun_a, bodies.a.angular, row.spun_a);
   }
   /// The impulse that changes the anchors' relative velocity by `change`.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
@@ -155,6 +164,19 @@ struct BallJointSweep {
   }
 
  private:
+  FATHOM_LANE_FUNCTION static void spin(VecOf<L> by, VecOf<L>& angular, VecOf<L>& noted) {
+    angular = angular + by;
+    noted = noted + by;
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_b(VecOf<L> impulse) const {
+    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+    return at_b.spun_by(impulse, turn_b);
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_a(VecOf<L> impulse) const {
+    const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
+    const L zero = splat<L>(0.0f);
+    return at_a.spun_by(VecOf<L>{zero, zero, zero} - impulse, turn_a);
+  }
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse) const {
     const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
     const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, turn_b), bodies.b.inverse_mass, impulse);
@@ -169,14 +191,15 @@ struct BallJointSweep {
 
 /// The last step's impulse acts again at once.
 template <class L, class Bodies>
-FATHOM_LANE_FUNCTION void warm_start_ball_joint(const BallJointRow<L>& row, Bodies& bodies) {
-  BallJointSweep<L, Bodies>(row, bodies).push(row.impulse);
+FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bodies) {
+  BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
 /// One sweep. Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
+  if constexpr (pass != JointPass::relax) sweep.carry_along(row);
   VecOf<L> wanted = sweep.velocity();
   if constexpr (pass != JointPass::relax) wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
   VecOf<L> change = sweep.impulse_for(wanted);
@@ -187,7 +210,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bo
     change = scale(splat<L>(-1.0f), change);
   row.impulse = row.impulse + change;
   if (ends_substep) row.total = row.total + row.impulse;
-  sweep.push(change);
+  sweep.push(row, change);
   const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.impulse;
   return sum.x + (sum.y + sum.z);
 }
@@ -203,5 +226,5 @@ FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQ
   row.gap = between + (row.arm_b - row.arm_a);
   row.impulse = impulse;
   const L zero = splat<L>(0.0f);
-  row.total = {zero, zero, zero};
+  row.total = row.spun_a = row.spun_b = {zero, zero, zero};
 }
