@@ -468,11 +468,11 @@ struct SolveConstraints {
       const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
       sum = all.x + (all.y + all.z);
     } else if constexpr (what == relax) {
-      sum = solve_ball_joint<JointPass::relax>(row, both, ends);
+      sum = solve_ball_joint<JointPass::relax>(row, both, p.h, ends);
     } else if (p.soft) {
-      sum = solve_ball_joint<JointPass::soft>(row, both, ends);
+      sum = solve_ball_joint<JointPass::soft>(row, both, p.h, ends);
     } else {
-      sum = solve_ball_joint<JointPass::iterate>(row, both, ends);
+      sum = solve_ball_joint<JointPass::iterate>(row, both, p.h, ends);
     }
     if (!is_finite(sum)) {
       row.impulse = row.total = row.spun_a = row.spun_b = {};

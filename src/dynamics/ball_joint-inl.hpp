@@ -140,6 +140,12 @@ struct BallJointSweep {
     return (bodies.b.linear + cross(at_b.angular(bodies.b), at_b.arm)) -
            (bodies.a.linear + cross(at_a.angular(bodies.a), at_a.arm));
   }
+  /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
+  /// anchors move on circles, and what moves along their tangents comes out beyond.
+  FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
+    const VecOf<L> spin_a = at_a.angular(bodies.a), spin_b = at_b.angular(bodies.b);
+    return scale(splat<L>(0.5f) * h, cross(spin_b, cross(spin_b, at_b.arm)) - cross(spin_a, cross(spin_a, at_a.arm)));
+  }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
@@ -195,13 +201,13 @@ FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bo
   BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
-/// One sweep. Returns a sum that is finite only where all that it leaves is.
+/// One sweep of a substep of h seconds. Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
-FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, bool ends_substep) {
+FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
   if constexpr (pass != JointPass::relax) sweep.carry_along(row);
   VecOf<L> wanted = sweep.velocity();
-  if constexpr (pass != JointPass::relax) wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
+  if constexpr (pass != JointPass::relax) wanted = mul_add(wanted + sweep.drift(h), row.bias_rate, sweep.gap(row));
   VecOf<L> change = sweep.impulse_for(wanted);
   const L zero = splat<L>(0.0f);
   if constexpr (pass == JointPass::soft)
