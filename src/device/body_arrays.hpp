@@ -74,6 +74,7 @@ enum Changes : std::uint32_t {
   drop_contacts = 2,  ///< contacts found before are void
   mix_materials = 4,  ///< friction and restitution of its contacts are to be mixed anew
   wake_partners = 8,  ///< what rests on it wakes
+  joint_change = 16,  ///< it has other joints
 };
 
 /// A box as two quads, the fourth elements carrying notes.
@@ -162,9 +163,10 @@ struct BodyArrays {
   NotedBox* known;   ///< the fat boxes that pairs were last searched with
   Aabb* boxes;       ///< of the next step's motion
 
-  // Contacts of a body.
-  std::uint64_t* colours;       ///< taken by its contacts
+  // Contacts and joints of a body.
+  std::uint64_t* colours;       ///< taken by them
   std::uint64_t* further;       ///< and those from `further_colour` on
+  std::uint64_t* joint_colours; ///< of `colours` those of joints
   std::uint32_t* touching;      ///< how many they are
   std::uint64_t* recoloured;    ///< `colours` while all choose anew
   std::uint64_t* refurthered;   ///< `further` meanwhile

@@ -7,11 +7,15 @@
 // of one word, and of a second one that is looked at only where the first is full. A contact that finds no free colour,
 // or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of priorities,
 // and tries again in the next: no contact is ever left out.
+//
+// Joints come with a colour (device/joint_arrays.hpp), which their bodies' words have too. In the layout a colour's
+// joints lie behind its contacts.
 #pragma once
 
 #include "check/check.hpp"
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
+#include "device/joint_arrays.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -99,7 +103,8 @@ struct RecolourContacts {
 
   FATHOM_HD void begin(std::uint32_t i) const {
     const bool awake = bodies.is_awake(i);
-    bodies.recoloured[i] = awake ? bodies.colours[i] & fixed : bodies.colours[i];
+    const std::uint64_t kept = counters->joints ? fixed | bodies.joint_colours[i] : fixed;
+    bodies.recoloured[i] = awake ? bodies.colours[i] & kept : bodies.colours[i];
     if (counters->any_further) bodies.refurthered[i] = awake ? 0 : bodies.further[i];
   }
   FATHOM_HD void end(std::uint32_t i) const {
@@ -108,6 +113,7 @@ struct RecolourContacts {
   }
 
   FATHOM_HD void choose(std::uint32_t index, bool keep) const {
+    if (index & joint_tag) return;
     Contact& c = contacts.contacts[index];
     if (!c.in_use() || !c.touching() || c.fixed_a() || c.colour() == overflow_colour) return;
     const bool both_awake = bodies.flags[c.a] & bodies.flags[c.b] & awake_flag;
@@ -194,27 +200,81 @@ struct ChooseColours {
 /// Work-items that prepare constraints together.
 inline constexpr std::uint32_t constraint_group_size = 64;
 
-/// Contacts that are solved: those that touch and have a body awake.
-FATHOM_HD bool is_solved(const Contact& c, const BodyArrays& bodies) {
-  return c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
-}
-
 /// Of the free places of manifolds, how many were taken.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
   return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
 }
 
-/// Counts the constraints of each colour where they must be laid out anew. It is also where the last of the freed
-/// manifolds move into the gap in their list: there is one only where a contact began, and then all contacts are looked
-/// at.
+/// Contacts as what constraints are laid out for.
+struct ContactsToLayOut {
+  BodyArrays bodies;
+  ContactArrays contacts;
+
+  FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_contacts; }
+  /// Of constraint `index`, or `none` where it is not solved: those are that touch and have a body awake.
+  FATHOM_HD std::uint32_t colour(std::uint32_t index) const {
+    const Contact& c = contacts.contacts[index];
+    const bool solved = c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
+    return solved ? c.colour() : none;
+  }
+  FATHOM_HD void put(const ConstraintArrays& constraints, std::uint32_t place, std::uint32_t index) const {
+    const Contact& c = contacts.contacts[index];
+    FATHOM_ASSERT(c.manifold < contacts.manifold_capacity, c.b);
+    FATHOM_VALIDATE(has_its_colour(c), c.b);
+    constraints.contact[place] = index;
+    constraints.manifold[place] = c.manifold;
+    constraints.bodies[place] = {c.a, c.b};
+  }
+  /// The last of the freed manifolds move into the gap in their list: there is one only where a contact began, and then
+  /// all contacts are counted.
+  FATHOM_HD void before_counting(std::uint32_t k, const Counters& c) const {
+    const std::uint32_t free = c.free_manifolds, freed = c.freed_manifolds;
+    const std::uint32_t gap = reused_manifolds(c);
+    if (k >= (gap < freed ? gap : freed)) return;
+    contacts.free_manifolds[free - gap + k] = contacts.free_manifolds[free + freed - 1 - k];
+  }
+  FATHOM_HD static void note_laid_out(Counters&, std::uint32_t) {}
+
+ private:
+  /// Whether its bodies hold the colour for it.
+  FATHOM_HD bool has_its_colour(const Contact& c) const {
+    if (c.colour() == overflow_colour) return true;
+    const std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+    return taken[c.b] & bit && (c.fixed_a() || taken[c.a] & bit);
+  }
+};
+
+/// Joints likewise.
+struct JointsToLayOut {
+  BodyArrays bodies;
+  JointArrays joints;
+
+  FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_bodies ? c.joints : 0; }
+  FATHOM_HD std::uint32_t colour(std::uint32_t slot) const {
+    const JointRecord& joint = joints.records[slot];
+    const bool solved = joint.in_use() && (bodies.flags[joint.a] | bodies.flags[joint.b]) & awake_flag;
+    return solved ? joint.colour : none;
+  }
+  FATHOM_HD void put(const ConstraintArrays& constraints, std::uint32_t place, std::uint32_t slot) const {
+    const JointRecord& joint = joints.records[slot];
+    constraints.contact[place] = joint_tag | slot;
+    constraints.manifold[place] = 0;
+    constraints.bodies[place] = {joint.a, joint.b};
+  }
+  FATHOM_HD static void before_counting(std::uint32_t, const Counters&) {}
+  FATHOM_HD static void note_laid_out(Counters& c, std::uint32_t n) { exec::atomic_add(c.solved_joints, n); }
+};
+
+/// Counts the constraints of each colour where they must be laid out anew.
+template <class List>
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
     std::uint32_t count[schedule_size];
   };
 
-  BodyArrays bodies;
-  ContactArrays contacts;
+  List list;
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
@@ -222,22 +282,14 @@ struct CountColours {
     group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
-      if (index >= counters->live_contacts) return;
-      close_gap(index);
-      const Contact& c = contacts.contacts[index];
-      if (is_solved(c, bodies)) exec::atomic_add(local.count[c.colour()], 1u);
+      if (index >= list.count(*counters)) return;
+      list.before_counting(index, *counters);
+      const std::uint32_t colour = list.colour(index);
+      if (colour != none) exec::atomic_add(local.count[colour], 1u);
     });
     group.for_each(schedule_size, [&](std::uint32_t k) {
       if (local.count[k]) exec::atomic_add(counters->per_colour[k], local.count[k]);
     });
-  }
-
- private:
-  FATHOM_HD void close_gap(std::uint32_t k) const {
-    const std::uint32_t free = counters->free_manifolds, freed = counters->freed_manifolds;
-    const std::uint32_t gap = reused_manifolds(*counters);
-    if (k >= (gap < freed ? gap : freed)) return;
-    contacts.free_manifolds[free - gap + k] = contacts.free_manifolds[free + freed - 1 - k];
   }
 };
 
@@ -291,7 +343,7 @@ struct ScheduleColours {
 
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
-    c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = 0;
+    c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = c.laying_out = 0;
     for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
@@ -299,12 +351,14 @@ struct ScheduleColours {
       c.live_bodies = c.live_contacts = c.contact_groups = 0;
     }
     if (c.live_bodies == 0) {
-      c.sweeps = c.constraints = c.constraint_groups = 0;
+      c.sweeps = c.constraints = c.constraint_groups = c.solved_joints = 0;
       c.layout_dirty = 1;
       return false;
     }
     if (!c.layout_dirty) return false;
     c.layout_dirty = 0;
+    c.laying_out = 1;
+    c.solved_joints = 0;
     c.layout_groups = c.contact_groups;
     const std::uint32_t reused = reused_manifolds(c);
     c.manifolds += c.taken_manifolds - reused;
@@ -334,6 +388,7 @@ struct ScheduleColours {
   }
 };
 
+template <class List>
 struct LayOutConstraints {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
@@ -341,43 +396,30 @@ struct LayOutConstraints {
     std::uint32_t place[schedule_size];
   };
 
-  BodyArrays bodies;
-  ContactArrays contacts;
+  List list;
   ConstraintArrays constraints;
   Counters* counters;
 
-  /// Whether its bodies hold the colour for it.
-  FATHOM_HD bool has_its_colour(const Contact& c) const {
-    if (c.colour() == overflow_colour) return true;
-    const std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
-    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
-    return taken[c.b] & bit && (c.fixed_a() || taken[c.a] & bit);
-  }
-
   FATHOM_HD void operator()(auto group, Local& local) const {
+    if (!counters->laying_out) return;
+    auto colour = per_item<std::uint32_t>(group);
     auto rank = per_item<std::uint32_t>(group);
     group.for_each(schedule_size, [&](std::uint32_t k) { local.count[k] = 0; });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
-      rank[item] = none;
-      if (index >= counters->live_contacts) return;
-      const Contact& c = contacts.contacts[index];
-      if (is_solved(c, bodies)) rank[item] = exec::atomic_add(local.count[c.colour()], 1u);
+      colour[item] = index < list.count(*counters) ? list.colour(index) : none;
+      if (colour[item] != none) rank[item] = exec::atomic_add(local.count[colour[item]], 1u);
     });
     group.for_each(schedule_size, [&](std::uint32_t k) {
-      if (local.count[k]) local.place[k] = exec::atomic_add(counters->cursor[k], local.count[k]);
+      if (local.count[k] == 0) return;
+      local.place[k] = exec::atomic_add(counters->cursor[k], local.count[k]);
+      list.note_laid_out(*counters, local.count[k]);
     });
     group.for_each([&](std::uint32_t item) {
-      if (rank[item] == none) return;
-      const std::uint32_t index = group.index() * group_size + item;
-      const Contact& c = contacts.contacts[index];
-      const std::uint32_t place = local.place[c.colour()] + rank[item];
-      FATHOM_ASSERT(place < contacts.manifold_capacity, c.b);
-      FATHOM_ASSERT(c.manifold < contacts.manifold_capacity, c.b);
-      FATHOM_VALIDATE(has_its_colour(c), c.b);
-      constraints.contact[place] = index;
-      constraints.manifold[place] = c.manifold;
-      constraints.bodies[place] = {c.a, c.b};
+      if (colour[item] == none) return;
+      const std::uint32_t place = local.place[colour[item]] + rank[item];
+      FATHOM_ASSERT(place < constraints.capacity, place);
+      list.put(constraints, place, group.index() * group_size + item);
     });
   }
 };

@@ -5,10 +5,11 @@
 #include <type_traits>
 
 #include "device/contact_arrays.hpp"
+#include "dynamics/ball_joint.hpp"
 
 namespace fathom::device {
 
-/// `ConstraintHead::bits`: the number of points in the low bits, and
+/// `ConstraintHead::bits`: the number of points in the low bits, or all of these of a joint, and
 enum ConstraintBits : std::uint32_t {
   point_bits = 7,
   bounces_bit = 8,
@@ -22,6 +23,8 @@ enum ConstraintBits : std::uint32_t {
   count_b_shift = 25,
   count_bits = 127,
 };
+
+FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
 FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
 #if defined(__CUDA_ARCH__)
@@ -73,6 +76,34 @@ FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
   p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
   return p;
+}
+
+// Of a joint sweeps read four rows and write four.
+
+FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
+  rows[0] = quad(r.arm_a, r.bias_rate);
+  rows[1 * tile_width] = quad(r.arm_b, r.mass_scale);
+  rows[2 * tile_width] = quad(r.gap, r.impulse_scale);
+  rows[3 * tile_width] = {r.rigid, 0, 0, 0};
+}
+FATHOM_HD void store_joint_impulse(Quad* rows, const BallJointRow<float>& r) {
+  rows[joint_spin_row * tile_width] = quad(r.spun_a, 0);
+  rows[(joint_spin_row + 1) * tile_width] = quad(r.spun_b, 0);
+  rows[joint_impulse_row * tile_width] = quad(r.impulse, 0);
+}
+FATHOM_HD void store_joint_total(Quad* rows, const BallJointRow<float>& r) {
+  rows[joint_total_row * tile_width] = quad(r.total, 0);
+}
+FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
+  BallJointRow<float> r;
+  r.arm_a = q[0].xyz(), r.bias_rate = q[0].w;
+  r.arm_b = q[1].xyz(), r.mass_scale = q[1].w;
+  r.gap = q[2].xyz(), r.impulse_scale = q[2].w;
+  r.rigid = q[3].x;
+  r.spun_a = q[joint_spin_row].xyz(), r.spun_b = q[joint_spin_row + 1].xyz();
+  r.impulse = q[joint_impulse_row].xyz();
+  r.total = q[joint_total_row].xyz();
+  return r;
 }
 
 template <class Inertia>

@@ -35,6 +35,7 @@ enum ContactBits : std::uint32_t {
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.
   ahead_bit = 0x1000,
+  apart_bit = 0x2000,  ///< a joint keeps the bodies from touching
 };
 
 struct alignas(16) Contact {
@@ -51,6 +52,7 @@ struct alignas(16) Contact {
   FATHOM_HD bool round() const { return bits & round_bit; }
   FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
   FATHOM_HD bool ahead() const { return bits & ahead_bit; }
+  FATHOM_HD bool apart() const { return bits & apart_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
@@ -96,6 +98,7 @@ struct Counters {
   std::uint32_t free_manifolds = 0;
   std::uint32_t changed = 0;     ///< 1: some body has a new fat box
   std::uint32_t wake_asked = 0;  ///< 1: the application woke a body
+  std::uint32_t joints = 0;      ///< slots in use, holes included
   Vec3 gravity;                  ///< m/s²
 
   // Of the step under way.
@@ -122,6 +125,7 @@ struct Counters {
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
+  std::uint32_t laying_out = 0;                  ///< 1: constraints are laid out anew
   std::uint32_t struck[noted_strikes] = {};      ///< whether something did in each sweep of strikes
   std::uint32_t per_colour[schedule_size] = {};  ///< zero but between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
@@ -151,6 +155,7 @@ struct Counters {
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
   std::uint32_t constraints = 0;
+  std::uint32_t solved_joints = 0;  ///< of them
   std::uint32_t constraint_groups = 0;
   std::uint32_t any_kinematic = 0;  ///< 1: some body that contacts cannot push moves
   std::uint32_t overrun = 0;        ///< 1: the solver had more phases or items than it was launched for
@@ -166,7 +171,7 @@ struct Report {
   std::uint32_t stopped = 0;
   std::uint32_t contacts = 0, free_contacts = 0, found = 0;
   std::uint32_t manifolds = 0;  ///< in use; of a stopped step, those that it needs
-  std::uint32_t constraints = 0, colours = 0, overflow = 0;
+  std::uint32_t constraints = 0, solved_joints = 0, colours = 0, overflow = 0;
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0, active = 0;
   std::uint32_t overrun = 0;
 };
@@ -234,11 +239,15 @@ inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_ro
 /// of memory, and all rows of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;
 
+/// Of a joint: four rows of what sweeps read, then what they write.
+inline constexpr std::uint32_t joint_spin_row = impulse_row - 2, joint_impulse_row = impulse_row,
+                               joint_total_row = impulse_row + 1;
+
 /// Constraints in tiles, colour by colour.
 struct ConstraintArrays {
   PairRecord* bodies;
   ConstraintHead* heads;
-  std::uint32_t* contact;
+  std::uint32_t* contact;  ///< or a joint's slot with `joint_tag`
   std::uint32_t* manifold;
   Quad* rows;
   BounceRow* bounces;
@@ -246,6 +255,7 @@ struct ConstraintArrays {
   std::uint32_t* overflow_order;
   SupportRecord* supports;
   std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours
+  std::uint32_t capacity;
 };
 
 /// A body's inertia in this step, in parts of its own.

@@ -20,6 +20,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       boxes_(m),
       colours_(m),
       further_(m),
+      joint_colours_(m),
       recoloured_(m),
       refurthered_(m),
       best_(m),
@@ -69,6 +70,7 @@ BodyArrays BodyMemory::arrays() {
           .boxes = boxes_.data(),
           .colours = colours_.data(),
           .further = further_.data(),
+          .joint_colours = joint_colours_.data(),
           .touching = touching_.data(),
           .recoloured = recoloured_.data(),
           .refurthered = refurthered_.data(),
@@ -115,8 +117,8 @@ ContactMemory::ContactMemory(exec::Memory& m)
       bounces_(m),
       rolls_(m) {}
 
-void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces,
-                            bool rolls) {
+void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists,
+                            bool bounces, bool rolls) {
   const std::size_t n = std::max(contacts, capacity());
   contacts_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -133,19 +135,21 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   uncoloured_1_.grow(m);
   for (auto* buffer : {&begun_, &ended_}) buffer->grow(m * event_lists, exec::Contents::keep);
   hits_.grow(m * event_lists, exec::Contents::keep);
+  const std::size_t j = std::max(joints, joint_capacity()), n_constraints = m + j;
   // The layout of constraints outlives a step while no colour changes.
-  bodies_.grow(m, exec::Contents::keep);
-  for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(m, exec::Contents::keep);
-  contacts_of_.grow(2 * m);
-  supports_.grow(m);
-  heads_.grow(m);
-  rows_.grow((m + tile_width - 1) / tile_width * tile_width * row_count);
-  if (bounces) bounces_.grow(m);
-  if (rolls) rolls_.grow(m);
+  bodies_.grow(n_constraints, exec::Contents::keep);
+  for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(n_constraints, exec::Contents::keep);
+  contacts_of_.grow(2 * n_constraints);
+  supports_.grow(n_constraints);
+  heads_.grow(n_constraints);
+  rows_.grow((n_constraints + tile_width - 1) / tile_width * tile_width * row_count);
+  if (bounces) bounces_.grow(n_constraints);
+  if (rolls) rolls_.grow(n_constraints);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
   may_bounce_ = bounces;
   may_roll_ = rolls;
   manifold_capacity_ = m;
+  joint_capacity_ = j;
 }
 
 ContactArrays ContactMemory::contacts() {
@@ -175,7 +179,22 @@ ConstraintArrays ContactMemory::constraints() {
           .rolls = rolls_.data(),
           .overflow_order = overflow_order_.data(),
           .supports = supports_.data(),
-          .contacts_of = contacts_of_.data()};
+          .contacts_of = contacts_of_.data(),
+          .capacity = static_cast<std::uint32_t>(constraint_capacity())};
+}
+
+void JointMemory::reserve(std::size_t joints, std::size_t apart_places) {
+  records_.grow(joints, exec::Contents::keep);
+  apart_.grow(apart_places);
+  apart_places_ = apart_places;
+}
+
+JointArrays JointMemory::arrays() {
+  return {.records = records_.data(),
+          .capacity = static_cast<std::uint32_t>(capacity()),
+          .apart = {.pairs = apart_.data(),
+                    .mask = static_cast<std::uint32_t>(apart_places_) - 1,
+                    .is_on = apart_places_ > 0}};
 }
 
 void GridMemory::reserve(std::size_t bodies) {

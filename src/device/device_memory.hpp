@@ -7,6 +7,7 @@
 #include "device/contact_arrays.hpp"
 #include "device/edits.hpp"
 #include "device/grid.hpp"
+#include "device/joint_arrays.hpp"
 #include "exec/buffer.hpp"
 
 namespace fathom::device {
@@ -45,7 +46,7 @@ class BodyMemory {
         act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
-    act(island_woken_), act(isolated_in_), act(solver_), act(support_);
+    act(island_woken_), act(isolated_in_), act(solver_), act(support_), act(joint_colours_);
   }
 
  private:
@@ -63,7 +64,7 @@ class BodyMemory {
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
-  exec::Buffer<std::uint64_t> colours_, further_, recoloured_, refurthered_, best_;
+  exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, refurthered_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
@@ -82,12 +83,16 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  /// `bounces` and `rolls`: whether rows for restitution, and for rolling resistance, are needed.
-  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t event_lists, bool bounces, bool rolls);
+  /// `joints`: constraints beside those of manifolds. `bounces` and `rolls`: whether rows for restitution, and for
+  /// rolling resistance, are needed.
+  void reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists, bool bounces,
+               bool rolls);
   bool may_bounce() const { return may_bounce_; }
   bool may_roll() const { return may_roll_; }
   std::size_t capacity() const { return capacity_; }
   std::size_t manifold_capacity() const { return manifold_capacity_; }
+  std::size_t joint_capacity() const { return joint_capacity_; }
+  std::size_t constraint_capacity() const { return manifold_capacity_ + joint_capacity_; }
   ContactArrays contacts();
   ConstraintArrays constraints();
 
@@ -107,9 +112,26 @@ class ContactMemory {
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
   exec::Buffer<RollRow> rolls_;
-  std::size_t capacity_ = 0, manifold_capacity_ = 0;
+  std::size_t capacity_ = 0, manifold_capacity_ = 0, joint_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
   bool may_bounce_ = false, may_roll_ = false;
+};
+
+/// Buffers of joints: none as long as there never was one.
+class JointMemory {
+ public:
+  explicit JointMemory(exec::Memory& memory) : records_(memory), apart_(memory) {}
+
+  void reserve(std::size_t joints, std::size_t apart_places);
+  std::size_t capacity() const { return records_.size(); }
+  /// Of the ApartTable, which is always as large as the host's.
+  std::size_t apart_places() const { return apart_places_; }
+  JointArrays arrays();
+
+ private:
+  exec::Buffer<JointRecord> records_;
+  exec::Buffer<std::uint64_t> apart_;
+  std::size_t apart_places_ = 0;
 };
 
 /// The grid's table, and how large its cells are.

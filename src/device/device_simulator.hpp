@@ -14,6 +14,7 @@
 #include "device/body_indices.hpp"
 #include "device/event_list.hpp"
 #include "device/hull_memory.hpp"
+#include "device/joint_mirror.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
 #include "geometry/query.hpp"
@@ -56,10 +57,10 @@ class DeviceSimulator final : public Simulator {
   bool is_awake(std::uint32_t slot) const override;
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
-  void joint_added(std::uint32_t) override { throw Error(ErrorCode::unavailable, "add joint: the device simulator has none yet"); }
-  void joint_removed(std::uint32_t) override {}
-  void joint_changed(std::uint32_t) override {}
-  Vec3 joint_impulse(std::uint32_t) const override { return {}; }
+  void joint_added(std::uint32_t slot) override { note_joint(slot); }
+  void joint_removed(std::uint32_t slot) override { note_joint(slot); }
+  void joint_changed(std::uint32_t slot) override { note_joint(slot); }
+  Vec3 joint_impulse(std::uint32_t slot) const override;
 
   std::span<const Pose> poses() const override;
   std::span<const Velocity> velocities() const override;
@@ -90,6 +91,8 @@ class DeviceSimulator final : public Simulator {
     std::uint64_t number = 0;
     std::vector<Edit> edits;
     std::vector<BodyData> data;
+    std::vector<JointEdit> joint_edits;
+    std::vector<ApartEdit> apart_edits;
     GravityChange gravity;
     std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
     exec::Traffic traffic;
@@ -106,6 +109,10 @@ class DeviceSimulator final : public Simulator {
           data(device),
           staged_edits(device, 0),
           staged_data(device, 0),
+          joint_edits(device),
+          apart_edits(device),
+          staged_joint_edits(device, 0),
+          staged_apart_edits(device, 0),
           results(device),
           poses(device, 0),
           velocities(device, 0),
@@ -123,6 +130,10 @@ class DeviceSimulator final : public Simulator {
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
     exec::PinnedBuffer<BodyData> staged_data;
+    exec::Buffer<JointEdit> joint_edits;
+    exec::Buffer<ApartEdit> apart_edits;
+    exec::PinnedBuffer<JointEdit> staged_joint_edits;
+    exec::PinnedBuffer<ApartEdit> staged_apart_edits;
     SlotResults results;  ///< on the device, where every step's are copied
     exec::PinnedBuffer<Pose> poses;
     exec::PinnedBuffer<Velocity> velocities;
@@ -160,6 +171,9 @@ class DeviceSimulator final : public Simulator {
   CopyEvents copy_of_events(Lane& lane, std::uint64_t number);
   SlotResults& publish(SlotResults& results);
   void stage_edits(Flight& flight);
+  template <class T>
+  std::size_t stage(exec::PinnedBuffer<T>& staging, exec::Buffer<T>& buffer, const std::vector<T>& list,
+                    std::size_t done);
   void upload_edits(const Flight& flight);
   void upload_ahead();
   void change_gravity(const GravityChange& change);
@@ -167,6 +181,13 @@ class DeviceSimulator final : public Simulator {
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
   BodyData body_data(std::uint32_t slot);
+
+  // Joints.
+  void note_joint(std::uint32_t slot);
+  void list_joint_edits(Flight& flight);
+  void make_room_for_joints();
+  void stage_joint_edits(Flight& flight);
+  void upload_joint_edits(const Flight& flight);
 
   // Finished steps.
   bool oldest_is_done() const;
@@ -213,6 +234,7 @@ class DeviceSimulator final : public Simulator {
   std::size_t lanes_count_;
   BodyMemory body_memory_;
   ContactMemory contact_memory_;
+  JointMemory joint_memory_;
   SlotResults results_;
   GridMemory grid_memory_;
   PublishedMemory<D> published_memory_;
@@ -228,6 +250,7 @@ class DeviceSimulator final : public Simulator {
   std::size_t wanted_bodies_ = 0;
   std::size_t wanted_contacts_ = 0, wanted_manifolds_ = 0;
   BodyIndices indices_;
+  JointMirror joint_mirror_;
   GravityChange gravity_change_;  // since the last step
 
   std::vector<Edit> edits_;               // since the last submission
@@ -250,6 +273,7 @@ class DeviceSimulator final : public Simulator {
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;
+  mutable bool joints_are_current_ = false;
   // By slot, with some room: the device writes them.
   exec::PinnedBuffer<Pose> poses_;
   exec::PinnedBuffer<Velocity> velocities_;
@@ -261,6 +285,7 @@ class DeviceSimulator final : public Simulator {
   bool told_of_dropped_events_ = false;
   mutable exec::PinnedBuffer<Contact> contacts_read_;
   mutable exec::PinnedBuffer<ContactManifold> manifolds_read_;
+  mutable exec::PinnedBuffer<JointRecord> joints_read_;
 };
 
 }  // namespace fathom::device

@@ -24,6 +24,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       lanes_count_(static_cast<std::size_t>(std::max(definition.ahead + 1, fewest_in_flight))),
       body_memory_(device_),
       contact_memory_(device_),
+      joint_memory_(device_),
       results_(device_),
       grid_memory_(device_),
       published_memory_(device_, lanes_count_),
@@ -35,7 +36,8 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       velocities_(device_, 0),
       flags_(device_, 0),
       contacts_read_(device_, 0),
-      manifolds_read_(device_, 0) {
+      manifolds_read_(device_, 0),
+      joints_read_(device_, 0) {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
   device_.wait();
@@ -56,9 +58,16 @@ template <exec::Device D>
 void DeviceSimulator<D>::step() {
   while (flights_.size() >= lanes_count_) retire_oldest();
   if (submitted_ == 0) order_in_space();
-  make_room();
+  Flight next;
+  list_joint_edits(next);
+  try {
+    make_room();
+  } catch (...) {
+    joint_mirror_.take_back(next.joint_edits, next.apart_edits);
+    throw;
+  }
   if (!lanes_.front()->graph) record();
-  Flight& flight = flights_.emplace_back();
+  Flight& flight = flights_.emplace_back(std::move(next));
   flight.number = ++submitted_;
   flight.gravity = std::exchange(gravity_change_, {});
   flight.edits = std::move(edits_);
@@ -79,6 +88,7 @@ void DeviceSimulator<D>::step() {
     list_last_edits();
     uploads_ahead_ = false;
     set_changed_ = flight.set_changed;
+    joint_mirror_.take_back(flight.joint_edits, flight.apart_edits);
     flights_.pop_back();
     --submitted_;
     throw;
@@ -109,11 +119,13 @@ void DeviceSimulator<D>::make_room() {
     // All boxes enter the larger grid.
     choose_grid();
   }
+  make_room_for_joints();
   if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
-      may_bounce_ != contact_memory_.may_bounce() || may_roll_ != contact_memory_.may_roll()) {
+      joint_memory_.capacity() > contact_memory_.joint_capacity() || may_bounce_ != contact_memory_.may_bounce() || may_roll_ != contact_memory_.may_roll()) {
     retire_all();
     forget_graphs();
-    contact_memory_.reserve(contacts_needed, manifolds_needed, event_lists(), may_bounce_, may_roll_);
+    contact_memory_.reserve(contacts_needed, manifolds_needed, joint_memory_.capacity(), event_lists(), may_bounce_,
+                            may_roll_);
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {
@@ -162,8 +174,8 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();
   settings.published = published_settings();
-  return Step<D>(device_, body_memory_, contact_memory_, grid_memory_, published_memory_, counters_.data(),
-                 reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane.marks);
+  return Step<D>(device_, body_memory_, contact_memory_, joint_memory_, grid_memory_, published_memory_,
+                 counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane.marks);
 }
 
 template <exec::Device D>
@@ -215,12 +227,14 @@ template <exec::Device D>
 void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
+  if (with_edits) stage_joint_edits(flight);
   if (copies_results()) reserve_results(lane);
   if (def.ahead > 0) reserve_events(lane, first_events);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) change_gravity(flight.gravity);
   if (with_edits) upload_edits(flight);
+  if (with_edits) upload_joint_edits(flight);
   if (body_fault.is_due(SolverStage::before_step, 0))
     device_.parallel_for(indices_.size(),
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
@@ -279,18 +293,22 @@ SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
 template <exec::Device D>
 void DeviceSimulator<D>::stage_edits(Flight& flight) {
   Lane& lane = lane_of(flight.number);
-  const auto stage = [&](auto& staging, auto& buffer, const auto& list, std::size_t done) {
-    using Staging = std::decay_t<decltype(staging)>;
-    if (std::min(staging.size(), buffer.size()) < list.size()) {
-      done = 0;
-      staging = Staging(device_, list.size() + list.size() / 4);
-      buffer.grow(list.size() + list.size() / 4);
-    }
-    std::copy(list.begin() + static_cast<std::ptrdiff_t>(done), list.end(), staging.begin() + done);
-    return done;
-  };
   flight.uploaded = stage(lane.staged_edits, lane.edits, flight.edits, flight.uploaded);
   stage(lane.staged_data, lane.data, flight.data, 0);
+}
+
+/// Copies a list but for its first `done` items; all, where its room is new. Returns how many were not copied.
+template <exec::Device D>
+template <class T>
+std::size_t DeviceSimulator<D>::stage(exec::PinnedBuffer<T>& staging, exec::Buffer<T>& buffer,
+                                      const std::vector<T>& list, std::size_t done) {
+  if (std::min(staging.size(), buffer.size()) < list.size()) {
+    done = 0;
+    staging = exec::PinnedBuffer<T>(device_, list.size() + list.size() / 4);
+    buffer.grow(list.size() + list.size() / 4);
+  }
+  std::copy(list.begin() + static_cast<std::ptrdiff_t>(done), list.end(), staging.begin() + done);
+  return done;
 }
 
 /// Edits come while the steps before still run.
@@ -327,6 +345,7 @@ void DeviceSimulator<D>::change_gravity(const GravityChange& change) {
 
 #include "device/simulator_edits.hpp"
 #include "device/simulator_flights.hpp"
+#include "device/simulator_joints.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

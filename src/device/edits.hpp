@@ -20,6 +20,7 @@ enum class EditKind : std::uint32_t {
   force,         ///< velocity: force (N) and torque (N·m), for the next step
   constants,     ///< its BodyData's constants alone
   wake,
+  joints,  ///< joints come, go or change: wakes the body, where it was not isolated
 };
 
 /// Three quads, because a million bodies may be pushed in one go.
@@ -167,6 +168,10 @@ struct ApplyEdits {
         note(i, data[e.data].changes);
         if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;
+      case EditKind::joints:
+        note(i, joint_change);
+        if (bodies.flags[i] & isolated_flag) return;
+        break;
       case EditKind::wake:
         break;
     }
@@ -182,7 +187,7 @@ struct ApplyEdits {
     bodies.velocities[i] = data[e.data].velocity;
     bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
     bodies.slow_time[i] = 0;
-    bodies.colours[i] = bodies.further[i] = bodies.best[i] = 0;
+    bodies.colours[i] = bodies.further[i] = bodies.joint_colours[i] = bodies.best[i] = 0;
     bodies.touching[i] = 0;
     bodies.island[i] = i;
     bodies.island_woken[i] = bodies.isolated_in[i] = 0;

@@ -92,6 +92,7 @@ struct FindSupports {
 
   FATHOM_HD void join(std::uint32_t k) const {
     constraints.supports[k].upper = no_upper;
+    if (is_joint(constraints.heads[k].bits)) return;  // joints support nothing
     const Contact& c = contacts.contacts[constraints.contact[k]];
     if (c.colour() == overflow_colour) return;
     const bool pushes_a = is_pushable(bodies, c.a), pushes_b = is_pushable(bodies, c.b);
@@ -119,6 +120,7 @@ struct FindSupports {
   }
 
   FATHOM_HD void note_base(std::uint32_t k) const {
+    if (is_joint(constraints.heads[k].bits)) return;
     const Contact& c = contacts.contacts[constraints.contact[k]];
     if (!c.fixed_a() || c.colour() == overflow_colour || !is_pushable(bodies, c.b) || !touches(k)) return;
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];

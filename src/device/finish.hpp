@@ -214,7 +214,7 @@ struct MoveBodies {
     const bool may_sleep = c.bits & can_sleep_bit && c.is_dynamic();
     const bool slow = may_sleep && is_slow(v, moved, c.radius, p.slow_below, p.dt);
     bodies.slow_time[i] = slow ? bodies.slow_time[i] + p.dt : 0.0f;
-    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > 0)
+    if (may_sleep && is_round(c.shape()) && bodies.touching[i] > bit_count(bodies.joint_colours[i]))
       bodies.velocities[i].angular = rest_factor(v, c.shape_radius, p.slow_below, p.dt) * v.angular;
   }
 };
@@ -241,6 +241,7 @@ struct EndStep {
     r.found = c.found;
     r.manifolds = c.manifolds + c.taken_manifolds + c.deferred[0] + c.deferred[1] - c.free_manifolds;
     r.constraints = c.constraints;
+    r.solved_joints = c.solved_joints;
     r.overflow = c.overflow;
     r.colours = c.sweeps - (c.overflow ? 1 : 0);
     r.recycled = c.recycled;

@@ -18,6 +18,7 @@ struct PrepareConstraints {
 
   BodyArrays bodies;
   ContactArrays contacts;
+  JointArrays joints;
   ConstraintArrays constraints;
   Counters* counters;
   bool orders_overflow;
@@ -29,13 +30,15 @@ struct PrepareConstraints {
       if (k >= counters->constraints) return;
       prepare(k);
       if (orders_overflow && k >= counters->first_overflow) order(k);
-      exec::atomic_add(local.points, constraints.heads[k].bits & point_bits);
+      const std::uint32_t bits = constraints.heads[k].bits;
+      if (!is_joint(bits)) exec::atomic_add(local.points, bits & point_bits);
     });
     group.once([&] { exec::atomic_add(counters->points, local.points); });
   }
 
  private:
-  /// By priorities. Every constraint of the overflow counts those before it: they are few.
+  /// By priorities; of one pair's constraints its contact comes first, then joints by their slots. Every constraint of
+  /// the overflow counts those before it: they are few.
   FATHOM_HD void order(std::uint32_t k) const {
     const std::uint32_t first = counters->first_overflow;
     const auto key = [&](std::uint32_t i) {
@@ -43,8 +46,12 @@ struct PrepareConstraints {
       return priority(pair.a, pair.b);
     };
     const std::uint64_t mine = key(k);
+    const std::uint32_t my_number = constraints.contact[k];
     std::uint32_t rank = 0;
-    for (std::uint32_t i = first; i < counters->constraints; ++i) rank += key(i) < mine;
+    for (std::uint32_t i = first; i < counters->constraints; ++i) {
+      const std::uint64_t other = key(i);
+      rank += other < mine || (other == mine && constraints.contact[i] < my_number);
+    }
     constraints.overflow_order[rank] = k;
   }
 
@@ -52,6 +59,10 @@ struct PrepareConstraints {
     const PairRecord pair = constraints.bodies[k];
     const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
     const auto anisotropic = [](const SolverBody& s) { return s.inverse_mass > 0 && s.inverse_inertia == 0; };
+    const std::uint32_t number = constraints.contact[k];
+    if (number & joint_tag)
+      return prepare_joint(k, joints.records[number & ~joint_tag], a, b,
+                           anisotropic(a) || anisotropic(b) ? 1u * anisotropic_bit : 0u);
     if (anisotropic(a) || anisotropic(b))
       prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
     else
@@ -97,12 +108,34 @@ struct PrepareConstraints {
     const std::uint32_t rolls = contact.round() && m.rolling_length() > 0;
     if (rolls) constraints.rolls[k] = roll_row(m, ContactAxes(frame));
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
-    const std::uint64_t before = (std::uint64_t{1} << contact.colour() % further_colour) - 1;
-    const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
-    bits |= bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift;
-    bits |= bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
+    bits |= ranks_of(pair, contact.colour());
     const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (rolls ? 1u * rolls_extra : 0u);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, extras};
+  }
+
+  FATHOM_HD void prepare_joint(std::uint32_t k, const JointRecord& joint, const SolverBody& a, const SolverBody& b,
+                               std::uint32_t bits) const {
+    const Pose &pose_a = bodies.poses[joint.a], &pose_b = bodies.poses[joint.b];
+    const auto unit = [](Quat q) { return UnitQuat<float>{q.w, q.vector()}; };
+    BallJointRow<float> row;
+    prepare_ball_joint(unit(pose_a.rotation), unit(pose_b.rotation), pose_b.position - pose_a.position, joint.anchor_a,
+                       joint.anchor_b, joint.impulse, row);
+    row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
+    row.rigid = joint.rigid;
+    Quad* const rows = rows_of(constraints, k);
+    store_joint(rows, row);
+    store_joint_impulse(rows, row);
+    store_joint_total(rows, row);
+    rows[mass_row * tile_width] = {a.inverse_mass, a.inverse_inertia, b.inverse_mass, b.inverse_inertia};
+    if (joint.fixed_a) bits |= pushes_fixed_bit;
+    constraints.heads[k] = {joint.a, joint.b, point_bits | bits | ranks_of({joint.a, joint.b}, joint.colour), 0};
+  }
+
+  FATHOM_HD std::uint32_t ranks_of(PairRecord pair, std::uint32_t colour) const {
+    const std::uint64_t before = (std::uint64_t{1} << colour % further_colour) - 1;
+    const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
+    return bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift |
+           bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
   }
 };
 

@@ -47,6 +47,7 @@ void DeviceSimulator<D>::retire_oldest() {
                     "this is an error of the simulator, and the step's contacts are not all solved");
   profile_is_current_ = false;
   events_are_current_ = false;
+  joints_are_current_ = false;
   if (def.ahead > 0) bodies_are_current_ = false;
   const std::size_t in_use = newest_.contacts - newest_.free_contacts;
   if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
@@ -82,7 +83,8 @@ void DeviceSimulator<D>::make_room_for(const Report& report) {
   // A quarter more would be 80 % full at once.
   const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
-                          resumes ? room_for(report.manifolds) : 0, event_lists(), may_bounce_, may_roll_);
+                          resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
+                          may_bounce_, may_roll_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
@@ -126,7 +128,7 @@ void DeviceSimulator<D>::make_profile() {
   c.bodies = bodies.count();
   c.active = def.sleep.enabled ? newest_.active : movable_;
   c.pairs = newest_.contacts - newest_.free_contacts;
-  c.manifolds = newest_.constraints;
+  c.manifolds = newest_.constraints - newest_.solved_joints;
   c.points = newest_.points;
   c.colours = newest_.colours;
   c.overflow = newest_.overflow;

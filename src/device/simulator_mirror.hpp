@@ -113,6 +113,9 @@ void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data
       v = pushed(v, body.constants, body.tensors, poses_[slot].rotation, e.velocity());
       break;
     }
+    case EditKind::joints:
+      if (flags_[slot] & isolated_flag) return;
+      break;
     default:
       break;
   }

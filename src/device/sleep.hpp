@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device/build_constraints.hpp"
+#include "device/joint_arrays.hpp"
 #include "device/union_find.hpp"
 #include "dynamics/move_to.hpp"
 #include "dynamics/sleep.hpp"
@@ -10,7 +11,7 @@ namespace fathom::device {
 
 /// What a body's `best`, which colouring is done with by then, tells of it while islands fall asleep.
 enum Rest : std::uint64_t {
-  is_carried = 1,    ///< a contact acts on it
+  is_carried = 1,    ///< a contact or a joint acts on it
   is_supported = 2,  ///< one with something that cannot be pushed; of an island: on some of its bodies
   is_moving = 4,     ///< of an island: some of its bodies move
 };
@@ -26,33 +27,53 @@ struct BeginIslands {
   }
 };
 
-struct JoinIslands {
+/// What a contact or a joint tells of its bodies' islands.
+struct IslandLink {
   BodyArrays bodies;
-  ContactArrays contacts;
   float time;  ///< s
+
+  /// `acts`: whether it does something, asked for bodies alone that have been slow for long enough.
+  template <class Acts>
+  FATHOM_HD void join(std::uint32_t a, std::uint32_t b, bool fixed_a, const Acts& acts) const {
+    const auto note_rest = [&](std::uint32_t i, std::uint64_t rest) {
+      if (bodies.slow_time[i] >= time && acts()) exec::atomic_or(bodies.best[i], rest);
+    };
+    if (fixed_a) {
+      // A body that something moving pushes stays awake.
+      const Velocity& v = bodies.velocities[a];
+      if (fathom::is_moving(v)) bodies.slow_time[b] = 0;
+      note_rest(b, is_carried | is_supported);
+      return;
+    }
+    const bool a_awake = bodies.is_awake(a), b_awake = bodies.is_awake(b);
+    // One of them may be quarantined.
+    if (a_awake) note_rest(a, b_awake ? is_carried : is_carried | is_supported);
+    if (b_awake) note_rest(b, a_awake ? is_carried : is_carried | is_supported);
+    if (a_awake && b_awake) unite(bodies.parent, a, b);
+  }
+};
+
+struct JoinIslands {
+  IslandLink link;
+  ContactArrays contacts;
 
   FATHOM_HD void operator()(std::uint32_t index) const {
     const Contact c = contacts.contacts[index];
     if (!c.in_use() || !c.touching()) return;
-    if (c.fixed_a()) {
-      // A body that something moving pushes stays awake.
-      const Velocity& v = bodies.velocities[c.a];
-      if (fathom::is_moving(v)) bodies.slow_time[c.b] = 0;
-      note_rest(c, c.b, is_carried | is_supported);
-      return;
-    }
-    const bool a_awake = bodies.is_awake(c.a), b_awake = bodies.is_awake(c.b);
-    // One of them may be quarantined.
-    if (a_awake) note_rest(c, c.a, b_awake ? is_carried : is_carried | is_supported);
-    if (b_awake) note_rest(c, c.b, a_awake ? is_carried : is_carried | is_supported);
-    if (a_awake && b_awake) unite(bodies.parent, c.a, c.b);
+    link.join(c.a, c.b, c.fixed_a(), [&] { return contacts.manifolds[c.manifold].step_impulse > 0; });
   }
+};
 
- private:
-  /// Manifolds are read for bodies alone that have been slow for long enough.
-  FATHOM_HD void note_rest(const Contact& c, std::uint32_t i, std::uint64_t rest) const {
-    if (bodies.slow_time[i] >= time && contacts.manifolds[c.manifold].step_impulse > 0)
-      exec::atomic_or(bodies.best[i], rest);
+struct JoinIslandsByJoints {
+  IslandLink link;
+  JointArrays joints;
+  const Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t slot) const {
+    if (slot >= counters->joints || counters->live_bodies == 0) return;
+    const JointRecord& joint = joints.records[slot];
+    if (!joint.in_use()) return;
+    link.join(joint.a, joint.b, joint.fixed_a, [&] { return !(joint.total == Vec3{}); });
   }
 };
 

@@ -29,6 +29,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   fetch_events();
   write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
   BodyIndices::archive(indices_, write);
+  JointMirror::archive(joint_mirror_, write);
   // Events that wait for being read are nothing that steps depend on: the last step's are enough.
   write(begun_.of_step(submitted_), ended_.of_step(submitted_), hits_.of_step(submitted_),
         quarantined_.of_step(submitted_));
@@ -44,6 +45,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
         s.download(layout.manifold, counters.constraints),
         s.download(layout.overflow_order, ordered_overflow(counters)));
+  write(s.download(s.joint_memory_.arrays().records, counters.joints));
   // The sweep's list, which need not be sorted where bodies move fast.
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
   write(set_changed_, wanted_slots_,
@@ -54,6 +56,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
   in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
   BodyIndices::archive(indices_, in);
+  JointMirror::archive(joint_mirror_, in);
   const auto read_list = [&]<class T>(EventList<T>& list) {
     std::vector<T> events;
     in(events);
@@ -64,6 +67,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   Counters counters;
   in(counters);
   check_indices(in, counters);
+  joint_mirror_.rebuild();
 
   // Hulls by the order of slots; constants name them.
   for (const BodyId id : bodies.living())
@@ -86,6 +90,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   if (on_device) {
     in.require(counters.contacts <= in.left() / sizeof(Contact) &&
                counters.manifolds <= in.left() / sizeof(ContactManifold));
+    in.require(counters.joints <= joints.slot_count());
     wanted_contacts_ = counters.contacts;
     wanted_manifolds_ = counters.manifolds;
     make_room();
@@ -116,15 +121,27 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   };
   read_into(arrays.free, room, counters.free_contacts, are_below(counters.contacts));
   const std::size_t manifold_room = contact_memory_.manifold_capacity();
+  const std::size_t constraint_room = contact_memory_.constraint_capacity();
   read_into(arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
   read_into(arrays.free_manifolds, manifold_room, counters.free_manifolds, are_below(counters.manifolds));
   const ConstraintArrays layout = contact_memory_.constraints();
-  read_into(layout.bodies, manifold_room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
+  read_into(layout.bodies, constraint_room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
     for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
-  read_into(layout.contact, manifold_room, counters.constraints, are_below(counters.contacts));
-  read_into(layout.manifold, manifold_room, counters.constraints, are_below(counters.manifolds));
-  read_into(layout.overflow_order, manifold_room, ordered_overflow(counters), are_below(counters.constraints));
+  read_into(layout.contact, constraint_room, counters.constraints, [&](const std::vector<std::uint32_t>& numbers) {
+    for (const std::uint32_t number : numbers)
+      in.require(number & joint_tag ? (number & ~joint_tag) < counters.joints : number < counters.contacts);
+  });
+  // Of a joint it is 0, be there manifolds or not.
+  read_into(layout.manifold, constraint_room, counters.constraints, are_below(std::max(counters.manifolds, 1u)));
+  read_into(layout.overflow_order, constraint_room, ordered_overflow(counters), are_below(counters.constraints));
+  read_into(joint_memory_.arrays().records, joint_memory_.capacity(), counters.joints,
+            [&](const std::vector<JointRecord>& records) {
+              for (const JointRecord& r : records)
+                in.require(!r.in_use() || (r.a < counters.bodies && r.b < counters.bodies &&
+                                           (r.colour < dynamic_colours || r.colour == overflow_colour)));
+            });
+  if (on_device) upload(joint_memory_.arrays().apart.pairs, joint_mirror_.apart().pairs());
   std::vector<std::uint64_t> list;
   in(set_changed_, wanted_slots_, list);
   for (const std::uint64_t element : list) in.require(static_cast<std::uint32_t>(element) < list.size());
@@ -157,6 +174,7 @@ void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index
 template <exec::Device D>
 void DeviceSimulator<D>::check_indices(const ByteReader& in, const Counters& counters) const {
   in.require(counters.bodies <= indices_.size());
+  in.require(joint_mirror_.is_sound(joints, indices_.size()));
   in.require(indices_.is_sound(bodies.slot_count(), [&](std::uint32_t slot) { return bodies.alive(slot); }));
   in.require(counters.free_contacts <= counters.contacts && counters.free_manifolds <= counters.manifolds &&
              newest_.step == submitted_ && steps == submitted_);

@@ -8,6 +8,7 @@
 
 #include "check/check.hpp"
 #include "device/constraint_rows.hpp"
+#include "device/joint_arrays.hpp"
 #include "device/overload.hpp"
 #include "dynamics/body_fault.hpp"
 #include "dynamics/overlap.hpp"
@@ -75,6 +76,9 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 /// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
 /// where the overflow is solved in an order of its own or colours do not fit into one word, where strikes skip
 /// contacts, or where contacts read bodies that move without being told by them.
+///
+/// Worlds without joints have a kernel of their own, which does not carry the registers that joints take.
+template <bool with_joints>
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
@@ -191,8 +195,10 @@ struct SolveConstraints {
     const Quad* const rows = rows_of(constraints, k);
     const bool friction = with_friction(place.what);
     f.head = exec::load_unchanging(constraints.heads[k]);
-    for (std::uint32_t r = 0; r < impulse_row; ++r)
+    constexpr std::uint32_t unchanging = with_joints ? joint_spin_row : impulse_row;
+    for (std::uint32_t r = 0; r < unchanging; ++r)
       f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
+    for (std::uint32_t r = unchanging; r < impulse_row; ++r) f.rows[r] = rows[r * tile_width];
     f.rows[impulse_row] = rows[impulse_row * tile_width];
     f.rows[impulse_row + 1] = rows[(friction ? impulse_row + 1 : impulse_row) * tile_width];
     f.rows[mass_row] = exec::load_unchanging(rows[mass_row * tile_width]);
@@ -276,6 +282,8 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
+    if constexpr (with_joints)
+      if (is_joint(f.head.bits)) return sweep_joint(place, k, f);
     if (place.what == push || place.what == push_first)
       sweep_as<push>(place, k, f);
     else if (place.what == relax)
@@ -299,34 +307,49 @@ struct SolveConstraints {
     return writes_of(linear) == writes && writes_of(angular) == writes;
   }
 
+  /// The bodies of a constraint in a sweep.
+  struct Pair {
+    SolverQuads a, b;
+    std::uint32_t due_a, due_b;  ///< how often their velocities have been written
+    bool pushes_a, pushes_b;
+  };
+
+  /// Waits until the bodies of a constraint are as the sweep is to find them.
+  template <What what>
+  FATHOM_HD_INLINED void load_pair(Place place, const Fetched& fetched, Pair& pair) const {
+    const ConstraintHead& head = fetched.head;
+    pair.pushes_a = fetched.rows[mass_row].x > 0, pair.pushes_b = fetched.rows[mass_row].z > 0;
+    const auto due = [&](std::uint32_t count_shift, std::uint32_t rank_shift) {
+      return place.integrations + place.sweeps * (head.bits >> count_shift & count_bits) +
+             (head.bits >> rank_shift & rank_bits);
+    };
+    pair.due_a = due(count_a_shift, rank_a_shift), pair.due_b = due(count_b_shift, rank_b_shift);
+    const SolverQuads &at_a = bodies.solver[head.a], &at_b = bodies.solver[head.b];
+    for (exec::Patience patience;; patience.look_again()) {
+      pair.a.linear = exec::load_shared_quad(at_a.linear), pair.b.linear = exec::load_shared_quad(at_b.linear);
+      pair.a.angular = exec::load_shared_quad(at_a.angular), pair.b.angular = exec::load_shared_quad(at_b.angular);
+      if constexpr (moves_matter(what)) {
+        pair.a.moved = exec::load_shared_quad(at_a.moved), pair.b.moved = exec::load_shared_quad(at_b.moved);
+        pair.a.turned = exec::load_shared_quad(at_a.turned), pair.b.turned = exec::load_shared_quad(at_b.turned);
+      }
+      if (!place.by_data) break;
+      bool ready = (!pair.pushes_a || is_due(pair.a.linear, pair.a.angular, pair.due_a)) &&
+                   (!pair.pushes_b || is_due(pair.b.linear, pair.b.angular, pair.due_b));
+      if (moves_matter(what) && place.moves > 0)
+        ready = ready && (!pair.pushes_a || is_due(pair.a.moved, pair.a.turned, place.moves)) &&
+                (!pair.pushes_b || is_due(pair.b.moved, pair.b.turned, place.moves));
+      if (exec::all_ready(ready)) break;
+    }
+  }
+
   template <What what, class Inertia>
   FATHOM_HD_INLINED void sweep_with(Place place, std::uint32_t k, const Fetched& fetched) const {
     const std::uint32_t bits = fetched.head.bits;
-    const ConstraintHead& pair = fetched.head;
+    const ConstraintHead& head = fetched.head;
     const int count = static_cast<int>(bits & point_bits);
     const Quad masses = fetched.rows[mass_row];
-    const bool pushes_a = masses.x > 0, pushes_b = masses.z > 0;
-    const auto due = [&](std::uint32_t count_shift, std::uint32_t rank_shift) {
-      return place.integrations + place.sweeps * (bits >> count_shift & count_bits) + (bits >> rank_shift & rank_bits);
-    };
-    const std::uint32_t due_a = due(count_a_shift, rank_a_shift), due_b = due(count_b_shift, rank_b_shift);
-    SolverQuads &at_a = bodies.solver[pair.a], &at_b = bodies.solver[pair.b];
-    SolverQuads quads_a, quads_b;
-    for (exec::Patience patience;; patience.look_again()) {
-      quads_a.linear = exec::load_shared_quad(at_a.linear), quads_b.linear = exec::load_shared_quad(at_b.linear);
-      quads_a.angular = exec::load_shared_quad(at_a.angular), quads_b.angular = exec::load_shared_quad(at_b.angular);
-      if constexpr (moves_matter(what)) {
-        quads_a.moved = exec::load_shared_quad(at_a.moved), quads_b.moved = exec::load_shared_quad(at_b.moved);
-        quads_a.turned = exec::load_shared_quad(at_a.turned), quads_b.turned = exec::load_shared_quad(at_b.turned);
-      }
-      if (!place.by_data) break;
-      bool ready = (!pushes_a || is_due(quads_a.linear, quads_a.angular, due_a)) &&
-                   (!pushes_b || is_due(quads_b.linear, quads_b.angular, due_b));
-      if (moves_matter(what) && place.moves > 0)
-        ready = ready && (!pushes_a || is_due(quads_a.moved, quads_a.turned, place.moves)) &&
-                (!pushes_b || is_due(quads_b.moved, quads_b.turned, place.moves));
-      if (exec::all_ready(ready)) break;
-    }
+    Pair pair;
+    load_pair<what>(place, fetched, pair);
     const ContactFrame frame = frame_of(fetched.rows);
     const ContactAxes axes(frame);
     PointRow points[max_manifold_points];
@@ -335,18 +358,18 @@ struct SolveConstraints {
       points[i] = {q.x, q.y, q.z, q.w};
     }
     ContactImpulses impulses = impulses_of(fetched.rows);
-    const bool from_zero = place.what == push_first, rolls = pair.has(rolls_extra);
+    const bool from_zero = place.what == push_first, rolls = head.has(rolls_extra);
     if (from_zero) impulses = impulses.cleared();
     RollRow roll;
     if (rolls) roll = constraints.rolls[k];
     if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
-    ContactBody<Inertia> a{quads_a.linear.xyz(), quads_a.angular.xyz(), masses.x,
-                           world_inertia<Inertia>(bodies, pair.a, masses.x, masses.y)};
-    ContactBody<Inertia> b{quads_b.linear.xyz(), quads_b.angular.xyz(), masses.z,
-                           world_inertia<Inertia>(bodies, pair.b, masses.z, masses.w)};
+    ContactBody<Inertia> a{pair.a.linear.xyz(), pair.a.angular.xyz(), masses.x,
+                           world_inertia<Inertia>(bodies, head.a, masses.x, masses.y)};
+    ContactBody<Inertia> b{pair.b.linear.xyz(), pair.b.angular.xyz(), masses.z,
+                           world_inertia<Inertia>(bodies, head.b, masses.z, masses.w)};
     const auto moved = [&] {
-      return axes.motion(quads_a.moved.xyz(), quads_a.turned.xyz(), quads_b.moved.xyz(), quads_b.turned.xyz());
+      return axes.motion(pair.a.moved.xyz(), pair.a.turned.xyz(), pair.b.moved.xyz(), pair.b.turned.xyz());
     };
     if constexpr (what == warm) {
       warm_start_contact(frame, axes, points, count, impulses, a, b);
@@ -359,13 +382,13 @@ struct SolveConstraints {
     } else {
       const bool fixed = bits & pushes_fixed_bit;
       const auto arm_on_a = [&] {
-        return fixed ? carried_arm(frame.arm_a, mul_add(quads_a.turned.xyz(), p.friction_lead, a.angular))
+        return fixed ? carried_arm(frame.arm_a, mul_add(pair.a.turned.xyz(), p.friction_lead, a.angular))
                      : frame.arm_a;
       };
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
-      if (p.soft && pair.held() > 0) {
-        step.softness = stiffened(step.softness, pair.held());
+      if (p.soft && head.held() > 0) {
+        step.softness = stiffened(step.softness, head.held());
         step.slop = support_slop(frame.patch_radius);
       }
       if (is_uneven(masses.x, masses.z)) step.softness.impulse_scale *= uneven_share;
@@ -385,12 +408,12 @@ struct SolveConstraints {
     }
     if (!is_sound(a, b, impulses)) {
       impulses = {};
-      a.linear = exec::load_shared_quad(at_a.linear).xyz(), a.angular = exec::load_shared_quad(at_a.angular).xyz();
-      b.linear = exec::load_shared_quad(at_b.linear).xyz(), b.angular = exec::load_shared_quad(at_b.angular).xyz();
+      reload_velocity(head.a, a.linear, a.angular);
+      reload_velocity(head.b, b.linear, b.angular);
     }
     // Velocities first: others wait for them.
-    if (pushes_b) store_velocity(pair.b, b.linear, b.angular, due_b + 1);
-    if (pushes_a) store_velocity(pair.a, a.linear, a.angular, due_a + 1);
+    if (pair.pushes_b) store_velocity(head.b, b.linear, b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, a.linear, a.angular, pair.due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
     if (what != strike && rolls) constraints.rolls[k] = roll;
@@ -398,9 +421,79 @@ struct SolveConstraints {
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
+  FATHOM_HD_INLINED void sweep_joint(Place place, std::uint32_t k, const Fetched& f) const {
+    if (place.what == push || place.what == push_first)
+      sweep_joint_as<push>(place, k, f);
+    else if (place.what == relax)
+      sweep_joint_as<relax>(place, k, f);
+    else if (place.what == warm)
+      sweep_joint_as<warm>(place, k, f);
+  }
+  template <What what>
+  FATHOM_HD_INLINED void sweep_joint_as(Place place, std::uint32_t k, const Fetched& f) const {
+    if (f.head.bits & anisotropic_bit)
+      sweep_joint_with<what, SymMat3>(place, k, f);
+    else
+      sweep_joint_with<what, float>(place, k, f);
+  }
+
+  /// Warm starting is done before anything has moved.
+  template <What what, class Inertia>
+  FATHOM_HD static JointBodies<Inertia>::Side joint_side(const BodyArrays& bodies, std::uint32_t i,
+                                                         const SolverQuads& quads, float inverse_mass,
+                                                         float inverse_inertia) {
+    typename JointBodies<Inertia>::Side side;
+    side.linear = quads.linear.xyz(), side.angular = quads.angular.xyz();
+    if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();
+    side.inverse_mass = inverse_mass;
+    side.inverse_inertia = inverse_mass > 0 ? inverse_inertia : 1.0f;
+    side.response = world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia);
+    return side;
+  }
+
+  template <What what, class Inertia>
+  FATHOM_HD_INLINED void sweep_joint_with(Place place, std::uint32_t k, const Fetched& fetched) const {
+    const ConstraintHead& head = fetched.head;
+    const Quad masses = fetched.rows[mass_row];
+    Pair pair;
+    load_pair<what>(place, fetched, pair);
+    JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
+                              joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
+    BallJointRow<float> row = joint_of(fetched.rows);
+    if (place.what == push_first) row.impulse = row.spun_a = row.spun_b = {};
+    float sum;
+    const bool ends = ends_substep(place);
+    if constexpr (what == warm) {
+      warm_start_ball_joint(row, both);
+      const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
+      sum = all.x + (all.y + all.z);
+    } else if constexpr (what == relax) {
+      sum = solve_ball_joint<JointPass::relax>(row, both, p.h, ends);
+    } else if (p.soft) {
+      sum = solve_ball_joint<JointPass::soft>(row, both, p.h, ends);
+    } else {
+      sum = solve_ball_joint<JointPass::iterate>(row, both, p.h, ends);
+    }
+    if (!is_finite(sum)) {
+      row.impulse = row.total = row.spun_a = row.spun_b = {};
+      reload_velocity(head.a, both.a.linear, both.a.angular);
+      reload_velocity(head.b, both.b.linear, both.b.angular);
+    }
+    // Velocities first: others wait for them.
+    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
+    Quad* const rows = rows_of(constraints, k);
+    store_joint_impulse(rows, row);
+    if (ends) store_joint_total(rows, row);
+  }
+
   /// Whether a sweep asks how far the bodies have moved.
   FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == strike; }
 
+  FATHOM_HD void reload_velocity(std::uint32_t i, Vec3& linear, Vec3& angular) const {
+    linear = exec::load_shared_quad(bodies.solver[i].linear).xyz();
+    angular = exec::load_shared_quad(bodies.solver[i].angular).xyz();
+  }
   FATHOM_HD void store_velocity(std::uint32_t i, Vec3 linear, Vec3 angular, std::uint32_t writes) const {
     exec::store_shared_quad(bodies.solver[i].linear, written(linear, writes));
     exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
@@ -561,10 +654,11 @@ struct SolveConstraints {
   }
 };
 
-/// Hands the impulses back to the manifolds, and what a step leaves of overlaps to the contacts; marks what was
+/// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what was
 /// overloaded. An impulse that is not finite is forgotten.
 struct StoreImpulses {
   ContactArrays contacts;
+  JointArrays joints;
   ConstraintArrays constraints;
   const Counters* counters;
   float overlap_kept;       ///< a step
@@ -574,6 +668,7 @@ struct StoreImpulses {
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     const ConstraintHead head = constraints.heads[k];
+    if (is_joint(head.bits)) return store_joint(k);
     if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
@@ -603,6 +698,15 @@ struct StoreImpulses {
     float nearest = 1e30f;
     for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
     c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
+  }
+
+  FATHOM_HD void store_joint(std::uint32_t k) const {
+    const Quad* const rows = rows_of(constraints, k);
+    const Vec3 impulse = rows[joint_impulse_row * tile_width].xyz(), total = rows[joint_total_row * tile_width].xyz();
+    JointRecord& joint = joints.records[constraints.contact[k] & ~joint_tag];
+    const bool ok = is_finite(impulse) && is_finite(total);
+    joint.impulse = ok ? impulse : Vec3{};
+    joint.total = ok ? total : Vec3{};
   }
 
   FATHOM_HD void store_rolling(std::uint32_t k, ContactManifold& m) const {

@@ -33,26 +33,28 @@ struct SupportsOfBody {
 /// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
 /// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
 /// possible.
+template <bool with_joints>
 struct SolveWithSupports {
+  using Solver = SolveConstraints<with_joints>;
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;
   static constexpr std::uint32_t plan_parts = level_slots;
-  struct Plan : SolveConstraints::Plan {
+  struct Plan : Solver::Plan {
     std::uint32_t supported;
     bool in_one_warp;  ///< each level is
     Stretch level[level_slots];
   };
-  using Fetched = SolveConstraints::Fetched;
+  using Fetched = typename Solver::Fetched;
   enum Stage : std::uint32_t { sweeps, asking, summing, moving };
   struct Place {
-    SolveConstraints::Place in_solve;
+    typename Solver::Place in_solve;
     Stage stage;
     std::uint32_t level;
     bool follows_solution;
   };
 
-  SolveConstraints solver;
+  Solver solver;
 
   /// Phases of the direct solutions of a step.
   FATHOM_HD static std::uint32_t direct_phases(const SolveParameters& p, std::uint32_t levels) {
@@ -60,8 +62,8 @@ struct SolveWithSupports {
   }
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
-    static_assert(SolveConstraints::plan_parts <= plan_parts);
-    if (k < SolveConstraints::plan_parts) solver.plan_part(plan, k);
+    static_assert(Solver::plan_parts <= plan_parts);
+    if (k < Solver::plan_parts) solver.plan_part(plan, k);
     plan.level[k] = solver.counters->level[k];
     if (k > 0) return;
     plan.supported = solver.counters->supported;
@@ -78,8 +80,8 @@ struct SolveWithSupports {
     return place;
   }
   FATHOM_HD Place next(const Plan& plan, Place place) const {
-    const SolveConstraints::Place& at = place.in_solve;
-    if (place.stage == sweeps && at.what == SolveConstraints::relax && at.colour + 1 == plan.sweeps)
+    const typename Solver::Place& at = place.in_solve;
+    if (place.stage == sweeps && at.what == Solver::relax && at.colour + 1 == plan.sweeps)
       return {at, asking, plan.support_levels, false};
     if (place.stage == asking && place.level > 1) return {at, asking, place.level - 1, false};
     if (place.stage == asking) return {at, summing, 0, false};

@@ -10,6 +10,7 @@
 #include "device/find_pairs.hpp"
 #include "device/find_supports.hpp"
 #include "device/finish.hpp"
+#include "device/joints.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
@@ -44,13 +45,15 @@ struct StageMarks {
 template <exec::Device D>
 class Step {
  public:
-  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, GridMemory& grid, PublishedMemory<D>& published,
+  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, JointMemory& joints, GridMemory& grid,
+       PublishedMemory<D>& published,
        Counters* counters, Report* reports, std::uint32_t report_count, const StepSettings& settings,
        StageMarks<D>* marks)
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
         constraints_(contacts.constraints()),
+        joints_(joints.arrays()),
         grid_(grid.grid(settings.grid_base)),
         grid_entries_(grid.entries()),
         counters_(counters),
@@ -137,26 +140,32 @@ class Step {
   }
 
   void build_constraints() {
-    if (settings_.move.sleeping)
+    if (settings_.move.sleeping) {
+      if (has_joints()) device_.parallel_for(joints_.capacity, WakeJoined{bodies_, joints_, counters_});
       device_.parallel_for({&counters_->waking, body_capacity_}, WakeIslands{bodies_, counters_});
+    }
     if (!settings_.published.cells) choose_colours();
     lay_out_constraints();
   }
 
   void lay_out_constraints() {
     const exec::Range groups{&counters_->layout_groups, contact_groups().capacity};
-    device_.parallel_groups(contact_groups(), CountColours{bodies_, contacts_, counters_});
+    const ContactsToLayOut contacts{bodies_, contacts_};
+    const JointsToLayOut joints{bodies_, joints_};
+    device_.parallel_groups(contact_groups(), CountColours<ContactsToLayOut>{contacts, counters_});
+    if (has_joints()) device_.parallel_groups(joint_groups(), CountColours<JointsToLayOut>{joints, counters_});
     device_.parallel_groups(1, ScheduleColours{counters_});
-    device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
+    device_.parallel_groups(groups, LayOutConstraints<ContactsToLayOut>{contacts, constraints_, counters_});
+    if (has_joints())
+      device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups(
-        {&counters_->constraint_groups,
-         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
+        {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
+        PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells});
     if (has_supports())
       device_.parallel_phases(FindSupports::most_phases,
-                              std::max({body_capacity_, contacts_.manifold_capacity, level_slots}),
+                              std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
   }
 
@@ -168,19 +177,30 @@ class Step {
   }
 
   void solve() {
+    if (has_joints())
+      solve_with<true>();
+    else
+      solve_with<false>();
+  }
+
+  template <bool with_joints>
+  void solve_with() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
     const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
-    const SolveConstraints solver{bodies_, contacts_, constraints_, counters_, body_capacity_, settings_.solve};
+    const SolveConstraints<with_joints> solver{bodies_,   contacts_,      constraints_,
+                                               counters_, body_capacity_, settings_.solve};
     // A colour holds a body once, so it has no more constraints than there are bodies.
-    if (settings_.published.cells)
-      published_.solve(solver, settings_.bounces, constraints());
-    else
+    if (!settings_.published.cells)
       device_.parallel_phases(most_phases, body_capacity_, solver);
+    else if constexpr (!with_joints)
+      published_.solve(solver, settings_.bounces, constraints());
+    using WithSupports = SolveWithSupports<with_joints>;
     if (has_supports())
-      device_.parallel_phases(most_phases + SolveWithSupports::direct_phases(p, most_levels), body_capacity_,
-                              SolveWithSupports{solver});
+      device_.parallel_phases(most_phases + WithSupports::direct_phases(p, most_levels), body_capacity_,
+                              WithSupports{solver});
     device_.parallel_for(constraints(), StoreImpulses{contacts_,
+                                                      joints_,
                                                       constraints_,
                                                       counters_,
                                                       overlap_kept(settings_.dt),
@@ -193,8 +213,9 @@ class Step {
     device_.parallel_for(fast(), HoldBackFast{{bodies_, grid_, counters_, settings_.move}, contacts_});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
-      device_.parallel_for({&counters_->live_contacts, contacts_.capacity},
-                           JoinIslands{bodies_, contacts_, settings_.sleep_time});
+      const IslandLink link{bodies_, settings_.sleep_time};
+      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, JoinIslands{link, contacts_});
+      if (has_joints()) device_.parallel_for(joints_.capacity, JoinIslandsByJoints{link, joints_, counters_});
       device_.parallel_for(live_bodies(), MeasureIslands{bodies_, counters_, settings_.sleep_time,
                                                          still_share * settings_.move.slow_below});
       device_.parallel_for(live_bodies(), FallAsleep{bodies_, counters_, settings_.sleep_time});
@@ -204,12 +225,17 @@ class Step {
   }
 
   bool has_supports() const { return settings_.solve.stiffness > 0; }
+  bool has_joints() const { return joints_.capacity > 0; }
   ContactChanges contact_changes() const {
-    return {bodies_, contacts_, counters_, settings_.restitution_threshold, settings_.sag};
+    return {bodies_, contacts_, joints_.apart, counters_, settings_.restitution_threshold, settings_.sag};
   }
   exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
-  exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }
+  exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
+  std::uint32_t joint_groups() const {
+    constexpr std::uint32_t size = CountColours<JointsToLayOut>::group_size;
+    return (joints_.capacity + size - 1) / size;
+  }
   exec::Range contact_groups() const {
     return {&counters_->contact_groups,
             (contacts_.capacity + SortOutContacts::group_size - 1) / SortOutContacts::group_size};
@@ -222,6 +248,7 @@ class Step {
   BodyArrays bodies_;
   ContactArrays contacts_;
   ConstraintArrays constraints_;
+  JointArrays joints_;
   Grid grid_;
   std::uint32_t grid_entries_;
   Counters* counters_;

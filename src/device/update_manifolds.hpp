@@ -7,6 +7,7 @@
 
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
+#include "device/joint_arrays.hpp"
 #include "dynamics/hit.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
@@ -28,6 +29,7 @@ FATHOM_HD void hold_at_once(const BodyArrays& bodies, std::uint32_t i, Counters&
 struct ContactChanges {
   BodyArrays bodies;
   ContactArrays contacts;
+  ApartTable apart;
   Counters* counters;
   float restitution_threshold;  ///< m/s
   float sag;                    ///< s²: `contact_sag`
@@ -39,18 +41,39 @@ struct ContactChanges {
     exec::atomic_store(counters->waking, counters->live_bodies);
   }
 
-  FATHOM_HD void end(Contact& c) const {
-    if (c.colour() != overflow_colour) {
-      // The bit is this contact's alone, so subtracting takes it away.
-      const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
-      std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
-      exec::atomic_add(taken[c.b], ~bit + 1);
-      if (!c.fixed_a()) exec::atomic_add(taken[c.a], ~bit + 1);
+  /// A contact whose bodies have other joints than before keeps apart from now on, or gives up a colour that one of them
+  /// has taken.
+  FATHOM_HD void meet_joints(Contact& c) const {
+    if (apart.has(c.a, c.b)) {
+      if (c.touching()) end(c);
+      c.bits |= apart_bit;
+      return;
     }
+    c.bits &= ~apart_bit;
+    if (c.fixed_a() || c.colour() >= dynamic_colours) return;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour();
+    if ((bodies.joint_colours[c.a] | bodies.joint_colours[c.b]) & bit) give_colour_back(c);
+  }
+
+  FATHOM_HD void give_colour_back(Contact& c) const {
+    if (c.colour() == overflow_colour) return;
+    const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
+    std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
+    const auto give_back = [&](std::uint32_t i) {
+      if (apart.is_on && c.colour() < further_colour && bodies.joint_colours[i] & bit) return;  // a joint's by now
+      // The bit is this contact's alone, so subtracting takes it away.
+      exec::atomic_add(taken[i], ~bit + 1);
+    };
+    give_back(c.b);
+    if (!c.fixed_a()) give_back(c.a);
+    c.set_colour(overflow_colour);
+  }
+
+  FATHOM_HD void end(Contact& c) const {
+    give_colour_back(c);
     exec::atomic_add(bodies.touching[c.b], ~0u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);
     c.bits &= ~touching_bit;
-    c.set_colour(overflow_colour);
     contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
     c.manifold = none;
     contacts.ended[contacts.event(counters->step + 1, exec::atomic_add(counters->ended, 1u))] = {c.a, c.b};
@@ -212,8 +235,10 @@ struct SortOutContacts {
         changes.contacts.free[exec::atomic_add(changes.counters->free_contacts, 1u)] = index;
         return nothing;
       }
+      if (changes.apart.is_on && (fresh || noted & joint_change)) changes.meet_joints(c);
       if (c.touching() && noted & mix_materials) changes.mix(c, changes.contacts.manifolds[c.manifold]);
     }
+    if (c.apart()) return nothing;
     if (!overlaps(bodies.boxes[c.a], bodies.boxes[c.b])) {
       if (c.touching()) changes.end(c);
       return nothing;

@@ -11,19 +11,17 @@
 //
 // A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along the
 // arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one that
-// takes the anchors' relative velocity away. What turns on a joint so keeps its energy, where a plain projection of
-// velocities takes (h ω)² of it in every substep.
+// takes the anchors' relative velocity away. So what swings keeps its energy, of which a plain projection of velocities
+// takes a part (h ω)² in every substep. Bodies that only joints act on *swing*: they move by the mean of their velocities
+// before and after gravity's acceleration, which makes it of second order. What touches something moves by the latter.
 //
-// Bodies that only joints act on *swing*: they move by the mean of their velocities before and after gravity's
-// acceleration, which makes RATTLE of second order. What touches something moves by the latter, which its contacts
-// have stopped.
-//
-// Bodies carry all impulses of a substep into the next one (native/solver.hpp), and with them the moments that these
-// had about the centres of mass. Arms have turned meanwhile, so a joint makes up for the difference.
+// Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for velocities,
+// but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω² of its
+// momentum every second. So the first sweep of a substep puts the difference right.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
-  relax,    ///< after it: takes the pull out of the velocities again
+  relax,    ///< after it: takes the pull out of the velocities again, but of a spring's, which is there to stay
   iterate,  ///< of the `impulse` solver: both at once
 };
 
@@ -33,11 +31,11 @@ struct BallJointRow {
   VecOf<L> arm_a, arm_b;  ///< m, from the centres of mass, world axes
   VecOf<L> gap;           ///< m, from A's anchor to B's
   VecOf<L> impulse;       ///< N·s on B, accumulated over the substep
-  VecOf<L> carried;       ///< N·s, of it what acted before positions moved
-  VecOf<L> carried_arm_a, carried_arm_b;  ///< m, with these arms
   VecOf<L> total;         ///< N·s, over the step
-  VecOf<L> pull;          ///< m/s², by which B accelerates away from A between positions (`swings`)
+  VecOf<L> spun_a, spun_b;  ///< rad/s that `impulse` has given, as the bodies have it
+  VecOf<L> pull;            ///< m/s², of bodies that swing how much more B accelerates than A
   L bias_rate, mass_scale, impulse_scale;
+  L rigid;  ///< 1, or 0 of a spring
 };
 
 template <class L>
@@ -105,18 +103,13 @@ struct JointArm {
     else
       return turned_by(spin, side.angular);
   }
-  /// What an angular impulse gives of angular velocity, as the body has it; `turn` is its inverse inertia.
-  template <class Turn>
-  FATHOM_LANE_FUNCTION VecOf<L> turned_by_moment(VecOf<L> moment, const Turn& turn) const {
-    if constexpr (isotropic)
-      return turn(moment);
-    else
-      return turn(turned_back_by(spin, moment));
-  }
-  /// And an impulse at the anchor.
+  /// What an impulse at the anchor gives of angular velocity, as the body has it; `turn` is its inverse inertia.
   template <class Turn>
   FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Turn& turn) const {
-    return turned_by_moment(cross(arm, impulse), turn);
+    if constexpr (isotropic)
+      return turn(cross(arm, impulse));
+    else
+      return turn(turned_back_by(spin, cross(arm, impulse)));
   }
   /// And of velocity at the anchor.
   template <class Turn>
@@ -155,33 +148,28 @@ struct BallJointSweep {
     return (bodies.b.linear + cross(at_b.angular(bodies.b), at_b.arm)) -
            (bodies.a.linear + cross(at_a.angular(bodies.a), at_a.arm));
   }
+  /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
+  /// anchors move on circles, and what moves along their tangents comes out beyond.
+  FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
+    const VecOf<L> spin_a = at_a.angular(bodies.a), spin_b = at_b.angular(bodies.b);
+    return scale(splat<L>(0.5f) * h, cross(spin_b, cross(spin_b, at_b.arm)) - cross(spin_a, cross(spin_a, at_a.arm)));
+  }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
-  FATHOM_LANE_FUNCTION void push(VecOf<L> impulse) {
-    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+  /// The row's impulse is larger by this from now on.
+  FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
     bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, impulse);
-    bodies.b.angular = bodies.b.angular + at_b.spun_by(impulse, turn_b);
+    spin(spun_b(impulse), bodies.b.angular, row.spun_b);
     if constexpr (!Bodies::only_pushes_b) {
-      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
       bodies.a.linear = mul_add(bodies.a.linear, splat<L>(0.0f) - bodies.a.inverse_mass, impulse);
-      bodies.a.angular = bodies.a.angular - at_a.spun_by(impulse, turn_a);
+      spin(spun_a(impulse), bodies.a.angular, row.spun_a);
     }
   }
-  /// How much the anchors' way within a substep of length h goes beyond their velocity's, for the arms turn: over h.
-  FATHOM_LANE_FUNCTION VecOf<L> curve(L h) const {
-    const VecOf<L> w_a = at_a.angular(bodies.a), w_b = at_b.angular(bodies.b);
-    return scale(splat<L>(0.5f) * h, cross(w_b, cross(w_b, at_b.arm)) - cross(w_a, cross(w_a, at_a.arm)));
-  }
-  /// Moments of what bodies have carried over from the substep before, about arms that have turned since.
-  FATHOM_LANE_FUNCTION void correct_carried(const BallJointRow<L>& row) {
-    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
-    bodies.b.angular = bodies.b.angular + at_b.turned_by_moment(cross(at_b.arm - row.carried_arm_b, row.carried), turn_b);
-    if constexpr (!Bodies::only_pushes_b) {
-      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
-      bodies.a.angular =
-          bodies.a.angular - at_a.turned_by_moment(cross(at_a.arm - row.carried_arm_a, row.carried), turn_a);
-    }
+  /// The impulse so far acts at the arms as they are now.
+  FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row) {
+    spin(spun_b(row.impulse) - row.spun_b, bodies.b.angular, row.spun_b);
+    if constexpr (!Bodies::only_pushes_b) spin(spun_a(row.impulse) - row.spun_a, bodies.a.angular, row.spun_a);
   }
   /// The impulse that changes the anchors' relative velocity by `change`.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
@@ -190,6 +178,19 @@ struct BallJointSweep {
   }
 
  private:
+  FATHOM_LANE_FUNCTION static void spin(VecOf<L> by, VecOf<L>& angular, VecOf<L>& noted) {
+    angular = angular + by;
+    noted = noted + by;
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_b(VecOf<L> impulse) const {
+    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
+    return at_b.spun_by(impulse, turn_b);
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_a(VecOf<L> impulse) const {
+    const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
+    const L zero = splat<L>(0.0f);
+    return at_a.spun_by(VecOf<L>{zero, zero, zero} - impulse, turn_a);
+  }
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse) const {
     const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
     const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, turn_b), bodies.b.inverse_mass, impulse);
@@ -204,46 +205,43 @@ struct BallJointSweep {
 
 /// The last step's impulse acts again at once.
 template <class L, class Bodies>
-FATHOM_LANE_FUNCTION void warm_start_ball_joint(const BallJointRow<L>& row, Bodies& bodies) {
-  BallJointSweep<L, Bodies>(row, bodies).push(row.impulse);
+FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bodies) {
+  BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
-/// One sweep; h is the substep's length (s). Returns a sum that is finite only where all that it leaves is.
+/// One sweep of a substep of h seconds. Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
-FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, float h, bool ends_substep) {
+FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
-  const L zero = splat<L>(0.0f);
-  if constexpr (pass != JointPass::relax) sweep.correct_carried(row);
+  if constexpr (pass != JointPass::relax) sweep.carry_along(row);
   VecOf<L> wanted = sweep.velocity();
-  if constexpr (pass != JointPass::relax)
-    wanted = mul_add(mul_add(wanted, splat<L>(-0.5f * h), row.pull) + sweep.curve(splat<L>(h)), row.bias_rate,
-                     sweep.gap(row));
+  if constexpr (pass != JointPass::relax) {
+    wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
+    wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
+  }
   VecOf<L> change = sweep.impulse_for(wanted);
-  if constexpr (pass == JointPass::soft)
-    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
+  const L zero = splat<L>(0.0f);
+  if constexpr (pass == JointPass::relax)
+    change = scale(zero - row.rigid, change);
   else
-    change = scale(splat<L>(-1.0f), change);
+    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   row.impulse = row.impulse + change;
-  if constexpr (pass != JointPass::relax)
-    row.carried = row.impulse, row.carried_arm_a = sweep.at_a.arm, row.carried_arm_b = sweep.at_b.arm;
   if (ends_substep) row.total = row.total + row.impulse;
-  sweep.push(change);
+  sweep.push(row, change);
   const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.impulse;
   return sum.x + (sum.y + sum.z);
 }
 
-/// Arms, gap and the impulse to start from, of bodies with orientations `q_a` and `q_b` whose centres are `between`
-/// apart (m, from A's to B's); of those that swing, `pull` is how much more B accelerates than A (m/s²).
+/// Arms, gap and the impulse to start from, without a pull, of bodies with orientations `q_a` and `q_b` whose centres are `between`
+/// apart (m, from A's to B's).
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
-                                             VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse, VecOf<L> pull,
+                                             VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse,
                                              BallJointRow<L>& row) {
-  row.pull = pull;
   row.arm_a = turned_by(q_a, anchor_a);
   row.arm_b = turned_by(q_b, anchor_b);
   row.gap = between + (row.arm_b - row.arm_a);
-  row.impulse = row.carried = impulse;
-  row.carried_arm_a = row.arm_a, row.carried_arm_b = row.arm_b;
+  row.impulse = impulse;
   const L zero = splat<L>(0.0f);
-  row.total = {zero, zero, zero};
+  row.total = row.spun_a = row.spun_b = row.pull = {zero, zero, zero};
 }

@@ -46,14 +46,19 @@ struct JointBodies {
   FATHOM_HD Vec3 turn_b(Vec3 torque) const { return b.response * torque; }
 };
 
-/// Of the rate of substeps: as stiff a spring as sweeps hold. A chain of 50 bodies comes apart with stiffer ones, whatever
-/// their damping, and stands with these (docs/log/2026-11-22-joints.md); Box3D has the same bound.
-inline constexpr float joint_rate_share = 0.25f, rigid_damping_ratio = 5;
+/// A rigid joint is a spring too: with this part of the rate of substeps for its frequency, and this damping ratio.
+///
+/// One sweep leaves most of what a long chain's slow motions want, and warm starting adds up what it does. Per substep,
+/// with a share k of such a motion solved by a sweep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
+/// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where
+/// (h ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up from chains of five on.
+inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 3;
 
-/// Of a joint with this frequency (Hz; 0: as stiff as can be) and damping ratio, over substeps of h seconds.
+/// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer than
+/// a rigid one.
 FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
-  const float stiffest = joint_rate_share / h;
-  return hertz > 0 ? make_soft(min(hertz, stiffest), damping_ratio, h) : make_soft(stiffest, rigid_damping_ratio, h);
+  const float rigid = rigid_joint_rate / h;
+  return hertz > 0 ? make_soft(min(hertz, rigid), damping_ratio, h) : make_soft(rigid, rigid_joint_damping, h);
 }
 
 }  // namespace fathom

@@ -61,31 +61,31 @@ enum JointField : int {
   joint_arm_b = 3,
   joint_gap = 6,
   joint_impulse = 9,
-  joint_carried = 12,
-  joint_carried_arm_a = 15,
-  joint_carried_arm_b = 18,
-  joint_total = 21,
-  joint_pull = 24,
-  joint_bias_rate = 27,
+  joint_total = 12,
+  joint_spun_a = 15,
+  joint_spun_b = 18,
+  joint_pull = 21,
+  joint_bias_rate = 24,
   joint_mass_scale,
   joint_impulse_scale,
+  joint_rigid,
   joint_field_count
 };
 static_assert(static_cast<int>(joint_field_count) <= static_cast<int>(inertia_a));
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
-  return {block.get3(joint_arm_a),         block.get3(joint_arm_b),         block.get3(joint_gap),
-          block.get3(joint_impulse),       block.get3(joint_carried),       block.get3(joint_carried_arm_a),
-          block.get3(joint_carried_arm_b), block.get3(joint_total),         block.get3(joint_pull),
-          block.get(joint_bias_rate),      block.get(joint_mass_scale),     block.get(joint_impulse_scale)};
+  return {block.get3(joint_arm_a),    block.get3(joint_arm_b),     block.get3(joint_gap),
+          block.get3(joint_impulse),  block.get3(joint_total),     block.get3(joint_spun_a),
+          block.get3(joint_spun_b),   block.get3(joint_pull),      block.get(joint_bias_rate),
+          block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid)};
 }
 
-/// What sweeps before positions move leave of it.
+/// What sweeps leave of it.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void set_carried(const Block<D>& block, const BallJointRow<V>& row) {
-  block.set3(joint_carried, row.carried);
-  block.set3(joint_carried_arm_a, row.carried_arm_a), block.set3(joint_carried_arm_b, row.carried_arm_b);
+HWY_INLINE void store_joint(const Block<D>& block, const BallJointRow<V>& row) {
+  block.set3(joint_impulse, row.impulse), block.set3(joint_total, row.total);
+  block.set3(joint_spun_a, row.spun_a), block.set3(joint_spun_b, row.spun_b);
 }
 
 /// Lanes of vectors, filled one lane at a time.
@@ -145,7 +145,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   h.kind = ConstraintKind::ball_joint;
   h.fixed_a = h.still_a = h.isotropic = true;
   LaneVec3<D> anchor_a, anchor_b, between, impulse, pull, vector_a, vector_b;
-  HWY_ALIGN float w_a[width], w_b[width], softness[3][width] = {};
+  HWY_ALIGN float w_a[width], w_b[width], softness[4][width] = {};
   for (std::size_t lane = 0; lane < width; ++lane) {
     block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
     w_a[lane] = w_b[lane] = 1;
@@ -166,6 +166,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     softness[0][lane] = joint.softness.bias_rate;
     softness[1][lane] = joint.softness.mass_scale;
     softness[2][lane] = joint.softness.impulse_scale;
+    softness[3][lane] = joint.rigid ? 1.0f : 0.0f;
     load_joint_bodies(block, lane, joint, view);
     h.lanes = static_cast<std::uint8_t>(++lane);
   }
@@ -174,12 +175,11 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   const D d;
   BallJointRow<V> row;
   prepare_ball_joint<V>({hn::Load(d, w_a), vector_a.lanes()}, {hn::Load(d, w_b), vector_b.lanes()}, between.lanes(),
-                        anchor_a.lanes(), anchor_b.lanes(), impulse.lanes(), pull.lanes(), row);
+                        anchor_a.lanes(), anchor_b.lanes(), impulse.lanes(), row);
   block.set3(joint_arm_a, row.arm_a), block.set3(joint_arm_b, row.arm_b), block.set3(joint_gap, row.gap);
-  block.set3(joint_impulse, row.impulse), block.set3(joint_total, row.total);
-  set_carried(block, row);
-  block.set3(joint_pull, row.pull);
-  for (int k = 0; k < 3; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
+  store_joint(block, row);
+  block.set3(joint_pull, pull.lanes());
+  for (int k = 0; k < 4; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
 }
 
 /// Of lanes whose bit is not set.
@@ -188,7 +188,7 @@ HWY_NOINLINE void forget_joint_impulses(const Block<D>& block, const std::uint8_
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
     if (bits[i / 8] >> i % 8 & 1) continue;
     for (int k = 0; k < 3; ++k) 
-      for (const int field : {joint_impulse, joint_carried, joint_total}) block.at(field + k)[i] = 0;
+      for (const int field : {joint_impulse, joint_total, joint_spun_a, joint_spun_b}) block.at(field + k)[i] = 0;
   }
 }
 
@@ -199,10 +199,8 @@ HWY_NOINLINE void sweep_joints(const Block<D>& block, SolverBody* all, float h, 
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);
     BallJointRow<hn::Vec<D>> row = load_joint(block);
-    const auto sum = solve_ball_joint<pass>(row, bodies, h, ends_substep);
-    block.set3(joint_impulse, row.impulse);
-    if constexpr (pass != JointPass::relax) set_carried(block, row);
-    if (ends_substep) block.set3(joint_total, row.total);
+    const auto sum = solve_ball_joint<pass>(row, bodies, hn::Set(D(), h), ends_substep);
+    store_joint(block, row);
     store_bodies(block, bodies, sum,
                  [&](const std::uint8_t* finite) HWY_ATTR { forget_joint_impulses(block, finite); });
   });
@@ -214,7 +212,9 @@ HWY_NOINLINE void warm_start_joints(const Block<D>& block, SolverBody* all) {
   by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);
-    warm_start_ball_joint(load_joint(block), bodies);
+    BallJointRow<hn::Vec<D>> row = load_joint(block);
+    warm_start_ball_joint(row, bodies);
+    store_joint(block, row);
     bodies.store(block.header().lanes);
   });
 }
@@ -222,7 +222,7 @@ HWY_NOINLINE void warm_start_joints(const Block<D>& block, SolverBody* all) {
 template <class D>
 HWY_NOINLINE void clear_joints(const Block<D>& block) {
   const auto zero = hn::Zero(D());
-  block.set3(joint_impulse, {zero, zero, zero}), block.set3(joint_carried, {zero, zero, zero});
+  for (const int field : {joint_impulse, joint_spun_a, joint_spun_b}) block.set3(field, {zero, zero, zero});
 }
 
 template <class D>

@@ -147,8 +147,9 @@ void Mechanisms::prepare(std::uint32_t mechanism) {
     const Pose &of_parent = state_.poses[parent], &of_body = state_.poses[link.slot];
     prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
                               link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
-                              on_body(link.is_b, impulses[link.joint].last),
-                              acceleration(link.slot) - acceleration(parent), s.row);
+                              on_body(link.is_b, impulses[link.joint].last), s.row);
+    s.row.pull = acceleration(link.slot) - acceleration(parent);
+    s.carried = s.row.impulse, s.carried_arm = s.row.arm_b, s.carried_parent_arm = s.row.arm_a;
   }
 }
 
@@ -167,7 +168,7 @@ void Mechanisms::warm_start(std::uint32_t mechanism, bool forget) {
     BallJointRow<float>& row = states_[i].row;
     if (link.joint == none) continue;
     if (forget) {
-      row.impulse = row.carried = {};
+      row.impulse = states_[i].carried = {};
       continue;
     }
     push(link.slot, row.arm_b, row.impulse);
@@ -226,9 +227,9 @@ void Mechanisms::load_carried(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    states_[i].load.moment += cross(s.arm - s.row.carried_arm_b, s.row.carried);
+    states_[i].load.moment += cross(s.arm - s.carried_arm, s.carried);
     if (links_[i].parent == none) continue;
-    states_[links_[i].parent].load.moment -= cross(s.parent_arm - s.row.carried_arm_a, s.row.carried);
+    states_[links_[i].parent].load.moment -= cross(s.parent_arm - s.carried_parent_arm, s.carried);
   }
 }
 
@@ -359,7 +360,7 @@ void Mechanisms::apply(const Mechanism& m) {
     body.angular += turned_back_by(s.spin, s.change.angular);
     s.row.impulse += s.impulse;
     if constexpr (soft)
-      s.row.carried = s.row.impulse, s.row.carried_arm_a = s.parent_arm, s.row.carried_arm_b = s.arm;
+      s.carried = s.row.impulse, s.carried_arm = s.arm, s.carried_parent_arm = s.parent_arm;
     else
       s.row.total += s.row.impulse;
   }
@@ -369,7 +370,7 @@ void Mechanisms::apply(const Mechanism& m) {
 void Mechanisms::forget(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     BallJointRow<float>& row = states_[i].row;
-    row.impulse = row.carried = row.total = {};
+    row.impulse = row.total = states_[i].carried = {};
   }
 }
 

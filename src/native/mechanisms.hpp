@@ -77,6 +77,8 @@ class Mechanisms {
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
     Motion motion;
     Vec3 arm, parent_arm;     ///< m, now
+    Vec3 carried;             ///< N·s, what acted when positions last moved,
+    Vec3 carried_arm, carried_parent_arm;  ///< m, and about which arms
     TreeInertia of_body;
     TreeLink link;
     TreeLoad load;

@@ -217,7 +217,7 @@ class PublishedStep {
     device_.parallel_groups(lists, MakeBatches{contacts_, constraints_, counters_, cells});
   }
 
-  void solve(const SolveConstraints& solver, bool bounces, exec::Range constraints) {
+  void solve(const SolveContacts& solver, bool bounces, exec::Range constraints) {
     const CellArrays cells = memory_.cells(settings_);
     submit_cell_substeps(device_, solver, cells, solver.p.warm_start, bounces, live_bodies(), constraints,
                          {&cells.counters->work_groups, memory_.most_work_groups()});

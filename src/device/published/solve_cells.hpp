@@ -9,18 +9,21 @@
 
 namespace fathom::device {
 
+/// The partition `cells` is for contacts alone.
+using SolveContacts = SolveConstraints<false>;
+
 /// Bodies' integrations, one launch each.
-template <SolveConstraints::What what>
+template <SolveContacts::What what>
 struct IntegrateBodies {
-  SolveConstraints solver;
+  SolveContacts solver;
   bool bounces;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    SolveConstraints::Plan plan{};
+    SolveContacts::Plan plan{};
     plan.bounces = bounces;
     plan.any_kinematic = true;  // perhaps: bodies are asked
-    const SolveConstraints::Place place{what, 0, 0, 0};
-    SolveConstraints::Fetched fetched;
+    const SolveContacts::Place place{what, 0, 0, 0};
+    SolveContacts::Fetched fetched;
     solver.fetch(plan, place, i, fetched);
     solver(plan, place, i, fetched);
   }
@@ -39,15 +42,15 @@ struct ClearImpulses {
   }
 };
 
-template <SolveConstraints::What what>
+template <SolveContacts::What what>
 struct SolveCells {
   static constexpr std::uint32_t group_size = most_work_items;
   struct Local {};
 
-  SolveConstraints solver;
+  SolveContacts solver;
   CellArrays cells;
   std::uint32_t cell_group;
-  std::uint32_t round;  ///< as in SolveConstraints::Place; of strikes, which sweep of the step
+  std::uint32_t round;  ///< as in SolveContacts::Place; of strikes, which sweep of the step
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -63,14 +66,14 @@ struct SolveCells {
 
  private:
   FATHOM_HD void sweep(std::uint32_t constraint) const {
-    SolveConstraints::Plan plan;
+    SolveContacts::Plan plan;
     plan.overflow = 0;
     plan.by_data = false;
     plan.schedule[0] = {0, 0};
-    SolveConstraints::Place place{what, 0, round, 0};
-    if constexpr (what == SolveConstraints::What::strike)
+    SolveContacts::Place place{what, 0, round, 0};
+    if constexpr (what == SolveContacts::What::strike)
       place.substep = round / most_strike_sweeps, place.strikes = round % most_strike_sweeps;
-    SolveConstraints::Fetched fetched;
+    SolveContacts::Fetched fetched;
     solver.fetch(plan, place, constraint, fetched);
     solver(plan, place, constraint, fetched);
   }
@@ -78,9 +81,9 @@ struct SolveCells {
 
 /// All substeps (figure 3.9), over the cell groups in place of colours.
 template <exec::Device D>
-void submit_cell_substeps(D& device, const SolveConstraints& solver, const CellArrays& cells, bool warm_start,
+void submit_cell_substeps(D& device, const SolveContacts& solver, const CellArrays& cells, bool warm_start,
                           bool bounces, exec::Range bodies, exec::Range constraints, exec::Range work_groups) {
-  using What = SolveConstraints::What;
+  using What = SolveContacts::What;
   const auto sweep = [&]<What what>(std::integral_constant<What, what>, std::uint32_t round) {
     for (std::uint32_t g = 0; g < cell_groups; ++g)
       device.parallel_groups(work_groups, SolveCells<what>{solver, cells, g, round});

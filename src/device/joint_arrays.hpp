@@ -1,0 +1,79 @@
+// Joints on the device: constraints that the application makes, where contacts are made by the narrow phase.
+//
+// Joints and contacts share colours and layout, so a joint is one more constraint of its bodies. The host gives joints
+// their colours when it adds them (device/joint_mirror.hpp); contacts choose among the others.
+#pragma once
+
+#include <cstdint>
+
+#include "device/body_arrays.hpp"
+#include "exec/atomic.hpp"
+
+namespace fathom::device {
+
+/// Marks a joint's slot where constraints name their contacts.
+inline constexpr std::uint32_t joint_tag = 0x80000000u;
+
+/// A joint by its slot of the World. The host writes all but the impulses.
+struct alignas(16) JointRecord {
+  std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
+  std::uint32_t colour = 0;          ///< below `dynamic_colours`, or `overflow_colour`
+  std::uint32_t fixed_a = 0;         ///< 1: A is fixed or kinematic
+  Vec3 anchor_a;                     ///< m, body axes
+  float bias_rate = 0;               ///< of its Softness
+  Vec3 anchor_b;
+  float mass_scale = 0;
+  Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
+  float impulse_scale = 0;
+  Vec3 total;  ///< N·s on B, of the last step that solved it
+  float rigid = 0;  ///< 1, or 0 of a spring
+
+  FATHOM_HD bool in_use() const { return a != none; }
+};
+static_assert(sizeof(JointRecord) == 80);
+
+/// Pairs of bodies that make no contacts with each other: an open hash table with linear probing.
+struct ApartTable {
+  static constexpr std::uint64_t no_pair = ~std::uint64_t{0};
+
+  std::uint64_t* pairs;
+  std::uint32_t mask;   ///< places less one
+  std::uint32_t is_on;  ///< 1: there are joints
+
+  FATHOM_HD static std::uint64_t pair(std::uint32_t a, std::uint32_t b) {
+    return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
+  }
+  FATHOM_HD static std::uint32_t home(std::uint64_t pair, std::uint32_t mask) {
+    return static_cast<std::uint32_t>(pair * 0x9e3779b97f4a7c15u >> 32) & mask;
+  }
+  FATHOM_HD bool has(std::uint32_t a, std::uint32_t b) const {
+    const std::uint64_t wanted = pair(a, b);
+    for (std::uint32_t place = home(wanted, mask);; place = (place + 1) & mask) {
+      const std::uint64_t found = pairs[place];
+      if (found == wanted || found == no_pair) return found == wanted;
+    }
+  }
+};
+
+/// What the device keeps of joints. Worlds without have no memory for any.
+struct JointArrays {
+  JointRecord* records;
+  std::uint32_t capacity;
+  ApartTable apart;
+};
+
+/// A joint's new record. Its impulses are the device's: where the joint is not new, they stay.
+struct alignas(16) JointEdit {
+  JointRecord record;
+  std::uint32_t slot = 0;
+  std::uint32_t is_new = 0;  ///< 1: another joint had the slot, or none
+  std::uint32_t unused[2] = {};
+};
+
+/// A place of the ApartTable.
+struct ApartEdit {
+  std::uint64_t pair = ApartTable::no_pair;
+  std::uint32_t place = 0, unused = 0;
+};
+
+}  // namespace fathom::device

@@ -1,0 +1,234 @@
+// Joints on the host: which colours they have, which pairs they keep apart, and what the device has yet to be told.
+//
+// All of it follows from the application's calls alone, never from how far the device has got.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "device/body_indices.hpp"
+#include "device/contact_arrays.hpp"
+#include "device/joint_arrays.hpp"
+#include "dynamics/ball_joint.hpp"
+#include "world/joint_table.hpp"
+
+namespace fathom::device {
+
+/// What an ApartTable on the device holds, and which of its places are new.
+class ApartPairs {
+ public:
+  /// Places of the table, a power of two; 0 as long as there never was a joint.
+  std::size_t size() const { return pairs_.size(); }
+  const std::vector<std::uint64_t>& pairs() const { return pairs_; }
+
+  void begin() {
+    if (pairs_.empty()) resize(first_size);
+  }
+  /// As often as it is added, a pair has to be removed.
+  void add(std::uint64_t pair) {
+    if (2 * (count_ + 1) > pairs_.size()) resize(2 * pairs_.size());
+    const std::uint32_t place = find(pair);
+    if (times_[place]++ > 0) return;
+    ++count_;
+    set(place, pair);
+  }
+  void remove(std::uint64_t pair) {
+    std::uint32_t gap = find(pair);
+    if (--times_[gap] > 0) return;
+    --count_;
+    // What lies behind comes nearer to its home, so that no search ends too early.
+    for (std::uint32_t k = next(gap); pairs_[k] != ApartTable::no_pair; k = next(k)) {
+      const std::uint32_t way = (k - ApartTable::home(pairs_[k], mask())) & mask();
+      if (way < ((k - gap) & mask())) continue;
+      times_[gap] = times_[k];
+      set(gap, pairs_[k]);
+      gap = k;
+    }
+    times_[gap] = 0;
+    set(gap, ApartTable::no_pair);
+  }
+
+  void touch(std::uint32_t place) { changed_.push_back(place); }
+  /// What has changed since the last call.
+  std::vector<ApartEdit> take_edits() {
+    std::ranges::sort(changed_);
+    const auto [first, last] = std::ranges::unique(changed_);
+    changed_.erase(first, last);
+    std::vector<ApartEdit> edits;
+    for (const std::uint32_t place : changed_) edits.push_back({pairs_[place], place});
+    changed_.clear();
+    return edits;
+  }
+
+ private:
+  static constexpr std::size_t first_size = 64;
+
+  std::uint32_t mask() const { return static_cast<std::uint32_t>(pairs_.size()) - 1; }
+  std::uint32_t next(std::uint32_t place) const { return (place + 1) & mask(); }
+  /// Where the pair is, or would be.
+  std::uint32_t find(std::uint64_t pair) const {
+    std::uint32_t place = ApartTable::home(pair, mask());
+    while (pairs_[place] != pair && pairs_[place] != ApartTable::no_pair) place = next(place);
+    return place;
+  }
+  void set(std::uint32_t place, std::uint64_t pair) {
+    pairs_[place] = pair;
+    touch(place);
+  }
+  void resize(std::size_t size) {
+    const std::vector<std::uint64_t> pairs = std::exchange(pairs_, std::vector(size, ApartTable::no_pair));
+    const std::vector<std::uint32_t> times = std::exchange(times_, std::vector(size, 0u));
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      if (pairs[k] != ApartTable::no_pair) {
+        const std::uint32_t place = find(pairs[k]);
+        pairs_[place] = pairs[k], times_[place] = times[k];
+      }
+    changed_.clear();
+    for (std::uint32_t place = 0; place < size; ++place) touch(place);
+  }
+
+  std::vector<std::uint64_t> pairs_;
+  std::vector<std::uint32_t> times_;  // each was added
+  std::vector<std::uint32_t> changed_;
+  std::size_t count_ = 0;
+};
+
+class JointMirror {
+ public:
+  /// The joint in `slot` came, went or changed.
+  void note(std::uint32_t slot) {
+    if (slot >= is_noted_.size()) is_noted_.resize(slot + 1);
+    if (!is_noted_[slot]) noted_.push_back(slot);
+    is_noted_[slot] = true;
+  }
+  bool has_notes() const { return !noted_.empty(); }
+  const ApartPairs& apart() const { return apart_; }
+
+  /// Edits that bring the device up to date with `table`; `h` is a substep (s). Joints that come take the lowest colour
+  /// that is free on both bodies, in the order of slots.
+  std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h) {
+    std::ranges::sort(noted_);
+    apart_.begin();
+    joints_.resize(std::max<std::size_t>(joints_.size(), table.slot_count()));
+    colours_.resize(std::max<std::size_t>(colours_.size(), indices.size()));
+    for (const std::uint32_t slot : noted_)
+      if (!is_known(table, slot)) forget(joints_[slot]);
+    std::vector<JointEdit> edits;
+    for (const std::uint32_t slot : noted_) {
+      JointEdit& edit = edits.emplace_back();
+      edit.slot = slot;
+      edit.is_new = !is_known(table, slot);
+      if (table.alive(slot)) {
+        if (edit.is_new) joints_[slot] = added(table, indices, slot);
+        edit.record = record(joints_[slot], table[slot], h);
+      }
+      is_noted_[slot] = false;
+    }
+    noted_.clear();
+    return edits;
+  }
+  std::vector<ApartEdit> take_apart_edits() { return apart_.take_edits(); }
+
+  /// The device was not told.
+  void take_back(const std::vector<JointEdit>& edits, const std::vector<ApartEdit>& apart_edits) {
+    for (const JointEdit& edit : edits) {
+      note(edit.slot);
+      if (edit.is_new) joints_[edit.slot].generation = unknown;
+    }
+    for (const ApartEdit& edit : apart_edits)
+      if (edit.place < apart_.size()) apart_.touch(edit.place);
+  }
+
+  /// Whether the device knows the joint that is in `slot` now.
+  bool is_known(const JointTable& table, std::uint32_t slot) const {
+    return slot < joints_.size() && table.alive(slot) && joints_[slot].generation == table.id(slot).generation;
+  }
+
+  template <class Self, class Archive>
+  static void archive(Self& self, Archive& a) {
+    a(self.joints_, self.noted_);
+  }
+  /// Whether what was read does not contradict itself, nor `table`.
+  bool is_sound(const JointTable& table, std::uint32_t index_count) const {
+    const auto fits = [&](const Mirrored& joint) {
+      return joint.a == none || (joint.a < index_count && joint.b < index_count && joint.a != joint.b &&
+                                 joint.fixed_a <= 1 && joint.apart <= 1 &&
+                                 (joint.colour < dynamic_colours || joint.colour == overflow_colour));
+    };
+    return joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
+           std::ranges::all_of(noted_, [&](std::uint32_t slot) { return slot < table.slot_count(); });
+  }
+  /// All else, from what was read and is sound.
+  void rebuild() {
+    for (const std::uint32_t slot : std::exchange(noted_, {})) note(slot);
+    if (joints_.empty()) return;
+    apart_.begin();
+    is_noted_.resize(joints_.size());
+    for (const Mirrored& joint : joints_) {
+      if (joint.a == none) continue;
+      colours_.resize(std::max({colours_.size(), std::size_t{joint.a} + 1, std::size_t{joint.b} + 1}));
+      hold(joint);
+    }
+    apart_.take_edits();
+  }
+
+ private:
+  static constexpr std::uint32_t unknown = 0;  // no living joint has this generation
+
+  /// A joint as the device will have it.
+  struct Mirrored {
+    std::uint32_t a = none, b = none;  // device indices
+    std::uint32_t colour = 0;
+    std::uint32_t fixed_a = 0;
+    std::uint32_t apart = 0;  // 1: it keeps them apart
+    std::uint32_t generation = unknown;
+  };
+
+  Mirrored added(const JointTable& table, const BodyIndices& indices, std::uint32_t slot) {
+    const JointInfo& info = table[slot];
+    Mirrored joint{indices.of(info.a), indices.of(info.b), overflow_colour, info.fixed_a, !info.def.collide_connected,
+                   table.id(slot).generation};
+    const std::uint64_t taken = colours_[joint.b] | (joint.fixed_a ? 0 : colours_[joint.a]);
+    const auto free = static_cast<std::uint32_t>(std::countr_one(taken));
+    if (free < dynamic_colours) joint.colour = free;
+    hold(joint);
+    return joint;
+  }
+  void hold(const Mirrored& joint) {
+    if (joint.colour != overflow_colour) {
+      colours_[joint.b] |= bit(joint);
+      if (!joint.fixed_a) colours_[joint.a] |= bit(joint);
+    }
+    if (joint.apart) apart_.add(ApartTable::pair(joint.a, joint.b));
+  }
+  void forget(Mirrored& joint) {
+    if (joint.a == none) return;
+    if (joint.colour != overflow_colour) {
+      colours_[joint.b] &= ~bit(joint);
+      if (!joint.fixed_a) colours_[joint.a] &= ~bit(joint);
+    }
+    if (joint.apart) apart_.remove(ApartTable::pair(joint.a, joint.b));
+    joint = {};
+  }
+  static std::uint64_t bit(const Mirrored& joint) { return std::uint64_t{1} << joint.colour; }
+
+  static JointRecord record(const Mirrored& joint, const JointInfo& info, float h) {
+    const Softness softness = joint_softness(info.def.hertz, info.def.damping_ratio, h);
+    JointRecord r;
+    r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a;
+    r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
+    r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
+    r.rigid = info.def.hertz > 0 ? 0 : 1;
+    return r;
+  }
+
+  std::vector<Mirrored> joints_;        // by slot
+  std::vector<std::uint64_t> colours_;  // that joints have taken, by device index
+  ApartPairs apart_;
+  std::vector<std::uint32_t> noted_;
+  std::vector<bool> is_noted_;
+};
+
+}  // namespace fathom::device

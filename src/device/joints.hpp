@@ -1,0 +1,101 @@
+// What steps and edits do to joints, but solve them (device/solve.hpp).
+#pragma once
+
+#include "device/contact_arrays.hpp"
+#include "device/joint_arrays.hpp"
+#include "exec/atomic.hpp"
+
+namespace fathom::device {
+
+/// The bodies of a joint that it can push give it its colour, and count it; `Act` is done to each.
+template <class Act>
+FATHOM_HD void for_each_pushed(const JointRecord& joint, const Act& act) {
+  act(joint.b);
+  if (!joint.fixed_a) act(joint.a);
+}
+
+/// The first of two passes over a batch of edits, behind ApplyEdits: joints that go give their colours back. Nothing
+/// happens while the simulator is stopped: the batch comes again.
+struct ForgetJoints {
+  BodyArrays bodies;
+  JointArrays joints;
+  const Counters* counters;
+  const JointEdit* edits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped || !edits[k].is_new) return;
+    const JointRecord old = joints.records[edits[k].slot];
+    if (!old.in_use() || edits[k].slot >= counters->joints) return;
+    for_each_pushed(old, [&](std::uint32_t i) {
+      exec::atomic_add(bodies.touching[i], ~0u);
+      if (old.colour == overflow_colour) return;
+      // The bit is this joint's alone, so subtracting takes it away.
+      const std::uint64_t bit = std::uint64_t{1} << old.colour;
+      exec::atomic_add(bodies.joint_colours[i], ~bit + 1);
+      exec::atomic_add(bodies.colours[i], ~bit + 1);
+    });
+  }
+};
+
+/// The second: joints that come take theirs. A contact that has the same colour gives it up when it is looked at
+/// (`ContactChanges::meet_joints`).
+struct TakeJoints {
+  BodyArrays bodies;
+  JointArrays joints;
+  Counters* counters;
+  const JointEdit* edits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    const JointEdit& edit = edits[k];
+    JointRecord record = edit.record;
+    const JointRecord& old = joints.records[edit.slot];
+    if (!edit.is_new) record.impulse = old.impulse, record.total = old.total;
+    joints.records[edit.slot] = record;
+    exec::atomic_max(counters->joints, edit.slot + 1);
+    exec::atomic_store(counters->layout_dirty, 1u);
+    if (!edit.is_new || !record.in_use()) return;
+    for_each_pushed(record, [&](std::uint32_t i) {
+      exec::atomic_add(bodies.touching[i], 1u);
+      if (record.colour == overflow_colour) return;
+      const std::uint64_t bit = std::uint64_t{1} << record.colour;
+      exec::atomic_or(bodies.joint_colours[i], bit);
+      exec::atomic_or(bodies.colours[i], bit);
+    });
+  }
+};
+
+struct EditApartTable {
+  ApartTable table;
+  const Counters* counters;
+  const ApartEdit* edits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (!counters->stopped) table.pairs[edits[k].place] = edits[k].pair;
+  }
+};
+
+/// Who sleeps wakes with what it is joined to: where only one of the bodies is awake, and where one that cannot be
+/// pushed was moved.
+struct WakeJoined {
+  BodyArrays bodies;
+  JointArrays joints;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t slot) const {
+    if (slot >= counters->joints || counters->live_bodies == 0) return;
+    const JointRecord& joint = joints.records[slot];
+    if (!joint.in_use()) return;
+    if (joint.fixed_a ? bodies.fat[joint.a].changes & wake_partners : bodies.is_awake(joint.a)) wake(joint.b);
+    if (!joint.fixed_a && bodies.is_awake(joint.b)) wake(joint.a);
+  }
+
+ private:
+  FATHOM_HD void wake(std::uint32_t i) const {
+    if (bodies.flags[i] & (awake_flag | isolated_flag)) return;
+    exec::atomic_store(bodies.island_woken[bodies.island[i]], counters->step + 1);
+    exec::atomic_store(counters->waking, counters->live_bodies);
+  }
+};
+
+}  // namespace fathom::device

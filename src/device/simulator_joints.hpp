@@ -1,0 +1,72 @@
+// Joints of the device simulator: what the application changed goes to the device with the next step.
+#pragma once
+
+#include <algorithm>
+
+#include "device/device_simulator.hpp"
+
+namespace fathom::device {
+
+/// Both bodies wake, and their contacts are looked at.
+template <exec::Device D>
+void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
+  joint_mirror_.note(slot);
+  for (const std::uint32_t body : {joints[slot].a, joints[slot].b}) {
+    const std::uint32_t index = indices_.of(body), last = index < last_edit_.size() ? last_edit_[index] : none;
+    // A body with many joints is not told of each.
+    if (last == none || edits_[last].kind != EditKind::joints)
+      add_edit(edit_of(EditKind::joints, index, Velocity{}));
+  }
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::list_joint_edits(Flight& flight) {
+  if (!joint_mirror_.has_notes()) return;
+  flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps));
+  flight.apart_edits = joint_mirror_.take_apart_edits();
+}
+
+/// The table of pairs comes anew where it grows: all of its places are among the edits.
+template <exec::Device D>
+void DeviceSimulator<D>::make_room_for_joints() {
+  const std::size_t joints_needed = joints.slot_count(), old = joint_memory_.capacity();
+  const std::size_t places = joint_mirror_.apart().size();
+  if (places == 0 || (joints_needed <= old && places == joint_memory_.apart_places())) return;
+  retire_all();
+  forget_graphs();
+  joint_memory_.reserve(joints_needed > old ? std::max(joints_needed, old + old / 2) : old, places);
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::stage_joint_edits(Flight& flight) {
+  Lane& lane = lane_of(flight.number);
+  stage(lane.staged_joint_edits, lane.joint_edits, flight.joint_edits, 0);
+  stage(lane.staged_apart_edits, lane.apart_edits, flight.apart_edits, 0);
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
+  if (flight.joint_edits.empty()) return;
+  Lane& lane = lane_of(flight.number);
+  const JointArrays arrays = joint_memory_.arrays();
+  const auto count = static_cast<std::uint32_t>(flight.joint_edits.size());
+  device_.copy_to_device_aside(lane.joint_edits.data(), lane.staged_joint_edits.data(), count);
+  device_.parallel_for(count, ForgetJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
+  device_.parallel_for(count, TakeJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
+  if (flight.apart_edits.empty()) return;
+  device_.copy_to_device_aside(lane.apart_edits.data(), lane.staged_apart_edits.data(), flight.apart_edits.size());
+  device_.parallel_for(static_cast<std::uint32_t>(flight.apart_edits.size()),
+                       EditApartTable{arrays.apart, counters_.data(), lane.apart_edits.data()});
+}
+
+template <exec::Device D>
+Vec3 DeviceSimulator<D>::joint_impulse(std::uint32_t slot) const {
+  retire_all();
+  if (newest_.step == 0 || !joint_mirror_.is_known(joints, slot)) return {};
+  DeviceSimulator& s = self();
+  if (!joints_are_current_) s.fetch(joints_read_, s.joint_memory_.arrays().records, s.joint_memory_.capacity());
+  joints_are_current_ = true;
+  return joints_read_[slot].total;
+}
+
+}  // namespace fathom::device
