@@ -5,6 +5,7 @@
 #include "native/broad_phase.hpp"
 #include "native/contact_graph.hpp"
 #include "native/narrow_phase.hpp"
+#include "world/joint_table.hpp"
 #include "scene/environments.hpp"
 
 namespace fathom::native {

@@ -31,7 +31,9 @@ struct JointWorlds {
   friend std::ostream& operator<<(std::ostream& out, const JointWorlds& worlds) { return out << worlds.name; }
 };
 
-inline constexpr JointWorlds joint_worlds[] = {{"device", SimulatorKind::device}};
+inline constexpr JointWorlds joint_worlds[] = {{"native", SimulatorKind::native},
+                                               {"device", SimulatorKind::device},
+                                               {"hybrid", SimulatorKind::hybrid}};
 
 class OfJointWorlds : public testing::TestWithParam<JointWorlds> {};
 

@@ -170,7 +170,9 @@ class ContactGraph {
   void divide(std::span<const std::uint32_t> slots, ThreadPool& pool);
   void resize(std::size_t slots) { domains_.resize(slots); }
 
-  /// Changes whenever any colour's list does.
+  /// A body has become an obstacle, or is one no more.
+  void note_obstacle() { ++colouring_; }
+  /// Changes whenever any colour's list does, and with obstacles.
   std::uint64_t colouring() const { return colouring_; }
 
   /// Calls act(index) for each contact of the body, the newest first; `act` may remove that contact.

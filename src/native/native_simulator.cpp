@@ -428,6 +428,7 @@ void NativeSimulator::isolate(std::uint32_t slot) {
     if (graph_[index].round) m.set_rolling_impulse({});
   });
   for (const std::uint32_t joint : joints.of(slot)) graph_.forget_joint_impulse(joint);
+  if (state_.flags[slot] & jointed) graph_.note_obstacle();
   quarantined_.push_back({bodies.id(slot), steps + 1});
 }
 
@@ -588,10 +589,12 @@ void NativeSimulator::filter_changed(std::uint32_t slot) {
 void NativeSimulator::wake(std::uint32_t slot) {
   state_.slow_time[slot] = 0;
   if (bodies[slot].motion == MotionType::fixed || state_.flags[slot] & awake) return;
-  if (state_.flags[slot] & isolated)
+  if (state_.flags[slot] & isolated) {
     state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] & ~isolated) | awake);
-  else
+    if (state_.flags[slot] & jointed) graph_.note_obstacle();
+  } else {
     islands_.wake(slot);
+  }
   active_is_current_ = false;
 }
 

@@ -1,0 +1,106 @@
+// What only the native simulator has: trees of rigid joints are solved directly (native/mechanisms.hpp).
+#include <gtest/gtest.h>
+
+#include "joint_worlds.hpp"
+#include "native/solver_kernels.hpp"
+#include "random.hpp"
+
+namespace fathom::test {
+namespace {
+
+constexpr JointWorlds native{"native", SimulatorKind::native};
+
+float energy(const World& world) {
+  float sum = 0;
+  for (const BodyId id : world.bodies())
+    if (world.motion(id) == MotionType::dynamic)
+      sum += kinetic_energy(world, id) + 9.81f * world.mass(id) * world.pose(id).position.z;
+  return sum;
+}
+
+// 1,000 kg on fifty links of 1 kg.
+TEST(Mechanisms, AChainCarriesAThousandTimesItsLinks) {
+  World world(native.quiet());
+  const Chain chain(world, add_anchor(world, {}), {}, {0, 0, -1}, 50);
+  const BodyId weight = world.add(dynamic(sphere(0.2f), {0, 0, -25.2f}, 1000));
+  world.add_joint(ball_joint(chain.links.back(), weight, {0, 0, 0.5f * Chain::length}, {0, 0, 0.2f}));
+  run(world, 600);
+  EXPECT_LT(widest_gap(world), 1e-5f);
+  EXPECT_NEAR(world.reaction(chain.joints[0]).force.z, 9.81f * 1050, 1);
+}
+
+// Chains of all lengths that swing with all loads: no energy comes from nowhere.
+TEST(Mechanisms, GainNoEnergy) {
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    Random random(seed);
+    World world(native.quiet());
+    const int count = 1 + static_cast<int>(random() % 12);
+    const Chain chain(world, add_anchor(world, {}), {}, {1, 0, 0}, count);
+    if (seed % 2) {
+      const float x = Chain::length * static_cast<float>(count) + 0.1f;
+      const BodyId weight = world.add(dynamic(sphere(0.1f), {x, 0, 0}, uniform(random, 1, 100)));
+      world.set_filter(weight, {1, 0});
+      world.add_joint(ball_joint(chain.links.back(), weight, {0, 0, 0.5f * Chain::length}, {-0.1f, 0, 0}));
+    }
+    for (const BodyId id : chain.links) world.set_filter(id, {1, 0});
+    float weight = 0;
+    for (const BodyId id : world.bodies()) weight += 9.81f * world.mass(id);
+    const float scale = weight * Chain::length * static_cast<float>(count);
+    for (int i = 0; i < 300; ++i) {
+      world.step();
+      ASSERT_LT(energy(world), 0.01f * scale) << seed << " at step " << i;
+    }
+  }
+}
+
+// Nets, trees, loops, springs and heaps at once: the same bits for every width and any number of threads.
+TEST(Mechanisms, AreTheSameAtEveryWidthAndForAnyNumberOfThreads) {
+  const auto hash = [](int threads) {
+    Random random(9);
+    World world(native.sleepy(threads));
+    world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({30, 30, 0.5f})});
+    std::vector<BodyId> bodies;
+    for (int i = 0; i < 600; ++i) {
+      const Vec3 at{uniform(random, -6, 6), uniform(random, -6, 6), uniform(random, 0.5f, 8)};
+      bodies.push_back(world.add(i % 2 ? dynamic(box({0.2f, 0.1f, 0.15f}), at, 1) : dynamic(sphere(0.2f), at, 2)));
+    }
+    for (int i = 0; i + 1 < 600; ++i) {
+      if (i % 7 == 0) continue;
+      JointDef joint = ball_joint(bodies[i], bodies[i + 1], {0.3f, 0, 0}, {-0.3f, 0, 0});
+      joint.hertz = i % 11 == 0 ? 3.0f : 0.0f;
+      world.add_joint(joint);
+      if (i % 14 == 3) world.add_joint(ball_joint(bodies[i], bodies[i + 3], {0, 0.3f, 0}, {0, -0.3f, 0}));
+    }
+    run(world, 90);
+    return world.state_hash();
+  };
+  const std::uint64_t expected = hash(1);
+  for (const int threads : {2, 4}) EXPECT_EQ(hash(threads), expected) << threads;
+  for (const char* name : {"AVX3", "AVX2", "single"}) {
+    if (!native::select_kernels(name)) continue;
+    EXPECT_EQ(hash(2), expected) << name;
+    native::select_kernels(nullptr);
+  }
+}
+
+TEST(Mechanisms, ALoopHolds) {
+  World world(native.quiet());
+  const BodyId top = add_anchor(world, {});
+  std::vector<BodyId> ring;
+  constexpr int count = 8;
+  const float side = 0.5f, radius = 0.5f * side / std::tan(pi / count);
+  for (int i = 0; i < count; ++i) {
+    const float angle = 2 * pi * static_cast<float>(i) / count;
+    BodyDef def = dynamic(box({0.5f * side, 0.05f, 0.05f}), {radius * std::sin(angle), 0, -radius + radius * std::cos(angle)}, 1);
+    def.pose.rotation = axis_angle({0, 1, 0}, angle);
+    ring.push_back(world.add(def));
+  }
+  for (int i = 0; i < count; ++i)
+    world.add_joint(ball_joint(ring[i], ring[(i + 1) % count], {0.5f * side, 0, 0}, {-0.5f * side, 0, 0}));
+  world.add_joint(ball_joint(top, ring[0], {}, {}));
+  run(world, 600);
+  EXPECT_LT(widest_gap(world), 1e-3f);
+}
+
+}  // namespace
+}  // namespace fathom::test
