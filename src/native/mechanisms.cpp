@@ -149,7 +149,7 @@ void Mechanisms::prepare(std::uint32_t mechanism) {
                               link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
                               on_body(link.is_b, impulses[link.joint].last), s.row);
     s.row.pull = acceleration(link.slot) - acceleration(parent);
-    s.carried = s.row.impulse, s.carried_arm = s.row.arm_b, s.carried_parent_arm = s.row.arm_a;
+    s.moment = cross(s.row.arm_b, s.row.impulse), s.parent_moment = cross(s.row.arm_a, s.row.impulse);
   }
 }
 
@@ -168,7 +168,7 @@ void Mechanisms::warm_start(std::uint32_t mechanism, bool forget) {
     BallJointRow<float>& row = states_[i].row;
     if (link.joint == none) continue;
     if (forget) {
-      row.impulse = states_[i].carried = {};
+      row.impulse = states_[i].moment = states_[i].parent_moment = {};
       continue;
     }
     push(link.slot, row.arm_b, row.impulse);
@@ -225,15 +225,51 @@ Vec3 Mechanisms::gap_ahead(const LinkState& s, const Motion& parent, float h) {
 /// Moments of what bodies have carried over, about arms that have turned since.
 void Mechanisms::load_carried(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
-    const LinkState& s = states_[i];
+    LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    states_[i].load.moment += cross(s.arm - s.carried_arm, s.carried);
+    s.load.moment += cross(s.arm, s.row.impulse) - s.moment;
     if (links_[i].parent == none) continue;
-    states_[links_[i].parent].load.moment -= cross(s.parent_arm - s.carried_parent_arm, s.carried);
+    states_[links_[i].parent].load.moment -= cross(s.parent_arm, s.row.impulse) - s.parent_moment;
   }
 }
 
-void Mechanisms::eliminate(const Mechanism& m) {
+/// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity within
+/// a substep of length h (kg·m²), and of which velocity.
+static float stiffness(Vec3 impulse, Vec3 arm, float h) { return h * max(dot(impulse, arm), 0.0f); }
+static Vec3 across(Vec3 angular, Vec3 arm) {
+  const Vec3 axis = normalize(arm);
+  return angular - dot(axis, angular) * axis;
+}
+
+void Mechanisms::stiffen(const Mechanism& m, float h) {
+  const auto add = [](LinkState& body, Vec3 arm, float k) {
+    const Vec3 axis = normalize(arm);
+    const Mat3 outer{axis.x * axis, axis.y * axis, axis.z * axis};
+    body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
+    body.load.moment -= k * across(body.motion.angular, arm);
+  };
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    add(s, s.arm, stiffness(s.row.impulse, s.arm, h));
+    if (links_[i].parent != none)
+      add(states_[links_[i].parent], s.parent_arm, stiffness(-s.row.impulse, s.parent_arm, h));
+  }
+}
+
+/// The loads of `stiffen` alone.
+void Mechanisms::stiffen_load(const Mechanism& m, float h) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    s.load.moment -= stiffness(s.row.impulse, s.arm, h) * across(s.motion.angular, s.arm);
+    if (links_[i].parent == none) continue;
+    LinkState& p = states_[links_[i].parent];
+    p.load.moment -= stiffness(-s.row.impulse, s.parent_arm, h) * across(p.motion.angular, s.parent_arm);
+  }
+}
+
+void Mechanisms::turn_all(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     turn(states_[i], links_[i]);
     if (links_[i].joint == none) continue;
@@ -242,6 +278,9 @@ void Mechanisms::eliminate(const Mechanism& m) {
     states_[i].parent_arm = turned_by(
         parent != none ? states_[parent].turned : rotation_by<float>(parent_of(links_[i]).turned), states_[i].row.arm_a);
   }
+}
+
+void Mechanisms::eliminate(const Mechanism& m) {
   for (std::uint32_t i = m.end; i-- > m.first;) {
     LinkState& s = states_[i];
     s.link = tree_link(s.of_body, s.arm);
@@ -325,15 +364,20 @@ void Mechanisms::take_away(const Mechanism& m, const Error& error) {
 template <bool soft>
 void Mechanisms::solve(std::uint32_t mechanism, float h) {
   const Mechanism m = mechanisms_[mechanism];
-  eliminate(m);
+  turn_all(m);
+  const bool follows = !soft || can_follow(m, h);
   if constexpr (soft) {
     load_carried(m);
+    if (!follows) stiffen(m, h);
+  }
+  eliminate(m);
+  if constexpr (soft) {
     const auto ahead = [h](const LinkState& s, const Motion& parent) { return gap_ahead(s, parent, h); };
-    const bool follows = can_follow(m, h);
-    for (int round = 0; follows && round < newton_rounds; ++round) take_away(m, ahead);
-    if (!follows || !do_meet(m, h)) {
+    for (int round = 0; round < newton_rounds; ++round) take_away(m, ahead);
+    if (!do_meet(m, h)) {
       take_back(m);
       load_carried(m);
+      if (!follows) stiffen_load(m, h);
       take_away(m, [h, most = def_.solver.push_out_velocity](const LinkState& s, const Motion& parent) {
         const Vec3 pull = limited((projection_share / h) * gap(s, parent), most);
         return mul_add(speed_apart(s, parent) + pull, -0.5f * h, s.row.pull);
@@ -346,23 +390,33 @@ void Mechanisms::solve(std::uint32_t mechanism, float h) {
   for (std::uint32_t i = m.first; i < m.end; ++i)
     sum += sum_of(states_[i].change.linear + states_[i].change.angular) + sum_of(states_[i].impulse);
   if (is_finite(sum))
-    apply<soft>(m);
+    apply<soft>(m, h, follows);
   else
     forget(m);
 }
 
 template <bool soft>
-void Mechanisms::apply(const Mechanism& m) {
+void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     SolverBody& body = state_.solver_bodies()[links_[i].slot];
     body.linear += s.change.linear;
     body.angular += turned_back_by(s.spin, s.change.angular);
+    if (links_[i].joint == none) continue;
+    const Vec3 before = s.row.impulse;
     s.row.impulse += s.impulse;
-    if constexpr (soft)
-      s.carried = s.row.impulse, s.carried_arm = s.arm, s.carried_parent_arm = s.parent_arm;
-    else
+    if constexpr (soft) {
+      s.moment = cross(s.arm, s.row.impulse), s.parent_moment = cross(s.parent_arm, s.row.impulse);
+      if (!follows) {
+        s.moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
+        if (links_[i].parent != none)
+          s.parent_moment += stiffness(-before, s.parent_arm, h) *
+                             across(states_[links_[i].parent].motion.angular, s.parent_arm);
+      }
+    } else {
+      s.moment += cross(s.arm, s.impulse), s.parent_moment += cross(s.parent_arm, s.impulse);
       s.row.total += s.row.impulse;
+    }
   }
 }
 
@@ -370,7 +424,7 @@ void Mechanisms::apply(const Mechanism& m) {
 void Mechanisms::forget(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     BallJointRow<float>& row = states_[i].row;
-    row.impulse = row.total = states_[i].carried = {};
+    row.impulse = row.total = states_[i].moment = states_[i].parent_moment = {};
   }
 }
 

@@ -77,8 +77,7 @@ class Mechanisms {
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
     Motion motion;
     Vec3 arm, parent_arm;     ///< m, now
-    Vec3 carried;             ///< N·s, what acted when positions last moved,
-    Vec3 carried_arm, carried_parent_arm;  ///< m, and about which arms
+    Vec3 moment, parent_moment;  ///< N·m·s that the row's impulse has had so far, on the body and, reversed, its parent
     TreeInertia of_body;
     TreeLink link;
     TreeLoad load;
@@ -99,6 +98,9 @@ class Mechanisms {
   static Vec3 gap(const LinkState& s, const Motion& parent);
   static Vec3 gap_ahead(const LinkState& s, const Motion& parent, float h);
   void load_carried(const Mechanism& m);
+  void stiffen(const Mechanism& m, float h);
+  void stiffen_load(const Mechanism& m, float h);
+  void turn_all(const Mechanism& m);
   void eliminate(const Mechanism& m);
   void substitute(const Mechanism& m);
   void take_back(const Mechanism& m);
@@ -107,7 +109,7 @@ class Mechanisms {
   template <class Error>
   void take_away(const Mechanism& m, const Error& error);
   template <bool soft>
-  void apply(const Mechanism& m);
+  void apply(const Mechanism& m, float h, bool follows);
   void forget(const Mechanism& m);
 
   const WorldDef& def_;
