@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t most_links = 4096;  // which one thread solves; more are a net or a rope, and left to the sweeps
 constexpr int newton_rounds = 3;            // in which anchors come to meet at a substep's end
 constexpr float meeting_share = 1e-3f;      // of the arms' lengths, within which they count as met
-constexpr float stiffest_swing = 0.5f;      // (h ω)² of a body that swings under what its joints carry
+constexpr float stiffest_swing = 0.1f;      // (h ω)² of a body that swings under what its joints carry
 constexpr float projection_share = 0.2f;    // of the gap that is closed where they do not
 constexpr std::uint32_t links_a_loop = 8;   // at least: more loops are a net
 
@@ -80,7 +80,8 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
     const bool is_b = joint != none && graph_.joint(joint).b == slot;
     const std::uint32_t other = joint == none ? none : is_b ? graph_.joint(joint).a : graph_.joint(joint).b;
     link_of_[slot] = static_cast<std::uint32_t>(links_.size());
-    links_.push_back({slot, joint, parent, parent == none ? other : none, is_b});
+    links_.push_back({slot, joint, parent, parent == none ? other : none, is_b, false});
+    if (parent != none) links_[parent].carries = true;
     if (joint != none) direct_[joint] = 1;
   };
   add(root_slot, root_joint, none);
@@ -335,7 +336,9 @@ bool Mechanisms::can_follow(const Mechanism& m, float h) const {
     const LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
     const float pull = h * length(s.row.impulse);  // h² F
-    can = can && pull * length(s.arm) <= stiffest_swing * s.inertia;
+    // At the end of a chain a body swings with all its mass.
+    const float own = links_[i].carries ? s.inertia : fma(s.mass, length_squared(s.arm), s.inertia);
+    can = can && pull * length(s.arm) <= stiffest_swing * own;
     if (links_[i].parent != none)
       can = can && pull * length(s.parent_arm) <= stiffest_swing * states_[links_[i].parent].inertia;
   }

@@ -60,6 +60,7 @@ class Mechanisms {
     std::uint32_t parent;      ///< link, or none where that is an obstacle
     std::uint32_t obstacle;    ///< slot of it
     bool is_b;                 ///< the body is the joint's B
+    bool carries;              ///< the body has children
   };
   struct Mechanism {
     std::uint32_t first, end;  ///< links, parents before children
