@@ -239,7 +239,7 @@ inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_ro
 /// of memory, and all rows of a constraint are at fixed distances from the first.
 inline constexpr std::uint32_t tile_width = 32;
 
-/// Of a joint: three rows of what sweeps read, then what they write.
+/// Of a joint: four rows of what sweeps read, then what they write.
 inline constexpr std::uint32_t joint_spin_row = impulse_row - 2, joint_impulse_row = impulse_row,
                                joint_total_row = impulse_row + 1;
 

@@ -26,7 +26,7 @@ struct alignas(16) JointRecord {
   Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
   float impulse_scale = 0;
   Vec3 total;  ///< N·s on B, of the last step that solved it
-  float unused = 0;
+  float rigid = 0;  ///< 1, or 0 of a spring
 
   FATHOM_HD bool in_use() const { return a != none; }
 };

@@ -220,6 +220,7 @@ class JointMirror {
     r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a;
     r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
     r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
+    r.rigid = info.def.hertz > 0 ? 0 : 1;
     return r;
   }
 

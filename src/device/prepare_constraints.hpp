@@ -121,6 +121,7 @@ struct PrepareConstraints {
     prepare_ball_joint(unit(pose_a.rotation), unit(pose_b.rotation), pose_b.position - pose_a.position, joint.anchor_a,
                        joint.anchor_b, joint.impulse, row);
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
+    row.rigid = joint.rigid;
     Quad* const rows = rows_of(constraints, k);
     store_joint(rows, row);
     store_joint_impulse(rows, row);

@@ -15,7 +15,7 @@
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
-  relax,    ///< after it: takes the pull out of the velocities again
+  relax,    ///< after it: takes the pull out of the velocities again, but of a spring's, which is there to stay
   iterate,  ///< of the `impulse` solver: both at once
 };
 
@@ -28,6 +28,7 @@ struct BallJointRow {
   VecOf<L> total;         ///< N·s, over the step
   VecOf<L> spun_a, spun_b;  ///< rad/s that `impulse` has given, as the bodies have it
   L bias_rate, mass_scale, impulse_scale;
+  L rigid;  ///< 1, or 0 of a spring
 };
 
 template <class L>
@@ -210,10 +211,10 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   if constexpr (pass != JointPass::relax) wanted = mul_add(wanted + sweep.drift(h), row.bias_rate, sweep.gap(row));
   VecOf<L> change = sweep.impulse_for(wanted);
   const L zero = splat<L>(0.0f);
-  if constexpr (pass == JointPass::soft)
-    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
+  if constexpr (pass == JointPass::relax)
+    change = scale(zero - row.rigid, change);
   else
-    change = scale(splat<L>(-1.0f), change);
+    change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   row.impulse = row.impulse + change;
   if (ends_substep) row.total = row.total + row.impulse;
   sweep.push(row, change);
