@@ -203,8 +203,9 @@ TEST_P(JointLaws, ANetCatchesBalls) {
   Random random(5);
   std::vector<BodyId> balls;
   for (int i = 0; i < 12; ++i)
-    balls.push_back(world.add(dynamic(sphere(0.3f), {uniform(random, 1.5f, 3.5f), uniform(random, 1.5f, 3.5f),
-                                                     1 + 0.7f * static_cast<float>(i)}, 1)));
+    balls.push_back(world.add(
+        dynamic(sphere(0.3f),
+                {uniform(random, 1.5f, 3.5f), uniform(random, 1.5f, 3.5f), 1 + 0.7f * static_cast<float>(i)}, 1)));
   run(world, 600);
   for (const BodyId ball : balls) EXPECT_GT(world.pose(ball).position.z, -4);
   EXPECT_LT(widest_gap(world), give(9.81f * 92, 0.2f));
