@@ -30,8 +30,8 @@ struct ExactPendulum {
   }
 };
 
-/// The largest error of a pendulum's angle over ten periods, as a part of its amplitude. Substeps change velocities
-/// first and then move with them, so what moves is half a substep ahead of its time.
+/// The largest error of a pendulum's angle over ten periods, as a part of its amplitude. Sweeps change velocities first
+/// and then move with them, so on the device what moves is half a substep ahead of its time.
 double pendulum_error(const WorldDef& def, const Shape& shape, float arm, double amplitude) {
   World world(def);
   const BodyId top = add_anchor(world, {0, 0, 10});
@@ -203,8 +203,9 @@ TEST_P(JointLaws, ANetCatchesBalls) {
   Random random(5);
   std::vector<BodyId> balls;
   for (int i = 0; i < 12; ++i)
-    balls.push_back(world.add(dynamic(sphere(0.3f), {uniform(random, 1.5f, 3.5f), uniform(random, 1.5f, 3.5f),
-                                                     1 + 0.7f * static_cast<float>(i)}, 1)));
+    balls.push_back(world.add(
+        dynamic(sphere(0.3f),
+                {uniform(random, 1.5f, 3.5f), uniform(random, 1.5f, 3.5f), 1 + 0.7f * static_cast<float>(i)}, 1)));
   run(world, 600);
   for (const BodyId ball : balls) EXPECT_GT(world.pose(ball).position.z, -4);
   EXPECT_LT(widest_gap(world), give(9.81f * 92, 0.2f));

@@ -103,6 +103,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.spun_a = q[joint_spin_row].xyz(), r.spun_b = q[joint_spin_row + 1].xyz();
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();
+  r.pull = {};
   return r;
 }
 

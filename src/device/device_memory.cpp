@@ -190,11 +190,11 @@ void JointMemory::reserve(std::size_t joints, std::size_t apart_places) {
 }
 
 JointArrays JointMemory::arrays() {
-  return {.records = records_.data(),
-          .capacity = static_cast<std::uint32_t>(capacity()),
-          .apart = {.pairs = apart_.data(),
-                    .mask = static_cast<std::uint32_t>(apart_places_) - 1,
-                    .is_on = apart_places_ > 0}};
+  return {
+      .records = records_.data(),
+      .capacity = static_cast<std::uint32_t>(capacity()),
+      .apart = {
+          .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};
 }
 
 void GridMemory::reserve(std::size_t bodies) {

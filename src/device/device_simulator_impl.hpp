@@ -121,7 +121,8 @@ void DeviceSimulator<D>::make_room() {
   }
   make_room_for_joints();
   if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
-      joint_memory_.capacity() > contact_memory_.joint_capacity() || may_bounce_ != contact_memory_.may_bounce() || may_roll_ != contact_memory_.may_roll()) {
+      joint_memory_.capacity() > contact_memory_.joint_capacity() || may_bounce_ != contact_memory_.may_bounce() ||
+      may_roll_ != contact_memory_.may_roll()) {
     retire_all();
     forget_graphs();
     contact_memory_.reserve(contacts_needed, manifolds_needed, joint_memory_.capacity(), event_lists(), may_bounce_,

@@ -25,7 +25,7 @@ struct alignas(16) JointRecord {
   float mass_scale = 0;
   Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
   float impulse_scale = 0;
-  Vec3 total;  ///< N·s on B, of the last step that solved it
+  Vec3 total;       ///< N·s on B, of the last step that solved it
   float rigid = 0;  ///< 1, or 0 of a spring
 
   FATHOM_HD bool in_use() const { return a != none; }

@@ -153,9 +153,9 @@ class JointMirror {
   /// Whether what was read does not contradict itself, nor `table`.
   bool is_sound(const JointTable& table, std::uint32_t index_count) const {
     const auto fits = [&](const Mirrored& joint) {
-      return joint.a == none || (joint.a < index_count && joint.b < index_count && joint.a != joint.b &&
-                                 joint.fixed_a <= 1 && joint.apart <= 1 &&
-                                 (joint.colour < dynamic_colours || joint.colour == overflow_colour));
+      return joint.a == none ||
+             (joint.a < index_count && joint.b < index_count && joint.a != joint.b && joint.fixed_a <= 1 &&
+              joint.apart <= 1 && (joint.colour < dynamic_colours || joint.colour == overflow_colour));
     };
     return joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
            std::ranges::all_of(noted_, [&](std::uint32_t slot) { return slot < table.slot_count(); });
@@ -188,8 +188,8 @@ class JointMirror {
 
   Mirrored added(const JointTable& table, const BodyIndices& indices, std::uint32_t slot) {
     const JointInfo& info = table[slot];
-    Mirrored joint{indices.of(info.a), indices.of(info.b), overflow_colour, info.fixed_a, !info.def.collide_connected,
-                   table.id(slot).generation};
+    Mirrored joint{indices.of(info.a), indices.of(info.b),          overflow_colour,
+                   info.fixed_a,       !info.def.collide_connected, table.id(slot).generation};
     const std::uint64_t taken = colours_[joint.b] | (joint.fixed_a ? 0 : colours_[joint.a]);
     const auto free = static_cast<std::uint32_t>(std::countr_one(taken));
     if (free < dynamic_colours) joint.colour = free;

@@ -14,8 +14,7 @@ void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
   for (const std::uint32_t body : {joints[slot].a, joints[slot].b}) {
     const std::uint32_t index = indices_.of(body), last = index < last_edit_.size() ? last_edit_[index] : none;
     // A body with many joints is not told of each.
-    if (last == none || edits_[last].kind != EditKind::joints)
-      add_edit(edit_of(EditKind::joints, index, Velocity{}));
+    if (last == none || edits_[last].kind != EditKind::joints) add_edit(edit_of(EditKind::joints, index, Velocity{}));
   }
 }
 

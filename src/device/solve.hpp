@@ -382,8 +382,7 @@ struct SolveConstraints {
     } else {
       const bool fixed = bits & pushes_fixed_bit;
       const auto arm_on_a = [&] {
-        return fixed ? carried_arm(frame.arm_a, mul_add(pair.a.turned.xyz(), p.friction_lead, a.angular))
-                     : frame.arm_a;
+        return fixed ? carried_arm(frame.arm_a, mul_add(pair.a.turned.xyz(), p.friction_lead, a.angular)) : frame.arm_a;
       };
       ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
                        (bits & bounces_bit) != 0};
@@ -597,9 +596,10 @@ struct SolveConstraints {
     if (!is_finite(linear) || !is_finite(angular) || !is_finite(moved) || !is_finite(turned)) isolate(i);
     // Where nobody counts, inverse mass and inertia stay.
     const bool counts = place.by_data;
-    const float count = __builtin_bit_cast(float, place.moves + 1);
-    exec::store_shared_quad(bodies.solver[i].moved, quad(moved, counts ? count : f.rows[6].w));
-    exec::store_shared_quad(bodies.solver[i].turned, quad(turned, counts ? count : f.rows[7].w));
+    exec::store_shared_quad(bodies.solver[i].moved,
+                            counts ? written(moved, place.moves + 1) : quad(moved, f.rows[6].w));
+    exec::store_shared_quad(bodies.solver[i].turned,
+                            counts ? written(turned, place.moves + 1) : quad(turned, f.rows[7].w));
     store_velocity(i, linear, angular, due + 1);
   }
 
@@ -654,8 +654,8 @@ struct SolveConstraints {
   }
 };
 
-/// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what was
-/// overloaded. An impulse that is not finite is forgotten.
+/// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what
+/// was overloaded. An impulse that is not finite is forgotten.
 struct StoreImpulses {
   ContactArrays contacts;
   JointArrays joints;

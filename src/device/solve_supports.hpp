@@ -29,6 +29,12 @@ struct SupportsOfBody {
   FATHOM_HD SupportChange& change(int j) const { return constraints.supports[contacts[j]].change; }
 };
 
+// Outside of the kernel's template, in which nvcc 13 cannot compile these.
+FATHOM_HD std::uint32_t bits_of(float x) { return __builtin_bit_cast(std::uint32_t, x); }
+FATHOM_HD float power_of_two(int exponent) {
+  return __builtin_bit_cast(float, static_cast<std::uint32_t>(127 + exponent) << 23);
+}
+
 /// A direct solution takes a phase for each level, from the top down, in which bodies ask their supports; one that sums
 /// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
 /// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
@@ -168,7 +174,6 @@ struct SolveWithSupports {
     exec::atomic_max(structure.largest, bits_of(sizes) & 0x7fffffffu);
     exec::atomic_max(structure.largest, bits_of(m.slope + m.curvature + m.energy) & 0x7fffffffu);
   }
-  FATHOM_HD static std::uint32_t bits_of(float x) { return __builtin_bit_cast(std::uint32_t, x); }
 
   /// Terms in units of a power of two: the largest one fills 36 bits.
   FATHOM_HD static void add_up(const SupportMove& m, Structure& structure, std::uint32_t parity) {
@@ -176,7 +181,7 @@ struct SolveWithSupports {
     const std::uint32_t largest = structure.largest >> 23, exponent = largest < least ? least : largest;
     std::int64_t slope = 1, curvature = 1, energy = 1, reference = 1;  // of what is not finite: nothing moves
     if (exponent < infinity) {
-      const float scale = __builtin_bit_cast(float, (127 + 35 + 127 - exponent) << 23);
+      const float scale = power_of_two(127 + 35 - static_cast<int>(exponent));
       slope = static_cast<std::int64_t>(scale * m.slope);
       curvature = static_cast<std::int64_t>(scale * m.curvature);
       energy = static_cast<std::int64_t>(scale * m.energy);

@@ -46,9 +46,8 @@ template <exec::Device D>
 class Step {
  public:
   Step(D& device, BodyMemory& bodies, ContactMemory& contacts, JointMemory& joints, GridMemory& grid,
-       PublishedMemory<D>& published,
-       Counters* counters, Report* reports, std::uint32_t report_count, const StepSettings& settings,
-       StageMarks<D>* marks)
+       PublishedMemory<D>& published, Counters* counters, Report* reports, std::uint32_t report_count,
+       const StepSettings& settings, StageMarks<D>* marks)
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
@@ -164,8 +163,7 @@ class Step {
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
         PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells});
     if (has_supports())
-      device_.parallel_phases(FindSupports::most_phases,
-                              std::max({body_capacity_, constraints_.capacity, level_slots}),
+      device_.parallel_phases(FindSupports::most_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
   }
 

@@ -41,8 +41,8 @@ struct ContactChanges {
     exec::atomic_store(counters->waking, counters->live_bodies);
   }
 
-  /// A contact whose bodies have other joints than before keeps apart from now on, or gives up a colour that one of them
-  /// has taken.
+  /// A contact whose bodies have other joints than before keeps apart from now on, or gives up a colour that one of
+  /// them has taken.
   FATHOM_HD void meet_joints(Contact& c) const {
     if (apart.has(c.a, c.b)) {
       if (c.touching()) end(c);

@@ -1,8 +1,8 @@
 // The rows of a ball joint over a lane type L: `float`, or a vector of as many joints as it has lanes.
 //
-// No include guard and no namespace: whoever includes it has opened the namespace that has L's functions in it, once for
-// scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp). FATHOM_LANE_FUNCTION
-// is what functions are marked with there.
+// No include guard and no namespace: whoever includes it has opened the namespace that has L's functions in it, once
+// for scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp).
+// FATHOM_LANE_FUNCTION is what functions are marked with there.
 //
 // Three rows hold the anchors x_a + r_a and x_b + r_b together. Arms turn with their bodies within the step, by the
 // whole rotation since it began, so that a pendulum's rod keeps its length whatever its speed. Anisotropic bodies' spin
@@ -12,12 +12,13 @@
 // A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along the
 // arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one that
 // takes the anchors' relative velocity away. So what swings keeps its energy, of which a plain projection of velocities
-// takes a part (h ω)² in every substep. Bodies that only joints act on *swing*: they move by the mean of their velocities
-// before and after gravity's acceleration, which makes it of second order. What touches something moves by the latter.
+// takes a part (h ω)² in every substep. Bodies of a mechanism that is solved directly, and on which nothing else acts,
+// *swing*: they move by the mean of their velocities before and after gravity's acceleration, which makes it of second
+// order. What touches something, or is left to sweeps, moves by the latter.
 //
-// Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for velocities,
-// but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω² of its
-// momentum every second. So the first sweep of a substep puts the difference right.
+// Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for
+// velocities, but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω²
+// of its momentum every second. So the first sweep of a substep puts the difference right.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
@@ -28,10 +29,10 @@ enum class JointPass {
 /// What outlasts a sweep of one joint. Arms and the gap are those of the step's beginning.
 template <class L>
 struct BallJointRow {
-  VecOf<L> arm_a, arm_b;  ///< m, from the centres of mass, world axes
-  VecOf<L> gap;           ///< m, from A's anchor to B's
-  VecOf<L> impulse;       ///< N·s on B, accumulated over the substep
-  VecOf<L> total;         ///< N·s, over the step
+  VecOf<L> arm_a, arm_b;    ///< m, from the centres of mass, world axes
+  VecOf<L> gap;             ///< m, from A's anchor to B's
+  VecOf<L> impulse;         ///< N·s on B, accumulated over the substep
+  VecOf<L> total;           ///< N·s, over the step
   VecOf<L> spun_a, spun_b;  ///< rad/s that `impulse` has given, as the bodies have it
   VecOf<L> pull;            ///< m/s², of bodies that swing how much more B accelerates than A
   L bias_rate, mass_scale, impulse_scale;

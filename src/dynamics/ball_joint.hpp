@@ -54,8 +54,8 @@ struct JointBodies {
 /// (h ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up from chains of five on.
 inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 3;
 
-/// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer than
-/// a rigid one.
+/// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer
+/// than a rigid one.
 FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
   const float rigid = rigid_joint_rate / h;
   return hertz > 0 ? make_soft(min(hertz, rigid), damping_ratio, h) : make_soft(rigid, rigid_joint_damping, h);

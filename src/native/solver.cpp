@@ -349,12 +349,19 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
     motion.acceleration = a.linear;
     motion.angular_acceleration = a.angular;
   }
-  if (state_.flags[slot] & jointed) state_.swings[slot] = !(state_.flags[slot] & has_force) && graph_.has_joints_alone(slot, joints_.of(slot));
+  if (state_.flags[slot] & jointed) state_.swings[slot] = does_swing(slot);
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
+}
+
+/// Sweeps would leave it some of the velocity that it is to have between positions.
+bool ContactSolver::does_swing(std::uint32_t slot) const {
+  const std::uint8_t* const direct = mechanisms_.direct();
+  if (!direct || state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return false;
+  return std::ranges::all_of(joints_.of(slot), [&](std::uint32_t joint) { return direct[joint]; });
 }
 
 // Forces stay what they are, so they accelerate less.

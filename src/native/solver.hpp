@@ -105,6 +105,7 @@ class ContactSolver {
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
+  bool does_swing(std::uint32_t slot) const;
   void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
   std::size_t prepare(std::size_t begin, std::size_t end);
