@@ -105,7 +105,17 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
   impact.normal = guess;
   for (int i = 0; i < most_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
-    impact.normal = direction_apart(cores, at_a, at_b, impact.normal, 0.1f * skin);
+    const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
+    // Many a direction shows that they pass, long before the one in which they are most apart is found.
+    const auto shows = [&](const Gap& found) {
+      const float gap = found.distance - cores.radii();
+      if (!(gap > skin)) return false;
+      const float speed = most_approach(a, b, rotate(at_a.rotation, found.normal));
+      return speed * (dt - impact.time) < gap - 0.5f * skin;
+    };
+    const Frame b_in_a = make_frame(relative(at_a, at_b));
+    const Gap found = gap_between(cores.a, cores.b, b_in_a, local, 0.1f * skin, shows);
+    impact.normal = rotate(at_a.rotation, found.normal);
     impact.gap = separation_along(cores, at_a, at_b, impact.normal);
     impact.speed = most_approach(a, b, impact.normal);
     if (impact.gap <= skin) break;
