@@ -110,7 +110,14 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
     return result;
   }
   const float deeper = max(impact.gap, 0.0f) + entry;
-  result.time = impact.speed * dt > deeper ? min(impact.time + deeper / impact.speed, dt) : dt;
+  const bool gets_deep = impact.speed * (dt - impact.time) >= deeper;
+  // What meets so late that it does not get as deep tells no side yet: at the seam of two tiles it would be the wrong
+  // one. The next step sees it touch.
+  if (impact.time > 0 && !gets_deep) {
+    result.ahead = Ahead::nothing;
+    return result;
+  }
+  result.time = gets_deep ? impact.time + deeper / impact.speed : dt;
   result.b_in_a = relative(advanced(a.pose, a.velocity, result.time), advanced(b.pose, b.velocity, result.time));
   AxisCache axis;
   result.manifold = collide_shapes(a.geometry, b.geometry, result.b_in_a, margin, axis);
