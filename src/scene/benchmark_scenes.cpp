@@ -246,8 +246,8 @@ Scene convex_pile(std::int64_t bodies) {
     const auto column = static_cast<double>(i % side), row = static_cast<double>(i / side % side);
     const auto layer = static_cast<double>(i / (side * side));
     const double half = 0.5 * side;
-    body.pose.position =
-        centre_of(body.shape, at(2 * radius * (column - half), -2 * radius * (row - half), radius + 2 * radius * layer));
+    body.pose.position = centre_of(
+        body.shape, at(2 * radius * (column - half), -2 * radius * (row - half), radius + 2 * radius * layer));
     scene.bodies.push_back(body);
   }
   return scene;

@@ -36,8 +36,8 @@ Scene large_pyramid(std::int64_t bodies);
 Scene many_pyramids(std::int64_t bodies);
 /// A pyramid of square layers of boxes of 1.95 m, dropped 0.5 m apart.
 Scene wide_pyramid(std::int64_t bodies);
-/// Cubes of 0.4 m in an open drum, 32 m wide with four blades, that makes a turn in 14.4 s; it grows with the cubes from
-/// 8,000 on. Its parts are the first 40 bodies after the ground.
+/// Cubes of 0.4 m in an open drum, 32 m wide with four blades, that makes a turn in 14.4 s; it grows with the cubes
+/// from 8,000 on. Its parts are the first 40 bodies after the ground.
 Scene washer(std::int64_t bodies);
 /// Layers of 8 × 8 bodies of one hull of 32 points on a sphere of 2 m.
 Scene convex_pile(std::int64_t bodies);

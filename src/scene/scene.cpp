@@ -69,7 +69,8 @@ Pose Orbit::at(const Pose& start, double time) const {
   // Rodrigues' formula.
   const Vec3 along = dot(axis, from) * axis, out = from - along, aside = cross(axis, from);
   Pose pose = start;
-  pose.position = mul_add(mul_add(centre + along, static_cast<float>(whole.x), out), static_cast<float>(whole.y), aside);
+  pose.position =
+      mul_add(mul_add(centre + along, static_cast<float>(whole.x), out), static_cast<float>(whole.y), aside);
   if (!is_rigid) return pose;
   const Vec3 imaginary = static_cast<float>(half.y) * axis;
   pose.rotation = Quat{static_cast<float>(half.x), imaginary.x, imaginary.y, imaginary.z} * start.rotation;

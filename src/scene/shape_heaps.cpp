@@ -71,9 +71,12 @@ Shape rock(Random& random, double size) {
     const double square = x * x + y * y + z * z;
     if (square > 1 || square < 0.01) continue;
     const double scale = 1 / std::sqrt(square);
-    points.push_back({static_cast<float>(half * scale * x), static_cast<float>(b * scale * y),
-                      static_cast<float>(c * scale * z)});
+    points.push_back(
+        {static_cast<float>(half * scale * x), static_cast<float>(b * scale * y), static_cast<float>(c * scale * z)});
   }
+  // About its centre of mass, where its place is, no larger than asked for.
+  const float scale = static_cast<float>(half) / hull(points).hull->outer_radius();
+  for (Vec3& point : points) point *= scale;
   return hull(points);
 }
 
