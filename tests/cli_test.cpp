@@ -131,7 +131,7 @@ TEST_F(Program, JsonHasThePublishedKeys) {
   EXPECT_GT(r.at("counts").at("manifolds").get<int>(), 0);
   EXPECT_GT(r.at("counts").at("points").get<int>(), 0);
   for (const char* key : {"ground_penetration_max", "displacement_max", "top_drop", "kinetic_energy_per_body",
-                          "bodies_below_ground", "non_finite"}) {
+                          "bodies_below_ground", "overlap_max", "escaped", "non_finite"}) {
     EXPECT_TRUE(r.at("quality").at(key).is_number()) << key;
   }
   EXPECT_THAT(r.at("state_hash").get<std::string>(), testing::MatchesRegex("[0-9a-f]{16}"));

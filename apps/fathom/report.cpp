@@ -79,6 +79,8 @@ std::string quality_text(const Json& r) {
                      1e3 * q["ground_penetration_max"].get<double>(), q["bodies_below_ground"].get<std::uint64_t>()) +
          fmt::format("  displacement           {:.4g} m at most; the top came down {:.4g} m\n",
                      q["displacement_max"].get<double>(), q["top_drop"].get<double>()) +
+         fmt::format("  deepest overlap        {:.3f} mm; {} bodies escaped\n", 1e3 * q["overlap_max"].get<double>(),
+                     q["escaped"].get<std::uint64_t>()) +
          fmt::format("  kinetic energy         {:.3g} J a body\n", q["kinetic_energy_per_body"].get<double>()) +
          fmt::format("  states not finite      {}\n", q["non_finite"].get<std::uint64_t>()) +
          fmt::format("  state hash             {}\n", r["state_hash"].get<std::string>());

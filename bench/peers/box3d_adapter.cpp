@@ -49,7 +49,9 @@ class Box3dEngine final : public Engine {
  private:
   void add(const BodyDef& def) {
     b3BodyDef body = b3DefaultBodyDef();
-    body.type = def.motion == MotionType::dynamic ? b3_dynamicBody : b3_staticBody;
+    body.type = def.motion == MotionType::dynamic     ? b3_dynamicBody
+                : def.motion == MotionType::kinematic ? b3_kinematicBody
+                                                      : b3_staticBody;
     body.position = {def.pose.position.x, def.pose.position.y, def.pose.position.z};
     body.rotation = quaternion(def.pose.rotation);
     body.enableSleep = false;
@@ -58,9 +60,37 @@ class Box3dEngine final : public Engine {
     shape.density = mass_of(def) / volume(def.shape);
     shape.baseMaterial.friction = def.material.friction;
     shape.baseMaterial.restitution = def.material.restitution;
-    const Vec3 half = box_half_extents(def);
-    const b3BoxHull hull = b3MakeBoxHull(half.x, half.y, half.z);
-    b3CreateHullShape(bodies_.back(), &shape, &hull.base);
+    add_shape(shape, def.shape);
+  }
+
+  void add_shape(const b3ShapeDef& def, const Shape& shape) {
+    const Vec3 half = shape.half_extents;
+    switch (shape.type) {
+      case ShapeType::sphere: {
+        const b3Sphere sphere{{0, 0, 0}, shape.radius};
+        b3CreateSphereShape(bodies_.back(), &def, &sphere);
+        return;
+      }
+      case ShapeType::capsule: {
+        const b3Capsule capsule{{0, 0, -half.z}, {0, 0, half.z}, shape.radius};
+        b3CreateCapsuleShape(bodies_.back(), &def, &capsule);
+        return;
+      }
+      case ShapeType::box: {
+        const b3BoxHull hull = b3MakeBoxHull(half.x, half.y, half.z);
+        b3CreateHullShape(bodies_.back(), &def, &hull.base);
+        return;
+      }
+      case ShapeType::hull:
+        break;
+    }
+    std::vector<b3Vec3> points;
+    for (const Vec3 vertex : shape.hull->vertices()) points.push_back(vector(vertex));
+    const auto count = static_cast<int>(points.size());
+    b3HullData* const hull = b3CreateHull(points.data(), count, count);
+    if (hull == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no hull of these points");
+    b3CreateHullShape(bodies_.back(), &def, hull);  // a copy, which equal ones share
+    b3DestroyHull(hull);
   }
 
   float dt_;

@@ -43,31 +43,55 @@ class BulletEngine final : public Engine {
     }
   }
 
+  // Bullet tells a kinematic body's velocity from where it is put.
+  void move(const Orbiter::Target& target) override {
+    bodies_[target.body]->setWorldTransform(
+        btTransform(quaternion(target.pose.rotation), vector(target.pose.position)));
+  }
+
   void set_velocity(std::size_t body, const Velocity& v) override {
     bodies_[body]->setLinearVelocity(vector(v.linear));
     bodies_[body]->setAngularVelocity(vector(v.angular));
   }
 
  private:
-  btCollisionShape* shape(Vec3 half_extents) {
-    if (shapes_.empty() || !(half_extents == last_half_extents_)) {
-      shapes_.push_back(std::make_unique<btBoxShape>(vector(half_extents)));
-      last_half_extents_ = half_extents;
+  static std::unique_ptr<btCollisionShape> made_of(const Shape& shape) {
+    switch (shape.type) {
+      case ShapeType::sphere:
+        return std::make_unique<btSphereShape>(shape.radius);
+      case ShapeType::capsule:
+        return std::make_unique<btCapsuleShapeZ>(shape.radius, 2 * shape.half_extents.z);
+      case ShapeType::box:
+        return std::make_unique<btBoxShape>(vector(shape.half_extents));
+      case ShapeType::hull:
+        break;
+    }
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (const Vec3 vertex : shape.hull->vertices()) hull->addPoint(vector(vertex), false);
+    hull->recalcLocalAabb();
+    return hull;
+  }
+
+  btCollisionShape* shape_of(const Shape& shape) {
+    if (shapes_.empty() || !is_same(shape, last_shape_)) {
+      shapes_.push_back(made_of(shape));
+      last_shape_ = shape;
     }
     return shapes_.back().get();
   }
 
   void add(const BodyDef& def) {
-    btCollisionShape* box = shape(box_half_extents(def));
+    btCollisionShape* const shape = shape_of(def.shape);
     const btScalar mass = def.motion == MotionType::dynamic ? mass_of(def) : 0;
     btVector3 inertia(0, 0, 0);
-    if (mass > 0) box->calculateLocalInertia(mass, inertia);
-    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, box, inertia);
+    if (mass > 0) shape->calculateLocalInertia(mass, inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
     // A contact's coefficient is the product of both bodies', so each gets the square root.
     info.m_friction = std::sqrt(def.material.friction);
     info.m_restitution = std::sqrt(def.material.restitution);
     info.m_startWorldTransform = btTransform(quaternion(def.pose.rotation), vector(def.pose.position));
     bodies_.push_back(std::make_unique<btRigidBody>(info));
+    if (def.motion == MotionType::kinematic) bodies_.back()->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
     world_.addRigidBody(bodies_.back().get());
   }
@@ -78,8 +102,8 @@ class BulletEngine final : public Engine {
   btDbvtBroadphase broad_phase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broad_phase_, &solver_, &configuration_};
-  std::vector<std::unique_ptr<btBoxShape>> shapes_;
-  Vec3 last_half_extents_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  Shape last_shape_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };
 

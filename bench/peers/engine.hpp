@@ -27,6 +27,8 @@ class Engine {
   /// Poses and velocities of Scene::bodies, in that order.
   virtual void read(std::span<Pose> poses, std::span<Velocity> velocities) const = 0;
   virtual void set_velocity(std::size_t body, const Velocity& velocity) = 0;
+  /// Takes a kinematic body along within the next step.
+  virtual void move(const Orbiter::Target& target) { set_velocity(target.body, target.velocity); }
   /// What the engine itself reports to have gone wrong so far; empty where nothing did.
   virtual std::string trouble() const { return {}; }
 };
@@ -43,8 +45,10 @@ const std::vector<EngineKind>& engines();
 /// The engine of that name; throws `Error{unavailable}` that says what this build has.
 const EngineKind& find_engine(std::string_view name);
 
-/// Half extents of the body's box; throws `Error{unavailable}` for other shapes, which the environments do not have.
-Vec3 box_half_extents(const BodyDef& body);
+/// Whether bodies can share what an engine makes of a shape.
+bool is_same(const Shape& a, const Shape& b);
+/// Throws `Error{unavailable}`: the engine, or its adapter, has no such thing.
+[[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);
 

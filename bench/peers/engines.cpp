@@ -51,9 +51,13 @@ const EngineKind& find_engine(std::string_view name) {
                   "fathom-gpu and physx-gpu need a GPU, the latter also libPhysXGpu_64.so in LD_LIBRARY_PATH");
 }
 
-Vec3 box_half_extents(const BodyDef& body) {
-  if (body.shape.type != ShapeType::box) throw Error(ErrorCode::unavailable, "peers are measured with boxes only");
-  return body.shape.half_extents;
+bool is_same(const Shape& a, const Shape& b) {
+  return a.type == b.type && a.radius == b.radius && a.half_extents == b.half_extents && a.hull == b.hull;
+}
+
+void refuse_scene(std::string_view engine, std::string_view what) {
+  throw Error(ErrorCode::unavailable, std::string(engine) + " is not measured with " + std::string(what) +
+                                          "; leave it out by --engines or choose another scene");
 }
 
 float mass_of(const BodyDef& body) { return body.mass ? *body.mass : body.density * volume(body.shape); }

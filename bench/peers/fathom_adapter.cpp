@@ -39,6 +39,8 @@ class FathomEngine final : public Engine {
     world_.set_velocity(ids_[body], v.linear, v.angular);
   }
 
+  void move(const Orbiter::Target& target) override { world_.move_to(ids_[target.body], target.pose); }
+
   std::string trouble() const override {
     return quarantined_ > 0 ? std::to_string(quarantined_) + " bodies in quarantine" : std::string();
   }

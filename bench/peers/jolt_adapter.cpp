@@ -6,6 +6,10 @@
 #include <Jolt/Core/TempAllocator.h>
 #include <Jolt/Physics/Body/BodyCreationSettings.h>
 #include <Jolt/Physics/Collision/Shape/BoxShape.h>
+#include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
+#include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
+#include <Jolt/Physics/Collision/Shape/RotatedTranslatedShape.h>
+#include <Jolt/Physics/Collision/Shape/SphereShape.h>
 #include <Jolt/Physics/PhysicsSettings.h>
 #include <Jolt/Physics/PhysicsSystem.h>
 #include <Jolt/RegisterTypes.h>
@@ -105,27 +109,50 @@ class JoltEngine final : UsesLibrary, public Engine {
 
  private:
   void create(const BodyDef& def) {
-    const bool moves = def.motion == MotionType::dynamic;
+    const bool moves = def.motion != MotionType::fixed, is_dynamic = def.motion == MotionType::dynamic;
     const JPH::RVec3 position(def.pose.position.x, def.pose.position.y, def.pose.position.z);
     const Quat q = def.pose.rotation;
-    JPH::BodyCreationSettings body(shape(box_half_extents(def)), position, JPH::Quat(q.x, q.y, q.z, q.w).Normalized(),
-                                   moves ? JPH::EMotionType::Dynamic : JPH::EMotionType::Static,
+    JPH::BodyCreationSettings body(shape_of(def.shape), position, JPH::Quat(q.x, q.y, q.z, q.w).Normalized(),
+                                   is_dynamic ? JPH::EMotionType::Dynamic
+                                   : moves    ? JPH::EMotionType::Kinematic
+                                              : JPH::EMotionType::Static,
                                    moves ? moving_layer : fixed_layer);
     body.mFriction = def.material.friction;
     body.mRestitution = def.material.restitution;
     body.mLinearDamping = body.mAngularDamping = 0;  // 0.05 by default, which would be another scene
     body.mAllowSleeping = false;
-    if (moves) {
+    if (is_dynamic) {
       body.mOverrideMassProperties = JPH::EOverrideMassProperties::CalculateInertia;
       body.mMassPropertiesOverride.mMass = mass_of(def);
     }
     ids_.push_back(system_.GetBodyInterface().CreateBody(body)->GetID());
   }
 
-  const JPH::Shape* shape(Vec3 half_extents) {
-    if (shape_ == nullptr || !(half_extents == last_half_extents_)) {
-      shape_ = new JPH::BoxShape(vector(half_extents));
-      last_half_extents_ = half_extents;
+  static JPH::Ref<JPH::Shape> made_of(const Shape& shape) {
+    const Vec3 half = shape.half_extents;
+    switch (shape.type) {
+      case ShapeType::sphere:
+        return new JPH::SphereShape(shape.radius);
+      case ShapeType::capsule:  // along y there
+        return new JPH::RotatedTranslatedShape(JPH::Vec3::sZero(),
+                                               JPH::Quat::sRotation(JPH::Vec3::sAxisX(), 0.5f * JPH::JPH_PI),
+                                               new JPH::CapsuleShape(half.z, shape.radius));
+      case ShapeType::box:
+        return new JPH::BoxShape(vector(half));
+      case ShapeType::hull:
+        break;
+    }
+    JPH::Array<JPH::Vec3> points;
+    for (const Vec3 vertex : shape.hull->vertices()) points.push_back(vector(vertex));
+    const JPH::ShapeSettings::ShapeResult made = JPH::ConvexHullShapeSettings(points).Create();
+    if (made.HasError()) throw Error(ErrorCode::unavailable, "Jolt makes no hull: " + std::string(made.GetError()));
+    return made.Get();
+  }
+
+  const JPH::Shape* shape_of(const Shape& shape) {
+    if (shape_ == nullptr || !is_same(shape, last_shape_)) {
+      shape_ = made_of(shape);
+      last_shape_ = shape;
     }
     return shape_;
   }
@@ -148,7 +175,7 @@ class JoltEngine final : UsesLibrary, public Engine {
   PairFilter pair_filter_;
   JPH::PhysicsSystem system_;
   JPH::RefConst<JPH::Shape> shape_;  // bodies share it
-  Vec3 last_half_extents_;
+  Shape last_shape_;
   std::vector<JPH::BodyID> ids_;
   JPH::EPhysicsUpdateError errors_ = JPH::EPhysicsUpdateError::None;
 };

@@ -1,6 +1,7 @@
 #include "measure.hpp"
 
 #include <chrono>
+#include <optional>
 
 namespace fathom::peers {
 namespace {
@@ -44,6 +45,7 @@ double timed_step(Engine& engine) {
 std::string what_went_wrong(const Engine& engine, const Quality& quality) {
   if (quality.non_finite > 0) return std::to_string(quality.non_finite) + " bodies not finite";
   if (quality.bodies_below_ground > 0) return std::to_string(quality.bodies_below_ground) + " bodies below the ground";
+  if (quality.escaped > 0) return std::to_string(quality.escaped) + " bodies escaped";
   return engine.trouble();
 }
 
@@ -58,8 +60,12 @@ Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int
   try {
     engine = kind.create(scene, threads);
     Random random(scene.kicks ? scene.kicks->seed : 0);
+    std::optional<Orbiter> orbiter;
+    if (scene.orbit) orbiter.emplace(scene);
     for (int step = 0; step < steps && !result.cut_short; ++step) {
       if (scene.kicks && step % scene.kicks->interval == 0) kick(*engine, scene, random);
+      if (orbiter)
+        for (const Orbiter::Target& target : orbiter->due(static_cast<std::uint64_t>(step))) engine->move(target);
       step_ms.push_back(timed_step(*engine));
       total_ms += step_ms.back();
       result.cut_short = step + 1 < steps && total_ms > 1e3 * limit;

@@ -19,10 +19,25 @@ double bytes_for(double bodies) {
   return 12 * (2 * rows * freedoms + rows * rows);
 }
 
-std::string box(const BodyDef& def) {
-  const Vec3 half = box_half_extents(def);
-  return fmt::format("<geom type='box' size='{} {} {}' friction='{} 0.005 0.0001' mass='{}'/>", half.x, half.y, half.z,
-                     def.material.friction, def.motion == MotionType::dynamic ? mass_of(def) : 0.0f);
+std::string form_of(const Shape& shape) {
+  const Vec3 half = shape.half_extents;
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return fmt::format("type='sphere' size='{}'", shape.radius);
+    case ShapeType::capsule:
+      return fmt::format("type='capsule' size='{} {}'", shape.radius, half.z);
+    case ShapeType::box:
+      return fmt::format("type='box' size='{} {} {}'", half.x, half.y, half.z);
+    case ShapeType::hull:
+      break;
+  }
+  refuse_scene("MuJoCo", "hulls");
+}
+
+std::string geom(const BodyDef& def) {
+  if (def.motion == MotionType::kinematic) refuse_scene("MuJoCo", "kinematic bodies, whose velocity no contact sees");
+  return fmt::format("<geom {} friction='{} 0.005 0.0001' mass='{}'/>", form_of(def.shape), def.material.friction,
+                     def.motion == MotionType::dynamic ? mass_of(def) : 0.0f);
 }
 
 std::string xml_of(const Scene& scene) {
@@ -35,7 +50,7 @@ std::string xml_of(const Scene& scene) {
     const Vec3 p = def.pose.position;
     const Quat q = def.pose.rotation;
     xml += fmt::format("<body pos='{} {} {}' quat='{} {} {} {}'>{}{}</body>\n", p.x, p.y, p.z, q.w, q.x, q.y, q.z,
-                       def.motion == MotionType::dynamic ? "<freejoint/>" : "", box(def));
+                       def.motion == MotionType::dynamic ? "<freejoint/>" : "", geom(def));
   }
   return xml + "</worldbody></mujoco>\n";
 }

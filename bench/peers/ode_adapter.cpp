@@ -86,17 +86,38 @@ class OdeEngine final : public Engine {
     dWorldSetStepIslandsProcessingMaxThreadCount(world_, threads);
   }
 
+  dGeomID geom_of(const Shape& shape, float total, dMass& mass) {
+    const dReal radius = real(shape.radius), kg = real(total);
+    const Vec3 size = 2 * shape.half_extents;
+    switch (shape.type) {
+      case ShapeType::sphere:
+        dMassSetSphereTotal(&mass, kg, radius);
+        return dCreateSphere(space_, radius);
+      case ShapeType::capsule:
+        dMassSetCapsuleTotal(&mass, kg, 3, radius, real(size.z));
+        return dCreateCapsule(space_, radius, real(size.z));
+      case ShapeType::box:
+        dMassSetBoxTotal(&mass, kg, real(size.x), real(size.y), real(size.z));
+        return dCreateBox(space_, real(size.x), real(size.y), real(size.z));
+      case ShapeType::hull:
+        break;
+    }
+    refuse_scene("ODE", "hulls, of which it has no contact with each other");
+  }
+
   void add(const BodyDef& def) {
-    const Vec3 half = box_half_extents(def), p = def.pose.position;
+    const Vec3 p = def.pose.position;
     const Quat r = def.pose.rotation;
     const dQuaternion q = {real(r.w), real(r.x), real(r.y), real(r.z)};
-    const dGeomID geom = dCreateBox(space_, real(2 * half.x), real(2 * half.y), real(2 * half.z));
+    dMass mass;
+    const dGeomID geom = geom_of(def.shape, mass_of(def), mass);
     Item item{nullptr, def.pose, def.material.friction};
-    if (def.motion == MotionType::dynamic) {
+    if (def.motion != MotionType::fixed) {
       item.body = dBodyCreate(world_);
-      dMass mass;
-      dMassSetBoxTotal(&mass, real(mass_of(def)), real(2 * half.x), real(2 * half.y), real(2 * half.z));
-      dBodySetMass(item.body, &mass);
+      if (def.motion == MotionType::dynamic)
+        dBodySetMass(item.body, &mass);
+      else
+        dBodySetKinematic(item.body);
       dGeomSetBody(geom, item.body);
     }
     dGeomSetPosition(geom, real(p.x), real(p.y), real(p.z));

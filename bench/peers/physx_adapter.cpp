@@ -18,6 +18,7 @@ class PhysxEngine final : public Engine {
   void step() override { world_.step(); }
   void read(std::span<Pose> poses, std::span<Velocity> velocities) const override { world_.read(poses, velocities); }
   void set_velocity(std::size_t body, const Velocity& v) override { world_.set_velocity(body, v); }
+  void move(const Orbiter::Target& target) override { world_.move(target); }
   std::string trouble() const override { return world_.trouble(); }
 
  private:

@@ -65,8 +65,8 @@ PxSceneDesc description(const Scene& scene) {
 class PhysxGpuEngine final : public Engine {
  public:
   PhysxGpuEngine(const Scene& scene, int threads) : world_(scene, threads, description(scene)) {
-    for (std::size_t i = 0; i < world_.actors().size(); ++i)
-      if (world_.actors()[i]->is<PxRigidDynamic>()) moving_.push_back(i);
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+      if (scene.bodies[i].motion == MotionType::dynamic) moving_.push_back(i);
   }
 
   void step() override {
@@ -93,6 +93,8 @@ class PhysxGpuEngine final : public Engine {
     linear_.push_back(to_physx(v.linear));
     angular_.push_back(to_physx(v.angular));
   }
+
+  void move(const Orbiter::Target& target) override { world_.move(target); }
 
   std::string trouble() const override { return world_.trouble(); }
 

@@ -90,12 +90,23 @@ void PhysxWorld::set_velocity(std::size_t body, const Velocity& v) {
   moving->setAngularVelocity(to_physx(v.angular));
 }
 
+void PhysxWorld::move(const Orbiter::Target& target) {
+  const Quat q = target.pose.rotation;
+  actors_[target.body]->is<PxRigidDynamic>()->setKinematicTarget(
+      {to_physx(target.pose.position), PxQuat(q.x, q.y, q.z, q.w).getNormalized()});
+}
+
 std::string PhysxWorld::trouble() const { return library().errors.first; }
 
 void PhysxWorld::create(const BodyDef& def) {
   const Quat q = def.pose.rotation;
   const PxTransform pose(to_physx(def.pose.position), PxQuat(q.x, q.y, q.z, q.w).getNormalized());
-  if (def.motion == MotionType::dynamic) {
+  if (def.motion == MotionType::kinematic) {
+    PxRigidDynamic* body = physx_physics().createRigidDynamic(pose);
+    body->setRigidBodyFlag(PxRigidBodyFlag::eKINEMATIC, true);
+    body->attachShape(shape_of(def));
+    actors_.push_back(body);
+  } else if (def.motion == MotionType::dynamic) {
     PxRigidDynamic* body = physx_physics().createRigidDynamic(pose);
     body->attachShape(shape_of(def));
     PxRigidBodyExt::setMassAndUpdateInertia(*body, mass_of(def));
@@ -110,16 +121,60 @@ void PhysxWorld::create(const BodyDef& def) {
   scene_->addActor(*actors_.back());
 }
 
+namespace {
+
+/// Keeps a hull's mesh until its shape has it.
+struct MadeGeometry {
+  PxGeometryHolder geometry;
+  PxTransform in_body{PxIdentity};
+  PxConvexMesh* mesh = nullptr;
+
+  explicit MadeGeometry(const Shape& shape) {
+    const Vec3 half = shape.half_extents;
+    switch (shape.type) {
+      case ShapeType::sphere:
+        geometry.storeAny(PxSphereGeometry(shape.radius));
+        return;
+      case ShapeType::capsule:  // along x there
+        geometry.storeAny(PxCapsuleGeometry(shape.radius, half.z));
+        in_body.q = PxQuat(PxHalfPi, PxVec3(0, 1, 0));
+        return;
+      case ShapeType::box:
+        geometry.storeAny(PxBoxGeometry(to_physx(half)));
+        return;
+      case ShapeType::hull:
+        break;
+    }
+    const std::span<const Vec3> vertices = shape.hull->vertices();
+    PxConvexMeshDesc desc;
+    desc.points = {sizeof(Vec3), vertices.data(), static_cast<PxU32>(vertices.size())};
+    desc.flags = PxConvexFlag::eCOMPUTE_CONVEX;
+    PxCookingParams params(physx_physics().getTolerancesScale());
+    params.buildGPUData = true;
+    mesh = PxCreateConvexMesh(params, desc);
+    if (mesh == nullptr) throw Error(ErrorCode::unavailable, "PhysX makes no hull of these points");
+    geometry.storeAny(PxConvexMeshGeometry(mesh));
+  }
+  ~MadeGeometry() {
+    if (mesh != nullptr) mesh->release();
+  }
+  MadeGeometry(const MadeGeometry&) = delete;
+  MadeGeometry& operator=(const MadeGeometry&) = delete;
+};
+
+}  // namespace
+
 PxShape& PhysxWorld::shape_of(const BodyDef& def) {
-  const Vec3 half_extents = box_half_extents(def);
   const float friction = def.material.friction, restitution = def.material.restitution;
-  if (shape_ == nullptr || !(half_extents == last_half_extents_) || friction != last_friction_ ||
+  if (shape_ == nullptr || !is_same(def.shape, last_shape_) || friction != last_friction_ ||
       restitution != last_restitution_) {
     if (shape_ != nullptr) shape_->release();
     PxMaterial* material = physx_physics().createMaterial(friction, friction, restitution);
-    shape_ = physx_physics().createShape(PxBoxGeometry(to_physx(half_extents)), *material);
+    const MadeGeometry made(def.shape);
+    shape_ = physx_physics().createShape(made.geometry.any(), *material);
+    shape_->setLocalPose(made.in_body);
     material->release();
-    last_half_extents_ = half_extents, last_friction_ = friction, last_restitution_ = restitution;
+    last_shape_ = def.shape, last_friction_ = friction, last_restitution_ = restitution;
   }
   return *shape_;
 }

@@ -36,6 +36,7 @@ class PhysxWorld {
   /// Poses and velocities that the actors themselves know.
   void read(std::span<Pose> poses, std::span<Velocity> velocities) const;
   void set_velocity(std::size_t body, const Velocity& velocity);
+  void move(const Orbiter::Target& target);
   /// The first error that PhysX reported since this world was made.
   std::string trouble() const;
 
@@ -48,7 +49,7 @@ class PhysxWorld {
   physx::PxScene* scene_;
   std::vector<physx::PxRigidActor*> actors_;
   physx::PxShape* shape_ = nullptr;  // bodies of one shape and material share it
-  Vec3 last_half_extents_;
+  Shape last_shape_;
   float last_friction_ = 0, last_restitution_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "collision/frame.hpp"
+#include "collision/support.hpp"
 #include "geometry/support.hpp"
 
 namespace fathom {
@@ -33,7 +34,7 @@ FATHOM_HD Core core_of(const Geometry& g) {
 }
 
 FATHOM_HD Vec3 support(const Core& core, Vec3 d) {
-  if (core.hull.vertex_count > 0) return core.hull.vertices[support_vertex(core.hull, d)];
+  if (core.hull.vertex_count > 0) return core.hull.vertices[highest_vertex(core.hull, d).vertex];
   const Vec3 h = core.half;
   return core.middle + Vec3{d.x < 0 ? -h.x : h.x, d.y < 0 ? -h.y : h.y, d.z < 0 ? -h.z : h.z};
 }
@@ -126,8 +127,10 @@ struct Gap {
 };
 
 /// With `b_in_a` B's place in A's frame. `guess`: a direction from A to B, of any length; `tolerance` (m): what the
-/// distance may fall short.
-FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance) {
+/// distance may fall short. Ends early with a gap of which `is_enough` says so.
+template <class IsEnough>
+FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance,
+                          const IsEnough& is_enough) {
   constexpr int most_rounds = 32;
   constexpr float relative_tolerance = 1e-3f;
   const auto support_along = [&](Vec3 n) {  // the point of B − A that is least along n
@@ -140,7 +143,10 @@ FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec
   for (int round = 0; round < most_rounds; ++round) {
     const Vec3 w = support_along(n);
     const float height = dot(n, w);
-    if (height > best.distance) best = {height, n};
+    if (height > best.distance) {
+      best = {height, n};
+      if (is_enough(best)) break;
+    }
     if (simplex.has(w)) break;
     simplex.points[simplex.count++] = w;
     const Vec3 nearest = reduce(simplex);
@@ -152,6 +158,10 @@ FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec
     n = (1.0f / distance) * nearest;
   }
   return best;
+}
+
+FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance) {
+  return gap_between(a, b, b_in_a, guess, tolerance, [](const Gap&) { return false; });
 }
 
 }  // namespace fathom

@@ -276,7 +276,10 @@ struct CollideShapes {
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
     const Manifold fresh = collide(c, a, b, b_in_a, margin);
     const float movement = movement_of(margin, a.radius, b.radius, dt);
-    if (movement > slow_movement && movement > slow_share * changes.half_of_thinner(c)) {
+    const bool is_fast = movement > slow_movement && movement > slow_share * changes.half_of_thinner(c);
+    const bool passes =
+        !c.fixed_a() && pass_for_certain(fresh, c.axis, bodies.velocities[c.a], bodies.velocities[c.b], dt);
+    if (is_fast && !passes) {
       contacts.contacts[index] = c;
       contacts.fast[exec::atomic_add(changes.counters->fast, 1u)] = {index, none};
     } else if (!changes.take(index, c, fresh, b_in_a, -1)) {

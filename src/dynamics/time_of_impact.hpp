@@ -73,13 +73,73 @@ FATHOM_HD NearCores near_cores(const Mover& a, const Mover& b, float dt, float s
   return cores;
 }
 
+/// The points of two cores that are farthest along a direction from A to B, from either body's centre, in world axes.
+struct SupportPair {
+  Vec3 on_a, on_b;
+};
+FATHOM_HD SupportPair supports_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
+  return {rotate(a.rotation, support(cores.a, inverse_rotate(a.rotation, n))),
+          rotate(b.rotation, support(cores.b, -inverse_rotate(b.rotation, n)))};
+}
+FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, const SupportPair& at, Vec3 n) {
+  return dot(n, (b.position - a.position) + (at.on_b - at.on_a)) - cores.radii();
+}
+
 /// How far shapes at these poses are apart along the unit vector `n` from A to B in world axes (m).
 FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
-  const Vec3 on_a = support(cores.a, inverse_rotate(a.rotation, n));
-  const Vec3 on_b = support(cores.b, -inverse_rotate(b.rotation, n));
-  const Vec3 between = (b.position - a.position) + (rotate(b.rotation, on_b) - rotate(a.rotation, on_a));
-  return dot(n, between) - cores.radii();
+  return separation_along(cores, a, b, supports_along(cores, a, b, n), n);
 }
+
+/// How fast turning by a constant velocity brings some point of a core forward along `n`, at most, over the time `span`
+/// (s) from now on (m/s); `height` is its farthest point's now (m).
+///
+/// Along n the point p of a body gets to n·p + t (n × ω)·p, but for at most ω²t²/2 of its distance. So what is highest
+/// along n + t n × ω bounds them all, and that height is convex in t.
+FATHOM_HD float turning_forward(const Core& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
+                                float span) {
+  const Vec3 change = cross(n, angular);
+  const Vec3 later = mul_add(n, span, change);
+  const float highest = dot(later, rotate(rotation, support(core, inverse_rotate(rotation, later))));
+  const float bent = 0.5f * span * length_squared(angular) * reach;
+  return min(reach * length(change), (highest - height) / span + bent);
+}
+
+/// How much nearer two bodies can come along a direction within a time from now on. Turning brings nothing beyond its
+/// bounding sphere.
+struct Approach {
+  float straight;             ///< m/s
+  float turning_a, within_a;  ///< m/s, and up to so many metres in all
+  float turning_b, within_b;
+
+  /// At these poses, over the time `span` > 0 (s).
+  FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a, const Pose& pose_b,
+                     const SupportPair& at, Vec3 n, float span)
+      : straight(dot(n, a.velocity.linear - b.velocity.linear)) {
+    const float reach_a = a.radius - a.geometry.radius, reach_b = b.radius - b.geometry.radius;
+    const float height_a = dot(n, at.on_a), height_b = -dot(n, at.on_b);
+    turning_a = turning_forward(cores.a, pose_a.rotation, a.velocity.angular, reach_a, n, height_a, span);
+    turning_b = turning_forward(cores.b, pose_b.rotation, b.velocity.angular, reach_b, -n, height_b, span);
+    within_a = max(reach_a - height_a, 0.0f);
+    within_b = max(reach_b - height_b, 0.0f);
+  }
+
+  /// Time (s) before which they do not come nearer by `distance` > 0 (m); 3e38 where they never do.
+  FATHOM_HD float time_for(float distance) const {
+    const bool is_a_first = turning_a > 0 && within_a * turning_b <= within_b * turning_a;
+    const float turning[] = {is_a_first ? turning_a : turning_b, is_a_first ? turning_b : turning_a, 0};
+    const float within[] = {is_a_first ? within_a : within_b, is_a_first ? within_b : within_a, 0};
+    float speed = straight + (turning_a + turning_b), turned = 0;
+    // While both turn, while one does, and when both are as far forward as they get.
+    for (int i = 0; i < 3; ++i) {
+      if (!(speed > 0)) return 3e38f;
+      const float time = (distance - turned) / speed;
+      if (turning[i] * time <= within[i]) return time;
+      turned += within[i];
+      speed -= turning[i];
+    }
+    return 3e38f;
+  }
+};
 
 /// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
 FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
@@ -105,13 +165,26 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
   impact.normal = guess;
   for (int i = 0; i < most_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
-    impact.normal = direction_apart(cores, at_a, at_b, impact.normal, 0.1f * skin);
-    impact.gap = separation_along(cores, at_a, at_b, impact.normal);
+    const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
+    const float left = dt - impact.time;
+    // Many a direction shows that they pass, long before the one in which they are most apart is found.
+    const auto shows = [&](const Gap& found) {
+      const float gap = found.distance - cores.radii();
+      if (!(gap > skin)) return false;
+      const Vec3 n = rotate(at_a.rotation, found.normal);
+      const SupportPair at = supports_along(cores, at_a, at_b, n);
+      return Approach(a, b, cores, at_a, at_b, at, n, left).time_for(gap - 0.5f * skin) >= left;
+    };
+    const Frame b_in_a = make_frame(relative(at_a, at_b));
+    const Gap found = gap_between(cores.a, cores.b, b_in_a, local, 0.1f * skin, shows);
+    impact.normal = rotate(at_a.rotation, found.normal);
+    const SupportPair at = supports_along(cores, at_a, at_b, impact.normal);
+    impact.gap = separation_along(cores, at_a, at_b, at, impact.normal);
     impact.speed = most_approach(a, b, impact.normal);
     if (impact.gap <= skin) break;
-    const float later = impact.gap - 0.5f * skin;
-    if (!(impact.speed * (dt - impact.time) > later)) return impact;
-    impact.time += later / impact.speed;
+    const float later = Approach(a, b, cores, at_a, at_b, at, impact.normal, left).time_for(impact.gap - 0.5f * skin);
+    impact.time += later;
+    if (!(later < left && impact.time < dt)) return impact;
   }
   impact.meets = true;
   return impact;

@@ -21,6 +21,8 @@ Json json_of(const Quality& q) {
           {"top_drop", q.top_drop},
           {"kinetic_energy_per_body", q.kinetic_energy_per_body},
           {"bodies_below_ground", q.bodies_below_ground},
+          {"overlap_max", q.overlap_max},
+          {"escaped", q.escaped},
           {"non_finite", q.non_finite}};
 }
 

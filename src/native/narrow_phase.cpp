@@ -111,21 +111,9 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
   const float half = min(min_component(a.half_extents), min_component(b.half_extents));
   if (movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
     return put(index, c, fresh, seen.b_in_a, -1, manifold);
+  if (!c.fixed_a && pass_for_certain(fresh, c.axis, state.velocities[c.a], state.velocities[c.b], dt))
+    return put(index, c, {}, seen.b_in_a, -1, manifold);
   return take_fast(index, c, fresh, seen, manifold);
-}
-
-HWY_NOINLINE Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& fresh,
-                                           const Inspection& seen, ContactManifold* manifold) const {
-  const BodyInfo &a = bodies[c.a], &b = bodies[c.b];
-  const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
-                                     {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,
-                                     seen.margin, min(half_thickness(a), half_thickness(b)), dt);
-  if (found.is_fast && c.fixed_a) {
-    const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
-    fast.push_back({index, c.a, c.b, pose_a, pose_b, found.first});
-  }
-  if (found.ahead == Ahead::meets) return put(index, c, found.manifold, found.b_in_a, found.time, manifold);
-  return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);
 }
 
 Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {

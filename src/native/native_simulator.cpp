@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "check/check.hpp"
-#include "dynamics/look_ahead.hpp"
 #include "dynamics/move_to.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
@@ -440,27 +439,6 @@ void NativeSimulator::arrive() {
   }
   targets_.clear();
   active_is_current_ = false;
-}
-
-/// What came out inside or behind something fixed goes as far as its way was free, and on in the next step.
-void NativeSimulator::hold_back_fast() {
-  for (const std::size_t block : fast_blocks_)
-    for (const FastPair& pair : blocks_[block].fast) {
-      if ((state_.flags[pair.b] & (awake | isolated)) != awake) continue;
-      const BodyInfo &a = bodies[pair.a], &b = bodies[pair.b];
-      const Pose end = state_.poses[pair.b];
-      Velocity v = state_.velocities[pair.b];
-      const FreeWay way = free_way({a.geometry, a.radius, pair.pose_a, state_.velocities[pair.a]},
-                                   {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.first,
-                                   min(half_thickness(a), half_thickness(b)), def.dt);
-      if (way.part >= 1) continue;
-      Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), way.part * def.dt);
-      pose.reserved = end.reserved;
-      if (way.stops) v.linear = way.slowed;
-      place(pair.b, pose, v);
-      const Contact& c = graph_[pair.contact];
-      if (c.touching()) graph_.manifold(c).forget_build();
-    }
 }
 
 /// Those that failed when they were moved, where nothing can have noticed them.

@@ -16,24 +16,6 @@ constexpr double pitch = 1.01 * brick_length;
 constexpr float ball_radius = 1, ball_mass = 200;  // m, kg; a brick has 1 kg
 constexpr float ball_speed = 30;                   // m/s
 
-/// Cosine and sine of a turn's part t in [0, 1), from sums and products alone: library functions differ in their last
-/// bits between machines.
-struct Direction {
-  double x, y;
-
-  explicit Direction(double t) {
-    const int quarter = static_cast<int>(4 * t + 0.5);
-    const double a = (t - 0.25 * quarter) * 6.283185307179586477;  // at most an eighth of a turn
-    double c = 1, s = 0, term = 1;
-    for (int k = 1; k <= 18; ++k) {
-      term *= a / k;
-      (k % 2 ? s : c) += k % 4 < 2 ? term : -term;
-    }
-    x = quarter % 4 == 0 ? c : quarter % 4 == 1 ? -s : quarter % 4 == 2 ? -c : s;
-    y = quarter % 4 == 0 ? s : quarter % 4 == 1 ? c : quarter % 4 == 2 ? -s : -c;
-  }
-};
-
 BodyDef brick() {
   BodyDef body;
   body.shape = box({0.5f * static_cast<float>(brick_length), 0.5f * static_cast<float>(brick_length),

@@ -17,7 +17,6 @@ constexpr std::int64_t layer_bodies = layer_side * layer_side;
 constexpr std::uint64_t drift_seed = 12345;
 constexpr std::uint64_t kick_seed = 777;
 
-const Vec3 ground_half_extents{500, 500, 0.5f};
 constexpr float half_cube = 0.5f;
 
 BodyDef cube() {
@@ -54,7 +53,7 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 6> table{{
+constexpr std::array<Environment, 16> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
@@ -63,49 +62,24 @@ constexpr std::array<Environment, 6> table{{
      pyramid_of_bodies},
     {"ring", "a round wall of n bricks, hit by two heavy balls", 1000, nullptr, ring},
     {"walls", "straight walls of 1,000 bricks, n bricks in all, hit by heavy balls", 1000, nullptr, walls},
+    {"large_pyramid", "a flat pyramid of L rows of cubes, one deep (Box3D's benchmark)", 5050, triangle_bodies,
+     large_pyramid},
+    {"many_pyramids", "flat pyramids of 10 rows, 55 cubes each, in a field (Box3D's)", 10780, nullptr, many_pyramids},
+    {"wide_pyramid", "L² boxes of 1.95 m at the bottom, layers 0.5 m apart that fall on each other (Box3D's)", 1240,
+     pyramid_bodies, wide_pyramid},
+    {"washer", "small cubes in a drum that turns (Box3D's)", 8000, nullptr, washer},
+    {"convex_pile", "a tower of 8 × 8 hulls a layer, of 32 points each, that falls into a pile (Box3D's)", 5120,
+     nullptr, convex_pile},
+    {"junkyard", "rocks, hulls of 10 points, that fall into a yard in which a column goes round (Box3D's)", 10584,
+     nullptr, junkyard},
+    {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},
+    {"spheres", "balls that fall into a bin", 3000, nullptr, spheres},
+    {"capsules", "capsules that fall into a bin", 3000, nullptr, capsules},
+    {"mixed", "balls, capsules, boxes and hulls, the largest ten times the smallest, that fall into a bin", 1000,
+     nullptr, mixed},
 }};
 
 }  // namespace
-
-void check_size(std::string_view environment, std::string_view unit, std::int64_t size, std::int64_t most) {
-  const auto text = [&](const std::string& remedy) {
-    return std::string(environment) + ": " + std::to_string(size) + " " + std::string(unit) + " asked for; " + remedy;
-  };
-  if (size < 1) throw Error(ErrorCode::invalid_argument, text("ask for at least 1"));
-  if (size > most) throw Error(ErrorCode::capacity, text("a world holds at most " + std::to_string(most)));
-}
-
-Scene empty_scene(std::string_view name, std::int64_t bodies) {
-  Scene scene;
-  scene.name = name;
-  scene.world.sleep.enabled = false;
-  scene.bodies.reserve(static_cast<std::size_t>(bodies) + 1);
-  return scene;
-}
-
-Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side) {
-  Scene scene = empty_scene(name, bodies);
-  BodyDef ground;
-  ground.motion = MotionType::fixed;
-  Vec3 half = ground_half_extents;
-  half.x = half.y = max(half.x, static_cast<float>(std::ceil(side / 2 + 10)));
-  ground.shape = box(half);
-  scene.bodies.push_back(ground);
-  scene.names.push_back({"ground", 0});
-  scene.ground_height = ground_half_extents.z;
-  return scene;
-}
-
-Quat random_rotation(Random& random) {
-  for (;;) {
-    const double w = random.symmetric(1), x = random.symmetric(1), y = random.symmetric(1), z = random.symmetric(1);
-    const double square = w * w + x * x + y * y + z * z;
-    if (square > 1.0 || square < 1e-4) continue;
-    const double scale = 1.0 / std::sqrt(square);
-    return {static_cast<float>(scale * w), static_cast<float>(scale * x), static_cast<float>(scale * y),
-            static_cast<float>(scale * z)};
-  }
-}
 
 Scene drift(std::int64_t bodies) {
   check_size("drift", "bodies", bodies, max_bodies);

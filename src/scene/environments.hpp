@@ -1,4 +1,5 @@
-// The four published environments, whose bodies are unit cubes of 1 kg, and two of bricks, any size. Sleeping is off.
+// Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks, six
+// of Box3D's benchmark and four heaps of other shapes. Sleeping is off.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +26,37 @@ Scene pyramid(std::int64_t layers);
 Scene ring(std::int64_t bodies);
 /// n such bricks in walls of 50 by 20, 4 m apart in rows 30 m apart; a ball hits the first wall of every row.
 Scene walls(std::int64_t bodies);
+
+// Scenes of Box3D's benchmark (erincatto/box3d, shared/benchmarks.c), z up, on the ground of the others: its gravity of
+// 10 m/s², its friction of 0.6 and, where nothing else is said, its density of 1,000 kg/m³.
+
+/// A flat pyramid of cubes of 100 kg, one deep: as many full rows as so many bodies build.
+Scene large_pyramid(std::int64_t bodies);
+/// Flat pyramids of ten rows of such cubes, 55 each, in a square field.
+Scene many_pyramids(std::int64_t bodies);
+/// A pyramid of square layers of boxes of 1.95 m, dropped 0.5 m apart.
+Scene wide_pyramid(std::int64_t bodies);
+/// Cubes of 0.4 m in an open drum, 32 m wide with four blades, that makes a turn in 14.4 s; it grows with the cubes
+/// from 8,000 on. Its parts are the first 40 bodies after the ground.
+Scene washer(std::int64_t bodies);
+/// Layers of 8 × 8 bodies of one hull of 32 points on a sphere of 2 m.
+Scene convex_pile(std::int64_t bodies);
+/// Layers of 21 × 21 rocks of 3 m that fall into a walled yard, in which a kinematic column of 16 sides goes round.
+Scene junkyard(std::int64_t bodies);
+
+// Heaps of bodies of 1,000 kg/m³ that fall into a bin, about ten layers.
+
+/// Hulls of 16 points, eight forms, 1 m.
+Scene rocks(std::int64_t bodies);
+/// Of 1 m.
+Scene spheres(std::int64_t bodies);
+/// Of 1 m by 0.5 m.
+Scene capsules(std::int64_t bodies);
+/// All shapes in equal parts from 0.1 to 1 m, friction 0.2.
+Scene mixed(std::int64_t bodies);
+
+/// Bodies of a flat pyramid with so many rows.
+std::int64_t triangle_bodies(std::int64_t rows);
 
 /// Bodies of a pyramid with so many layers, and the most layers that so many bodies build.
 std::int64_t pyramid_bodies(std::int64_t layers);

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "scene/overlaps.hpp"
+
 namespace fathom {
 namespace {
 
@@ -67,6 +69,7 @@ Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::sp
     ++measured;
     const double moved = static_cast<double>(distance(poses[i].position, body.pose.position));
     quality.displacement_max = std::max(quality.displacement_max, moved);
+    if (scene.container && !contains(*scene.container, {poses[i].position, poses[i].position})) ++quality.escaped;
     energy += kinetic_energy(body, poses[i], velocities[i]);
     if (scene.ground_height) {
       measure_against_ground(quality, static_cast<double>(*scene.ground_height - lowest_point(body.shape, poses[i])));
@@ -75,6 +78,7 @@ Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::sp
   }
   if (measured > 0) quality.kinetic_energy_per_body = energy / static_cast<double>(measured);
   if (top) quality.top_drop = height(scene.bodies[*top].pose) - height(poses[*top]);
+  quality.overlap_max = deepest_overlap(scene.bodies, poses);
   return quality;
 }
 

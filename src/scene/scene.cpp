@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/scene_parts.hpp"
+
 namespace fathom {
 namespace {
 
@@ -60,8 +62,40 @@ std::span<const Kicker::Kick> Kicker::due(std::uint64_t steps) {
   return due_;
 }
 
+Pose Orbit::at(const Pose& start, double time) const {
+  const double turns = speed * time;
+  const Direction whole(turns), half(0.5 * turns);
+  const Vec3 from = start.position - centre;
+  // Rodrigues' formula.
+  const Vec3 along = dot(axis, from) * axis, out = from - along, aside = cross(axis, from);
+  Pose pose = start;
+  pose.position =
+      mul_add(mul_add(centre + along, static_cast<float>(whole.x), out), static_cast<float>(whole.y), aside);
+  if (!is_rigid) return pose;
+  const Vec3 imaginary = static_cast<float>(half.y) * axis;
+  pose.rotation = Quat{static_cast<float>(half.x), imaginary.x, imaginary.y, imaginary.z} * start.rotation;
+  return pose;
+}
+
+Orbiter::Orbiter(const Scene& scene) : orbit_(*scene.orbit), dt_(static_cast<double>(scene.world.dt)) {
+  for (std::size_t i = 0; i < orbit_.count; ++i) starts_.push_back(scene.bodies[orbit_.first + i].pose);
+}
+
+std::span<const Orbiter::Target> Orbiter::due(std::uint64_t steps) {
+  due_.clear();
+  const double now = static_cast<double>(steps) * dt_;
+  const auto per_second = static_cast<float>(1 / dt_);
+  const auto turning = orbit_.is_rigid ? static_cast<float>(6.283185307179586477 * orbit_.speed) * orbit_.axis : Vec3{};
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    const Pose from = orbit_.at(starts_[i], now), to = orbit_.at(starts_[i], now + dt_);
+    due_.push_back({orbit_.first + i, to, {per_second * (to.position - from.position), 0, turning, 0}});
+  }
+  return due_;
+}
+
 SceneInstance::SceneInstance(const Scene& scene, World& world)
     : world_(world), kicker_(scene), stream_(scene.stream), streamed_(streamed_bodies(scene)) {
+  if (scene.orbit) orbiter_.emplace(scene);
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
   try {
     ids_ = world_.add_bodies(scene.bodies);
@@ -81,6 +115,9 @@ SceneInstance::SceneInstance(const Scene& scene, World& world)
 void SceneInstance::prepare_step() {
   for (const Kicker::Kick& kick : kicker_.due(world_.step_count()))
     world_.add_velocity(ids_[kick.body], kick.linear, kick.angular);
+  if (orbiter_)
+    for (const Orbiter::Target& target : orbiter_->due(world_.step_count()))
+      world_.move_to(ids_[target.body], target.pose);
   if (!stream_) return;
   if (const auto body = stream_->due(world_.step_count())) {
     world_.remove(ids_[*body]);

@@ -32,6 +32,17 @@ struct Stream {
   std::optional<std::size_t> due(std::uint64_t steps) const;
 };
 
+/// Kinematic bodies that go round an axis together, at a steady speed from where they are at the start.
+struct Orbit {
+  std::size_t first = 0, count = 0;  ///< in Scene::bodies
+  Vec3 centre, axis;                 ///< a point of the axis (m) and its unit vector
+  double speed = 0;                  ///< turns a second
+  bool is_rigid = true;              ///< they turn with it, as a drum's parts do
+
+  /// Where one of Scene::bodies that started at `start` is after `time` (s).
+  Pose at(const Pose& start, double time) const;
+};
+
 struct NamedBody {
   std::string name;
   std::size_t body = 0;  ///< index in Scene::bodies
@@ -44,7 +55,9 @@ struct Scene {
   std::vector<NamedBody> names;  ///< of the bodies that have one
   std::optional<Kicks> kicks;
   std::optional<Stream> stream;
+  std::optional<Orbit> orbit;
   std::optional<float> ground_height;  ///< m, the ground's surface where the scene has one; quality is measured from it
+  std::optional<Aabb> container;       ///< what no centre of mass may leave (m)
 };
 
 /// What the bodies of the scene's stream come back as, from the first on.
@@ -73,13 +86,34 @@ class Kicker {
   std::vector<Kick> due_;
 };
 
+/// A scene's orbit, step after step.
+class Orbiter {
+ public:
+  struct Target {
+    std::size_t body = 0;  ///< index in Scene::bodies
+    Pose pose;             ///< at the end of the step
+    Velocity velocity;     ///< that takes it there
+  };
+
+  /// The scene must have one.
+  explicit Orbiter(const Scene& scene);
+  /// Of the step to make when `steps` steps have been made. Valid until the next call.
+  std::span<const Target> due(std::uint64_t steps);
+
+ private:
+  Orbit orbit_;
+  double dt_;
+  std::vector<Pose> starts_;
+  std::vector<Target> due_;
+};
+
 /// A scene's bodies in a world, and what the scene does to them over time. The world must outlive it.
 class SceneInstance {
  public:
   /// Adds the scene's bodies. Throws what `World::add` throws, saying which body it was.
   SceneInstance(const Scene& scene, World& world);
 
-  /// What the scene does before the next step: its kicks, its stream. Depends on the number of steps only.
+  /// What the scene does before the next step: its kicks, its stream, its orbit. Depends on the number of steps only.
   void prepare_step();
 
   /// The body of each of Scene::bodies.
@@ -93,6 +127,7 @@ class SceneInstance {
   Kicker kicker_;
   std::optional<Stream> stream_;
   std::vector<BodyDef> streamed_;
+  std::optional<Orbiter> orbiter_;
 };
 
 }  // namespace fathom

@@ -23,4 +23,12 @@ Scene scene_with_ground(std::string_view name, std::int64_t bodies, double side 
 /// uniform direction. It needs no sine, whose last bit differs between machines.
 Quat random_rotation(Random& random);
 
+/// Cosine and sine of a turn's part t, from sums and products alone: library functions differ in their last bits
+/// between machines.
+struct Direction {
+  double x, y;
+
+  explicit Direction(double t);
+};
+
 }  // namespace fathom

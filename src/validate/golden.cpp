@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> table{{
     {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x494352ae582a2a75, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0x95c6580f62164be8, 0x423c4ff6e0f42f47}, {0xae7fc89f7a2d7301, 0x939456cd77d3d0d5}},
-    {"stream", 200, 240, soft, tree, {0x73e874a9474a04a1, 0xd8f29b565ba11950}, {0xabe6df7dd30fb568, 0x426499cc95d315fd}},
+    {"columns", 60, 300, soft, tree, {0x8ab3366f368f5eca, 0x5b0b0ae223b39808}, {0x4a2efeaab97b694e, 0x9a6d30052178631a}},
+    {"stream", 200, 240, soft, tree, {0xdf471106361f4507, 0xfe7142cb836ef443}, {0x576563ccba3de08e, 0x319d7532b69209a7}},
     {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0xdb5e767c809ca0ab, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0x8e48afa6f13cf1c2, 0xf9671e917bca8aa9}, {0xc04b069560466903, 0xf9671e917bca8aa9}},
 }};

@@ -1,0 +1,110 @@
+#include "scene/overlaps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "collision/collide.hpp"
+#include "geometry/geometry.hpp"
+#include "geometry/support.hpp"
+
+namespace fathom {
+namespace {
+
+struct Placed {
+  Geometry geometry;
+  Pose pose;
+  Aabb box;
+  bool is_dynamic;
+};
+
+double overlap_of(const Placed& a, const Placed& b) {
+  if (!(a.is_dynamic || b.is_dynamic) || !overlaps(a.box, b.box)) return 0;
+  AxisCache axis;
+  const Manifold manifold = collide_shapes(a.geometry, b.geometry, relative(a.pose, b.pose), 0, axis);
+  float deepest = 0;
+  for (int i = 0; i < manifold.count; ++i) deepest = max(deepest, -manifold.points[i].separation);
+  return static_cast<double>(deepest);
+}
+
+/// Bodies by the cells of a grid; those larger than a cell have none.
+class Grid {
+ public:
+  Grid(const std::vector<Placed>& bodies, float cell) : bodies_(bodies), cell_(cell) {
+    for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+      const Vec3 size = bodies[i].box.upper - bodies[i].box.lower;
+      if (max_component(size) > cell)
+        large_.push_back(i);
+      else
+        places_.push_back({key(at(bodies[i].box.lower)), i});
+    }
+    std::sort(places_.begin(), places_.end());
+  }
+
+  double deepest() const {
+    double deepest = 0;
+    const auto look_at = [&](std::uint32_t a, std::uint32_t b) {
+      deepest = std::max(deepest, overlap_of(bodies_[a], bodies_[b]));
+    };
+    for (std::size_t i = 0; i < large_.size(); ++i) {
+      for (std::size_t k = i + 1; k < large_.size(); ++k) look_at(large_[i], large_[k]);
+      for (const Place& place : places_) look_at(large_[i], place.body);
+    }
+    for (const Place& place : places_) {
+      const Cell own = at(bodies_[place.body].box.lower);
+      for (int n = 0; n < 27; ++n) {
+        const std::uint64_t neighbour = key({own.x + n % 3 - 1, own.y + n / 3 % 3 - 1, own.z + n / 9 - 1});
+        auto other = std::lower_bound(places_.begin(), places_.end(), Place{neighbour, 0});
+        for (; other != places_.end() && other->key == neighbour; ++other)
+          if (other->body > place.body) look_at(place.body, other->body);
+      }
+    }
+    return deepest;
+  }
+
+ private:
+  struct Cell {
+    std::int64_t x, y, z;
+  };
+  struct Place {
+    std::uint64_t key;
+    std::uint32_t body;
+    auto operator<=>(const Place&) const = default;
+  };
+
+  Cell at(Vec3 p) const {
+    const auto number = [&](float x) {
+      return static_cast<std::int64_t>(std::floor(std::clamp(x / cell_, -1e6f, 1e6f)));
+    };
+    return {number(p.x), number(p.y), number(p.z)};
+  }
+  static std::uint64_t key(const Cell& c) {
+    constexpr std::int64_t most = (1 << 21) - 1, middle = 1 << 20;
+    const auto part = [](std::int64_t x) { return static_cast<std::uint64_t>((x + middle) & most); };
+    return part(c.x) << 42 | part(c.y) << 21 | part(c.z);
+  }
+
+  const std::vector<Placed>& bodies_;
+  float cell_;
+  std::vector<Place> places_;
+  std::vector<std::uint32_t> large_;
+};
+
+}  // namespace
+
+double deepest_overlap(std::span<const BodyDef> bodies, std::span<const Pose> poses) {
+  std::vector<Placed> placed;
+  float cell = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!is_finite(poses[i])) continue;
+    const bool is_dynamic = bodies[i].motion == MotionType::dynamic;
+    const Geometry shape = fathom::geometry(bodies[i].shape);
+    const Aabb box = bounds(shape, poses[i]);
+    placed.push_back({shape, poses[i], box, is_dynamic});
+    if (is_dynamic) cell = max(cell, max_component(box.upper - box.lower));
+  }
+  return cell > 0 ? Grid(placed, cell).deepest() : 0;
+}
+
+}  // namespace fathom
