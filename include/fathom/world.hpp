@@ -108,17 +108,22 @@ enum class Preset : std::uint8_t {
 /// Sets in `def` what a preset decides, for the simulator that it names.
 void apply(Preset preset, WorldDef& def);
 
-/// Two bodies, in ascending order of index, that began or ceased to touch in a step.
+/// Two bodies, in ascending order of index, that began or ceased to touch in a step. They touch from the step on in
+/// which their contact carries an impulse, or that they begin nearer to each other than 1 mm (of small ones less, by
+/// halves, down to a hundredth of the smaller one's bounding radius), and until a step in which it carries none and
+/// that they begin farther apart than twice that. Falling asleep and waking change nothing of it.
 struct ContactEvent {
   BodyId a, b;
   std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
-/// Two bodies that met faster than `SolverSettings::restitution_threshold`.
+/// Two bodies that met faster than `SolverSettings::restitution_threshold`: a point of their contact approached faster
+/// as the step began, and the contact stopped it or threw it back, whether they touched elsewhere already (a post that
+/// falls over) or not. Each such impact is told once, by its fastest point.
 struct HitEvent {
   BodyId a, b;
-  Vec3 point;            ///< m, world
+  Vec3 point;            ///< m, world, where they met
   Vec3 normal;           ///< unit, from a to b
-  float approach_speed;  ///< m/s
+  float approach_speed;  ///< m/s, as the step began
   std::uint32_t reserved = 0;
   std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
@@ -257,7 +262,7 @@ class World {
   std::span<const ContactEvent> contacts_ended() const;
   std::span<const HitEvent> hits() const;
   std::span<const Quarantine> quarantined() const;
-  /// Calls `visit` for every touching pair. Waits for the last step.
+  /// Calls `visit` for every pair that touches by its events. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------

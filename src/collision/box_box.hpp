@@ -54,26 +54,31 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
 
 /// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
 /// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
-FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
-                                Manifold& manifold) {
+FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin, int load,
+                                AxisCache& cache, Manifold& manifold) {
   const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
   const int clipped = clip_faces(faces, p.tolerance.side, margin, points);
-  manifold.count = reduce(points, clipped, p.tolerance.depth_tie);
-
   // Axes of the reference face in the frame of the result: its own ones, or its rows in the other box.
   const Lanes own[3] = {lanes(1, 0, 0), lanes(0, 1, 0), lanes(0, 0, 1)};
   const Lanes* axes = flipped ? p.r : own;
   const Lanes x = axes[(axis + 1) % 3], y = axes[(axis + 2) % 3], n = (faces.ref_positive ? 1.0f : -1.0f) * axes[axis];
   const Lanes middle = p.ha[axis] * n;
+  manifold.normal = vector(flipped ? -1.0f * n : n);
+  cache.reduced = clipped > max_manifold_points;
+  LoadDirection towards;
+  if (cache.reduced && load > 0) {
+    const Vec3 direction = load_direction(load, manifold.normal);
+    towards = {dot(direction, vector(x)), dot(direction, vector(y))};
+  }
+  manifold.count = reduce(points, clipped, p.tolerance.depth_tie, towards);
   const Lanes origin = flipped ? unswapped->ta + middle : middle;
   for (int i = 0; i < manifold.count; ++i) {
     const FacePoint& point = points[i];
     const Lanes position = origin + point.x * x + point.y * y + 0.5f * point.z * n;
     manifold.points[i] = {vector(position), point.z, point.feature};
   }
-  manifold.normal = vector(flipped ? -1.0f * n : n);
 }
 
 struct BoxFace {
@@ -125,12 +130,13 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   }
 
   const BoxFace reference = reference_face(pair, {axis_a, false}, {axis_b, true}, cache);
+  const int load = cache.load;
   cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
                          : make_cache(AxisCache::face_a, reference.axis, 0, false);
   if (reference.of_b) {
-    box_face_contact(swapped(pair), reference.axis, &pair, margin, manifold);
+    box_face_contact(swapped(pair), reference.axis, &pair, margin, load, cache, manifold);
   } else {
-    box_face_contact(pair, reference.axis, nullptr, margin, manifold);
+    box_face_contact(pair, reference.axis, nullptr, margin, load, cache, manifold);
   }
   if (manifold.count == 0 && face <= 0) {
     // Overlapping, yet not over this face: edges within the tolerance of it are what touches.

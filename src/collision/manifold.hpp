@@ -33,9 +33,12 @@ struct Manifold {
 struct AxisCache {
   enum Kind : std::uint8_t { none, face_a, face_b, edges };
   std::uint8_t kind = none;
-  std::uint8_t a = 0;          ///< face of A, or edge of A (undirected index)
-  std::uint8_t b = 0;          ///< face of B, or edge of B
-  std::uint8_t separated = 0;  ///< 1 where the axis separated the shapes by more than the margin
+  std::uint8_t a = 0;              ///< face of A, or edge of A (undirected index)
+  std::uint8_t b = 0;              ///< face of B, or edge of B
+  std::uint8_t separated : 1 = 0;  ///< the axis separated the shapes by more than the margin
+  std::uint8_t reduced : 1 = 0;    ///< the manifold has not all corners of the patch
+  /// Where the load of a reduced manifold lies, seen from its middle (dynamics/manifold_update.hpp). 0: nobody knows.
+  std::uint8_t load : 6 = 0;
 };
 
 /// Contact points of the shapes `a` and `b`, with `b_in_a` the pose of B in A's frame, where they are nearer

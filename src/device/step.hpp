@@ -150,10 +150,10 @@ class Step {
     device_.parallel_groups(groups, LayOutConstraints{bodies_, contacts_, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
-    device_.parallel_groups(
-        {&counters_->constraint_groups,
-         (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells});
+    device_.parallel_groups({&counters_->constraint_groups,
+                             (contacts_.manifold_capacity + constraint_group_size - 1) / constraint_group_size},
+                            PrepareConstraints{bodies_, contacts_, constraints_, counters_, !settings_.published.cells,
+                                               settings_.restitution_threshold});
     if (has_supports())
       device_.parallel_phases(FindSupports::most_phases,
                               std::max({body_capacity_, contacts_.manifold_capacity, level_slots}),
@@ -180,9 +180,12 @@ class Step {
     if (has_supports())
       device_.parallel_phases(most_phases + SolveWithSupports::direct_phases(p, most_levels), body_capacity_,
                               SolveWithSupports{solver});
-    device_.parallel_for(constraints(), StoreImpulses{contacts_,
+    device_.parallel_for(constraints(), StoreImpulses{bodies_,
+                                                      contacts_,
                                                       constraints_,
                                                       counters_,
+                                                      settings_.restitution_threshold,
+                                                      settings_.dt,
                                                       overlap_kept(settings_.dt),
                                                       settings_.solve.soft && !settings_.published.cells,
                                                       {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
@@ -204,9 +207,7 @@ class Step {
   }
 
   bool has_supports() const { return settings_.solve.stiffness > 0; }
-  ContactChanges contact_changes() const {
-    return {bodies_, contacts_, counters_, settings_.restitution_threshold, settings_.sag};
-  }
+  ContactChanges contact_changes() const { return {bodies_, contacts_, counters_, settings_.sag}; }
   exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, contacts_.manifold_capacity}; }

@@ -7,7 +7,6 @@
 
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
-#include "dynamics/hit.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
@@ -29,8 +28,7 @@ struct ContactChanges {
   BodyArrays bodies;
   ContactArrays contacts;
   Counters* counters;
-  float restitution_threshold;  ///< m/s
-  float sag;                    ///< s²: `contact_sag`
+  float sag;  ///< s²: `contact_sag`
 
   /// All that sleep with body `i` wake before constraints are built.
   FATHOM_HD void wake(std::uint32_t i) const {
@@ -49,11 +47,11 @@ struct ContactChanges {
     }
     exec::atomic_add(bodies.touching[c.b], ~0u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);
-    c.bits &= ~touching_bit;
+    if (c.in_touch()) contacts.note_touch(c, false, *counters);
+    c.bits &= ~(touching_bit | hits_bit);
     c.set_colour(overflow_colour);
     contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
     c.manifold = none;
-    contacts.ended[contacts.event(counters->step + 1, exec::atomic_add(counters->ended, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
@@ -70,12 +68,10 @@ struct ContactChanges {
     exec::atomic_add(bodies.touching[c.b], 1u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
-    contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
     if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
-    report_hit(c, m);
   }
 
   FATHOM_HD void mix(const Contact& c, ContactManifold& m) const {
@@ -146,14 +142,6 @@ struct ContactChanges {
     hold_at_once(bodies, c.a, *counters);
     hold_at_once(bodies, c.b, *counters);
   }
-
-  FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
-    const Hit hit =
-        fastest_hit(m, bodies.poses[c.a], bodies.poses[c.b], bodies.velocities[c.a], bodies.velocities[c.b]);
-    if (hit.speed <= restitution_threshold) return;
-    contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, hit.point,
-                                                                                               hit.normal, hit.speed};
-  }
 };
 
 /// First pass.
@@ -223,8 +211,8 @@ struct SortOutContacts {
       // A contact that found no colour tries again.
       if (c.colour() == overflow_colour)
         changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
-      if (!c.ahead() && moved_little(changes.contacts.manifolds[c.manifold], b_in_a, c.recycle_distance))
-        return recycled;
+      const ContactManifold& m = changes.contacts.manifolds[c.manifold];
+      if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !(c.axis.reduced && leans(m))) return recycled;
     }
     const bool both_boxes =
         bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
@@ -246,6 +234,7 @@ struct CollideShapes {
     const ContactArrays& contacts = changes.contacts;
     const std::uint32_t index = contacts.to_collide[at(k)];
     Contact c = contacts.contacts[index];
+    if (c.touching() && c.axis.reduced) c.axis.load = load_of(contacts.manifolds[c.manifold]) & 63;
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);

@@ -83,7 +83,11 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
+  const bool is_reduced = manifold && c.axis.reduced;
+  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)) &&
+      !(is_reduced && leans(*manifold)))
+    return {Change::recycled};
+  if (is_reduced) c.axis.load = load_of(*manifold) & 63;
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
   forget_overlap(c, bodies);
