@@ -52,8 +52,8 @@ struct SolverSettings {
   float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
   float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces; at least g h, h a substep
-  /// m/s; faster bodies are slowed to it. Angular speeds are limited to half a turn a substep: 754 rad/s at 4 substeps
-  /// and 1/60 s.
+  /// m/s; faster bodies are slowed to it. Angular speeds are limited to 16 rad a substep: 3,840 rad/s at 4 substeps and
+  /// 1/60 s. `WorldDef::log` is told of the first velocity beyond them that the application asks for.
   float max_linear_speed = 1000.0f;
 };
 

@@ -54,8 +54,8 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
 
 /// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
 /// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
-FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin, int load,
-                                AxisCache& cache, Manifold& manifold) {
+FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
+                                const PatchLoad& load, AxisCache& cache, Manifold& manifold) {
   const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
@@ -65,15 +65,15 @@ FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswa
   const Lanes* axes = flipped ? p.r : own;
   const Lanes x = axes[(axis + 1) % 3], y = axes[(axis + 2) % 3], n = (faces.ref_positive ? 1.0f : -1.0f) * axes[axis];
   const Lanes middle = p.ha[axis] * n;
+  const Lanes origin = flipped ? unswapped->ta + middle : middle;
   manifold.normal = vector(flipped ? -1.0f * n : n);
   cache.reduced = clipped > max_manifold_points;
-  LoadDirection towards;
-  if (cache.reduced && load > 0) {
-    const Vec3 direction = load_direction(load, manifold.normal);
-    towards = {dot(direction, vector(x)), dot(direction, vector(y))};
+  FaceLoad at;
+  if (load.is_known && cache.reduced) {
+    const Vec3 from_origin = load.at - vector(origin);
+    at = {dot(from_origin, vector(x)), dot(from_origin, vector(y)), true};
   }
-  manifold.count = reduce(points, clipped, p.tolerance.depth_tie, towards);
-  const Lanes origin = flipped ? unswapped->ta + middle : middle;
+  manifold.count = reduce(points, clipped, p.tolerance.depth_tie, at);
   for (int i = 0; i < manifold.count; ++i) {
     const FacePoint& point = points[i];
     const Lanes position = origin + point.x * x + point.y * y + 0.5f * point.z * n;
@@ -96,7 +96,8 @@ FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, c
 }
 
 /// See `collide`. The cache names axes 0 … 2 of the boxes for faces and for edges.
-FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache) {
+FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache,
+                                 const PatchLoad& load = {}) {
   Manifold manifold;
   const BoxPair pair = make_box_pair(ha, hb, b_in_a);
   const int axis_a = largest(pair.face_a), axis_b = largest(pair.face_b);
@@ -130,7 +131,6 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   }
 
   const BoxFace reference = reference_face(pair, {axis_a, false}, {axis_b, true}, cache);
-  const int load = cache.load;
   cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
                          : make_cache(AxisCache::face_a, reference.axis, 0, false);
   if (reference.of_b) {

@@ -37,13 +37,19 @@ struct AxisCache {
   std::uint8_t b = 0;              ///< face of B, or edge of B
   std::uint8_t separated : 1 = 0;  ///< the axis separated the shapes by more than the margin
   std::uint8_t reduced : 1 = 0;    ///< the manifold has not all corners of the patch
-  /// Where the load of a reduced manifold lies, seen from its middle (dynamics/manifold_update.hpp). 0: nobody knows.
-  std::uint8_t load : 6 = 0;
+  std::uint8_t unused : 6 = 0;     ///< snapshots hold every bit
+};
+
+/// Where the last step's load of a pair lay, whose manifold has not all corners of its patch.
+struct PatchLoad {
+  Vec3 at;  ///< m, in A's frame
+  bool is_known = false;
 };
 
 /// Contact points of the shapes `a` and `b`, with `b_in_a` the pose of B in A's frame, where they are nearer
 /// than `margin` ≥ 0 (m). Returns a manifold with count 0 where they are not. `cache` is read and written.
-/// Any order of shape types is accepted.
-Manifold collide(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, AxisCache& cache);
+/// Any order of shape types is accepted. Where a patch has more than four corners, `load` tells which of them matter.
+Manifold collide(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, AxisCache& cache,
+                 const PatchLoad& load = {});
 
 }  // namespace fathom

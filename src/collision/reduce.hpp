@@ -18,9 +18,10 @@ struct FacePoint {
 
 inline constexpr int max_face_points = 64;
 
-/// Where the load of a patch lies, seen from its middle, in the frame of the reference face; zero: nobody knows.
-struct LoadDirection {
+/// Where the load of a patch lies, in the frame of the reference face (m).
+struct FaceLoad {
   float x = 0, y = 0;
+  bool is_known = false;
 };
 
 /// Twice the area of the triangle.
@@ -28,17 +29,19 @@ FATHOM_HD float area(const FacePoint& a, const FacePoint& b, const FacePoint& c)
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// The points to keep of a patch whose load lies that way: the two corners between which it leaves the patch, so that
-/// it tips over its own edge, and the two that make the largest area with them, one after the other. The lowest takes
-/// the last one's place where it lies clearly below the edge.
-FATHOM_HD void choose_towards(LoadDirection load, const FacePoint* points, int count, float depth_tie,
+/// The points to keep of a patch with this load: the two corners between which it would leave the patch, on its way
+/// from the middle, so that the body tips over the patch's own edge, and the two that make the largest area with them,
+/// one after the other. The lowest takes the last one's place where it lies clearly below the edge. False: the load is
+/// in the middle.
+FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float depth_tie,
                               int chosen[max_manifold_points]) {
   float middle_x = 0, middle_y = 0;
   for (int i = 0; i < count; ++i) middle_x += points[i].x, middle_y += points[i].y;
   const float share = 1.0f / static_cast<float>(count);
   middle_x *= share, middle_y *= share;
-  const auto along = [&](int i) { return (points[i].x - middle_x) * load.x + (points[i].y - middle_y) * load.y; };
-  const auto aside = [&](int i) { return load.x * (points[i].y - middle_y) - load.y * (points[i].x - middle_x); };
+  const float dx = load.x - middle_x, dy = load.y - middle_y;
+  const auto along = [&](int i) { return (points[i].x - middle_x) * dx + (points[i].y - middle_y) * dy; };
+  const auto aside = [&](int i) { return dx * (points[i].y - middle_y) - dy * (points[i].x - middle_x); };
   int left = 0, right = 0;
   float farthest = -1e30f;
   for (int i = 0; i < count; ++i) {
@@ -50,6 +53,7 @@ FATHOM_HD void choose_towards(LoadDirection load, const FacePoint* points, int c
       if (crossing > farthest) farthest = crossing, left = i, right = j;
     }
   }
+  if (left == right) return false;
   int third = left == 0 || right == 0 ? (left == 1 || right == 1 ? 2 : 1) : 0, fourth = left, lowest = 0;
   for (int i = 0; i < count; ++i) {
     if (abs(area(points[left], points[right], points[i])) > abs(area(points[left], points[right], points[third])))
@@ -65,6 +69,7 @@ FATHOM_HD void choose_towards(LoadDirection load, const FacePoint* points, int c
   }
   if (lowest != third && points[lowest].z < min(points[left].z, points[right].z) - depth_tie) fourth = lowest;
   chosen[0] = left, chosen[1] = right, chosen[2] = third, chosen[3] = fourth;
+  return true;
 }
 
 /// The deepest point, and of the largest quadrilateral that has it as a corner the others.
@@ -102,12 +107,10 @@ FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_ti
 
 /// Reorders the points so that those to keep come first; returns how many (at most 4).
 /// `depth_tie`: points that much (m) above the deepest count as equally deep, so that rounding does not choose.
-FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, LoadDirection load = {}) {
+FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad load = {}) {
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];
-  if (load.x != 0 || load.y != 0)
-    choose_towards(load, points, count, depth_tie, chosen);
-  else
+  if (!load.is_known || !choose_towards(load, points, count, depth_tie, chosen))
     choose_largest(points, count, depth_tie, chosen);
   // In the order of their indices, so that the result does not depend on which of them is the deepest.
   int kept = 0;

@@ -234,11 +234,11 @@ struct CollideShapes {
     const ContactArrays& contacts = changes.contacts;
     const std::uint32_t index = contacts.to_collide[at(k)];
     Contact c = contacts.contacts[index];
-    if (c.touching() && c.axis.reduced) c.axis.load = load_of(contacts.manifolds[c.manifold]) & 63;
+    const PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    const Manifold fresh = collide(c, a, b, b_in_a, margin);
+    const Manifold fresh = collide(c, a, b, b_in_a, margin, load);
     const float movement = movement_of(margin, a.radius, b.radius, dt);
     if (movement > slow_movement && movement > slow_share * changes.half_of_thinner(c)) {
       contacts.contacts[index] = c;
@@ -252,11 +252,11 @@ struct CollideShapes {
   FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
 
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
-                             float margin) const {
+                             float margin, const PatchLoad& load) const {
     if constexpr (only_boxes)
-      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
+      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis, load);
     else
-      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
+      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis, load);
   }
 };
 

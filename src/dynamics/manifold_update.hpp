@@ -1,7 +1,6 @@
 // When a manifold is made anew, and what it keeps of the old one. Pure, for host and device.
 #pragma once
 
-#include "collision/cache.hpp"
 #include "dynamics/bounds.hpp"
 #include "dynamics/contact_manifold.hpp"
 
@@ -42,19 +41,18 @@ FATHOM_HD bool leans(const ContactManifold& m) {
   return least <= 0.01f * sum && most < 0.98f * sum;
 }
 
-/// `AxisCache::load` by the impulses of the last substep.
-FATHOM_HD std::uint8_t load_of(const ContactManifold& m) {
-  Vec3 middle, load;
+/// By the impulses of the last substep.
+FATHOM_HD PatchLoad load_of(const ContactManifold& m) {
+  PatchLoad load;
   float sum = 0;
-  const int count = m.point_count();
   for (int i = 0; i < max_manifold_points; ++i) {
-    if (i >= count) continue;
-    middle += m.points[i].anchor_a;
-    load = mul_add(load, m.impulses[i], m.points[i].anchor_a);
+    if (i >= m.point_count()) continue;
+    load.at = mul_add(load.at, m.impulses[i], m.points[i].anchor_a);
     sum += m.impulses[i];
   }
-  if (!(sum > 0)) return 0;
-  return load_sector((1.0f / sum) * load - (1.0f / static_cast<float>(count)) * middle, m.normal);
+  load.is_known = sum > 0;
+  if (load.is_known) load.at *= 1.0f / sum;
+  return load;
 }
 
 /// Distance (m) at which two bodies at rest become a contact. The smaller one decides what is near.

@@ -78,11 +78,11 @@ FATHOM_HD Hit fastest_hit(const ContactManifold& m, const ContactFrame& frame, c
     hit.is_closing |= left > rule.threshold;
     if (!(speed > hit.speed)) continue;
     hit.speed = speed;
-    const Vec3 arm =
-        ahead ? frame.arm_b + mul_add(p.x * axes.t1, p.y, axes.t2) : rotate(b.rotation, m.points[i].anchor_b);
-    const Vec3 velocity = ahead ? b.linear : b.linear + cross(b.angular, arm);
+    // Made where the bodies meet, B's anchor is that of another orientation.
+    const Stepped& on = ahead ? a : b;
+    const Vec3 arm = rotate(on.rotation, ahead ? m.points[i].anchor_a : m.points[i].anchor_b);
     const float wait = min(max(p.separation, 0.0f) / speed, rule.dt);
-    hit.point = b.position + mul_add(arm, wait, velocity);
+    hit.point = on.position + mul_add(arm, wait, on.linear + cross(on.angular, arm));
   }
   return hit;
 }
