@@ -50,8 +50,8 @@ class Leaning {
     id_ = world_.add(body);
   }
   bool stands_at(float angle) {
-    const int steps = static_cast<int>(200 * longer_);
-    for (int i = 0; i < 4 * steps; ++i) {
+    const int steps = static_cast<int>(600 * longer_);
+    for (int i = 0; i < 2 * steps; ++i) {
       const float part = std::min(static_cast<float>(i) / static_cast<float>(steps), 1.0f);
       const float now = angle_ + (angle - angle_) * part;
       world_.set_gravity(9.81f * Vec3{std::sin(now), 0, -std::cos(now)});

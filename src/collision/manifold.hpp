@@ -37,7 +37,7 @@ struct AxisCache {
   std::uint8_t b = 0;              ///< face of B, or edge of B
   std::uint8_t separated : 1 = 0;  ///< the axis separated the shapes by more than the margin
   std::uint8_t reduced : 1 = 0;    ///< the manifold has not all corners of the patch
-  std::uint8_t unused : 6 = 0;     ///< snapshots hold every bit
+  std::uint8_t wait : 6 = 0;       ///< steps for which its corners stay, until the load has settled on them
 };
 
 /// Where the last step's load of a pair lay, whose manifold has not all corners of its patch.

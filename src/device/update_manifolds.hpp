@@ -109,7 +109,8 @@ struct ContactChanges {
     }
     if (is_ahead) c.overlap = 0;
     c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;
-    set_manifold(m, fresh, b_in_a);
+    set_manifold(m, fresh, b_in_a, c.axis.reduced);
+    if (c.axis.reduced) c.axis.wait = steps_to_settle;
     if (is_ahead) m.step_impulse = time;
     if (begins) begin(index, c, m);
     contacts.contacts[index] = c;
@@ -212,7 +213,7 @@ struct SortOutContacts {
       if (c.colour() == overflow_colour)
         changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
       const ContactManifold& m = changes.contacts.manifolds[c.manifold];
-      if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !(c.axis.reduced && leans(m))) return recycled;
+      if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
     const bool both_boxes =
         bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;

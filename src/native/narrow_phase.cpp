@@ -85,7 +85,7 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   const bool is_reduced = manifold && c.axis.reduced;
   if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)) &&
-      !(is_reduced && leans(*manifold)))
+      !(is_reduced && is_to_reduce_anew(c.axis, *manifold)))
     return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
@@ -101,7 +101,8 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
     begun.push_back({index, ahead, b_in_a, fresh});
     return Change::began;
   }
-  set_manifold(*manifold, fresh, b_in_a);
+  set_manifold(*manifold, fresh, b_in_a, c.axis.reduced);
+  if (c.axis.reduced) c.axis.wait = steps_to_settle;
   if (c.ahead != (ahead >= 0)) c.ahead = ahead >= 0;
   if (c.ahead) manifold->step_impulse = ahead;
   return Change::nothing;
