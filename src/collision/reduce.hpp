@@ -42,17 +42,25 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   const float dx = load.x - middle_x, dy = load.y - middle_y;
   const auto along = [&](int i) { return (points[i].x - middle_x) * dx + (points[i].y - middle_y) * dy; };
   const auto aside = [&](int i) { return dx * (points[i].y - middle_y) - dy * (points[i].x - middle_x); };
-  int left = 0, right = 0;
+  // Between corners i and j, as they lie to the left and the right of its way.
+  const auto crossing = [&](int i, int j) {
+    const float left_of_it = aside(i), right_of_it = -aside(j);
+    if (!(left_of_it >= 0 && right_of_it > 0)) return -1e30f;
+    return (along(i) * right_of_it + along(j) * left_of_it) / (left_of_it + right_of_it);
+  };
   float farthest = -1e30f;
-  for (int i = 0; i < count; ++i) {
-    const float left_of_it = aside(i);
-    for (int j = 0; left_of_it >= 0 && j < count; ++j) {
-      const float right_of_it = -aside(j);
-      if (!(right_of_it > 0)) continue;
-      const float crossing = (along(i) * right_of_it + along(j) * left_of_it) / (left_of_it + right_of_it);
-      if (crossing > farthest) farthest = crossing, left = i, right = j;
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < count; ++j) farthest = max(farthest, crossing(i, j));
+  // Corners far apart that lose next to nothing of that serve a load that sways; neighbours would not.
+  constexpr float enough = 0.985f;
+  int left = 0, right = 0;
+  float widest = 0;
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < count; ++j) {
+      if (!(crossing(i, j) >= enough * farthest)) continue;
+      const float apart = aside(i) - aside(j);
+      if (apart > widest) widest = apart, left = i, right = j;
     }
-  }
   if (left == right) return false;
   int third = left == 0 || right == 0 ? (left == 1 || right == 1 ? 2 : 1) : 0, fourth = left, lowest = 0;
   for (int i = 0; i < count; ++i) {
@@ -61,11 +69,11 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
     if (points[i].z < points[lowest].z) lowest = i;
   }
   const float side = area(points[left], points[right], points[third]) > 0 ? 1.0f : -1.0f;
-  float widest = 0;
+  float most = 0;
   for (int i = 0; i < count; ++i) {
     const float gain = max(-side * area(points[right], points[third], points[i]),
                            -side * area(points[third], points[left], points[i]));
-    if (gain > widest) widest = gain, fourth = i;
+    if (gain > most) most = gain, fourth = i;
   }
   if (lowest != third && points[lowest].z < min(points[left].z, points[right].z) - depth_tie) fourth = lowest;
   chosen[0] = left, chosen[1] = right, chosen[2] = third, chosen[3] = fourth;
