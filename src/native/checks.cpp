@@ -72,26 +72,33 @@ void NativeSimulator::validate_colours() const {
   std::vector<int> colour_of(state_.size(), -1);
   std::size_t listed = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour) {
-    std::size_t of_this = 0;
-    graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
-      const Contact& c = graph_[index];
-      ++of_this;
-      FATHOM_VALIDATE(c.in_use && c.touching() && c.colour == colour, c.b);
-      const auto look_at = [&](std::uint32_t slot) {
-        if (colour == overflow_colour) return;
+    const auto look_at = [&](const auto& constraint) {
+      FATHOM_VALIDATE(constraint.in_use && constraint.colour == colour, constraint.b);
+      if (colour == overflow_colour) return;
+      const auto occupies = [&](std::uint32_t slot) {
         FATHOM_VALIDATE(colour_of[slot] != colour, slot);
         FATHOM_VALIDATE(state_.colour_mask[slot] >> colour & 1, slot);
         colour_of[slot] = colour;
         ++colours[slot];
       };
-      look_at(c.b);
-      if (!c.fixed_a) look_at(c.a);
+      occupies(constraint.b);
+      if (!constraint.fixed_a) occupies(constraint.a);
+    };
+    std::size_t of_contacts = 0, of_joints = 0;
+    graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
+      FATHOM_VALIDATE(graph_[index].touching(), graph_[index].b);
+      look_at(graph_[index]);
+      ++of_contacts;
     });
-    FATHOM_VALIDATE(of_this == graph_.size_of(colour));
-    listed += of_this;
+    for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit) {
+      for (const std::uint32_t joint : graph_.joints_of(unit, colour)) look_at(graph_.joint(joint)), ++of_joints;
+    }
+    FATHOM_VALIDATE(of_contacts == graph_.size_of(colour) && of_joints == graph_.joints_of_colour(colour));
+    listed += of_contacts + of_joints;
   }
   std::size_t coloured = 0;
   for (std::uint32_t i = 0; i < graph_.size(); ++i) coloured += graph_[i].in_use && graph_[i].colour != no_colour;
+  for (std::uint32_t i = 0; i < graph_.joint_slots(); ++i) coloured += graph_.joint(i).colour != no_colour;
   FATHOM_VALIDATE(listed == coloured);
   for (const BodyId id : bodies.living()) {
     const std::uint32_t slot = id.index;
