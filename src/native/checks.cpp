@@ -72,26 +72,29 @@ void NativeSimulator::validate_colours() const {
   std::vector<int> colour_of(state_.size(), -1);
   std::size_t listed = 0;
   for (int colour = 0; colour <= overflow_colour; ++colour) {
-    const auto look_at = [&](const auto& constraint) {
-      FATHOM_VALIDATE(constraint.in_use && constraint.colour == colour, constraint.b);
+    const auto occupy = [&](std::uint32_t slot) {
       if (colour == overflow_colour) return;
-      const auto occupies = [&](std::uint32_t slot) {
-        FATHOM_VALIDATE(colour_of[slot] != colour, slot);
-        FATHOM_VALIDATE(state_.colour_mask[slot] >> colour & 1, slot);
-        colour_of[slot] = colour;
-        ++colours[slot];
-      };
-      occupies(constraint.b);
-      if (!constraint.fixed_a) occupies(constraint.a);
+      FATHOM_VALIDATE(colour_of[slot] != colour, slot);
+      FATHOM_VALIDATE(state_.colour_mask[slot] >> colour & 1, slot);
+      colour_of[slot] = colour;
+      ++colours[slot];
     };
     std::size_t of_contacts = 0, of_joints = 0;
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
-      FATHOM_VALIDATE(graph_[index].touching(), graph_[index].b);
-      look_at(graph_[index]);
+      const Contact& c = graph_[index];
+      FATHOM_VALIDATE(c.in_use && c.touching() && c.colour == colour, c.b);
+      occupy(c.b);
+      if (!c.fixed_a) occupy(c.a);
       ++of_contacts;
     });
     for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit) {
-      for (const std::uint32_t joint : graph_.joints_of(unit, colour)) look_at(graph_.joint(joint)), ++of_joints;
+      for (const std::uint32_t slot : graph_.joints_of(unit, colour)) {
+        const Joint& joint = graph_.joint(slot);
+        FATHOM_VALIDATE(joint.in_use && joint.colour == colour, joint.b);
+        occupy(joint.b);
+        if (!joint.fixed_a) occupy(joint.a);
+        ++of_joints;
+      }
     }
     FATHOM_VALIDATE(of_contacts == graph_.size_of(colour) && of_joints == graph_.joints_of_colour(colour));
     listed += of_contacts + of_joints;
