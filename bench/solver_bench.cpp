@@ -57,10 +57,21 @@ class Blocks {
   }
 
   std::size_t manifolds() const { return scene_.manifold_count; }
+  Constrained constrained() {
+    graph_.make_room_for_touches(0);
+    Constrained all = graph_.constrained();
+    all.touches = {&graph_.touch_changes(),
+                   scene_.state.poses.data(),
+                   scene_.state.velocities.data(),
+                   scene_.state.solver_bodies(),
+                   1,
+                   scene_.scene.world.dt};
+    return all;
+  }
 
   void prepare() {
     const BodiesView view{scene_.state.poses.data(), scene_.state.solver_bodies(), scene_.state.inertia.data()};
-    kernels_.prepare(array_, 0, stretches_.back(), lanes_.data(), graph_.constrained(), view);
+    kernels_.prepare(array_, 0, stretches_.back(), lanes_.data(), constrained(), view);
   }
   void warm_start() {
     for_each_colour([&](std::size_t begin, std::size_t end) {
@@ -70,7 +81,7 @@ class Blocks {
   void solve() { sweep(kernels_.solve); }
   void relax() { sweep(kernels_.relax); }
   void iterate() { sweep(kernels_.iterate); }
-  void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), graph_.constrained(), 1, {}); }
+  void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), constrained(), 1, {}); }
 
   /// Otherwise sweeps repeated for ever would end in denormal numbers.
   void reset_bodies() {

@@ -196,7 +196,10 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
     PairInContact p = make_pair(isotropic);
     if (fixed_a) fix_a(p);
     const std::uint32_t lane = 0;
-    const Constrained constrained{&p.contact, &p.manifold};
+    TouchChanges touches;
+    touches.make_room(1, 1);
+    const Velocity velocities[2];
+    const Constrained constrained{&p.contact, &p.manifold, nullptr, nullptr, {&touches, p.poses, velocities, p.solver + 1, 1, 1}};
     const BlockArray array{block, nullptr, kernels.block_bytes};
     kernels.prepare(array, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
     Textbook textbook(p);

@@ -53,8 +53,8 @@ struct SolverSettings {
   float contact_damping_ratio = 0.7f;  ///< docs/solver.md compares some
   float push_out_velocity = 3.0f;      ///< m/s at most to resolve a penetration
   float restitution_threshold = 1.0f;  ///< m/s of approach below which nothing bounces; at least g h, h a substep
-  /// m/s; faster bodies are slowed to it. Angular speeds are limited to half a turn a substep: 754 rad/s at 4 substeps
-  /// and 1/60 s.
+  /// m/s; faster bodies are slowed to it. Angular speeds are limited to 16 rad a substep: 3,840 rad/s at 4 substeps and
+  /// 1/60 s. `WorldDef::log` is told of the first velocity beyond them that the application asks for.
   float max_linear_speed = 1000.0f;
 };
 
@@ -109,17 +109,22 @@ enum class Preset : std::uint8_t {
 /// Sets in `def` what a preset decides, for the simulator that it names.
 void apply(Preset preset, WorldDef& def);
 
-/// Two bodies, in ascending order of index, that began or ceased to touch in a step.
+/// Two bodies, in ascending order of index, that began or ceased to touch in a step. They touch from the step on in
+/// which their contact carries an impulse, or that they begin nearer to each other than 1 mm (of small ones less, by
+/// halves, down to a hundredth of the smaller one's bounding radius), and until a step in which it carries none and
+/// that they begin farther apart than twice that. Falling asleep and waking change nothing of it.
 struct ContactEvent {
   BodyId a, b;
   std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
-/// Two bodies that met faster than `SolverSettings::restitution_threshold`.
+/// Two bodies that met faster than `SolverSettings::restitution_threshold`: a point of their contact approached faster
+/// as the step began, and the contact stopped it or threw it back, whether they touched elsewhere already (a post that
+/// falls over) or not. Each such impact is told once, by its fastest point.
 struct HitEvent {
   BodyId a, b;
-  Vec3 point;            ///< m, world
+  Vec3 point;            ///< m, world, where they met
   Vec3 normal;           ///< unit, from a to b
-  float approach_speed;  ///< m/s
+  float approach_speed;  ///< m/s, as the step began
   std::uint32_t reserved = 0;
   std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
@@ -276,7 +281,7 @@ class World {
   std::span<const ContactEvent> contacts_ended() const;
   std::span<const HitEvent> hits() const;
   std::span<const Quarantine> quarantined() const;
-  /// Calls `visit` for every touching pair. Waits for the last step.
+  /// Calls `visit` for every pair that touches by its events. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------

@@ -55,25 +55,30 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
 /// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
 /// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
 FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
-                                Manifold& manifold) {
+                                const PatchLoad& load, AxisCache& cache, Manifold& manifold) {
   const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
   const int clipped = clip_faces(faces, p.tolerance.side, margin, points);
-  manifold.count = reduce(points, clipped, p.tolerance.depth_tie);
-
   // Axes of the reference face in the frame of the result: its own ones, or its rows in the other box.
   const Lanes own[3] = {lanes(1, 0, 0), lanes(0, 1, 0), lanes(0, 0, 1)};
   const Lanes* axes = flipped ? p.r : own;
   const Lanes x = axes[(axis + 1) % 3], y = axes[(axis + 2) % 3], n = (faces.ref_positive ? 1.0f : -1.0f) * axes[axis];
   const Lanes middle = p.ha[axis] * n;
   const Lanes origin = flipped ? unswapped->ta + middle : middle;
+  manifold.normal = vector(flipped ? -1.0f * n : n);
+  cache.reduced = clipped > max_manifold_points;
+  FaceLoad at;
+  if (load.is_known && cache.reduced) {
+    const Vec3 from_origin = load.at - vector(origin);
+    at = {dot(from_origin, vector(x)), dot(from_origin, vector(y)), true};
+  }
+  manifold.count = reduce(points, clipped, p.tolerance.depth_tie, at);
   for (int i = 0; i < manifold.count; ++i) {
     const FacePoint& point = points[i];
     const Lanes position = origin + point.x * x + point.y * y + 0.5f * point.z * n;
     manifold.points[i] = {vector(position), point.z, point.feature};
   }
-  manifold.normal = vector(flipped ? -1.0f * n : n);
 }
 
 struct BoxFace {
@@ -91,7 +96,8 @@ FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, c
 }
 
 /// See `collide`. The cache names axes 0 … 2 of the boxes for faces and for edges.
-FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache) {
+FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache,
+                                 const PatchLoad& load = {}) {
   Manifold manifold;
   const BoxPair pair = make_box_pair(ha, hb, b_in_a);
   const int axis_a = largest(pair.face_a), axis_b = largest(pair.face_b);
@@ -128,9 +134,9 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
                          : make_cache(AxisCache::face_a, reference.axis, 0, false);
   if (reference.of_b) {
-    box_face_contact(swapped(pair), reference.axis, &pair, margin, manifold);
+    box_face_contact(swapped(pair), reference.axis, &pair, margin, load, cache, manifold);
   } else {
-    box_face_contact(pair, reference.axis, nullptr, margin, manifold);
+    box_face_contact(pair, reference.axis, nullptr, margin, load, cache, manifold);
   }
   if (manifold.count == 0 && face <= 0) {
     // Overlapping, yet not over this face: edges within the tolerance of it are what touches.

@@ -33,14 +33,23 @@ struct Manifold {
 struct AxisCache {
   enum Kind : std::uint8_t { none, face_a, face_b, edges };
   std::uint8_t kind = none;
-  std::uint8_t a = 0;          ///< face of A, or edge of A (undirected index)
-  std::uint8_t b = 0;          ///< face of B, or edge of B
-  std::uint8_t separated = 0;  ///< 1 where the axis separated the shapes by more than the margin
+  std::uint8_t a = 0;              ///< face of A, or edge of A (undirected index)
+  std::uint8_t b = 0;              ///< face of B, or edge of B
+  std::uint8_t separated : 1 = 0;  ///< the axis separated the shapes by more than the margin
+  std::uint8_t reduced : 1 = 0;    ///< the manifold has not all corners of the patch
+  std::uint8_t wait : 6 = 0;       ///< steps for which its corners stay, until the load has settled on them
+};
+
+/// Where the last step's load of a pair lay, whose manifold has not all corners of its patch.
+struct PatchLoad {
+  Vec3 at;  ///< m, in A's frame
+  bool is_known = false;
 };
 
 /// Contact points of the shapes `a` and `b`, with `b_in_a` the pose of B in A's frame, where they are nearer
 /// than `margin` ≥ 0 (m). Returns a manifold with count 0 where they are not. `cache` is read and written.
-/// Any order of shape types is accepted.
-Manifold collide(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, AxisCache& cache);
+/// Any order of shape types is accepted. Where a patch has more than four corners, `load` tells which of them matter.
+Manifold collide(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, AxisCache& cache,
+                 const PatchLoad& load = {});
 
 }  // namespace fathom

@@ -45,7 +45,8 @@ FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
 }
 
 /// Up to four points over a face of A, or with `flipped` of B.
-FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, float margin, Manifold& manifold) {
+FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, float margin, const PatchLoad& load,
+                                 AxisCache& cache, Manifold& manifold) {
   const HullView& ref = flipped ? p.b : p.a;
   const HullView& inc = flipped ? p.a : p.b;
   const Frame& inc_in_ref = flipped ? p.a_in_b : p.b_in_a;
@@ -55,8 +56,14 @@ FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, floa
   FacePoint points[max_face_points];
   const int clipped =
       clip_hull_faces(ref, face, inc, inc_in_ref, other_face, frame, p.tolerance.side, margin, flipped, points);
-  manifold.count = reduce(points, clipped, p.tolerance.depth_tie);
   manifold.normal = flipped ? -(p.b_in_a.rotation * frame.n) : frame.n;
+  cache.reduced = clipped > max_manifold_points;
+  FaceLoad at;
+  if (load.is_known && cache.reduced) {
+    const Vec3 in_ref = flipped ? transform(p.a_in_b, load.at) : load.at;
+    at = {dot(in_ref, frame.x), dot(in_ref, frame.y), true};
+  }
+  manifold.count = reduce(points, clipped, p.tolerance.depth_tie, at);
   for (int i = 0; i < manifold.count; ++i) {
     const Vec3 position = from_face(frame, points[i].x, points[i].y, 0.5f * points[i].z);
     manifold.points[i].position = flipped ? transform(p.b_in_a, position) : position;
@@ -107,7 +114,7 @@ FATHOM_HD EdgesAxis best_edges(const HullPair& p, const Witnesses& of_a, const W
 
 /// See `collide`.
 FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pose& b_in_a, float margin,
-                                 AxisCache& cache) {
+                                 AxisCache& cache, const PatchLoad& load) {
   Manifold manifold;
   const HullPair p = make_hull_pair(a, b, b_in_a);
   if (cache.separated && cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) > margin)
@@ -150,7 +157,7 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
     face = flipped ? cache.b : cache.a;
   }
   cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
-  hull_face_contact(p, face, flipped, margin, manifold);
+  hull_face_contact(p, face, flipped, margin, load, cache, manifold);
   if (manifold.count == 0 && face_separation <= 0) {
     // Overlapping, yet not over this face: what touches is within the tolerance of it.
     const NearEdges all_a(a), all_b(b);

@@ -12,6 +12,7 @@
 
 #include "device/body_arrays.hpp"
 #include "dynamics/rolling.hpp"
+#include "dynamics/touch.hpp"
 #include "exec/atomic.hpp"
 
 namespace fathom::device {
@@ -35,7 +36,12 @@ enum ContactBits : std::uint32_t {
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.
   ahead_bit = 0x1000,
-  apart_bit = 0x2000,  ///< a joint keeps the bodies from touching
+  in_touch_bit = 0x2000,  ///< the bodies touch, as events tell (dynamics/touch.hpp)
+  hits_bit = 0x4000,      ///< the last step's hit goes on
+  near_bit = 0x8000,      ///< near enough to touch as the step under way began
+  closing_bit = 0x10000,  ///< approached faster than a hit's threshold then
+  touch_halvings_shift = 20,
+  apart_bit = 0x20000,  ///< a joint keeps the bodies from touching
 };
 
 struct alignas(16) Contact {
@@ -48,7 +54,10 @@ struct alignas(16) Contact {
   std::uint32_t unused = 0;
 
   FATHOM_HD bool in_use() const { return a != none; }
+  /// There is a manifold: the bodies touch or soon may.
   FATHOM_HD bool touching() const { return bits & touching_bit; }
+  FATHOM_HD bool in_touch() const { return bits & in_touch_bit; }
+  FATHOM_HD std::uint32_t touch_halvings() const { return bits >> touch_halvings_shift & 15; }
   FATHOM_HD bool round() const { return bits & round_bit; }
   FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
   FATHOM_HD bool ahead() const { return bits & ahead_bit; }
@@ -207,6 +216,12 @@ struct ContactArrays {
   /// Where event k of step number `step` lies.
   FATHOM_HD std::size_t event(std::uint32_t step, std::uint32_t k) const {
     return static_cast<std::size_t>(k) * event_lists + step % event_lists;
+  }
+  /// The bodies touch from the step under way on, or no more.
+  FATHOM_HD void note_touch(Contact& c, bool touches, Counters& counters) const {
+    c.bits ^= in_touch_bit;
+    const std::uint32_t k = exec::atomic_add(touches ? counters.begun : counters.ended, 1u);
+    (touches ? begun : ended)[event(counters.step + 1, k)] = {c.a, c.b};
   }
 };
 

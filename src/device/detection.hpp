@@ -28,6 +28,7 @@ struct alignas(16) CollideJob {
   std::uint32_t a = 0, b = 0;  ///< slots
   float margin = 0;            ///< m
   AxisCache axis;
+  PatchLoad load;
 };
 struct alignas(16) CollideResult {
   Manifold manifold;

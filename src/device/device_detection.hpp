@@ -88,10 +88,10 @@ struct CollideJobs {
     result.axis = job.axis;
     if constexpr (only_boxes)
       result.manifold = collide_boxes(bodies.constants[job.a].half_extents, bodies.constants[job.b].half_extents,
-                                      job.b_in_a, job.margin, result.axis);
+                                      job.b_in_a, job.margin, result.axis, job.load);
     else
       result.manifold =
-          collide_shapes(bodies.geometry(job.a), bodies.geometry(job.b), job.b_in_a, job.margin, result.axis);
+          collide_shapes(bodies.geometry(job.a), bodies.geometry(job.b), job.b_in_a, job.margin, result.axis, job.load);
     results[k] = result;
   }
 };

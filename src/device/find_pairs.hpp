@@ -225,6 +225,7 @@ struct AddContacts {
     }
     c.bits = overflow_colour | fresh_bit | (bodies.constants[c.a].is_dynamic() ? 0u : fixed_a_bit);
     const BodyConstants &first = bodies.constants[c.a], &second = bodies.constants[c.b];
+    c.bits |= touch_halvings(min(first.radius, second.radius)) << touch_halvings_shift;
     c.recycle_distance = recycle_distance(first.shape(), first.radius, second.shape(), second.radius);
     contacts.contacts[place] = c;
   }

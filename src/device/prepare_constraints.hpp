@@ -4,6 +4,7 @@
 #include "device/build_constraints.hpp"
 #include "device/constraint_rows.hpp"
 #include "dynamics/look_ahead.hpp"
+#include "dynamics/touch.hpp"
 #include "exec/atomic.hpp"
 #include "exec/kernel.hpp"
 
@@ -22,6 +23,7 @@ struct PrepareConstraints {
   ConstraintArrays constraints;
   Counters* counters;
   bool orders_overflow;
+  float hit_threshold;  ///< m/s
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     group.once([&] { local.points = 0; });
@@ -37,6 +39,14 @@ struct PrepareConstraints {
   }
 
  private:
+  /// What `StoreImpulses` will have to know. Written only where it changes.
+  FATHOM_HD static void look_at_touch(Contact& c, float nearest, bool is_closing) {
+    const bool is_near = nearest <= touch_distance(c.touch_halvings(), c.in_touch());
+    const std::uint32_t bits = (c.bits & ~static_cast<std::uint32_t>(near_bit | closing_bit)) |
+                               (is_near ? 1u * near_bit : 0u) | (is_closing ? 1u * closing_bit : 0u);
+    if (bits != c.bits) c.bits = bits;
+  }
+
   /// By priorities; of one pair's constraints its contact comes first, then joints by their slots. Every constraint of
   /// the overflow counts those before it: they are few.
   FATHOM_HD void order(std::uint32_t k) const {
@@ -78,7 +88,7 @@ struct PrepareConstraints {
     ContactFrame frame;
     PointRow points[max_manifold_points];
     ContactImpulses impulses;
-    const Contact& contact = contacts.contacts[constraints.contact[k]];
+    Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
     const int count = m.point_count();
     Pose pose_a = bodies.poses[pair.a], pose_b = bodies.poses[pair.b];
@@ -87,8 +97,12 @@ struct PrepareConstraints {
       pose_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
       pose_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
     }
-    prepare_contact(m, pose_a, pose_b, overlap, contact.round(), a, b, frame, points, impulses);
-    if (contact.ahead()) count_back(frame, count, time, a, b, points);
+    float nearest =
+        overlap + prepare_contact(m, pose_a, pose_b, overlap, contact.round(), a, b, frame, points, impulses);
+    if (contact.ahead()) nearest = count_back(frame, count, time, a, b, points);
+    look_at_touch(
+        contact, nearest,
+        approaches(ContactAxes(frame).motion(a.linear, a.angular, b.linear, b.angular), points, count, hit_threshold));
     Quad* const rows = rows_of(constraints, k);
     store_frame(rows, frame);
     for (int i = 0; i < max_manifold_points; ++i)

@@ -145,7 +145,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   std::vector<ContactInfo> infos;
   infos.reserve(newest_.constraints);
   for (const Contact& c : contacts) {
-    if (!c.in_use() || !c.touching()) continue;
+    if (!c.in_use() || !c.in_touch()) continue;
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     if (slot_a == none || slot_b == none) continue;
     const ContactManifold& m = manifolds[c.manifold];

@@ -655,12 +655,16 @@ struct SolveConstraints {
 };
 
 /// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what
-/// was overloaded. An impulse that is not finite is forgotten.
+/// was overloaded, tells of touches and hits, which takes the velocities that bodies began the step with. An impulse
+/// that is not finite is forgotten.
 struct StoreImpulses {
+  BodyArrays bodies;
   ContactArrays contacts;
   JointArrays joints;
   ConstraintArrays constraints;
-  const Counters* counters;
+  Counters* counters;
+  float hit_threshold;      ///< m/s
+  float dt;                 ///< s
   float overlap_kept;       ///< a step
   bool ends_with_friction;  ///< every constraint, and the step
   MarkOverload mark_overload;
@@ -689,9 +693,39 @@ struct StoreImpulses {
                                                beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
                     constraints.bodies[k].b);
     mark_overload(k, m.step_impulse);
+    look_at_touch(k, m, m.step_impulse > 0);
   }
 
  private:
+  FATHOM_HD void look_at_touch(std::uint32_t k, const ContactManifold& m, bool pressed) const {
+    Contact& c = contacts.contacts[constraints.contact[k]];
+    const bool touches = pressed || c.bits & near_bit;
+    if (touches != c.in_touch()) contacts.note_touch(c, touches, *counters);
+    if (!(pressed && c.bits & closing_bit) && !(c.bits & hits_bit)) return;
+    const Hit hit = pressed ? hit_of(k, c, m) : Hit{};
+    if (hit.speed > 0 && !(c.bits & hits_bit))
+      contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, hit.point,
+                                                                                                 hit.normal, hit.speed};
+    c.bits = hit.is_closing ? c.bits | hits_bit : c.bits & ~hits_bit;
+  }
+
+  FATHOM_HD Hit hit_of(std::uint32_t k, const Contact& c, const ContactManifold& m) const {
+    const Quad* const rows = rows_of(constraints, k);
+    Quad frame[row_count];
+    for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
+    PointRow points[max_manifold_points];
+    for (int i = 0; i < max_manifold_points; ++i) {
+      const Quad p = frame[first_point_row + static_cast<std::uint32_t>(i)];
+      points[i] = {p.x, p.y, p.z, p.w};
+    }
+    const auto body = [&](std::uint32_t i) {
+      return Stepped{bodies.poses[i].position, bodies.velocities[i].linear, bodies.velocities[i].angular,
+                     bodies.poses[i].rotation, bodies.solver[i].body()};
+    };
+    return fastest_hit(m, frame_of(frame), points, m.impulses, body(c.a), body(c.b), c.ahead(),
+                       {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
+  }
+
   FATHOM_HD void fade_overlap(std::uint32_t k, int count) const {
     Contact& c = contacts.contacts[constraints.contact[k]];
     const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;

@@ -161,7 +161,8 @@ class Step {
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     device_.parallel_groups(
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells});
+        PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells,
+                           settings_.restitution_threshold});
     if (has_supports())
       device_.parallel_phases(FindSupports::most_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
@@ -197,10 +198,13 @@ class Step {
     if (has_supports())
       device_.parallel_phases(most_phases + WithSupports::direct_phases(p, most_levels), body_capacity_,
                               WithSupports{solver});
-    device_.parallel_for(constraints(), StoreImpulses{contacts_,
+    device_.parallel_for(constraints(), StoreImpulses{bodies_,
+                                                      contacts_,
                                                       joints_,
                                                       constraints_,
                                                       counters_,
+                                                      settings_.restitution_threshold,
+                                                      settings_.dt,
                                                       overlap_kept(settings_.dt),
                                                       settings_.solve.soft && !settings_.published.cells,
                                                       {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
@@ -225,7 +229,7 @@ class Step {
   bool has_supports() const { return settings_.solve.stiffness > 0; }
   bool has_joints() const { return joints_.capacity > 0; }
   ContactChanges contact_changes() const {
-    return {bodies_, contacts_, joints_.apart, counters_, settings_.restitution_threshold, settings_.sag};
+    return {bodies_, contacts_, joints_.apart, counters_, settings_.sag};
   }
   exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }

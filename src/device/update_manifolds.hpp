@@ -8,7 +8,6 @@
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
-#include "dynamics/hit.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
@@ -31,8 +30,7 @@ struct ContactChanges {
   ContactArrays contacts;
   ApartTable apart;
   Counters* counters;
-  float restitution_threshold;  ///< m/s
-  float sag;                    ///< s²: `contact_sag`
+  float sag;  ///< s²: `contact_sag`
 
   /// All that sleep with body `i` wake before constraints are built.
   FATHOM_HD void wake(std::uint32_t i) const {
@@ -73,10 +71,10 @@ struct ContactChanges {
     give_colour_back(c);
     exec::atomic_add(bodies.touching[c.b], ~0u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], ~0u);
-    c.bits &= ~touching_bit;
+    if (c.in_touch()) contacts.note_touch(c, false, *counters);
+    c.bits &= ~(touching_bit | hits_bit);
     contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
     c.manifold = none;
-    contacts.ended[contacts.event(counters->step + 1, exec::atomic_add(counters->ended, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
@@ -93,12 +91,10 @@ struct ContactChanges {
     exec::atomic_add(bodies.touching[c.b], 1u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
-    contacts.begun[contacts.event(counters->step + 1, exec::atomic_add(counters->begun, 1u))] = {c.a, c.b};
     exec::atomic_store(counters->layout_dirty, 1u);
     if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
     wake(c.a);
     wake(c.b);
-    report_hit(c, m);
   }
 
   FATHOM_HD void mix(const Contact& c, ContactManifold& m) const {
@@ -136,7 +132,8 @@ struct ContactChanges {
     }
     if (is_ahead) c.overlap = 0;
     c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;
-    set_manifold(m, fresh, b_in_a);
+    set_manifold(m, fresh, b_in_a, c.axis.reduced);
+    if (c.axis.reduced) c.axis.wait = steps_to_settle;
     if (is_ahead) m.step_impulse = time;
     if (begins) begin(index, c, m);
     contacts.contacts[index] = c;
@@ -168,14 +165,6 @@ struct ContactChanges {
   FATHOM_HD void look_for_supports(const Contact& c) const {
     hold_at_once(bodies, c.a, *counters);
     hold_at_once(bodies, c.b, *counters);
-  }
-
-  FATHOM_HD void report_hit(const Contact& c, const ContactManifold& m) const {
-    const Hit hit =
-        fastest_hit(m, bodies.poses[c.a], bodies.poses[c.b], bodies.velocities[c.a], bodies.velocities[c.b]);
-    if (hit.speed <= restitution_threshold) return;
-    contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, hit.point,
-                                                                                               hit.normal, hit.speed};
   }
 };
 
@@ -248,8 +237,8 @@ struct SortOutContacts {
       // A contact that found no colour tries again.
       if (c.colour() == overflow_colour)
         changes.contacts.uncoloured[0][exec::atomic_add(changes.counters->uncoloured[0], 1u)] = index;
-      if (!c.ahead() && moved_little(changes.contacts.manifolds[c.manifold], b_in_a, c.recycle_distance))
-        return recycled;
+      const ContactManifold& m = changes.contacts.manifolds[c.manifold];
+      if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
     const bool both_boxes =
         bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
@@ -271,10 +260,11 @@ struct CollideShapes {
     const ContactArrays& contacts = changes.contacts;
     const std::uint32_t index = contacts.to_collide[at(k)];
     Contact c = contacts.contacts[index];
+    const PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    const Manifold fresh = collide(c, a, b, b_in_a, margin);
+    const Manifold fresh = collide(c, a, b, b_in_a, margin, load);
     const float movement = movement_of(margin, a.radius, b.radius, dt);
     const bool is_fast = movement > slow_movement && movement > slow_share * changes.half_of_thinner(c);
     const bool passes =
@@ -291,11 +281,11 @@ struct CollideShapes {
   FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
 
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
-                             float margin) const {
+                             float margin, const PatchLoad& load) const {
     if constexpr (only_boxes)
-      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis);
+      return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis, load);
     else
-      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis);
+      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis, load);
   }
 };
 

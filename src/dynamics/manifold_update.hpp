@@ -27,6 +27,43 @@ FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float 
   return length_squared(turn) < sine_of_half_angle * sine_of_half_angle;
 }
 
+/// Whether the load of a reduced manifold has moved so far to its border that some point carries nothing, and is at no
+/// corner of it: then the corners are chosen anew, so that the body tips over the patch's own edge. (A cylinder of 32
+/// sides would tip at 22° in place of 26.6°.)
+FATHOM_HD bool leans(const ContactManifold& m) {
+  float sum = 0, most = 0, least = 3e38f;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= m.point_count()) continue;
+    sum += m.impulses[i];
+    most = max(most, m.impulses[i]);
+    least = min(least, m.impulses[i]);
+  }
+  return least <= 0.01f * sum && most < 0.98f * sum;
+}
+
+/// Whether the corners are chosen anew: not while the load still settles on those that were chosen last.
+FATHOM_HD bool is_to_reduce_anew(AxisCache& cache, const ContactManifold& m) {
+  if (!cache.reduced || !leans(m)) return false;
+  if (cache.wait == 0) return true;
+  --cache.wait;
+  return false;
+}
+inline constexpr std::uint8_t steps_to_settle = 15;
+
+/// By the impulses of the last substep.
+FATHOM_HD PatchLoad load_of(const ContactManifold& m) {
+  PatchLoad load;
+  float sum = 0;
+  for (int i = 0; i < max_manifold_points; ++i) {
+    if (i >= m.point_count()) continue;
+    load.at = mul_add(load.at, m.impulses[i], m.points[i].anchor_a);
+    sum += m.impulses[i];
+  }
+  load.is_known = sum > 0;
+  if (load.is_known) load.at *= 1.0f / sum;
+  return load;
+}
+
 /// Distance (m) at which two bodies at rest become a contact. The smaller one decides what is near.
 FATHOM_HD float margin_at_rest(float radius_a, float radius_b, float dt) {
   return 2 * half_speculative_margin(min(radius_a, radius_b), dt);
@@ -47,8 +84,50 @@ FATHOM_HD Vec3 continued_tangent(const ContactManifold& m, Vec3 normal) {
   return length_squared(old) > 0.25f ? normalize(old) : any_perpendicular(normal);
 }
 
-/// Points, anchors and friction frame from a fresh manifold; impulses of points with known features are kept.
-FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a) {
+/// Shares a load out to the points of `m` as an elastic bed would: pressure is linear in the plane, and points that it
+/// would pull on have none. Four points are two rounds from what two of them carry.
+FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
+  const Vec3 x = m.tangent, y = cross(m.normal, x);
+  const int count = m.point_count();
+  bool carries[max_manifold_points] = {true, true, true, true};
+  for (int round = 0; round < 3; ++round) {
+    Vec3 middle;
+    float used = 0;
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (i < count && carries[i]) middle += m.points[i].anchor_a, used += 1;
+    middle *= 1 / used;
+    float xx = 0, xy = 0, yy = 0;
+    for (int i = 0; i < max_manifold_points; ++i) {
+      if (i >= count || !carries[i]) continue;
+      const Vec3 from_middle = m.points[i].anchor_a - middle;
+      const float px = dot(from_middle, x), py = dot(from_middle, y);
+      xx = fma(px, px, xx), xy = fma(px, py, xy), yy = fma(py, py, yy);
+    }
+    // So much softer across a line that two points are no special case.
+    const float soft = 1e-4f * (xx + yy) + 1e-30f;
+    xx += soft, yy += soft;
+    const float scale = 1 / (xx * yy - xy * xy), lx = dot(at - middle, x), ly = dot(at - middle, y);
+    const float slope_x = (yy * lx - xy * ly) * scale, slope_y = (xx * ly - xy * lx) * scale;
+    bool any_pulls = false;
+    float total = 0;
+    for (int i = 0; i < max_manifold_points; ++i) {
+      if (i >= count) continue;
+      const Vec3 from_middle = m.points[i].anchor_a - middle;
+      const float share = fma(slope_x, dot(from_middle, x), fma(slope_y, dot(from_middle, y), 1 / used));
+      m.impulses[i] = carries[i] ? max(share, 0.0f) : 0.0f;
+      total += m.impulses[i];
+      if (carries[i] && share < 0) carries[i] = false, any_pulls = true;
+    }
+    for (int i = 0; i < max_manifold_points; ++i)
+      if (i < count) m.impulses[i] *= sum / total;
+    if (!any_pulls) return;
+  }
+}
+
+/// Points, anchors and friction frame from a fresh manifold; impulses of points with known features are kept, those of
+/// corners that a reduced one has lost go to the ones it has.
+FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pose& b_in_a, bool reduced = false) {
+  const PatchLoad load = reduced ? load_of(to) : PatchLoad{};
   to.tangent = continued_tangent(to, from.normal);
   to.normal = from.normal;
   std::uint32_t old_features[max_manifold_points];
@@ -59,6 +138,7 @@ FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pos
     old_features[i] = i < old_count ? to.points[i].feature : 0;
     old_impulses[i] = i < old_count ? to.impulses[i] : 0;
   }
+  const float before = load.is_known ? ((old_impulses[0] + old_impulses[1]) + old_impulses[2]) + old_impulses[3] : 0;
   for (int i = 0; i < max_manifold_points; ++i) {
     if (i >= from.count) continue;
     const ManifoldPoint& source = from.points[i];
@@ -72,6 +152,11 @@ FATHOM_HD void set_manifold(ContactManifold& to, const Manifold& from, const Pos
       if (k < old_count && old_features[k] == source.feature) to.impulses[i] = old_impulses[k];
   }
   to.set_build(b_in_a, from.count);
+  if (!load.is_known) return;
+  float kept = 0;
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (i < from.count) kept += to.impulses[i];
+  if (kept < 0.999f * before) share_out(to, load.at, before);
 }
 
 }  // namespace fathom

@@ -54,7 +54,7 @@ FATHOM_HD Quat turned(Quat q, Vec3 phi) { return normalize(exponential(phi) * q)
 
 /// Angle (rad) that one part of a torque-free step turns a body by, and how many parts a step has at most.
 inline constexpr float torque_free_part = 0.25f;
-inline constexpr int most_torque_free_parts = 16;
+inline constexpr int most_torque_free_parts = static_cast<int>(most_turn / torque_free_part);
 
 /// A part of `step_torque_free`, of length h: changes the spin (rad/s, body axes) and returns its mean.
 FATHOM_HD Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia, float h) {
@@ -82,7 +82,7 @@ FATHOM_HD Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat
 /// momentum's direction too (Austin, Krishnaprasad, Wang, "Almost Poisson integration of rigid body systems", 1993),
 /// and constant spins are exact. Four rounds of a fixed point that converges where a part's angle is below 1, whatever
 /// the inertia: I⁻¹(Iω × ω) is no larger than ω², where an iteration on the turned momentum needs h|ω| below the
-/// smallest moment over the largest. Fast spins go in parts, up to 4 rad in all. Returns the rotation vector of the
+/// smallest moment over the largest. Fast spins go in parts. Returns the rotation vector of the
 /// step (world axes).
 FATHOM_HD Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia,
                                      float h) {

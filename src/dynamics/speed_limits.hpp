@@ -11,8 +11,12 @@ struct SpeedLimits {
   float angular = 0;  ///< rad/s
 };
 
-/// Of substeps of length h (s): no body turns by more than half a turn in one, beyond which spins cannot be told apart.
-FATHOM_HD SpeedLimits speed_limits(float max_linear_speed, float h) { return {max_linear_speed, pi / h}; }
+/// Angle (rad) by which a body turns within a substep at most. Turns are exact whatever the angle; those of bodies with
+/// several principal moments are done in parts, whose number is bounded (dynamics/rotation.hpp).
+inline constexpr float most_turn = 16;
+
+/// Of substeps of length h (s).
+FATHOM_HD SpeedLimits speed_limits(float max_linear_speed, float h) { return {max_linear_speed, most_turn / h}; }
 
 /// `v`, no longer than `most`.
 FATHOM_HD Vec3 limited(Vec3 v, float most) {

@@ -120,7 +120,7 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
       if (!seen.collide) continue;
       const Contact& c = graph_[i];
       job_of_[i] = is_pair_of_boxes(c) ? next.boxes++ : portion.boxes + next.others++;
-      jobs[job_of_[i]] = {seen.b_in_a, c.a, c.b, seen.margin, c.axis};
+      jobs[job_of_[i]] = {seen.b_in_a, c.a, c.b, seen.margin, c.axis, seen.load};
     }
   });
   detection_->collide(number, portion.boxes, portion.jobs);

@@ -270,18 +270,28 @@ void CellSolver::sweep_row(Row& row) {
   if (!row.pushes_fixed) put(row.a, a);
 }
 
+void CellSolver::note_touch(const Row& row, Contact& c, const TouchWatch& watch) const {
+  const bool pressed = row.impulses.step > 0;
+  const bool touches = pressed || row.nearest + c.overlap() <= touch_distance(c.touch_halvings, c.in_touch);
+  if (touches != c.in_touch) watch.changes->note(row.contact, touches);
+  if (pressed || c.hits)
+    watch.note_hit(row.contact, c, graph_.manifold(c), row.frame, row.points, row.impulses.normal, pressed);
+}
+
 void CellSolver::store() {
+  const Constrained constrained = body_solver_.constrained();
   pool_.for_each_chunk(rows_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Row& row = rows_[i];
       Contact& c = graph_[row.contact];
-      if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), row.nearest, overlap_kept(def_.dt));
       ContactManifold& m = graph_.manifold(c);
       for (int k = 0; k < max_manifold_points; ++k) m.impulses[k] = row.impulses.normal[k];
       m.friction_impulse[0] = row.impulses.slide_1;
       m.friction_impulse[1] = row.impulses.slide_2;
       m.twist_impulse = row.impulses.twist;
       m.step_impulse = row.impulses.step;
+      note_touch(row, c, constrained.touches);
+      if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), row.nearest, overlap_kept(def_.dt));
       if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, ContactAxes(row.frame)));
     }
   });

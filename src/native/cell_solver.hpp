@@ -64,6 +64,7 @@ class CellSolver {
   template <class Inertia>
   ContactBody<Inertia> body(std::uint32_t slot) const;
 
+  void note_touch(const Row& row, Contact& c, const TouchWatch& watch) const;
   NormalMotion movement(const Row& row, const ContactAxes& axes) const;
 
   const WorldDef& def_;

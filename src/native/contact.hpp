@@ -46,8 +46,11 @@ struct alignas(32) Contact {
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.
   bool ahead : 1 = false;
-  std::uint8_t unused : 6 = 0;  ///< snapshots hold every bit
+  bool in_touch : 1 = false;            ///< the bodies touch, as events tell (dynamics/touch.hpp)
+  bool hits : 1 = false;                ///< the last step's hit goes on
+  std::uint8_t touch_halvings : 4 = 0;  ///< see `touch_distance`
 
+  /// There is a manifold: the bodies touch or soon may.
   bool touching() const { return manifold != none; }
   float overlap() const { return max(-recycle_distance, 0.0f); }
 };

@@ -1,5 +1,5 @@
 // What the narrow phase found is taken over here, in the order of contacts: ends and beginnings of touch, with the
-// events and colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
+// colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
 // would wait for each of them to come from the cache of the thread that wrote it last:
 //
 // 1. Every thread gathers what some blocks of contacts have met, into places that were counted out before.
@@ -8,7 +8,6 @@
 // 3. Colours' lists are brought up to date, each by one thread.
 #include <algorithm>
 
-#include "dynamics/hit.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/rolling.hpp"
@@ -40,6 +39,7 @@ void one_after_the_other(std::size_t begin, std::size_t end, const Acts&... acts
 
 void NativeSimulator::take_over_changes() {
   place_changes();
+  graph_.make_room_for_touches(seats_begun_.size());
   gather_changes();
   const std::span<Seat> ended(seats_ended_.data(), seats_ended_.size());
   const std::span<Seat> begun(seats_begun_.data(), seats_begun_.size());
@@ -50,8 +50,6 @@ void NativeSimulator::take_over_changes() {
                            return is_asleep(seat.a) || is_asleep(seat.b);
                          });
   graph_.make_manifolds(begun.size());
-  make_anew(meetings_, begun.size());
-  hits_in_part_.assign(static_cast<std::size_t>(pool_.thread_count()), 0);
   const auto colour = [&] {
     graph_.uncolour(ended);
     if (!wakes_any) graph_.colour(begun);
@@ -63,12 +61,8 @@ void NativeSimulator::take_over_changes() {
     make_first_manifolds(part, parts, wakes_any);
   });
 
-  std::size_t hits = 0;
-  for (const std::size_t of_part : hits_in_part_) hits += of_part;
-  grow_to(hits_, hits);
   for_each_part(pool_, parts, [&](std::size_t part) {
     graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
-    list_hits(part, parts);
     const std::size_t first = part * changed_count_ / parts, end = (part + 1) * changed_count_ / parts;
     for (const std::uint32_t slot : changed().subspan(first, end - first))
       state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
@@ -94,7 +88,6 @@ void NativeSimulator::place_changes() {
   }
   make_anew(seats_begun_, next.begun);
   make_anew(first_manifolds_, next.begun);
-  grow_to(begun_, next.begun);
   make_anew(seats_ended_, next.ended);
   make_anew(pairs_gone_, next.gone);
   graph_.expect(next.ended, next.gone);
@@ -102,8 +95,6 @@ void NativeSimulator::place_changes() {
 
 void NativeSimulator::gather_changes() {
   const std::size_t changes = seats_begun_.size() + seats_ended_.size() + pairs_gone_.size();
-  const std::size_t ended_before = ended_.size();
-  grow_to(ended_, ended_before + seats_ended_.size());
   const std::size_t parts = parts_for(pool_, changes);
   for_each_part(pool_, parts, [&](std::size_t part) {
     const auto block = [&](std::size_t i) -> const BlockOfChanges& { return blocks_[changed_blocks_[i].block]; };
@@ -118,24 +109,23 @@ void NativeSimulator::gather_changes() {
       for (const std::uint32_t index : block(i).ended) graph_.prefetch(index);
       for (const std::uint32_t index : block(i).gone) graph_.prefetch(index);
     };
-    const auto take = [&](std::size_t i) { gather(block(i), changed_blocks_[i], ended_before); };
+    const auto take = [&](std::size_t i) { gather(block(i), changed_blocks_[i]); };
     const std::size_t blocks = changed_blocks_.size();
     one_after_the_other(part * blocks / parts, (part + 1) * blocks / parts, fetch_block, fetch_lists, fetch_contacts,
                         take);
   });
 }
 
-void NativeSimulator::gather(const BlockOfChanges& block, PlacedBlock place, std::size_t ended_before) {
+void NativeSimulator::gather(const BlockOfChanges& block, PlacedBlock place) {
   for (const NewManifold& fresh : block.begun) {
     const Seat seat = graph_.seat_of(fresh.contact);
-    begun_[place.begun] = event(seat.a, seat.b);
     first_manifolds_[place.begun] = &fresh;
     seats_begun_[place.begun++] = seat;
   }
   for (const std::uint32_t index : block.ended) {
-    const Seat seat = graph_.end(place.ended, index);
-    ended_[ended_before + place.ended] = event(seat.a, seat.b);
-    seats_ended_[place.ended++] = seat;
+    if (graph_[index].in_touch) graph_.touch_changes().note(index, false);
+    seats_ended_[place.ended] = graph_.end(place.ended, index);
+    ++place.ended;
   }
   for (const std::uint32_t index : block.gone) {
     pairs_gone_[place.gone] = graph_.leave(place.gone, index);
@@ -145,8 +135,6 @@ void NativeSimulator::gather(const BlockOfChanges& block, PlacedBlock place, std
 
 void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any) {
   const std::size_t count = first_manifolds_.size();
-  const std::size_t begin = part * count / parts;
-  std::size_t hits = begin;
   const auto fetch = [&](std::size_t i) {
     prefetch_to_read(&first_manifolds_[i]->contact);
     prefetch_to_read(&first_manifolds_[i]->manifold.points[2]);
@@ -154,24 +142,13 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
     for (const std::uint32_t slot : {seats_begun_[i].a, seats_begun_[i].b}) {
       prefetch_to_read(&bodies[slot]);
       prefetch_to_read(&bodies[slot].material);
-      prefetch_to_read(&state_.poses[slot]);
-      prefetch_to_read(&state_.velocities[slot]);
     }
   };
   const auto make = [&](std::size_t i) {
-    meetings_[hits] = first_manifold(*first_manifolds_[i], graph_.manifold_at(graph_.new_manifold(i)));
-    hits += meetings_[hits].approach_speed > def.solver.restitution_threshold;
+    first_manifold(*first_manifolds_[i], graph_.manifold_at(graph_.new_manifold(i)));
     if (!wakes_any) graph_.begin(i, first_manifolds_[i]->contact);
   };
-  one_after_the_other(begin, (part + 1) * count / parts, fetch, make);
-  hits_in_part_[part] = hits - begin;
-}
-
-void NativeSimulator::list_hits(std::size_t part, std::size_t parts) {
-  std::size_t place = 0;
-  for (std::size_t i = 0; i < part; ++i) place += hits_in_part_[i];
-  const HitEvent* const first = meetings_.data() + part * meetings_.size() / parts;
-  std::copy_n(first, hits_in_part_[part], hits_.begin() + place);
+  one_after_the_other(part * count / parts, (part + 1) * count / parts, fetch, make);
 }
 
 // An island that wakes up has those of its contacts coloured that touch by then.
@@ -192,7 +169,7 @@ bool NativeSimulator::is_asleep(std::uint32_t slot) const {
   return !(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic;
 }
 
-HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
+void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
   Contact& c = graph_[fresh.contact];
   manifold = {};
   c.round = is_round(bodies[c.a].geometry.type) || is_round(bodies[c.b].geometry.type);
@@ -203,26 +180,12 @@ HitEvent NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifo
   c.recycle_distance = overlap > 0 && !c.ahead ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   if (c.ahead) manifold.step_impulse = fresh.ahead;
-  return hit(c, manifold);
 }
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
-  if (graph_[index].touching()) {
-    ended.push_back(event(graph_[index].a, graph_[index].b));
-    in_contact_is_current_ = false;
-  }
+  if (graph_[index].in_touch) ended.push_back(event(graph_[index].a, graph_[index].b));
+  if (graph_[index].touching()) in_contact_is_current_ = false;
   graph_.remove(index);
-}
-
-ContactEvent NativeSimulator::event(std::uint32_t a, std::uint32_t b) const {
-  return {bodies.id(std::min(a, b)), bodies.id(std::max(a, b)), steps + 1};
-}
-
-HitEvent NativeSimulator::hit(const Contact& c, const ContactManifold& manifold) const {
-  const Hit hit =
-      fastest_hit(manifold, state_.poses[c.a], state_.poses[c.b], state_.velocities[c.a], state_.velocities[c.b]);
-  const ContactEvent ids = event(c.a, c.b);
-  return {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed, 0, ids.step};
 }
 
 }  // namespace fathom::native

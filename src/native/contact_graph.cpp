@@ -9,6 +9,7 @@
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
+#include "dynamics/touch.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -56,6 +57,7 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
   c.born = born;
   c.in_use = true;
   const BodyBounds &a = state_.bounds[c.a], &b = state_.bounds[c.b];
+  c.touch_halvings = touch_halvings(min(a.radius, b.radius)) & 15;
   c.recycle_distance = a.is_box() && b.is_box()
                            ? fathom::recycle_distance(ShapeType::box, a.radius, ShapeType::box, b.radius)
                            : recycle_distance(bodies_[c.a], bodies_[c.b]);
@@ -134,6 +136,7 @@ Seat ContactGraph::end(std::size_t i, std::uint32_t index) {
   free_manifolds_[first_ended_ + i] = c.manifold;
   c.manifold = none;
   c.colour = no_colour;
+  c.hits = false;
   return seat;
 }
 
@@ -348,7 +351,7 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
 std::size_t ContactGraph::memory_bytes() const {
   return contacts_.capacity() * sizeof(Contact) + manifolds_.capacity() * sizeof(ContactManifold) +
          pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
-         colours_.capacity() * sizeof(colours_[0]) + joints_.capacity() * sizeof(Joint) +
+         touch_changes_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) + joints_.capacity() * sizeof(Joint) +
          joint_impulses_.capacity() * sizeof(JointImpulse) +
          (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
           colours_room_) *

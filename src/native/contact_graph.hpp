@@ -71,6 +71,11 @@ class ContactGraph {
   ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
   Constrained constrained() { return {contacts_.data(), manifolds_.data(), joints_.data(), joint_impulses_.data()}; }
+  TouchChanges& touch_changes() { return touch_changes_; }
+  /// Room for those of a step in which `begun` contacts get manifolds.
+  void make_room_for_touches(std::size_t begun) {
+    touch_changes_.make_room(contacts_.size(), manifolds_.size() + begun);
+  }
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
   /// True once any contact had a rolling resistance.
@@ -216,6 +221,7 @@ class ContactGraph {
   std::vector<std::uint32_t> free_;
   LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
+  TouchChanges touch_changes_;
   bool may_bounce_ = false, may_roll_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> new_manifolds_;

@@ -83,12 +83,15 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
-  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f))) return {Change::recycled};
+  const bool is_reduced = manifold && c.axis.reduced;
+  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)) &&
+      !(is_reduced && is_to_reduce_anew(c.axis, *manifold)))
+    return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
   forget_overlap(c, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
-  return {Change::nothing, true, margin, b_in_a};
+  return {Change::nothing, true, margin, b_in_a, is_reduced ? load_of(*manifold) : PatchLoad{}};
 }
 
 Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float ahead,
@@ -98,7 +101,8 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
     begun.push_back({index, ahead, b_in_a, fresh});
     return Change::began;
   }
-  set_manifold(*manifold, fresh, b_in_a);
+  set_manifold(*manifold, fresh, b_in_a, c.axis.reduced);
+  if (c.axis.reduced) c.axis.wait = steps_to_settle;
   if (c.ahead != (ahead >= 0)) c.ahead = ahead >= 0;
   if (c.ahead) manifold->step_impulse = ahead;
   return Change::nothing;
@@ -122,9 +126,10 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
   if (!seen.collide) return seen.change;
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   AxisCache axis = c.axis;
-  const Manifold fresh = a.is_box() && b.is_box()
-                             ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, axis)
-                             : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, axis);
+  const Manifold fresh =
+      a.is_box() && b.is_box()
+          ? collide_boxes(a.half_extents, b.half_extents, seen.b_in_a, seen.margin, axis, seen.load)
+          : collide(bodies[c.a].geometry, bodies[c.b].geometry, seen.b_in_a, seen.margin, axis, seen.load);
   put(c.axis, axis);
   return narrow_phase.take(index, c, fresh, seen, manifold);
 }
@@ -189,7 +194,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     AxisCache axis = c.axis;
     const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, axis);
     put(c.axis, axis);
-    changes[i - first] = narrow_phase.take(i, c, fresh, {Change::nothing, true, margin, pose}, nullptr);
+    changes[i - first] = narrow_phase.take(i, c, fresh, {Change::nothing, true, margin, pose, {}}, nullptr);
   }
 }
 

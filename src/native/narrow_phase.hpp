@@ -43,6 +43,7 @@ struct Inspection {
   bool collide = false;
   float margin = 0;  ///< m
   Pose b_in_a{};
+  PatchLoad load{};
 };
 Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
                            const BodyState& state, float dt);

@@ -247,6 +247,7 @@ void NativeSimulator::finish() {
   if (!are_free_moved_) move_free([] {});
   if (failed_.exchange(0, std::memory_order_relaxed) > 0) isolate_moved();
   hold_back_fast();
+  report_touches();
   if (!active_is_current_) list_active();
   for (const std::uint32_t slot : forced_) {
     state_.forces[slot] = {};
@@ -450,7 +451,7 @@ void NativeSimulator::isolate_moved() {
 std::size_t NativeSimulator::list_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.begin()))); };
   std::size_t bytes = bytes_of(blocks_, block_counts_, changed_blocks_, seats_begun_, seats_ended_, pairs_gone_,
-                               first_manifolds_, meetings_, begun_, ended_, hits_, pairs_to_add_) +
+                               first_manifolds_, begun_, ended_, hits_, pairs_to_add_) +
                       neighbourhood_.memory_bytes();
   if (!new_pairs_.empty()) bytes += bytes_of(new_pairs_[0]);
   for (const auto* list : {&active_, &in_contact_, &changed_, &forced_, &added_})
@@ -629,7 +630,7 @@ Aabb NativeSimulator::bounds(std::uint32_t slot) const {
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {
     const Contact& c = graph_[i];
-    if (!c.in_use || !c.touching()) continue;
+    if (!c.in_use || !c.in_touch) continue;
     const ContactManifold& m = graph_.manifold(c);
     const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
     const ContactEvent ids = event(c.a, c.b);

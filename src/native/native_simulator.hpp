@@ -129,15 +129,17 @@ class NativeSimulator : public Simulator {
   };
   void place_changes();
   void gather_changes();
-  void gather(const BlockOfChanges& block, PlacedBlock place, std::size_t ended_before);
+  void gather(const BlockOfChanges& block, PlacedBlock place);
   void begin_one_by_one();
   void make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any);
-  void list_hits(std::size_t part, std::size_t parts);
   bool is_asleep(std::uint32_t slot) const;
-  HitEvent first_manifold(const NewManifold& fresh, ContactManifold& manifold);
+  void first_manifold(const NewManifold& fresh, ContactManifold& manifold);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
-  HitEvent hit(const Contact& c, const ContactManifold& manifold) const;
+  /// touch_events.cpp
+  void report_touches();
+  void report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch);
+  void report_hits();
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void isolate(std::uint32_t slot);
   void isolate_moved();
@@ -215,12 +217,11 @@ class NativeSimulator : public Simulator {
   LargeArray<Seat> seats_begun_, seats_ended_;
   LargeArray<Pair> pairs_gone_;
   LargeArray<const NewManifold*> first_manifolds_;  // of those that begin
-  LargeArray<HitEvent> meetings_;                   // of them, each part's hits coming first
-  std::vector<std::size_t> hits_in_part_;
 
   std::vector<ContactEvent> ended_by_removal_;
   LargeArray<ContactEvent> begun_, ended_;
   LargeArray<HitEvent> hits_;
+  std::vector<std::size_t> event_places_;  // of each thread's part, for room alone
   std::vector<Quarantine> quarantined_;
 };
 

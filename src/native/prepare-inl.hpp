@@ -36,6 +36,7 @@ struct LaneContacts {
   HWY_ALIGN float counts[width];
   HWY_ALIGN float overlaps[width];
   HWY_ALIGN float held[width];
+  HWY_ALIGN float touch_distances[width];
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -61,7 +62,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = lanes.touch_distances[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -95,6 +96,9 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.restitution = h.restitution || m.restitution > 0;
     any_round |= c.round;
     h.ahead = h.ahead || c.ahead;
+    lanes.touch_distances[i] = touch_distance(c.touch_halvings, c.in_touch);
+    h.in_touch |= static_cast<std::uint16_t>(c.in_touch << i);
+    h.hits |= static_cast<std::uint16_t>(c.hits << i);
   }
   h.round = any_round;
   block.header() = h;
@@ -167,6 +171,13 @@ HWY_INLINE ContactBody<SymMat3> contact_body(const BodiesView& view, std::uint32
           w ? SymMat3{w->xx, w->yy, w->zz, w->xy, w->xz, w->yz} : SymMat3{i, i, i, 0, 0, 0}};
 }
 
+template <class D>
+HWY_INLINE std::uint16_t lane_bits(hn::Mask<D> mask) {
+  HWY_ALIGN std::uint8_t bits[8] = {};
+  hn::StoreMaskBits(D(), mask, bits);
+  return static_cast<std::uint16_t>(bits[0] | bits[1] << 8);
+}
+
 /// Lanes whose manifolds were made where their bodies will meet. Few have one, so one after the other.
 template <class D>
 HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
@@ -178,8 +189,13 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
     ContactFrame f;
     PointRow points_of_lane[max_manifold_points];
     ContactImpulses impulses;
-    prepare_contact_ahead(m, view.poses[c.a], view.poses[c.b], m.step_impulse, c.round, contact_body(view, c.a),
-                          contact_body(view, c.b), f, points_of_lane, impulses);
+    const float nearest =
+        prepare_contact_ahead(m, view.poses[c.a], view.poses[c.b], m.step_impulse, c.round, contact_body(view, c.a),
+                              contact_body(view, c.b), f, points_of_lane, impulses);
+    const bool is_near = nearest <= touch_distance(c.touch_halvings, c.in_touch);
+    std::uint16_t& near = block.header().near;
+    near = static_cast<std::uint16_t>((near & ~(1u << lane)) | static_cast<unsigned>(is_near) << lane);
+    block.header().closing |= static_cast<std::uint16_t>(1u << lane);
     const auto set = [&](int field, float value) { block.at(field)[lane] = value; };
     const auto set3 = [&](int field, Vec3 v) { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); };
     set3(normal_x, f.normal), set3(tangent_x, f.tangent), set3(arm_a_x, f.arm_a), set3(arm_b_x, f.arm_b);
@@ -240,6 +256,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
     nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
   }
   block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, zero));
+  block.header().near = lane_bits<D>(hn::Le(nearest, hn::Load(d, lanes.touch_distances)));
   // Friction acts at the middle of the points that touch or nearly do.
   V weights[max_manifold_points];
   V near_count = zero;
@@ -271,6 +288,9 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   const V n1 = dot(f.t1, lever_turn), n2 = dot(f.t2, lever_turn);
   const V k11 = dot(f.t1, turn_1), k12 = dot(f.t2, turn_1), k22 = dot(f.t2, turn_2);
 
+  const Twist3<V> velocity = normal_motion(f, lanes.quad(lanes.body_a, 0).xyz(), lanes.quad(lanes.body_a, 4).xyz(),
+                                           lanes.quad(lanes.body_b, 0).xyz(), lanes.quad(lanes.body_b, 4).xyz());
+  V approach = zero;
   V radius_sum = zero;
   for (int i = 0; i < max_points; ++i) {
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
@@ -281,12 +301,15 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
     const V h_2 = hn::NegMulAdd(x, k22, hn::MulAdd(y, k12, n2));
     const V k = hn::NegMulAdd(x, h_2, hn::MulAdd(y, h_1, h_n));
     const auto solvable = hn::And(used, hn::Gt(k, zero));
+    approach = hn::IfThenElse(used, hn::Max(approach, hn::Neg(at_point(velocity, x, y))), approach);
     block.set(Block<D>::point(i, point_x), x);
     block.set(Block<D>::point(i, point_y), y);
     block.set(Block<D>::point(i, point_mass),
               hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
     radius_sum = hn::MulAdd(weights[i], hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), radius_sum);
   }
+
+  block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, constrained.touches.hit_threshold)));
 
   // Sliding: 2×2 over (t1, t2) at c. Twist: about n.
   const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1),
@@ -372,6 +395,33 @@ HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indi
   }
 }
 
+/// Lanes that touch now and did not, or the other way round, and those that may have hit.
+template <class D>
+HWY_NOINLINE void note_touches(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                               unsigned changed, unsigned touching, unsigned hitting) {
+  const TouchWatch& watch = constrained.touches;
+  for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
+    if (indices[lane] == none) continue;
+    if (changed >> lane & 1) watch.changes->note(indices[lane], touching >> lane & 1);
+    if (!(hitting >> lane & 1)) continue;
+    Contact& c = constrained.contacts[indices[lane]];
+    const auto get = [&](int field) { return block.at(field)[lane]; };
+    const auto get3 = [&](int field) { return Vec3{get(field), get(field + 1), get(field + 2)}; };
+    ContactFrame frame{};
+    frame.normal = get3(normal_x), frame.tangent = get3(tangent_x);
+    frame.arm_a = get3(arm_a_x), frame.arm_b = get3(arm_b_x);
+    const ContactManifold& m = constrained.manifolds[c.manifold];
+    PointRow rows[max_manifold_points];
+    float impulses[max_manifold_points];
+    for (int i = 0; i < m.point_count(); ++i) {
+      impulses[i] = get(Block<D>::point(i, point_impulse));
+      rows[i] = {get(Block<D>::point(i, point_x)), get(Block<D>::point(i, point_y)),
+                 get(Block<D>::point(i, point_separation)), 0};
+    }
+    watch.note_hit(indices[lane], c, m, frame, rows, impulses, get(step_impulse) > 0);
+  }
+}
+
 /// Impulses go back to the manifolds, and what a step leaves of overlaps to the contacts.
 template <class D>
 HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
@@ -385,7 +435,12 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
     friction_impulses[lane] = m.friction_impulse;
   }
   QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
-  const int count = block.header().max_points;
+  const unsigned pressed = lane_bits<D>(hn::Gt(block.get(step_impulse), hn::Zero(D())));
+  const BlockHeader& h = block.header();
+  const unsigned touching = pressed | h.near, changed = touching ^ h.in_touch,
+                 hitting = (pressed & h.closing) | h.hits;
+  if (changed | hitting) note_touches(block, refs, constrained, changed, touching, hitting);
+  const int count = h.max_points;
   q.x = block.get(Block<D>::point(0, point_impulse));
   if (count > 1) q.y = block.get(Block<D>::point(1, point_impulse));
   if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));

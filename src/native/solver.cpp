@@ -257,7 +257,7 @@ void ContactSolver::prepare_all() {
   Everything(*this).bodies([&](std::uint32_t slot) { load_body(slot); });
   hold_isolated(layout_.bodies());
   layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) { point_count_ += prepare(begin, end); });
-  point_count_ += single_.prepare(single_blocks_, 0, single_count_, overflow_.data(), graph_.constrained(), view());
+  point_count_ += single_.prepare(single_blocks_, 0, single_count_, overflow_.data(), constrained(), view());
 }
 
 void ContactSolver::build_in_domains() {
@@ -313,6 +313,14 @@ void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contac
   });
 }
 
+Constrained ContactSolver::constrained() {
+  Constrained all = graph_.constrained();
+  all.touches = {&graph_.touch_changes(),           state_.poses.data(),
+                 state_.velocities.data(),          state_.solver_bodies(),
+                 def_.solver.restitution_threshold, def_.dt};
+  return all;
+}
+
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
           state_.motion.data(), supports_.held(),       supports_.levels(),
@@ -320,7 +328,7 @@ BodiesView ContactSolver::view() {
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
-  return wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), graph_.constrained(), view());
+  return wide_.prepare(wide_blocks_, begin, end, layout_.lanes(), constrained(), view());
 }
 
 void ContactSolver::load_body(std::uint32_t slot) {
@@ -470,7 +478,7 @@ bool ContactSolver::solve_all() {
 
 template <class Act>
 void ContactSolver::finish_all(const Act& act) {
-  const Constrained constrained = graph_.constrained();
+  const Constrained constrained = this->constrained();
   const float kept = overlap_kept(def_.dt);
   layout_.for_each_part_of_all([&](std::size_t begin, std::size_t end) {
     wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
@@ -486,16 +494,18 @@ void ContactSolver::finish_domains(const Act& act) {
   const std::size_t count = graph_.domains().count(0);
   const Unit* const units = layout_.units().data();
   const std::size_t first = units[count].blocks.begin, across = layout_.blocks() - first;
-  const Constrained constrained = graph_.constrained();
+  const Constrained constrained = this->constrained();
   const auto store = [&, kept = overlap_kept(def_.dt)](std::size_t begin, std::size_t end) {
     wide_.store(wide_blocks_, begin, end, layout_.lanes(), constrained, kept, load_watch());
   };
-  InDomains(*this).for_each_first([&](const Unit& unit) {
+  const InDomains work(*this);
+  work.for_each_first([&](const Unit& unit) {
     const auto i = static_cast<std::size_t>(&unit - units);
     store(unit.blocks.begin, unit.blocks.end);
     store(first + i * across / count, first + (i + 1) * across / count);
-    act(layout_.bodies(unit));
   });
+  // Not before all impulses are stored, which takes the velocities that bodies on both sides of a border began with.
+  work.for_each_first([&](const Unit& unit) { act(layout_.bodies(unit)); });
 }
 
 // One thread does everything there is to do with a group, while it is in its cache; those with a body that is not
@@ -531,8 +541,8 @@ void ContactSolver::finish_group(const Group& group, const Act& act) {
   const OneGroup work(*this, group);
   work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
   work.mechanisms([this](std::uint32_t mechanism) { mechanisms_.store(mechanism); });
-  wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), graph_.constrained(),
-              overlap_kept(def_.dt), load_watch());
+  wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), constrained(), overlap_kept(def_.dt),
+              load_watch());
   act(layout_.bodies(group));
 }
 

@@ -46,6 +46,9 @@ class ContactSolver {
   ContactSolver(const WorldDef& def, const BodyTable& bodies, const JointTable& joints, BodyState& state,
                 ContactGraph& graph, ThreadPool& pool);
 
+  /// The contacts, and what finds their touches.
+  Constrained constrained();
+
   // What other ways to go through the contacts share: bodies `in_contact` to and from `BodyState::solver`.
   void load_bodies(std::span<const std::uint32_t> in_contact);
   void carry_impulses(std::span<const std::uint32_t> in_contact, float h);

@@ -10,6 +10,7 @@
 #include "native/contact.hpp"
 #include "native/joint.hpp"
 #include "native/overloads.hpp"
+#include "native/touch_changes.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom::native {
@@ -57,6 +58,7 @@ struct Constrained {
   ContactManifold* manifolds = nullptr;
   const Joint* joints = nullptr;
   JointImpulse* joint_impulses = nullptr;
+  TouchWatch touches{};
 };
 
 /// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors and
@@ -85,6 +87,11 @@ struct BlockHeader {
   bool round = false;           ///< some lane is a contact of something round
   bool rolls = false;           ///< some lane has rolling resistance
   bool ahead = false;           ///< some lane's manifold was made where its bodies will meet
+  // Bits by lane.
+  std::uint16_t in_touch = 0;  ///< touched until now
+  std::uint16_t hits = 0;      ///< the last step's hit goes on
+  std::uint16_t near = 0;      ///< near enough to touch as the step began
+  std::uint16_t closing = 0;   ///< approached faster than a hit's threshold then
 };
 
 struct SolverKernels {
@@ -109,7 +116,7 @@ struct SolverKernels {
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
-  /// the contacts.
+  /// the contacts; notes touches and hits. Bodies must not have been moved.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
                 const Constrained& constrained, float overlap_kept, const LoadWatch& watch);
 };

@@ -24,6 +24,7 @@ class Simulator {
   JointTable joints;
   std::uint64_t steps = 0;
   Profile profile;
+  bool told_of_limits = false;  ///< `def.log` was, that velocities are cut
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
   virtual void reserve(std::uint32_t count) = 0;

@@ -9,6 +9,7 @@
 
 #include "check/check.hpp"
 #include "collision/manifold.hpp"
+#include "dynamics/speed_limits.hpp"
 #include "geometry/support.hpp"
 #include "math/eigen.hpp"
 #include "world/placement.hpp"
@@ -55,6 +56,23 @@ std::string World::hardware() const { return simulator_->hardware(); }
 
 // Bodies --------------------------------------------------------------------------------------------------
 
+namespace {
+
+/// Says once that velocities are cut.
+void tell_of_limits(Simulator& sim, std::uint32_t slot, Vec3 linear, Vec3 angular) {
+  if (!sim.def.log || sim.told_of_limits) return;
+  const SpeedLimits limits =
+      speed_limits(sim.def.solver.max_linear_speed, sim.def.dt / static_cast<float>(sim.def.solver.substeps));
+  const bool is_linear = !(limited(linear, limits.linear) == linear);
+  if (!is_linear && limited(angular, limits.angular) == angular) return;
+  sim.told_of_limits = true;
+  const std::string limit = is_linear ? std::to_string(limits.linear) + " m/s; raise SolverSettings::max_linear_speed"
+                                      : std::to_string(limits.angular) + " rad/s; take shorter or more substeps";
+  sim.def.log("body " + std::to_string(slot) + " is given a velocity beyond the limit, and slowed to " + limit);
+}
+
+}  // namespace
+
 BodyId World::add(const BodyDef& def) {
   check_body(def);
   Simulator& sim = *simulator_;
@@ -65,6 +83,7 @@ BodyId World::add(const BodyDef& def) {
   const Pose pose{def.pose.position, 0, normalize(def.pose.rotation)};
   const Velocity velocity =
       def.motion == MotionType::fixed ? Velocity{} : Velocity{def.velocity.linear, 0, def.velocity.angular, 0};
+  tell_of_limits(sim, id.index, velocity.linear, velocity.angular);
   try {
     sim.body_added(id.index, pose, velocity);
   } catch (const std::bad_alloc&) {
@@ -142,6 +161,7 @@ void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
   check_finite(angular, "set velocity", "the angular velocity");
   if (simulator_->bodies[slot].motion == MotionType::fixed)
     refuse("set velocity: the body is fixed; make it kinematic to move it by its velocity");
+  tell_of_limits(*simulator_, slot, linear, angular);
   simulator_->set_velocity(slot, {linear, 0, angular, 0});
 }
 

@@ -1,0 +1,79 @@
+// What a step finds of touches and hits (dynamics/touch.hpp) as impulses are stored, by any thread; reported when the
+// step ends, in the order of contacts.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <fathom/math.hpp>
+#include <span>
+#include <vector>
+
+#include "dynamics/touch.hpp"
+#include "native/contact.hpp"
+#include "world/growth.hpp"
+#include "world/large_array.hpp"
+
+namespace fathom::native {
+
+struct ContactHit {
+  std::uint32_t contact;
+  Hit hit;
+};
+
+class TouchChanges {
+ public:
+  /// For `contacts`, of which up to `manifolds` may hit.
+  void make_room(std::size_t contacts, std::size_t manifolds) {
+    const std::size_t words = (contacts + 63) / 64;
+    if (begun_.size() < words) grow_to(begun_, words), grow_to(ended_, words);
+    hits_.reserve(manifolds);
+  }
+  /// The contact, which did not or did until now, touches or does not.
+  void note(std::uint32_t contact, bool touches) {
+    std::atomic_ref(touches ? begun_[contact / 64] : ended_[contact / 64])
+        .fetch_or(std::uint64_t{1} << contact % 64, std::memory_order_relaxed);
+  }
+  void note(const ContactHit& hit) { hits_[hit_count_.fetch_add(1, std::memory_order_relaxed)] = hit; }
+
+  // Bits by contact, 64 a word; who has reported them clears them.
+  std::span<std::uint64_t> begun() { return begun_; }
+  std::span<std::uint64_t> ended() { return ended_; }
+  std::span<ContactHit> hits() { return {hits_.data(), hit_count_.load(std::memory_order_relaxed)}; }
+  void clear_hits() { hit_count_ = 0; }
+
+  std::size_t memory_bytes() const {
+    return (begun_.capacity() + ended_.capacity()) * sizeof(std::uint64_t) + hits_.capacity() * sizeof(ContactHit);
+  }
+
+ private:
+  std::vector<std::uint64_t> begun_, ended_;
+  LargeArray<ContactHit> hits_;
+  alignas(2 * 64) std::atomic<std::size_t> hit_count_ = 0;
+};
+
+/// What finding them takes beside the contacts. All by slot.
+struct TouchWatch {
+  TouchChanges* changes = nullptr;
+  const Pose* poses = nullptr;  ///< with which the step began
+  const Velocity* velocities = nullptr;
+  const SolverBody* bodies = nullptr;
+  float hit_threshold = 0;  ///< m/s
+  float dt = 0;             ///< s
+
+  /// Of a contact that approached fast as the step began, or whose last hit goes on.
+  void note_hit(std::uint32_t index, Contact& c, const ContactManifold& m, const ContactFrame& frame,
+                const PointRow* points, const float* impulses, bool pressed) const {
+    const HitRule rule{hit_threshold, touch_distance(c.touch_halvings, true), dt};
+    const Hit hit = pressed ? fastest_hit(m, frame, points, impulses, body(c.a), body(c.b), c.ahead, rule) : Hit{};
+    if (hit.speed > 0 && !c.hits) changes->note({index, hit});
+    c.hits = hit.is_closing;
+  }
+
+ private:
+  Stepped body(std::uint32_t slot) const {
+    return {poses[slot].position, velocities[slot].linear, velocities[slot].angular, poses[slot].rotation,
+            bodies[slot]};
+  }
+};
+
+}  // namespace fathom::native

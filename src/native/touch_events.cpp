@@ -1,0 +1,62 @@
+// What a step tells the application of touches and hits, in the order of contacts.
+#include <algorithm>
+#include <bit>
+
+#include "native/native_simulator.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+void NativeSimulator::report_touches() {
+  TouchChanges& changes = graph_.touch_changes();
+  report_touches(changes.begun(), begun_, true);
+  report_touches(changes.ended(), ended_, false);
+  report_hits();
+}
+
+// Where each part's events belong is counted first, so that several threads can write them.
+void NativeSimulator::report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch) {
+  const std::size_t before = events.size();
+  std::size_t count = 0;
+  for (const std::uint64_t word : bits) count += static_cast<std::size_t>(std::popcount(word));
+  if (count == 0) return;
+  grow_to(events, before + count);
+  const std::size_t parts = parts_for(pool_, count);
+  const auto begin = [&](std::size_t part) { return part * bits.size() / parts; };
+  event_places_.assign(1, before);
+  for (std::size_t part = 0; part + 1 < parts; ++part) {
+    std::size_t place = event_places_.back();
+    for (std::size_t i = begin(part); i < begin(part + 1); ++i)
+      place += static_cast<std::size_t>(std::popcount(bits[i]));
+    event_places_.push_back(place);
+  }
+  for_each_part(pool_, parts, [&](std::size_t part) {
+    std::size_t place = event_places_[part];
+    for (std::size_t i = begin(part); i < begin(part + 1); ++i)
+      for (std::uint64_t left = std::exchange(bits[i], 0); left != 0; left &= left - 1) {
+        Contact& c = graph_[static_cast<std::uint32_t>(64 * i + static_cast<std::size_t>(std::countr_zero(left)))];
+        c.in_touch = touch;
+        events[place++] = event(c.a, c.b);
+      }
+  });
+}
+
+void NativeSimulator::report_hits() {
+  const std::span<ContactHit> found = graph_.touch_changes().hits();
+  if (found.empty()) return;
+  std::ranges::sort(found, {}, &ContactHit::contact);
+  grow_to(hits_, found.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Contact& c = graph_[found[i].contact];
+    const Hit& hit = found[i].hit;
+    const ContactEvent ids = event(c.a, c.b);
+    hits_[i] = {ids.a, ids.b, hit.point, c.b < c.a ? -hit.normal : hit.normal, hit.speed, 0, ids.step};
+  }
+  graph_.touch_changes().clear_hits();
+}
+
+ContactEvent NativeSimulator::event(std::uint32_t a, std::uint32_t b) const {
+  return {bodies.id(std::min(a, b)), bodies.id(std::max(a, b)), steps + 1};
+}
+
+}  // namespace fathom::native
