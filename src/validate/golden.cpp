@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> table{{
     {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0xe37e13f06b4bf827, 0xf9671e917bca8aa9}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x5e8c89c0d5b24e8a, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xcbee7ebdbc78c544, 0xdb400ce8197c9379}, {0x776fdc269df04b17, 0xb0d020ac4ddf97c0}},
-    {"stream", 200, 240, soft, tree, {0x089ed8617f968fc3, 0xb1bb837bdcd6d49b}, {0xb33f71d5744d5047, 0x894e55985be84782}},
+    {"columns", 60, 300, soft, tree, {0x9ab4d243592f8650, 0xef356a23bdb3031e}, {0x562a56579b4c67de, 0x7f95e6ad08eef87f}},
+    {"stream", 200, 240, soft, tree, {0x1caeec42cfdde067, 0xd1652cb2c453604c}, {0x0477aecfdbc6bc3b, 0xbf5d47f56009eeab}},
     {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0xe37e13f06b4bf827, 0xf9671e917bca8aa9}},
     {"layers", 500, 300, impulse, tree, {0xf4d7ab853b26973c, 0x37159d2567b28089}, {0x5fb66f872b45b871, 0x423276f52bd87241}},
 }};
