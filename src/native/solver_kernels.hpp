@@ -32,6 +32,7 @@ struct BodiesView {
   const BodyMotion* motion = nullptr;
   const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
   const std::uint16_t* levels = nullptr;  ///< of bodies that are held
+  bool any_fast = true;                   ///< some body may approach another faster than a hit's threshold
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
