@@ -52,6 +52,11 @@ struct alignas(32) Contact {
 
   /// There is a manifold: the bodies touch or soon may.
   bool touching() const { return manifold != none; }
+  /// `in_touch`, `hits` and `touch_halvings`, from the lowest bit.
+  std::uint32_t touch_bits() const {
+    return static_cast<std::uint32_t>(in_touch) | static_cast<std::uint32_t>(hits) << 1 |
+           static_cast<std::uint32_t>(touch_halvings) << 2;
+  }
   float overlap() const { return max(-recycle_distance, 0.0f); }
 };
 static_assert(sizeof(Contact) == 32);

@@ -59,6 +59,10 @@ void put(AxisCache& to, const AxisCache& axis) {
   if (std::bit_cast<std::uint32_t>(to) != std::bit_cast<std::uint32_t>(axis)) to = axis;
 }
 
+// Few manifolds are reduced: these are not to take registers from what every contact goes through.
+HWY_NOINLINE bool is_to_reduce(AxisCache& cache, const ContactManifold& m) { return is_to_reduce_anew(cache, m); }
+HWY_NOINLINE void find_load(const ContactManifold& m, PatchLoad& load) { load = load_of(m); }
+
 constexpr std::uint32_t prefetch_distance = 16;  // contacts
 
 /// Room for something of each of a chunk's contacts.
@@ -76,8 +80,8 @@ float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
   return fathom::recycle_distance(a.shape.type, a.radius, b.shape.type, b.radius);
 }
 
-Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies, const BodyState& state,
-                           float dt) {
+HWY_FLATTEN Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies,
+                                       const BodyState& state, float dt) {
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   if (have_parted(a, b, state.flags[c.a] | state.flags[c.b])) return {Change::gone};
   if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
@@ -85,13 +89,15 @@ Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const Bo
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   const bool is_reduced = manifold && c.axis.reduced;
   if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)) &&
-      !(is_reduced && is_to_reduce_anew(c.axis, *manifold)))
+      !(is_reduced && is_to_reduce(c.axis, *manifold)))
     return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
   forget_overlap(c, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
-  return {Change::nothing, true, margin, b_in_a, is_reduced ? load_of(*manifold) : PatchLoad{}};
+  Inspection seen{Change::nothing, true, margin, b_in_a, {}};
+  if (is_reduced) find_load(*manifold, seen.load);
+  return seen;
 }
 
 Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a, float ahead,

@@ -36,7 +36,7 @@ struct LaneContacts {
   HWY_ALIGN float counts[width];
   HWY_ALIGN float overlaps[width];
   HWY_ALIGN float held[width];
-  HWY_ALIGN float touch_distances[width];
+  HWY_ALIGN std::int32_t touch_bits[width];
 
   HWY_INLINE QuadV<V> quad(const float* const* objects, std::size_t offset) const {
     const float* at[width];
@@ -62,7 +62,8 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = lanes.touch_distances[i] = 0;
+      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
+      lanes.touch_bits[i] = 0;
       continue;
     }
     const Contact& c = constrained.contacts[index];
@@ -96,9 +97,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.restitution = h.restitution || m.restitution > 0;
     any_round |= c.round;
     h.ahead = h.ahead || c.ahead;
-    lanes.touch_distances[i] = touch_distance(c.touch_halvings, c.in_touch);
-    h.in_touch |= static_cast<std::uint16_t>(c.in_touch << i);
-    h.hits |= static_cast<std::uint16_t>(c.hits << i);
+    lanes.touch_bits[i] = static_cast<std::int32_t>(c.touch_bits());
   }
   h.round = any_round;
   block.header() = h;
@@ -178,6 +177,23 @@ HWY_INLINE std::uint16_t lane_bits(hn::Mask<D> mask) {
   return static_cast<std::uint16_t>(bits[0] | bits[1] << 8);
 }
 
+/// Which lanes touched until now, and which are near enough to (`fathom::touch_distance`).
+template <class D>
+HWY_INLINE void note_touch_bits(const Block<D>& block, const LaneContacts<D>& lanes, hn::Vec<D> nearest) {
+  const hn::RebindToSigned<D> di;
+  const D d;
+  const auto bits = hn::Load(di, lanes.touch_bits), one = hn::Set(di, 1);
+  const auto in_touch = hn::And(bits, one), exponent = hn::Sub(in_touch, hn::ShiftRight<2>(bits));
+  // A millimetre, halved or doubled.
+  const auto millimetre = hn::BitCast(di, hn::Set(d, 0.001f));
+  const auto distance = hn::BitCast(d, hn::Add(millimetre, hn::ShiftLeft<23>(exponent)));
+  const auto is_set = [&](auto bit) { return hn::RebindMask(d, hn::Eq(bit, one)); };
+  BlockHeader& h = block.header();
+  h.near = lane_bits<D>(hn::Le(nearest, distance));
+  h.in_touch = lane_bits<D>(is_set(in_touch));
+  h.hits = lane_bits<D>(is_set(hn::And(hn::ShiftRight<1>(bits), one)));
+}
+
 /// Lanes whose manifolds were made where their bodies will meet. Few have one, so one after the other.
 template <class D>
 HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
@@ -214,6 +230,22 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
     block.bounces[static_cast<std::size_t>(pull) * Block<D>::width + lane] =
         dot(f.normal, acceleration(c.b) - acceleration(c.a));
   }
+}
+
+/// Lanes of which a point approaches faster than a hit's threshold.
+template <class D>
+HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lanes, const Frame<hn::Vec<D>>& f,
+                               hn::Vec<D> count, float threshold) {
+  const D d;
+  const auto velocity = normal_motion(f, lanes.quad(lanes.body_a, 0).xyz(), lanes.quad(lanes.body_a, 4).xyz(),
+                                      lanes.quad(lanes.body_b, 0).xyz(), lanes.quad(lanes.body_b, 4).xyz());
+  auto approach = hn::Zero(d);
+  for (int i = 0; i < block.header().max_points; ++i) {
+    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
+    const auto x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
+    approach = hn::IfThenElse(used, hn::Max(approach, hn::Neg(at_point(velocity, x, y))), approach);
+  }
+  block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, threshold)));
 }
 
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
@@ -256,7 +288,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
     nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
   }
   block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, zero));
-  block.header().near = lane_bits<D>(hn::Le(nearest, hn::Load(d, lanes.touch_distances)));
+  note_touch_bits(block, lanes, nearest);
   // Friction acts at the middle of the points that touch or nearly do.
   V weights[max_manifold_points];
   V near_count = zero;
@@ -288,9 +320,6 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   const V n1 = dot(f.t1, lever_turn), n2 = dot(f.t2, lever_turn);
   const V k11 = dot(f.t1, turn_1), k12 = dot(f.t2, turn_1), k22 = dot(f.t2, turn_2);
 
-  const Twist3<V> velocity = normal_motion(f, lanes.quad(lanes.body_a, 0).xyz(), lanes.quad(lanes.body_a, 4).xyz(),
-                                           lanes.quad(lanes.body_b, 0).xyz(), lanes.quad(lanes.body_b, 4).xyz());
-  V approach = zero;
   V radius_sum = zero;
   for (int i = 0; i < max_points; ++i) {
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
@@ -301,15 +330,12 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
     const V h_2 = hn::NegMulAdd(x, k22, hn::MulAdd(y, k12, n2));
     const V k = hn::NegMulAdd(x, h_2, hn::MulAdd(y, h_1, h_n));
     const auto solvable = hn::And(used, hn::Gt(k, zero));
-    approach = hn::IfThenElse(used, hn::Max(approach, hn::Neg(at_point(velocity, x, y))), approach);
     block.set(Block<D>::point(i, point_x), x);
     block.set(Block<D>::point(i, point_y), y);
     block.set(Block<D>::point(i, point_mass),
               hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
     radius_sum = hn::MulAdd(weights[i], hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), radius_sum);
   }
-
-  block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, constrained.touches.hit_threshold)));
 
   // Sliding: 2×2 over (t1, t2) at c. Twist: about n.
   const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1),
@@ -349,6 +375,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
     block.set(restitution, tangent.w);
     block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
   }
+  if (view.any_fast) note_closing(block, lanes, f, count, constrained.touches.hit_threshold);
   if (block.header().round) prepare_round(block, indices, constrained);
   if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
   return point_count;

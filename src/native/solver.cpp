@@ -247,6 +247,7 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
 
 void ContactSolver::build() {
   any_isolated_ = false;
+  any_fast_ = false;
   point_count_ = 0;
   if (layout_.groups().empty() || !layout_.units().empty()) prepare_all();
 }
@@ -324,7 +325,7 @@ Constrained ContactSolver::constrained() {
 BodiesView ContactSolver::view() {
   return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
           state_.motion.data(), supports_.held(),       supports_.levels(),
-          swings(), mechanisms_.direct()};
+          swings(),             mechanisms_.direct(),   any_fast_.load(std::memory_order_relaxed)};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -336,6 +337,9 @@ void ContactSolver::load_body(std::uint32_t slot) {
   const Velocity& v = state_.velocities[slot];
   SolverBody& body = state_.solver_bodies()[slot];
   body = {v.linear, 0, v.angular, 0, {}, info.inverse_mass, {}, info.isotropic ? info.inverse_inertia.xx : 0};
+  const float threshold = def_.solver.restitution_threshold, turning = info.radius * info.radius;
+  if (fma(turning, length_squared(v.angular), length_squared(v.linear)) > 0.125f * threshold * threshold)
+    any_fast_.store(true, std::memory_order_relaxed);
   BodyMotion& motion = state_.motion[slot];
   motion = {};
   if (info.motion != MotionType::dynamic) return;

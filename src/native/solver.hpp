@@ -165,7 +165,8 @@ class ContactSolver {
   std::vector<std::uint32_t> failed_;  // bodies
   std::vector<const Group*> failed_groups_;
   std::mutex failed_mutex_;
-  bool any_isolated_ = false;  // in this step
+  bool any_isolated_ = false;           // in this step
+  std::atomic<bool> any_fast_ = false;  // of the bodies loaded so far in this step
   // Counted by all threads, who read what is above.
   alignas(2 * 64) std::atomic<std::size_t> point_count_ = 0;
 };
