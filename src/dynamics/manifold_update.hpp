@@ -59,7 +59,7 @@ FATHOM_HD PatchLoad load_of(const ContactManifold& m) {
     load.at = mul_add(load.at, m.impulses[i], m.points[i].anchor_a);
     sum += m.impulses[i];
   }
-  load.is_known = sum > 0;
+  load.is_known = sum > 1e-30f;  // its inverse is finite
   if (load.is_known) load.at *= 1.0f / sum;
   return load;
 }
@@ -103,11 +103,19 @@ FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
       const float px = dot(from_middle, x), py = dot(from_middle, y);
       xx = fma(px, px, xx), xy = fma(px, py, xy), yy = fma(py, py, yy);
     }
-    // So much softer across a line that two points are no special case.
-    const float soft = 1e-4f * (xx + yy) + 1e-30f;
-    xx += soft, yy += soft;
-    const float scale = 1 / (xx * yy - xy * xy), lx = dot(at - middle, x), ly = dot(at - middle, y);
-    const float slope_x = (yy * lx - xy * ly) * scale, slope_y = (xx * ly - xy * lx) * scale;
+    const float size = xx + yy;
+    float lx = dot(at - middle, x), ly = dot(at - middle, y);
+    float slope_x = 0, slope_y = 0;
+    if (size > 1e-10f * dot(middle, middle)) {  // else they are one point to rounding, wherever the load is
+      // From farther off it tips over the same corner, and rounding counts for more than what they carry.
+      const float inside = min(16 * fathom::sqrt(size / max(lx * lx + ly * ly, size)), 1.0f);
+      lx *= inside, ly *= inside;
+      // In units of the patch, so that no product underflows; so much softer across a line that two points are no
+      // special case.
+      xx = xx / size + 1e-4f, xy /= size, yy = yy / size + 1e-4f;
+      const float scale = 1 / (size * (xx * yy - xy * xy));
+      slope_x = (yy * lx - xy * ly) * scale, slope_y = (xx * ly - xy * lx) * scale;
+    }
     bool any_pulls = false;
     float total = 0;
     for (int i = 0; i < max_manifold_points; ++i) {
