@@ -197,7 +197,7 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
     if (fixed_a) fix_a(p);
     const std::uint32_t lane = 0;
     TouchChanges touches;
-    touches.make_room(1, 1);
+    touches.make_room(1);
     const Velocity velocities[2];
     const Constrained constrained{&p.contact, &p.manifold, nullptr, nullptr, {&touches, p.poses, velocities, p.solver + 1, 1, 1}};
     const BlockArray array{block, nullptr, kernels.block_bytes};

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/look_ahead.hpp"
 #include "random.hpp"
 #include "world_fixture.hpp"
 
@@ -50,7 +51,7 @@ float gap_over_ground(const Pose& pose, Vec3 half) {
   float lowest = 1e30f;
   for (int i = 0; i < 8; ++i)
     lowest = std::min(
-        lowest, transform(pose, {i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z}).z);
+        lowest, transform(pose, Vec3{i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y, i & 4 ? half.z : -half.z}).z);
   return lowest - 0.5f;
 }
 
@@ -179,7 +180,9 @@ TEST(Touch, BeginsWhereShapesMeet) {
         world.step();
       }
       ASSERT_EQ(world.contacts_begun().size(), 1u);
-      EXPECT_GT(before, -1e-3f * size) << "not late";
+      // What meets so late in a step that it gets no deeper than this tells no side yet (dynamics/look_ahead.hpp).
+      const float entry = entry_of(std::min({half.x, half.y, half.z}));
+      EXPECT_GT(before, -2 * entry - 1e-3f * size) << "not late";
       // What turns fast gets nearer by its turning, to second order; what will meet in the next substep is slowed
       // already.
       const float turned = std::max(turning, length(world.velocity(id).angular)) / 60 * length(half);

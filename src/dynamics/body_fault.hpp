@@ -9,7 +9,7 @@ namespace fathom {
 
 /// Moments of a substep, after which a body's velocity becomes NaN.
 enum class SolverStage : std::uint8_t {
-  before_step,  ///< not NaN: it is isolated already when the step begins
+  before_step,  ///< not NaN: it is isolated before anything is solved
   velocities,   ///< integrated
   warm_start,
   pushes,  ///< sweeps before positions move

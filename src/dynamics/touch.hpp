@@ -81,7 +81,8 @@ FATHOM_HD Hit fastest_hit(const ContactManifold& m, const ContactFrame& frame, c
     // Made where the bodies meet, B's anchor is that of another orientation.
     const Stepped& on = ahead ? a : b;
     const Vec3 arm = rotate(on.rotation, ahead ? m.points[i].anchor_a : m.points[i].anchor_b);
-    const float wait = min(max(p.separation, 0.0f) / speed, rule.dt);
+    // Relaxing slows what meets in the next step's first substep.
+    const float wait = min(max(p.separation, 0.0f) / speed, 2 * rule.dt);
     hit.point = on.position + mul_add(arm, wait, on.linear + cross(on.angular, arm));
   }
   return hit;

@@ -39,7 +39,7 @@ void one_after_the_other(std::size_t begin, std::size_t end, const Acts&... acts
 
 void NativeSimulator::take_over_changes() {
   place_changes();
-  graph_.make_room_for_touches(seats_begun_.size());
+  graph_.make_room_for_touches();
   gather_changes();
   const std::span<Seat> ended(seats_ended_.data(), seats_ended_.size());
   const std::span<Seat> begun(seats_begun_.data(), seats_begun_.size());

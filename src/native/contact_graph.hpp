@@ -72,10 +72,7 @@ class ContactGraph {
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
   Constrained constrained() { return {contacts_.data(), manifolds_.data(), joints_.data(), joint_impulses_.data()}; }
   TouchChanges& touch_changes() { return touch_changes_; }
-  /// Room for those of a step in which `begun` contacts get manifolds.
-  void make_room_for_touches(std::size_t begun) {
-    touch_changes_.make_room(contacts_.size(), manifolds_.size() + begun);
-  }
+  void make_room_for_touches() { touch_changes_.make_room(contacts_.size()); }
   /// True once any contact had a restitution above zero.
   bool may_bounce() const { return may_bounce_; }
   /// True once any contact had a rolling resistance.

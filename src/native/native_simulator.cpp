@@ -104,6 +104,7 @@ double NativeSimulator::waiting_in_a_heap() const {
 }
 
 void NativeSimulator::isolate_on_request() {
+  active_is_current_ = in_contact_is_current_ = false;
   for (const BodyId id : bodies.living())
     if (bodies[id.index].filter.category == body_fault.category && state_.is_dynamic(bodies, id.index))
       isolate(id.index);
@@ -117,7 +118,6 @@ void NativeSimulator::find_pairs() {
   begun_.clear();
   hits_.clear();
   quarantined_.clear();
-  if (body_fault.is_due(SolverStage::before_step, 0)) isolate_on_request();
   if (!active_is_current_) list_active();
   collect_changed();
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
@@ -191,6 +191,7 @@ void NativeSimulator::update_manifolds() {
 
 void NativeSimulator::build_constraints() {
   take_over_changes();
+  if (body_fault.is_due(SolverStage::before_step, 0)) isolate_on_request();
   if (!active_is_current_) list_active();
   if (!in_contact_is_current_) list_in_contact();
   if (!cell_solver_) divide_if_worth_while();

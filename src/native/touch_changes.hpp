@@ -5,13 +5,13 @@
 #include <atomic>
 #include <cstdint>
 #include <fathom/math.hpp>
+#include <mutex>
 #include <span>
 #include <vector>
 
 #include "dynamics/touch.hpp"
 #include "native/contact.hpp"
 #include "world/growth.hpp"
-#include "world/large_array.hpp"
 
 namespace fathom::native {
 
@@ -22,24 +22,25 @@ struct ContactHit {
 
 class TouchChanges {
  public:
-  /// For `contacts`, of which up to `manifolds` may hit.
-  void make_room(std::size_t contacts, std::size_t manifolds) {
+  void make_room(std::size_t contacts) {
     const std::size_t words = (contacts + 63) / 64;
     if (begun_.size() < words) grow_to(begun_, words), grow_to(ended_, words);
-    hits_.reserve(manifolds);
   }
   /// The contact, which did not or did until now, touches or does not.
   void note(std::uint32_t contact, bool touches) {
     std::atomic_ref(touches ? begun_[contact / 64] : ended_[contact / 64])
         .fetch_or(std::uint64_t{1} << contact % 64, std::memory_order_relaxed);
   }
-  void note(const ContactHit& hit) { hits_[hit_count_.fetch_add(1, std::memory_order_relaxed)] = hit; }
+  void note(const ContactHit& hit) {
+    const std::lock_guard lock(hits_mutex_);  // room for one of each contact would be a tenth of all memory
+    hits_.push_back(hit);
+  }
 
   // Bits by contact, 64 a word; who has reported them clears them.
   std::span<std::uint64_t> begun() { return begun_; }
   std::span<std::uint64_t> ended() { return ended_; }
-  std::span<ContactHit> hits() { return {hits_.data(), hit_count_.load(std::memory_order_relaxed)}; }
-  void clear_hits() { hit_count_ = 0; }
+  std::span<ContactHit> hits() { return hits_; }
+  void clear_hits() { hits_.clear(); }
 
   std::size_t memory_bytes() const {
     return (begun_.capacity() + ended_.capacity()) * sizeof(std::uint64_t) + hits_.capacity() * sizeof(ContactHit);
@@ -47,8 +48,8 @@ class TouchChanges {
 
  private:
   std::vector<std::uint64_t> begun_, ended_;
-  LargeArray<ContactHit> hits_;
-  alignas(2 * 64) std::atomic<std::size_t> hit_count_ = 0;
+  std::mutex hits_mutex_;
+  std::vector<ContactHit> hits_;
 };
 
 /// What finding them takes beside the contacts. All by slot.
