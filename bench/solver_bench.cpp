@@ -58,7 +58,7 @@ class Blocks {
 
   std::size_t manifolds() const { return scene_.manifold_count; }
   Constrained constrained() {
-    graph_.make_room_for_touches(0);
+    graph_.make_room_for_touches();
     Constrained all = graph_.constrained();
     all.touches = {&graph_.touch_changes(),
                    scene_.state.poses.data(),

@@ -49,16 +49,19 @@ class Leaning {
     body.pose.rotation = axis_angle({0, 0, 1}, turn);
     id_ = world_.add(body);
   }
+  /// What has tipped over may tumble until it stands again.
   bool stands_at(float angle) {
+    bool stands = true;
     const int steps = static_cast<int>(600 * longer_);
     for (int i = 0; i < 2 * steps; ++i) {
       const float part = std::min(static_cast<float>(i) / static_cast<float>(steps), 1.0f);
       const float now = angle_ + (angle - angle_) * part;
       world_.set_gravity(9.81f * Vec3{std::sin(now), 0, -std::cos(now)});
       world_.step();
+      stands = stands && rotate(world_.pose(id_).rotation, {0, 0, 1}).z > 0.95f;
     }
     angle_ = angle;
-    return rotate(world_.pose(id_).rotation, {0, 0, 1}).z > 0.95f;
+    return stands;
   }
 
  private:
@@ -69,7 +72,8 @@ class Leaning {
 
 TEST(Tipping, PrismsTipOverTheirEdges) {
   Random random(1);
-  for (int seed = 0; seed < 40; ++seed) {
+  int early = 0;
+  for (int seed = 0; seed < 200; ++seed) {
     const int sides = 5 + static_cast<int>(random() % 60);
     const float size = std::pow(10.0f, uniform(random, -2, 1)), turn = uniform(random, -3, 3);
     const float half_height = size * uniform(random, 1, 2.5f);
@@ -83,10 +87,12 @@ TEST(Tipping, PrismsTipOverTheirEdges) {
       const std::string what = std::to_string(sides) + " sides, size " + std::to_string(size) + ", height " +
                                std::to_string(half_height / size) + " radii, turned " + std::to_string(turn);
       Leaning leaning(def, shape, half_height, size, turn);
-      EXPECT_TRUE(leaning.stands_at(0.97f * least)) << what;
+      EXPECT_TRUE(leaning.stands_at(0.85f * least)) << what;
+      early += !leaning.stands_at(0.95f * least);
       EXPECT_FALSE(leaning.stands_at(1.03f * least)) << what;
     }
   }
+  EXPECT_LE(early, 4) << "of 400; choosing corners anew may shake one over that stands nearly on its edge";
 }
 
 }  // namespace
