@@ -52,7 +52,7 @@ TEST_P(ShapeEnvironments, HaveTheBodiesThatAreAskedFor) {
   if (scene.name == "junkyard") return;
   std::vector<Pose> poses;
   for (const BodyDef& body : scene.bodies) poses.push_back(body.pose);
-  EXPECT_LE(deepest_overlap(scene.bodies, poses), 1e-4);
+  EXPECT_LE(deepest_overlap(scene, poses), 1e-4);
 }
 
 TEST_P(ShapeEnvironments, LoseNobody) {
@@ -121,19 +121,29 @@ TEST(Overlaps, TheDeepestIsFoundWhateverTheSizes) {
   BodyDef ball;
   ball.shape = sphere(0.5f);
   ball.pose.position = {-7.3f, 2, 0.5f};
-  std::vector<BodyDef> bodies{floor, ball, ball, ball};
+  Scene scene;
+  scene.bodies = {floor, ball, ball, ball};
+  std::vector<BodyDef>& bodies = scene.bodies;
   bodies[2].pose.position.x += 0.9f;
   bodies[3].pose.position.x += 40;
   const auto deepest = [&] {
     std::vector<Pose> poses;
     for (const BodyDef& body : bodies) poses.push_back(body.pose);
-    return deepest_overlap(bodies, poses);
+    return deepest_overlap(scene, poses);
   };
   EXPECT_NEAR(deepest(), 0.1, 1e-4);
   bodies[3].pose.position.z -= 0.25f;
   EXPECT_NEAR(deepest(), 0.25, 1e-4);
   bodies[3].pose.position.z = std::nanf("");
   EXPECT_NEAR(deepest(), 0.1, 1e-4);
+  // Who may not touch does not count.
+  scene.joints = {{2, 1, {}}};
+  EXPECT_EQ(deepest(), 0);
+  scene.joints[0].def.collide_connected = true;
+  EXPECT_NEAR(deepest(), 0.1, 1e-4);
+  bodies[1].filter.category = 2;
+  bodies[2].filter.mask = ~2u;
+  EXPECT_EQ(deepest(), 0);
 }
 
 }  // namespace

@@ -49,8 +49,7 @@ class StreamEntity final : public Entity {
 /// Spawned after the bodies, so that they live when it is created.
 class JointsEntity final : public Entity {
  public:
-  JointsEntity(const Scene& scene, std::vector<EntityId> bodies)
-      : joints_(scene.joints), bodies_(std::move(bodies)) {}
+  JointsEntity(const Scene& scene, std::vector<EntityId> bodies) : joints_(scene.joints), bodies_(std::move(bodies)) {}
 
   void created(Engine& engine, EntityDef&) override {
     for (const SceneJoint& joint : joints_) engine.world().join(bodies_[joint.a], bodies_[joint.b], joint.def);

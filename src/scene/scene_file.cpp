@@ -111,9 +111,9 @@ void read_kicks(const TomlTable& root, Scene& scene) {
 }
 
 Scene read_scene(const toml::table& file_table, std::string_view file) {
-  const TomlTable root(file_table, "a scene", file,
-                       {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body",
-                        "joint"});
+  const TomlTable root(
+      file_table, "a scene", file,
+      {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body", "joint"});
   Scene scene;
   scene.name = std::filesystem::path(file).stem().string();
   root.read("name", scene.name);
