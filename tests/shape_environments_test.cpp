@@ -18,8 +18,8 @@ struct Small {
 };
 constexpr Small small_ones[] = {{"large_pyramid", 55, 120}, {"many_pyramids", 110, 120}, {"wide_pyramid", 55, 240},
                                 {"washer", 216, 300},       {"convex_pile", 128, 240},   {"junkyard", 441, 300},
-                                {"rocks", 120, 240},        {"spheres", 120, 240},       {"capsules", 120, 240},
-                                {"mixed", 120, 240}};
+                                {"joint_grid", 90, 120},    {"chains", 105, 240},        {"rocks", 120, 240},
+                                {"spheres", 120, 240},      {"capsules", 120, 240},      {"mixed", 120, 240}};
 
 struct End {
   Quality quality;
@@ -86,9 +86,20 @@ TEST(ShapeEnvironment, DefaultsAreThoseOfBox3D) {
   EXPECT_EQ(dynamic_ones("washer"), 8000u);
   EXPECT_EQ(dynamic_ones("convex_pile"), 5120u);
   EXPECT_EQ(dynamic_ones("junkyard"), 10584u);
+  EXPECT_EQ(dynamic_ones("joint_grid"), 9900u);
+  const Scene grid = find_environment("joint_grid")->make(9900);
+  EXPECT_EQ(grid.bodies.size(), 10000u);
+  EXPECT_EQ(grid.joints.size(), 19800u - 99) << "without those between fixed ones";
 }
 
 // A drum's parts and the pusher are where a turn of the whole takes them, whatever the number of steps.
+// The widest gaps of a net that hangs still and of chains that swing.
+TEST(ShapeEnvironment, JointsHold) {
+  EXPECT_LE(simulate({"joint_grid", 90, 120}, SimulatorKind::native, 1).quality.joint_gap_max, 2e-3);
+  EXPECT_LE(simulate({"joint_grid", 90, 120}, SimulatorKind::device, 1).quality.joint_gap_max, 2e-3);
+  EXPECT_LE(simulate({"chains", 105, 240}, SimulatorKind::native, 1).quality.joint_gap_max, 1e-4);
+}
+
 TEST(ShapeEnvironment, WhatGoesRoundIsWhereTheTurnTakesIt) {
   for (const char* name : {"washer", "junkyard"}) {
     Scene scene = find_environment(name)->make(1);

@@ -44,8 +44,8 @@ void add_chain(Scene& scene, Vec3 from, std::int64_t bodies) {
   BodyDef load;
   load.shape = sphere(load_radius);
   load.mass = load_mass;
-  hang(load, static_cast<float>(static_cast<double>(count) * link_length) + load_radius, {0, 0, count > 0 ? half : 0.0f},
-       {-load_radius, 0, 0});
+  hang(load, static_cast<float>(static_cast<double>(count) * link_length) + load_radius,
+       {0, 0, count > 0 ? half : 0.0f}, {-load_radius, 0, 0});
 }
 
 }  // namespace
