@@ -78,7 +78,7 @@ void print_head() {
   std::printf(
       "algorithms         scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  "
       "build   solve finish "
-      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm  deep.mm displ.m energy.J below "
+      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm  deep.mm  gap.mm displ.m energy.J below "
       "escaped bad | hash\n");
 }
 
@@ -149,11 +149,11 @@ void measure(const Run& run) {
               dynamic_body_count(scene), quantile(series, 0.5), quantile(series, 0.99), quantile(series, 1.0),
               quantile(ratio, 0.99), quantile(ratio, 1.0));
   for (const auto& stage : stages) std::printf(" %7.4f", quantile(stage, 0.5));
-  std::printf(" | %4llu %7.1f | %8u %8u %3u %8.1f %3.0f | %7.3f %7.3f %8.5f %8.2g %llu %llu %llu | %016llx\n",
+  std::printf(" | %4llu %7.1f | %8u %8u %3u %8.1f %3.0f | %7.3f %7.3f %7.3f %8.5f %8.2g %llu %llu %llu | %016llx\n",
               static_cast<unsigned long long>(last.counts.launches),
               static_cast<double>(last.counts.memory_bytes) / (1 << 20), last.counts.manifolds, last.counts.points,
               last.counts.colours, unbatched / static_cast<double>(run.steps), overlaps, 1e3 * q.ground_penetration_max,
-              1e3 * q.overlap_max, q.displacement_max, q.kinetic_energy_per_body,
+              1e3 * q.overlap_max, 1e3 * q.joint_gap_max, q.displacement_max, q.kinetic_energy_per_body,
               static_cast<unsigned long long>(q.bodies_below_ground), static_cast<unsigned long long>(q.escaped),
               static_cast<unsigned long long>(q.non_finite), static_cast<unsigned long long>(world.state_hash()));
   std::fflush(stdout);

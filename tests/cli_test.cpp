@@ -186,6 +186,21 @@ TEST_F(Program, RunsASceneFile) {
   EXPECT_EQ(r.at("steps"), 10);
 }
 
+TEST_F(Program, ScenesWithJointsRunAreRecordedAndPlayed) {
+  const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/joints.toml";
+  const std::string hash = result_of({scene, "--steps", "90"}).at("state_hash");
+  ASSERT_EQ(fathom({"run", scene, "--steps", "90", "--quiet", "--record", path("run.fathom")}).exit_code, 0);
+  for (const std::vector<std::string>& again :
+       {std::vector<std::string>{"replay", path("run.fathom"), "--threads", "1"}, {"play", scene, "--steps", "90"}}) {
+    const Outcome outcome = fathom(again);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr(hash)) << again[0];
+  }
+  const Outcome refused = fathom({"run", scene, "--partition", "cells", "--steps", "1"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("joints: joint 0 between body 1 ('crane') and body 2 ('link.0')"));
+}
+
 TEST_F(Program, TableReadsItsOwnResults) {
   ASSERT_EQ(
       fathom({"run", "drift", "--bodies", "10", "--steps", "5", "--quiet", "--json", path("drift.json")}).exit_code, 0);

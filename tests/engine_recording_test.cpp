@@ -133,6 +133,43 @@ TEST(EngineRecording, HoldsForTheDeviceSimulatorToo) {
   EXPECT_EQ(result.state_hash, hash);
 }
 
+// A pendulum that is there from the start, and a second bob that is joined to it under way.
+TEST(EngineRecording, HoldsJoints) {
+  const Folder folder;
+  Scene scene;
+  scene.bodies = {fathom::test::dynamic(sphere(0.1f), {0, 0, 2}), fathom::test::dynamic(sphere(0.1f), {1, 0, 2}),
+                  fathom::test::dynamic(sphere(0.1f), {1, 0, 1})};
+  scene.bodies[0].motion = MotionType::fixed;
+  scene.joints = {{0, 1, ball_joint({}, {}, {}, {-1, 0, 0})}};
+  for (const char* mode : {"lockstep", "ahead"}) {
+    Config config = quiet_config();
+    take_over_world(scene, config);
+    config.set(std::string("simulator.mode=") + mode);
+    config.set("record.snapshot_every=40");
+    config.edit().record.file = folder / "run.fathom";
+    Engine engine(config);
+    const std::vector<EntityId> ids = spawn_scene(engine, scene);
+    EntityDef def;
+    def.tick = TickPhase::before;
+    engine.world().spawn(def, [&](Entity&, const Tick& tick) {
+      if (tick.step == 20) tick.engine.world().join(ids[1], ids[2], ball_joint({}, {}, {}, {0, 0, 1}));
+    });
+    engine.run(60);
+    engine.simulation().finish();
+    std::uint64_t hash = 0;
+    engine.simulation().inspect([&](const CommandRunner& runner) {
+      const World& world = runner.world();
+      EXPECT_EQ(world.joint_count(), 2u);
+      EXPECT_NEAR(distance(world.pose(world.bodies()[0]).position, world.pose(world.bodies()[1]).position), 1, 1e-4);
+      hash = world.state_hash();
+    });
+    engine.finish();
+    const ReplayResult result = replay(folder / "run.fathom", {.threads = 1});
+    EXPECT_FALSE(result.difference.has_value()) << mode << ": " << result.difference->text();
+    EXPECT_EQ(result.state_hash, hash);
+  }
+}
+
 TEST(EngineRecording, DamagedFilesAreRefused) {
   const Folder folder;
   const std::string file = folder / "run.fathom";
@@ -157,7 +194,7 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
   }
   std::string later = good;
   later[8] = 9;
-  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 2"));
+  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 3"));
   EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr("no such file, or it is empty"));
 }

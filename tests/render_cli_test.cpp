@@ -119,7 +119,8 @@ TEST_F(Pictures, AWindowShowsTheRunUnderXvfb) {
   if (!has_program("xvfb-run")) GTEST_SKIP() << "there is no xvfb-run here";
   const Outcome outcome =
       shell("LIBGL_ALWAYS_SOFTWARE=1 timeout 200 xvfb-run -a -s '-screen 0 800x600x24' '" FATHOM_PROGRAM
-            "' view pyramid --layers 4 --frames 5 --overlays points,normals,impulses,boxes,graph --size 640x400 "
+            "' view pyramid --layers 4 --frames 5 --overlays points,normals,impulses,boxes,graph,joints,reactions "
+            "--size 640x400 "
             "--screenshot window.png");
   if (outcome.exit_code != 0 && outcome.err.find("xvfb-run: error") != std::string::npos) GTEST_SKIP() << outcome.err;
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

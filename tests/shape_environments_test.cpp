@@ -18,8 +18,8 @@ struct Small {
 };
 constexpr Small small_ones[] = {{"large_pyramid", 55, 120}, {"many_pyramids", 110, 120}, {"wide_pyramid", 55, 240},
                                 {"washer", 216, 300},       {"convex_pile", 128, 240},   {"junkyard", 441, 300},
-                                {"rocks", 120, 240},        {"spheres", 120, 240},       {"capsules", 120, 240},
-                                {"mixed", 120, 240}};
+                                {"joint_grid", 90, 120},    {"chains", 105, 240},        {"rocks", 120, 240},
+                                {"spheres", 120, 240},      {"capsules", 120, 240},      {"mixed", 120, 240}};
 
 struct End {
   Quality quality;
@@ -52,7 +52,7 @@ TEST_P(ShapeEnvironments, HaveTheBodiesThatAreAskedFor) {
   if (scene.name == "junkyard") return;
   std::vector<Pose> poses;
   for (const BodyDef& body : scene.bodies) poses.push_back(body.pose);
-  EXPECT_LE(deepest_overlap(scene.bodies, poses), 1e-4);
+  EXPECT_LE(deepest_overlap(scene, poses), 1e-4);
 }
 
 TEST_P(ShapeEnvironments, LoseNobody) {
@@ -86,9 +86,20 @@ TEST(ShapeEnvironment, DefaultsAreThoseOfBox3D) {
   EXPECT_EQ(dynamic_ones("washer"), 8000u);
   EXPECT_EQ(dynamic_ones("convex_pile"), 5120u);
   EXPECT_EQ(dynamic_ones("junkyard"), 10584u);
+  EXPECT_EQ(dynamic_ones("joint_grid"), 9900u);
+  const Scene grid = find_environment("joint_grid")->make(9900);
+  EXPECT_EQ(grid.bodies.size(), 10000u);
+  EXPECT_EQ(grid.joints.size(), 19800u - 99) << "without those between fixed ones";
 }
 
 // A drum's parts and the pusher are where a turn of the whole takes them, whatever the number of steps.
+// The widest gaps of a net that hangs still and of chains that swing.
+TEST(ShapeEnvironment, JointsHold) {
+  EXPECT_LE(simulate({"joint_grid", 90, 120}, SimulatorKind::native, 1).quality.joint_gap_max, 2e-3);
+  EXPECT_LE(simulate({"joint_grid", 90, 120}, SimulatorKind::device, 1).quality.joint_gap_max, 2e-3);
+  EXPECT_LE(simulate({"chains", 105, 240}, SimulatorKind::native, 1).quality.joint_gap_max, 1e-4);
+}
+
 TEST(ShapeEnvironment, WhatGoesRoundIsWhereTheTurnTakesIt) {
   for (const char* name : {"washer", "junkyard"}) {
     Scene scene = find_environment(name)->make(1);
@@ -121,19 +132,29 @@ TEST(Overlaps, TheDeepestIsFoundWhateverTheSizes) {
   BodyDef ball;
   ball.shape = sphere(0.5f);
   ball.pose.position = {-7.3f, 2, 0.5f};
-  std::vector<BodyDef> bodies{floor, ball, ball, ball};
+  Scene scene;
+  scene.bodies = {floor, ball, ball, ball};
+  std::vector<BodyDef>& bodies = scene.bodies;
   bodies[2].pose.position.x += 0.9f;
   bodies[3].pose.position.x += 40;
   const auto deepest = [&] {
     std::vector<Pose> poses;
     for (const BodyDef& body : bodies) poses.push_back(body.pose);
-    return deepest_overlap(bodies, poses);
+    return deepest_overlap(scene, poses);
   };
   EXPECT_NEAR(deepest(), 0.1, 1e-4);
   bodies[3].pose.position.z -= 0.25f;
   EXPECT_NEAR(deepest(), 0.25, 1e-4);
   bodies[3].pose.position.z = std::nanf("");
   EXPECT_NEAR(deepest(), 0.1, 1e-4);
+  // Who may not touch does not count.
+  scene.joints = {{2, 1, {}}};
+  EXPECT_EQ(deepest(), 0);
+  scene.joints[0].def.collide_connected = true;
+  EXPECT_NEAR(deepest(), 0.1, 1e-4);
+  bodies[1].filter.category = 2;
+  bodies[2].filter.mask = ~2u;
+  EXPECT_EQ(deepest(), 0);
 }
 
 }  // namespace

@@ -105,6 +105,41 @@ TEST_P(Overlays, ShowContactsWithTheirColours) {
   EXPECT_EQ(marks.hidden.size(), 12 * 5u);
 }
 
+// A ball hangs by a spring half a metre below a fixed one.
+TEST_P(Overlays, ShowJointsAndWhatTheyCarry) {
+  const auto make_on = [](const Choice& choice) {
+    Scene scene;
+    scene.world.simulator = *choice.simulator;
+    scene.world.device = "host";
+    BodyDef ball;
+    ball.shape = sphere(0.1f);
+    ball.pose.position = {0, 0, 2};
+    ball.motion = MotionType::fixed;
+    scene.bodies.push_back(ball);
+    ball.pose.position = {0, 0, 1.5f};
+    ball.motion = MotionType::dynamic;
+    scene.bodies.push_back(ball);
+    scene.joints.push_back({0, 1, ball_joint({}, {}, {}, {0, 0, 0.5f})});
+    scene.joints[0].def.hertz = 2;
+    return scene;
+  };
+  Session session(make_on, {.scene = "ball", .simulator = GetParam()});
+  for (int i = 0; i < 200; ++i) session.step();
+  OverlayMarks marks;
+  add_overlays(session.world(), parse_overlays("joints"), marks);
+  ASSERT_EQ(marks.on_top.size(), 4u) << "an arm of the ball that moves, the gap, two anchors";
+  const Vec3 centre = session.world().poses()[1].position, anchor = centre + Vec3{0, 0, 0.5f};
+  EXPECT_LT(distance(marks.on_top[0].a, centre) + distance(marks.on_top[0].b, anchor), 1e-3f);
+  const float sag = distance(marks.on_top[1].a, marks.on_top[1].b);
+  EXPECT_NEAR(sag, 9.81f / (4 * pi * 4 * pi), 1e-3f);
+  EXPECT_LT(distance(marks.on_top[2].a, {0, 0, 2}), 1e-6f);
+  marks = {};
+  add_overlays(session.world(), parse_overlays("reactions"), marks);
+  ASSERT_EQ(marks.on_top.size(), 1u);
+  EXPECT_LT(distance(marks.on_top[0].a, anchor), 1e-3f);
+  EXPECT_LT(distance(marks.on_top[0].b, anchor + Vec3{0, 0, 0.5f}), 5e-3f) << "it carries the ball's weight";
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, Overlays, testing::Values(SimulatorKind::native, SimulatorKind::device));
 
 TEST(OverlayNames, UnknownOnesAreRefusedWithAGuess) {

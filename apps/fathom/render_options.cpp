@@ -62,6 +62,7 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   declare_look(command, options.look);
   declare_colouring(command, options.stage.colouring);
   command.add_flag("--contacts", options.stage.contacts, "Draw contact points and normals");
+  command.add_flag("--joints", options.stage.joints, "Draw joints: arms, anchors and reactions");
   command.add_option("--gpu", options.gpu, "What draws: auto, software, or the number of a GPU (auto)")
       ->type_name("GPU");
   command.add_option("--samples", options.stage.enlargement, "Draw so many times as large, for smoother stills (1)")

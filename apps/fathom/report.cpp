@@ -81,6 +81,9 @@ std::string quality_text(const Json& r) {
                      q["displacement_max"].get<double>(), q["top_drop"].get<double>()) +
          fmt::format("  deepest overlap        {:.3f} mm; {} bodies escaped\n", 1e3 * q["overlap_max"].get<double>(),
                      q["escaped"].get<std::uint64_t>()) +
+         (r["joints"].get<std::uint64_t>() > 0
+              ? fmt::format("  widest joint gap       {:.3f} mm\n", 1e3 * q["joint_gap_max"].get<double>())
+              : std::string()) +
          fmt::format("  kinetic energy         {:.3g} J a body\n", q["kinetic_energy_per_body"].get<double>()) +
          fmt::format("  states not finite      {}\n", q["non_finite"].get<std::uint64_t>()) +
          fmt::format("  state hash             {}\n", r["state_hash"].get<std::string>());
@@ -94,6 +97,7 @@ Json to_json(const Scene& scene, const RunResult& result) {
   report["environment"] = scene.name;
   report["bodies"] = dynamic_body_count(scene);
   constexpr const char* simulators[] = {"native", "device", "hybrid"};
+  report["joints"] = scene.joints.size();
   report["simulator"] = simulators[static_cast<int>(world.simulator)];
   report["device"] = result.hardware.empty() ? processor_name() : result.hardware;
   report["threads"] = world.threads;

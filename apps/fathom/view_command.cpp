@@ -65,7 +65,9 @@ void declare_view(CLI::App& command, ViewOptions& options) {
   declare_picture_size(command, settings.width, settings.height, "Size of the window (1280x800)");
   declare_look(command, settings.look);
   declare_colouring(command, settings.colouring);
-  command.add_option("--overlays", options.overlays, "Drawn at the start: boxes,points,normals,impulses,graph")
+  command
+      .add_option("--overlays", options.overlays,
+                  "Drawn at the start: boxes,points,normals,impulses,graph,joints,reactions")
       ->type_name("LIST");
   command.add_flag("--paused", settings.paused, "Start paused");
   command.add_flag("--show-help", settings.help, "Start with the list of keys");

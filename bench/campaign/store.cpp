@@ -32,7 +32,8 @@ Quality quality_of(const Json& json) {
   q.top_drop = number("top_drop");
   q.kinetic_energy_per_body = number("kinetic_energy_per_body");
   q.bodies_below_ground = json.at("bodies_below_ground");
-  q.overlap_max = json.value("overlap_max", 0.0);  // files of earlier versions have neither
+  q.overlap_max = json.value("overlap_max", 0.0);  // files of earlier versions have none of these
+  q.joint_gap_max = json.value("joint_gap_max", 0.0);
   q.escaped = json.value("escaped", std::uint64_t{0});
   q.non_finite = json.at("non_finite");
   return q;

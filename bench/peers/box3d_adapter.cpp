@@ -23,6 +23,8 @@ class Box3dEngine final : public Engine {
     world_ = b3CreateWorld(&def);
     bodies_.reserve(scene.bodies.size());
     for (const BodyDef& body : scene.bodies) add(body);
+    require_plain_joints("Box3D", scene);
+    for (const SceneJoint& joint : scene.joints) add(joint);
   }
 
   ~Box3dEngine() override { b3DestroyWorld(world_); }
@@ -60,7 +62,20 @@ class Box3dEngine final : public Engine {
     shape.density = mass_of(def) / volume(def.shape);
     shape.baseMaterial.friction = def.material.friction;
     shape.baseMaterial.restitution = def.material.restitution;
+    if (def.filter.category != Filter{}.category || def.filter.mask != Filter{}.mask) {
+      shape.filter.categoryBits = def.filter.category;
+      shape.filter.maskBits = def.filter.mask;
+    }
     add_shape(shape, def.shape);
+  }
+
+  void add(const SceneJoint& joint) {
+    b3SphericalJointDef def = b3DefaultSphericalJointDef();
+    def.base.bodyIdA = bodies_[joint.a];
+    def.base.bodyIdB = bodies_[joint.b];
+    def.base.localFrameA.p = vector(joint.def.frame_a.position);
+    def.base.localFrameB.p = vector(joint.def.frame_b.position);
+    b3CreateSphericalJoint(world_, &def);
   }
 
   void add_shape(const b3ShapeDef& def, const Shape& shape) {

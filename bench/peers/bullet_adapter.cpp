@@ -26,9 +26,12 @@ class BulletEngine final : public Engine {
     world_.setGravity(vector(scene.world.gravity));
     bodies_.reserve(scene.bodies.size());
     for (const BodyDef& body : scene.bodies) add(body);
+    require_plain_joints("Bullet", scene);
+    for (const SceneJoint& joint : scene.joints) add(joint);
   }
 
   ~BulletEngine() override {
+    for (const auto& joint : joints_) world_.removeConstraint(joint.get());
     for (const auto& body : bodies_) world_.removeRigidBody(body.get());
   }
 
@@ -93,7 +96,18 @@ class BulletEngine final : public Engine {
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     if (def.motion == MotionType::kinematic) bodies_.back()->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
     bodies_.back()->setActivationState(DISABLE_DEACTIVATION);
-    world_.addRigidBody(bodies_.back().get());
+    // Its own filter keeps fixed bodies apart; only where the scene says otherwise is there another.
+    if (def.filter.category == Filter{}.category && def.filter.mask == Filter{}.mask)
+      world_.addRigidBody(bodies_.back().get());
+    else
+      world_.addRigidBody(bodies_.back().get(), static_cast<int>(def.filter.category),
+                          static_cast<int>(def.filter.mask));
+  }
+
+  void add(const SceneJoint& joint) {
+    joints_.push_back(std::make_unique<btPoint2PointConstraint>(
+        *bodies_[joint.a], *bodies_[joint.b], vector(joint.def.frame_a.position), vector(joint.def.frame_b.position)));
+    world_.addConstraint(joints_.back().get(), true);
   }
 
   btScalar dt_;
@@ -105,6 +119,7 @@ class BulletEngine final : public Engine {
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   Shape last_shape_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::vector<std::unique_ptr<btPoint2PointConstraint>> joints_;
 };
 
 }  // namespace

@@ -49,6 +49,10 @@ const EngineKind& find_engine(std::string_view name);
 bool is_same(const Shape& a, const Shape& b);
 /// Throws `Error{unavailable}`: the engine, or its adapter, has no such thing.
 [[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
+/// Refuses a scene with joints.
+void refuse_joints(std::string_view engine, const Scene& scene);
+/// Refuses joints that give or whose bodies collide: adapters make rigid ones of bodies that do not.
+void require_plain_joints(std::string_view engine, const Scene& scene);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);
 

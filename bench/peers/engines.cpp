@@ -60,6 +60,16 @@ void refuse_scene(std::string_view engine, std::string_view what) {
                                           "; leave it out by --engines or choose another scene");
 }
 
+void refuse_joints(std::string_view engine, const Scene& scene) {
+  if (!scene.joints.empty()) refuse_scene(engine, "joints");
+}
+
+void require_plain_joints(std::string_view engine, const Scene& scene) {
+  for (const SceneJoint& joint : scene.joints)
+    if (joint.def.hertz > 0 || joint.def.collide_connected)
+      refuse_scene(engine, "springs as joints, nor joints whose bodies collide");
+}
+
 float mass_of(const BodyDef& body) { return body.mass ? *body.mass : body.density * volume(body.shape); }
 
 }  // namespace fathom::peers

@@ -67,6 +67,7 @@ class JoltEngine final : UsesLibrary, public Engine {
  public:
   JoltEngine(const Scene& scene, int threads)
       : dt_(scene.world.dt), jobs_(JPH::cMaxPhysicsJobs, JPH::cMaxPhysicsBarriers, threads - 1) {
+    refuse_joints("Jolt", scene);
     const auto count = static_cast<JPH::uint>(scene.bodies.size());
     // Room enough that no contact is ever dropped.
     system_.Init(count + 64, 0, count * 32 + 4096, count * 16 + 4096, layers_, layer_filter_, pair_filter_);

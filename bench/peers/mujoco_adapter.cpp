@@ -74,6 +74,7 @@ mjModel* load(const std::string& xml) {
 class MujocoEngine final : public Engine {
  public:
   explicit MujocoEngine(const Scene& scene) : scene_(scene) {
+    refuse_joints("MuJoCo", scene);
     const double needed = bytes_for(static_cast<double>(scene.bodies.size()));
     if (needed >= 0x1p31)
       throw Error(ErrorCode::unavailable,

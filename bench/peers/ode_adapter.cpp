@@ -31,6 +31,8 @@ class OdeEngine final : public Engine {
     dWorldSetGravity(world_, real(g.x), real(g.y), real(g.z));
     if (threads > 1) use_threads(static_cast<unsigned>(threads));
     for (const BodyDef& body : scene.bodies) add(body);
+    require_plain_joints("ODE", scene);
+    for (const SceneJoint& joint : scene.joints) add(joint);
   }
 
   ~OdeEngine() override {
@@ -123,13 +125,23 @@ class OdeEngine final : public Engine {
     dGeomSetPosition(geom, real(p.x), real(p.y), real(p.z));
     dGeomSetQuaternion(geom, q);
     dGeomSetData(geom, reinterpret_cast<void*>(bodies_.size()));  // NOLINT: its index
+    dGeomSetCategoryBits(geom, def.filter.category);
+    dGeomSetCollideBits(geom, def.filter.mask);
     bodies_.push_back(item);
+  }
+
+  void add(const SceneJoint& joint) {
+    const dJointID ball = dJointCreateBall(world_, nullptr);
+    dJointAttach(ball, bodies_[joint.a].body, bodies_[joint.b].body);
+    const Vec3 point = transform(bodies_[joint.a].start, joint.def.frame_a.position);
+    dJointSetBallAnchor(ball, real(point.x), real(point.y), real(point.z));
   }
 
   static void meet(void* self, dGeomID a, dGeomID b) {
     OdeEngine& engine = *static_cast<OdeEngine*>(self);
     const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
     if (!body_a && !body_b) return;
+    if (body_a && body_b && dAreConnectedExcluding(body_a, body_b, dJointTypeContact)) return;
     dContact contacts[most_contacts] = {};
     const int count = dCollide(a, b, most_contacts, &contacts[0].geom, sizeof(dContact));
     const float friction_a = engine.bodies_[reinterpret_cast<std::size_t>(dGeomGetData(a))].friction;

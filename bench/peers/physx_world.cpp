@@ -59,6 +59,7 @@ PhysxWorld::PhysxWorld(const Scene& scene, int threads, PxSceneDesc desc)
     dispatcher_->release();
     throw Error(ErrorCode::unavailable, "PhysX made no scene: " + trouble());
   }
+  refuse_joints("PhysX", scene);
   for (const BodyDef& body : scene.bodies) create(body);
 }
 

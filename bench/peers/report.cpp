@@ -27,9 +27,10 @@ void print_row(const Result& r, double ratio) {
              dynamic_body_count(r.scene->scene), r.rounds.back().steps, r.engine->name, r.threads, r.mean_ms(),
              noise(r), ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
   const bool ground = r.scene->scene.ground_height.has_value();
-  fmt::print("{:>10}{:>10.3f}{:>11.5f}{:>10.2g}{:>7}{:>8}",
+  fmt::print("{:>10}{:>10.3f}{:>10}{:>11.5f}{:>10.2g}{:>7}{:>8}",
              ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-", 1e3 * q.overlap_max,
-             q.displacement_max, q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-",
+             r.scene->scene.joints.empty() ? "-" : fmt::format("{:.3f}", 1e3 * q.joint_gap_max), q.displacement_max,
+             q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-",
              r.scene->scene.container ? std::to_string(q.escaped) : "-");
   const std::string trouble = r.trouble();
   fmt::print("{}\n", !trouble.empty() ? "  FAILED: " + trouble : r.rounds.back().cut_short ? "  cut short" : "");
@@ -76,9 +77,9 @@ void print_table(const std::vector<Result>& results) {
       "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
       "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
       results.empty() ? 0 : results.front().rounds.size());
-  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n", "scene",
-             "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm", "deep mm", "moved m",
-             "J a body", "below", "escaped");
+  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n", "scene",
+             "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm", "deep mm", "gap mm",
+             "moved m", "J a body", "below", "escaped");
   const SceneEntry* previous = nullptr;
   for (const Result& result : results) {
     if (previous && previous != result.scene) fmt::print("\n");

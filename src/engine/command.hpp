@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <fathom/body.hpp>
+#include <fathom/joint.hpp>
 #include <vector>
 
 namespace fathom::engine {
@@ -35,8 +36,9 @@ enum class CommandKind : std::uint8_t {
   set_damping,        ///< a.x: linear, a.y: angular
   set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance
   move_to,            ///< a: position, rotation
+  join,               ///< joint `definition` of the list, from `body` to its other body
 };
-inline constexpr int command_kind_count = static_cast<int>(CommandKind::move_to) + 1;
+inline constexpr int command_kind_count = static_cast<int>(CommandKind::join) + 1;
 
 /// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
 struct Command {
@@ -47,23 +49,35 @@ struct Command {
   std::uint32_t definition = 0;
 };
 
+/// A joint to another body; the definition's own bodies are not read.
+struct JointOrder {
+  BodyHandle other;
+  JointDef def;
+};
+
 class CommandList {
  public:
   void add(BodyHandle body, const BodyDef& definition) {
     push({CommandKind::add, body, {}, {}, {}, static_cast<std::uint32_t>(definitions_.size())});
     definitions_.push_back(definition);
   }
+  void join(BodyHandle a, BodyHandle b, const JointDef& definition) {
+    push({CommandKind::join, a, {}, {}, {}, static_cast<std::uint32_t>(joints_.size())});
+    joints_.push_back({b, definition});
+  }
   void push(const Command& command) { commands_.push_back(command); }
   void append(const CommandList& other);
-  void clear() { commands_.clear(), definitions_.clear(); }
+  void clear() { commands_.clear(), definitions_.clear(), joints_.clear(); }
   bool empty() const { return commands_.empty(); }
 
   const std::vector<Command>& commands() const { return commands_; }
   const std::vector<BodyDef>& definitions() const { return definitions_; }
+  const std::vector<JointOrder>& joints() const { return joints_; }
 
  private:
   std::vector<Command> commands_;
   std::vector<BodyDef> definitions_;
+  std::vector<JointOrder> joints_;
 };
 
 }  // namespace fathom::engine

@@ -134,6 +134,13 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
       return world_->set_damping(id, c.a.x, c.a.y);
     case CommandKind::set_material:
       return world_->set_material(id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z});
+    case CommandKind::join: {
+      const JointOrder& order = list.joints().at(c.definition);
+      JointDef def = order.def;
+      def.a = id, def.b = body(order.other);
+      world_->add_joint(def);
+      return;
+    }
     case CommandKind::add:
     case CommandKind::set_gravity:
       break;

@@ -67,6 +67,17 @@ bool EntityWorld::destroy(EntityId id) {
   return true;
 }
 
+void EntityWorld::join(EntityId a, EntityId b, const JointDef& definition) {
+  const auto body = [this](EntityId id) {
+    const Entity* const entity = find(id);
+    if (entity && entity->has_physics()) return entity->body();
+    throw Error(ErrorCode::stale_id, "join: entity " + std::to_string(id.index) +
+                                         " has no body in the simulation; join entities that live and are simulated");
+  };
+  const BodyHandle first = body(a), second = body(b);
+  commands_.join(first, second, definition);
+}
+
 Entity* EntityWorld::find(EntityId id) {
   if (id.index >= slots_.size()) return nullptr;
   const Slot& slot = slots_[id.index];

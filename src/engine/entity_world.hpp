@@ -27,6 +27,10 @@ class EntityWorld {
   /// gone already.
   bool destroy(EntityId id);
 
+  /// Joins two living entities' bodies before the next step that has not begun; `definition`'s own bodies are not read.
+  /// The joint ends with either body. Throws `Error{stale_id}` where one of them has no registered physics body.
+  void join(EntityId a, EntityId b, const JointDef& definition);
+
   /// The living entity, or null while it waits and after it was destroyed.
   Entity* find(EntityId id);
   Entity* find(std::string_view name);

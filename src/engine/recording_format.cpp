@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "world/archive.hpp"
+#include "world/joint_archive.hpp"
 #include "world/shape_archive.hpp"
 
 namespace fathom::engine {
@@ -10,10 +11,15 @@ namespace fathom::engine {
 std::vector<std::byte> to_bytes(const CommandList& list) {
   std::vector<std::byte> bytes;
   ByteWriter write(bytes);
-  write(static_cast<std::uint64_t>(list.commands().size()), static_cast<std::uint64_t>(list.definitions().size()));
+  write(static_cast<std::uint64_t>(list.commands().size()), static_cast<std::uint64_t>(list.definitions().size()),
+        static_cast<std::uint64_t>(list.joints().size()));
   for (const Command& c : list.commands()) write(c.kind, c.body, c.a, c.b, c.rotation, c.definition);
   ShapeWriter shapes(write);
   for (const BodyDef& definition : list.definitions()) write_body(write, shapes, definition);
+  for (const JointOrder& joint : list.joints()) {
+    write(joint.other);
+    archive_joint(joint.def, write);
+  }
   return bytes;
 }
 
@@ -21,23 +27,32 @@ CommandList commands_from(std::span<const std::byte> bytes, const std::string& w
   ByteReader in(bytes, what);
   const auto commands = in.read<std::uint64_t>();
   const auto definitions = in.read<std::uint64_t>();
+  const auto joints = in.read<std::uint64_t>();
   std::vector<Command> read;
   for (std::uint64_t i = 0; i < commands; ++i) {
     Command c;
     in(c.kind, c.body, c.a, c.b, c.rotation, c.definition);
     in.require(static_cast<int>(c.kind) < command_kind_count);
     in.require(c.kind != CommandKind::add || c.definition < definitions);
+    in.require(c.kind != CommandKind::join || c.definition < joints);
     read.push_back(c);
   }
   ShapeReader shapes(in);
   std::vector<BodyDef> bodies;
   for (std::uint64_t i = 0; i < definitions; ++i) bodies.push_back(read_body(in, shapes));
+  std::vector<JointOrder> orders;
+  for (std::uint64_t i = 0; i < joints; ++i) {
+    const auto other = in.read<BodyHandle>();
+    orders.push_back({other, read_joint(in)});
+  }
   in.require(in.left() == 0);
   // Definitions are in the order of the commands that use them.
   CommandList list;
   for (const Command& c : read) {
     if (c.kind == CommandKind::add)
       list.add(c.body, bodies[c.definition]);
+    else if (c.kind == CommandKind::join)
+      list.join(c.body, orders[c.definition].other, orders[c.definition].def);
     else
       list.push(c);
   }

@@ -46,6 +46,20 @@ class StreamEntity final : public Entity {
   std::vector<EntityDef> definitions_;
 };
 
+/// Spawned after the bodies, so that they live when it is created.
+class JointsEntity final : public Entity {
+ public:
+  JointsEntity(const Scene& scene, std::vector<EntityId> bodies) : joints_(scene.joints), bodies_(std::move(bodies)) {}
+
+  void created(Engine& engine, EntityDef&) override {
+    for (const SceneJoint& joint : joints_) engine.world().join(bodies_[joint.a], bodies_[joint.b], joint.def);
+  }
+
+ private:
+  std::vector<SceneJoint> joints_;
+  std::vector<EntityId> bodies_;
+};
+
 Colour colour_of(const BodyDef& body, std::size_t index) {
   constexpr std::array palette{Colour{0.86f, 0.37f, 0.26f}, Colour{0.93f, 0.69f, 0.25f}, Colour{0.35f, 0.63f, 0.45f},
                                Colour{0.27f, 0.53f, 0.74f}, Colour{0.55f, 0.42f, 0.68f}};
@@ -89,6 +103,11 @@ std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
     EntityDef def = entity_of(scene, i);
     def.name = names[i];
     ids.push_back(engine.world().spawn(std::move(def)));
+  }
+  if (!scene.joints.empty()) {
+    EntityDef def;
+    def.name = "joints";
+    engine.world().spawn(std::move(def), std::make_unique<JointsEntity>(scene, ids));
   }
   if (scene.kicks) {
     EntityDef def;

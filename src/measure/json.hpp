@@ -22,6 +22,7 @@ Json json_of(const Quality& q) {
           {"kinetic_energy_per_body", q.kinetic_energy_per_body},
           {"bodies_below_ground", q.bodies_below_ground},
           {"overlap_max", q.overlap_max},
+          {"joint_gap_max", q.joint_gap_max},
           {"escaped", q.escaped},
           {"non_finite", q.non_finite}};
 }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "render/joint_marks.hpp"
+
 namespace fathom::render {
 namespace {
 
@@ -45,6 +47,10 @@ const Image& Stage::draw(const World& world, bool smooth) {
   frame.time = time;
   marks_.clear();
   if (settings_.contacts) add_contact_marks(world, marks_);
+  if (settings_.joints) {
+    add_joint_marks(world, marks_);
+    add_reaction_marks(world, marks_);
+  }
   frame.marks_on_top = marks_;
   renderer_.draw(frame, target_.framebuffer(), target_.width(), target_.height());
   target_.read(image_);

@@ -22,6 +22,7 @@ struct StageSettings {
   float zoom = 1;           ///< > 1: nearer
   float turn = 0;           ///< rad/s of simulated time about z
   bool contacts = false;    ///< draw contact points, normals and impulses
+  bool joints = false;      ///< draw joints and their reactions
   RendererSettings renderer{};
 };
 

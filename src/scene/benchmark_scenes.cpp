@@ -233,6 +233,33 @@ Scene washer(std::int64_t bodies) {
   return scene;
 }
 
+Scene joint_grid(std::int64_t bodies) {
+  check_size("joint_grid", "bodies", bodies, max_environment_bodies / 2);
+  // With the top row, which does not move, a square where the number allows it.
+  const std::int64_t columns = root_above(bodies, std::sqrt, [](std::int64_t n) { return n * n; });
+  const std::int64_t rows = (bodies + columns - 1) / columns;
+  Scene scene = empty_scene("joint_grid", bodies + columns);
+  scene.world.gravity = {0, 0, -10};
+  BodyDef ball = body_of(sphere(0.4f));
+  ball.filter = {2, ~2u};  // no contacts
+  const auto join = [&](std::size_t a, Vec3 towards) {
+    scene.joints.push_back({a, scene.bodies.size() - 1, ball_joint({}, {}, 0.5f * towards, -0.5f * towards)});
+  };
+  for (std::int64_t row = 0; row <= rows; ++row) {
+    ball.motion = row == 0 ? MotionType::fixed : MotionType::dynamic;
+    const std::int64_t across = row < rows ? columns : bodies - (rows - 1) * columns;
+    for (std::int64_t column = 0; column < across; ++column) {
+      const std::size_t index = scene.bodies.size();
+      ball.pose.position =
+          at(static_cast<double>(column) - 0.5 * static_cast<double>(columns - 1), 0, static_cast<double>(rows - row));
+      scene.bodies.push_back(ball);
+      if (row > 0) join(index - static_cast<std::size_t>(columns), {0, 0, -1});
+      if (row > 0 && column > 0) join(index - 1, {1, 0, 0});
+    }
+  }
+  return scene;
+}
+
 Scene convex_pile(std::int64_t bodies) {
   constexpr std::int64_t side = 8;
   constexpr double radius = 2;

@@ -53,7 +53,7 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 16> table{{
+constexpr std::array<Environment, 18> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
@@ -72,6 +72,9 @@ constexpr std::array<Environment, 16> table{{
      nullptr, convex_pile},
     {"junkyard", "rocks, hulls of 10 points, that fall into a yard in which a column goes round (Box3D's)", 10584,
      nullptr, junkyard},
+    {"joint_grid", "a net of balls, its top row fixed, held together by ball joints (Box3D's)", 9900, nullptr,
+     joint_grid},
+    {"chains", "chains of 20 links with 20 times a link's mass at the end, let go level", 1050, nullptr, chains},
     {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},
     {"spheres", "balls that fall into a bin", 3000, nullptr, spheres},
     {"capsules", "capsules that fall into a bin", 3000, nullptr, capsules},

@@ -1,5 +1,5 @@
-// Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks, six
-// of Box3D's benchmark and four heaps of other shapes. Sleeping is off.
+// Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks, seven
+// of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
 #pragma once
 
 #include <cstdint>
@@ -43,6 +43,12 @@ Scene washer(std::int64_t bodies);
 Scene convex_pile(std::int64_t bodies);
 /// Layers of 21 × 21 rocks of 3 m that fall into a walled yard, in which a kinematic column of 16 sides goes round.
 Scene junkyard(std::int64_t bodies);
+/// A net of balls of 0.4 m, 1 m apart, that ball joints hold together and to a fixed top row, without contacts: square
+/// where the number allows it.
+Scene joint_grid(std::int64_t bodies);
+
+/// Chains of 20 links of 1 kg and 25 cm with 20 kg at the end, let go level, 1 m apart in rows.
+Scene chains(std::int64_t bodies);
 
 // Heaps of bodies of 1,000 kg/m³ that fall into a bin, about ten layers.
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "collision/collide.hpp"
@@ -13,19 +14,40 @@ namespace fathom {
 namespace {
 
 struct Placed {
+  std::uint32_t body;  // in Scene::bodies
+  Filter filter;
   Geometry geometry;
   Pose pose;
   Aabb box;
   bool is_dynamic;
 };
 
+bool may_touch(const Placed& a, const Placed& b) {
+  return (a.is_dynamic || b.is_dynamic) && (a.filter.category & b.filter.mask) != 0 &&
+         (b.filter.category & a.filter.mask) != 0;
+}
+
 double overlap_of(const Placed& a, const Placed& b) {
-  if (!(a.is_dynamic || b.is_dynamic) || !overlaps(a.box, b.box)) return 0;
   AxisCache axis;
   const Manifold manifold = collide_shapes(a.geometry, b.geometry, relative(a.pose, b.pose), 0, axis);
   float deepest = 0;
   for (int i = 0; i < manifold.count; ++i) deepest = max(deepest, -manifold.points[i].separation);
   return static_cast<double>(deepest);
+}
+
+using Pair = std::pair<std::uint32_t, std::uint32_t>;
+
+Pair ordered(std::size_t a, std::size_t b) {
+  return {static_cast<std::uint32_t>(std::min(a, b)), static_cast<std::uint32_t>(std::max(a, b))};
+}
+
+/// Whose joints keep them from touching, ascending.
+std::vector<Pair> kept_apart(const Scene& scene) {
+  std::vector<Pair> pairs;
+  for (const SceneJoint& joint : scene.joints)
+    if (!joint.def.collide_connected) pairs.push_back(ordered(joint.a, joint.b));
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
 }
 
 /// Bodies by the cells of a grid; those larger than a cell have none.
@@ -42,10 +64,13 @@ class Grid {
     std::sort(places_.begin(), places_.end());
   }
 
-  double deepest() const {
+  double deepest(const std::vector<Pair>& apart) const {
     double deepest = 0;
-    const auto look_at = [&](std::uint32_t a, std::uint32_t b) {
-      deepest = std::max(deepest, overlap_of(bodies_[a], bodies_[b]));
+    const auto look_at = [&](std::uint32_t i, std::uint32_t k) {
+      const Placed &a = bodies_[i], &b = bodies_[k];
+      if (!may_touch(a, b) || !overlaps(a.box, b.box)) return;
+      if (std::binary_search(apart.begin(), apart.end(), ordered(a.body, b.body))) return;
+      deepest = std::max(deepest, overlap_of(a, b));
     };
     for (std::size_t i = 0; i < large_.size(); ++i) {
       for (std::size_t k = i + 1; k < large_.size(); ++k) look_at(large_[i], large_[k]);
@@ -93,7 +118,8 @@ class Grid {
 
 }  // namespace
 
-double deepest_overlap(std::span<const BodyDef> bodies, std::span<const Pose> poses) {
+double deepest_overlap(const Scene& scene, std::span<const Pose> poses) {
+  const std::vector<BodyDef>& bodies = scene.bodies;
   std::vector<Placed> placed;
   float cell = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -101,10 +127,10 @@ double deepest_overlap(std::span<const BodyDef> bodies, std::span<const Pose> po
     const bool is_dynamic = bodies[i].motion == MotionType::dynamic;
     const Geometry shape = fathom::geometry(bodies[i].shape);
     const Aabb box = bounds(shape, poses[i]);
-    placed.push_back({shape, poses[i], box, is_dynamic});
+    placed.push_back({static_cast<std::uint32_t>(i), bodies[i].filter, shape, poses[i], box, is_dynamic});
     if (is_dynamic) cell = max(cell, max_component(box.upper - box.lower));
   }
-  return cell > 0 ? Grid(placed, cell).deepest() : 0;
+  return cell > 0 ? Grid(placed, cell).deepest(kept_apart(scene)) : 0;
 }
 
 }  // namespace fathom

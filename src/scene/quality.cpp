@@ -40,6 +40,16 @@ double kinetic_energy(const BodyDef& body, const Pose& pose, const Velocity& vel
   return 0.5 * static_cast<double>(mass * length_squared(velocity.linear) + dot(spin, inertia * spin));
 }
 
+double widest_gap(const Scene& scene, std::span<const Pose> poses) {
+  float widest = 0;
+  for (const SceneJoint& joint : scene.joints) {
+    const float gap = distance(transform(poses[joint.a], joint.def.frame_a.position),
+                               transform(poses[joint.b], joint.def.frame_b.position));
+    if (joint.def.hertz == 0 && fathom::is_finite(Vec3{gap, 0, 0})) widest = max(widest, gap);
+  }
+  return static_cast<double>(widest);
+}
+
 void measure_against_ground(Quality& quality, double depth) {
   quality.ground_penetration_max = std::max(quality.ground_penetration_max, depth);
   if (depth > below_ground_margin) ++quality.bodies_below_ground;
@@ -78,7 +88,8 @@ Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::sp
   }
   if (measured > 0) quality.kinetic_energy_per_body = energy / static_cast<double>(measured);
   if (top) quality.top_drop = height(scene.bodies[*top].pose) - height(poses[*top]);
-  quality.overlap_max = deepest_overlap(scene.bodies, poses);
+  quality.overlap_max = deepest_overlap(scene, poses);
+  quality.joint_gap_max = widest_gap(scene, poses);
   return quality;
 }
 

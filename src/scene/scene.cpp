@@ -24,6 +24,14 @@ Vec3 random_vector(Random& random, double limit) {
 
 }  // namespace
 
+void SceneJoint::place_at(Vec3 point, std::span<const BodyDef> bodies) {
+  const auto in_body = [point](const Pose& pose) {
+    return inverse_rotate(normalize(pose.rotation), point - pose.position);
+  };
+  def.frame_a.position = in_body(bodies[a].pose);
+  def.frame_b.position = in_body(bodies[b].pose);
+}
+
 std::size_t dynamic_body_count(const Scene& scene) {
   return static_cast<std::size_t>(std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& body) {
     return body.motion == MotionType::dynamic;
@@ -96,6 +104,11 @@ std::span<const Orbiter::Target> Orbiter::due(std::uint64_t steps) {
 SceneInstance::SceneInstance(const Scene& scene, World& world)
     : world_(world), kicker_(scene), stream_(scene.stream), streamed_(streamed_bodies(scene)) {
   if (scene.orbit) orbiter_.emplace(scene);
+  add_bodies(scene);
+  add_joints(scene);
+}
+
+void SceneInstance::add_bodies(const Scene& scene) {
   world_.reserve(static_cast<std::uint32_t>(scene.bodies.size()));
   try {
     ids_ = world_.add_bodies(scene.bodies);
@@ -108,6 +121,21 @@ SceneInstance::SceneInstance(const Scene& scene, World& world)
       ids_.push_back(world_.add(body));
     } catch (const Error& error) {
       throw Error(error.code(), scene.name + ": " + describe_body(scene, ids_.size()) + ": " + error.what());
+    }
+  }
+}
+
+void SceneInstance::add_joints(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+    const SceneJoint& joint = scene.joints[i];
+    JointDef def = joint.def;
+    def.a = ids_[joint.a], def.b = ids_[joint.b];
+    try {
+      world_.add_joint(def);
+    } catch (const Error& error) {
+      throw Error(error.code(), scene.name + ": joint " + std::to_string(i) + " between " +
+                                    describe_body(scene, joint.a) + " and " + describe_body(scene, joint.b) + ": " +
+                                    error.what());
     }
   }
 }

@@ -48,11 +48,21 @@ struct NamedBody {
   std::size_t body = 0;  ///< index in Scene::bodies
 };
 
+/// A joint between two of Scene::bodies.
+struct SceneJoint {
+  std::size_t a = 0, b = 0;
+  JointDef def;  ///< but for its bodies
+
+  /// Both anchors at one point of the world (m).
+  void place_at(Vec3 point, std::span<const BodyDef> bodies);
+};
+
 struct Scene {
   std::string name;
   WorldDef world;
   std::vector<BodyDef> bodies;
   std::vector<NamedBody> names;  ///< of the bodies that have one
+  std::vector<SceneJoint> joints;
   std::optional<Kicks> kicks;
   std::optional<Stream> stream;
   std::optional<Orbit> orbit;
@@ -107,10 +117,10 @@ class Orbiter {
   std::vector<Target> due_;
 };
 
-/// A scene's bodies in a world, and what the scene does to them over time. The world must outlive it.
+/// A scene's bodies and joints in a world, and what the scene does to them over time. The world must outlive it.
 class SceneInstance {
  public:
-  /// Adds the scene's bodies. Throws what `World::add` throws, saying which body it was.
+  /// Adds the scene's bodies and joints. Throws what `World::add` and `World::add_joint` throw, saying of which one.
   SceneInstance(const Scene& scene, World& world);
 
   /// What the scene does before the next step: its kicks, its stream, its orbit. Depends on the number of steps only.
@@ -122,6 +132,9 @@ class SceneInstance {
   void replaced(std::size_t body, BodyId id) { ids_[body] = id; }
 
  private:
+  void add_bodies(const Scene& scene);
+  void add_joints(const Scene& scene);
+
   World& world_;
   std::vector<BodyId> ids_;
   Kicker kicker_;

@@ -279,7 +279,7 @@ class BodyReader {
         for (int x = 0; x < nx; ++x) {
           const Vec3 at{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
           body.pose.position = first + Vec3{at.x * repeat.spacing.x, at.y * repeat.spacing.y, at.z * repeat.spacing.z};
-          name_next(name, total > 1);
+          name_next(table, name, total > 1);
           scene_.bodies.push_back(body);
         }
       }
@@ -289,18 +289,23 @@ class BodyReader {
   std::string read_name(const TomlTable& table) {
     std::string name;
     table.read("name", name);
-    if (!name.empty() && !taken_.insert(name).second) {
-      table.fail(*table.find("name"), "another body is named '" + name + "'; names are unique");
-    }
+    if (!name.empty()) take_name(table, name);
     return name;
   }
 
+  void take_name(const TomlTable& table, const std::string& name) {
+    if (!taken_.insert(name).second)
+      table.fail(*table.find("name"), "another body is named '" + name + "'; names are unique");
+  }
+
   /// Repeated bodies are numbered: crate.0, crate.1, …
-  void name_next(const std::string& name, bool repeated) {
+  void name_next(const TomlTable& table, const std::string& name, bool repeated) {
     if (name.empty()) return;
     numbered_ = repeated && last_name_ == name ? numbered_ + 1 : 0;
     last_name_ = name;
-    scene_.names.push_back({repeated ? name + "." + std::to_string(numbered_) : name, scene_.bodies.size()});
+    const std::string full = repeated ? name + "." + std::to_string(numbered_) : name;
+    if (repeated) take_name(table, full);
+    scene_.names.push_back({full, scene_.bodies.size()});
   }
 
   const TomlTable& root_;

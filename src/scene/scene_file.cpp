@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "scene/scene_bodies.hpp"
+#include "scene/scene_joints.hpp"
 #include "scene/toml_reader.hpp"
 
 namespace fathom {
@@ -110,8 +111,9 @@ void read_kicks(const TomlTable& root, Scene& scene) {
 }
 
 Scene read_scene(const toml::table& file_table, std::string_view file) {
-  const TomlTable root(file_table, "a scene", file,
-                       {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body"});
+  const TomlTable root(
+      file_table, "a scene", file,
+      {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body", "joint"});
   Scene scene;
   scene.name = std::filesystem::path(file).stem().string();
   root.read("name", scene.name);
@@ -122,6 +124,7 @@ Scene read_scene(const toml::table& file_table, std::string_view file) {
   read_simulator(root, scene);
   read_kicks(root, scene);
   read_bodies(root, scene);
+  read_joints(root, scene);
   return scene;
 }
 

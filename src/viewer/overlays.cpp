@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "render/joint_marks.hpp"
 #include "render/world_picture.hpp"
 #include "scene/suggest.hpp"
 
@@ -13,11 +14,10 @@ namespace {
 using render::Colour;
 using render::Mark;
 
-constexpr std::pair<std::string_view, bool OverlayChoice::*> names[] = {{"boxes", &OverlayChoice::boxes},
-                                                                        {"points", &OverlayChoice::points},
-                                                                        {"normals", &OverlayChoice::normals},
-                                                                        {"impulses", &OverlayChoice::impulses},
-                                                                        {"graph", &OverlayChoice::graph}};
+constexpr std::pair<std::string_view, bool OverlayChoice::*> names[] = {
+    {"boxes", &OverlayChoice::boxes},        {"points", &OverlayChoice::points}, {"normals", &OverlayChoice::normals},
+    {"impulses", &OverlayChoice::impulses},  {"graph", &OverlayChoice::graph},   {"joints", &OverlayChoice::joints},
+    {"reactions", &OverlayChoice::reactions}};
 constexpr float normal_length = 0.3f;  // m
 constexpr Colour box_colour{250, 220, 90, 200}, normal_colour{255, 255, 255, 220}, impulse_colour{255, 70, 60, 255};
 constexpr Colour uncoloured{120, 120, 120, 255};
@@ -71,6 +71,8 @@ void add_overlays(const World& world, const OverlayChoice& choice, OverlayMarks&
     for (const BodyId id : world.bodies())
       if (!render::is_ground(world, id)) add_box(world.bounds(id), marks.hidden);
   }
+  if (choice.joints) render::add_joint_marks(world, marks.on_top);
+  if (choice.reactions) render::add_reaction_marks(world, marks.on_top);
   if (!choice.points && !choice.normals && !choice.impulses && !choice.graph) return;
   world.for_each_contact([&](const ContactInfo& contact) {
     if (contact.point_count == 0) return;

@@ -11,11 +11,13 @@
 namespace fathom::viewer {
 
 struct OverlayChoice {
-  bool boxes = false;     ///< AABBs
-  bool points = false;    ///< contact points
-  bool normals = false;   ///< contact normals
-  bool impulses = false;  ///< normal impulses, as lines whose length tells them
-  bool graph = false;     ///< lines between touching bodies, coloured as the constraint graph is
+  bool boxes = false;      ///< AABBs
+  bool points = false;     ///< contact points
+  bool normals = false;    ///< contact normals
+  bool impulses = false;   ///< normal impulses, as lines whose length tells them
+  bool graph = false;      ///< lines between touching bodies, coloured as the constraint graph is
+  bool joints = false;     ///< anchors, and lines from the bodies' centres to them
+  bool reactions = false;  ///< what joints do to their second bodies, as lines
 };
 
 /// Sets what a list like "boxes,points" names. Throws `Error{invalid_argument}` on an unknown word.

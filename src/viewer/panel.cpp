@@ -184,6 +184,9 @@ void choose_view(ViewState& state) {
   ImGui::Checkbox("impulses", &state.overlays.impulses);
   ImGui::SameLine();
   ImGui::Checkbox("constraint graph", &state.overlays.graph);
+  ImGui::Checkbox("joints", &state.overlays.joints);
+  ImGui::SameLine();
+  ImGui::Checkbox("reactions", &state.overlays.reactions);
   int colouring = static_cast<int>(state.colouring), look = static_cast<int>(state.look);
   ImGui::Combo("colours", &colouring, "start\0speed\0islands\0");
   ImGui::Combo("look", &look, "daylight\0water\0");
@@ -206,6 +209,7 @@ void draw_help() {
                                              {"R", "begin anew"},
                                              {"C", "see everything"},
                                              {"1 2 3 4 5", "boxes, points, normals, impulses, graph"},
+                                             {"6 7", "joints, their reactions"},
                                              {"I, V", "colours by island, by speed"},
                                              {"U", "under water"},
                                              {"Tab", "panel"},

@@ -243,6 +243,12 @@ class Viewer {
       case GLFW_KEY_5:
         o.graph = !o.graph;
         break;
+      case GLFW_KEY_6:
+        o.joints = !o.joints;
+        break;
+      case GLFW_KEY_7:
+        o.reactions = !o.reactions;
+        break;
       case GLFW_KEY_I:
         toggle_colouring(Colouring::island);
         break;

@@ -6,6 +6,7 @@
 
 #include "world/archive.hpp"
 #include "world/growth.hpp"
+#include "world/joint_archive.hpp"
 
 namespace fathom {
 
@@ -102,8 +103,8 @@ void JointTable::save(ByteWriter& write) const {
   write(generations_, free_slots_);
   for (const JointId joint : living()) {
     const JointDef& def = infos_[joint.index].def;
-    write(def.type, def.a.index, def.b.index, def.frame_a.position, def.frame_a.rotation, def.frame_b.position,
-          def.frame_b.rotation, def.collide_connected, def.hertz, def.damping_ratio, def.user_data);
+    write(def.a.index, def.b.index);
+    archive_joint(def, write);
   }
 }
 
@@ -115,10 +116,11 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
   in.require(count_ + free_slots_.size() == slot_count());
   for (const std::uint32_t slot : free_slots_) in.require(slot < slot_count() && !alive(slot));
   for (const JointId joint : living()) {
-    JointDef def;
-    in(def.type, def.a.index, def.b.index, def.frame_a.position, def.frame_a.rotation, def.frame_b.position,
-       def.frame_b.rotation, def.collide_connected, def.hertz, def.damping_ratio, def.user_data);
-    in.require(def.type <= JointType::ball && def.a.index != def.b.index);
+    std::uint32_t a = 0, b = 0;
+    in(a, b);
+    JointDef def = read_joint(in);
+    def.a.index = a, def.b.index = b;
+    in.require(a != b);
     for (BodyId* body : {&def.a, &def.b}) {
       in.require(body->index < bodies.slot_count() && bodies.alive(body->index));
       *body = bodies.id(body->index);

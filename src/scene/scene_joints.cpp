@@ -1,0 +1,161 @@
+#include "scene/scene_joints.hpp"
+
+#include <array>
+#include <charconv>
+#include <map>
+#include <utility>
+
+#include "scene/suggest.hpp"
+
+namespace fathom {
+namespace {
+
+constexpr std::array<std::pair<std::string_view, JointType>, 1> joint_types{{{"ball", JointType::ball}}};
+
+/// "plank.7" as "plank." and 7; nothing where the name does not end in a number.
+struct Numbered {
+  std::string_view base;
+  std::uint64_t number = 0;
+
+  std::string name(std::uint64_t steps) const { return std::string(base) + std::to_string(number + steps); }
+};
+
+std::optional<Numbered> numbered(std::string_view name) {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string_view::npos || name.size() - dot > 10) return {};
+  Numbered parts{name.substr(0, dot + 1)};
+  const char* const end = name.data() + name.size();
+  const auto [stop, error] = std::from_chars(name.data() + dot + 1, end, parts.number);
+  if (error != std::errc{} || stop != end) return {};
+  return parts;
+}
+
+/// Reads [[joint]] tables one after the other.
+class JointReader {
+ public:
+  JointReader(const TomlTable& root, Scene& scene) : root_(root), scene_(scene) {
+    for (const NamedBody& named : scene.names) bodies_.emplace(named.name, named.body);
+  }
+
+  void read(const toml::table& node) {
+    const TomlTable table(node, "[[joint]]", root_.file(),
+                          {"type", "a", "b", "point", "anchor_a", "anchor_b", "hertz", "damping_ratio",
+                           "collide_connected", "user_data", "repeat"});
+    SceneJoint joint;
+    table.required("type", "write type = \"ball\"");
+    table.read_choice<JointType>("type", joint.def.type, joint_types);
+    const std::string a = read_body(table, "a", joint.a), b = read_body(table, "b", joint.b);
+    check_pair(table, joint);
+    read_spring(table, joint.def);
+    table.read("collide_connected", joint.def.collide_connected);
+    table.read("user_data", joint.def.user_data);
+    const std::optional<Vec3> point = read_anchors(table, joint);
+    scene_.joints.push_back(joint);
+    repeat(table, joint, point, a, b);
+  }
+
+ private:
+  /// The body that the key names; returns its name.
+  std::string read_body(const TomlTable& table, std::string_view key, std::size_t& body) const {
+    const toml::node& node = table.required(key, "the name of a [[body]]");
+    std::string name;
+    table.read(key, name);
+    const auto found = bodies_.find(name);
+    if (found == bodies_.end()) fail_unknown(table, node, name);
+    body = found->second;
+    return name;
+  }
+
+  [[noreturn]] void fail_unknown(const TomlTable& table, const toml::node& node, const std::string& name) const {
+    if (bodies_.contains(name + ".0")) {
+      std::uint64_t count = 1;
+      while (bodies_.contains(name + "." + std::to_string(count))) ++count;
+      table.fail(node, "'" + name + "' is repeated; a joint holds single bodies: name one of '" + name + ".0' to '" +
+                           name + "." + std::to_string(count - 1) + "'");
+    }
+    std::vector<std::string_view> known;
+    for (const auto& [candidate, body] : bodies_) known.push_back(candidate);
+    const std::string_view meant = nearest(name, known);
+    table.fail(node, "no [[body]] is named '" + name + "'" +
+                         (meant.empty() ? "; give one this name" : "; did you mean '" + std::string(meant) + "'?"));
+  }
+
+  void check_pair(const TomlTable& table, const SceneJoint& joint) const {
+    const auto dynamic = [&](std::size_t body) { return scene_.bodies[body].motion == MotionType::dynamic; };
+    if (joint.a == joint.b)
+      table.fail(*table.find("b"), "'a' and 'b' are the same body; a joint holds two different ones together");
+    if (!dynamic(joint.a) && !dynamic(joint.b))
+      table.fail(*table.find("b"), "neither 'a' nor 'b' is dynamic; a joint can move dynamic bodies alone");
+  }
+
+  static void read_spring(const TomlTable& table, JointDef& def) {
+    table.read("hertz", def.hertz, Range::not_negative);
+    table.read("damping_ratio", def.damping_ratio, Range::not_negative);
+    if (table.has("damping_ratio") && def.hertz == 0)
+      table.fail(*table.find("damping_ratio"), "a rigid joint has no damping ratio; give 'hertz' too, or remove it");
+  }
+
+  /// Returns the world point where the joint is told by one.
+  std::optional<Vec3> read_anchors(const TomlTable& table, SceneJoint& joint) const {
+    if (!table.has("point")) {
+      const std::string_view remedy = "in body axes, from the centre of mass (m); or write 'point', in the world";
+      table.required("anchor_a", remedy);
+      table.required("anchor_b", remedy);
+      table.read("anchor_a", joint.def.frame_a.position);
+      table.read("anchor_b", joint.def.frame_b.position);
+      return {};
+    }
+    for (const std::string_view key : {"anchor_a", "anchor_b"})
+      if (const toml::node* node = table.find(key))
+        table.fail(*node, "a joint has either 'point' or '" + std::string(key) + "'; remove one");
+    Vec3 point;
+    table.read("point", point);
+    joint.place_at(point, scene_.bodies);
+    return point;
+  }
+
+  /// The next joints hold the bodies together whose numbers are one higher each time. A body without a number is in all
+  /// of them; the joint then moves with the other one.
+  void repeat(const TomlTable& table, SceneJoint joint, std::optional<Vec3> point, const std::string& first_a,
+              const std::string& first_b) {
+    int count = 1;
+    table.read("repeat", count, 1);
+    if (count == 1) return;
+    const std::optional<Numbered> a = numbered(first_a), b = numbered(first_b);
+    const toml::node& node = *table.find("repeat");
+    if (!a && !b) table.fail(node, "'repeat' counts a body's number up; name one like 'plank.0' as 'a' or 'b'");
+    const auto place = [&] { return scene_.bodies[b ? joint.b : joint.a].pose.position; };
+    const Vec3 start = place();
+    for (std::uint64_t i = 1; i < static_cast<std::uint64_t>(count); ++i) {
+      if (a) joint.a = counted(table, node, a->name(i));
+      if (b) joint.b = counted(table, node, b->name(i));
+      check_pair(table, joint);
+      if (point) joint.place_at(*point + (place() - start), scene_.bodies);
+      scene_.joints.push_back(joint);
+    }
+  }
+
+  std::size_t counted(const TomlTable& table, const toml::node& node, const std::string& name) const {
+    const auto found = bodies_.find(name);
+    if (found == bodies_.end()) table.fail(node, "'repeat' comes to '" + name + "', and no [[body]] is named so");
+    return found->second;
+  }
+
+  const TomlTable& root_;
+  Scene& scene_;
+  std::map<std::string, std::size_t, std::less<>> bodies_;
+};
+
+}  // namespace
+
+void read_joints(const TomlTable& root, Scene& scene) {
+  const toml::node* node = root.find("joint");
+  if (!node) return;
+  if (node->is_table()) root.fail(*node, "write [[joint]] with two brackets: there may be several");
+  JointReader reader(root, scene);
+  for (const toml::node& joint : root.as_array(*node, "joint")) reader.read(root.as_table(joint, "joint"));
+  if (!scene.joints.empty() && scene.world.partition == Partition::cells)
+    root.fail(*node, "the partition 'cells' is for contacts alone; leave it out of [simulator], or the joints");
+}
+
+}  // namespace fathom

@@ -1,0 +1,24 @@
+// Joint definitions as bytes.
+#pragma once
+
+#include <fathom/joint.hpp>
+
+#include "world/archive.hpp"
+
+namespace fathom {
+
+/// All but which bodies it joins, which whoever writes it names in a way of his own.
+template <class Def, class Archive>
+void archive_joint(Def& def, Archive& archive) {
+  archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,
+          def.collide_connected, def.hertz, def.damping_ratio, def.user_data);
+}
+
+inline JointDef read_joint(ByteReader& in) {
+  JointDef def;
+  archive_joint(def, in);
+  in.require(def.type <= JointType::ball);
+  return def;
+}
+
+}  // namespace fathom
