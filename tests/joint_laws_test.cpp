@@ -206,7 +206,7 @@ TEST_P(JointLaws, ANetCatchesBalls) {
     balls.push_back(world.add(
         dynamic(sphere(0.3f),
                 {uniform(random, 1.5f, 3.5f), uniform(random, 1.5f, 3.5f), 1 + 0.7f * static_cast<float>(i)}, 1)));
-  run(world, 600);
+  run(world, 1500);
   for (const BodyId ball : balls) EXPECT_GT(world.pose(ball).position.z, -4);
   EXPECT_LT(widest_gap(world), give(9.81f * 92, 0.2f));
   for (const BodyId id : world.bodies()) EXPECT_LT(length(world.velocity(id).linear), 5) << id.index;

@@ -152,8 +152,7 @@ struct BallJointSweep {
   /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
   /// anchors move on circles, and what moves along their tangents comes out beyond.
   FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
-    const VecOf<L> spin_a = at_a.angular(bodies.a), spin_b = at_b.angular(bodies.b);
-    return scale(splat<L>(0.5f) * h, cross(spin_b, cross(spin_b, at_b.arm)) - cross(spin_a, cross(spin_a, at_a.arm)));
+    return drift_of(at_b.angular(bodies.b), at_b.arm, h) - drift_of(at_a.angular(bodies.a), at_a.arm, h);
   }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
@@ -179,6 +178,11 @@ struct BallJointSweep {
   }
 
  private:
+  /// To second order, of turns up to `most_drift`: of a longer one an anchor comes back on its circle.
+  FATHOM_LANE_FUNCTION static VecOf<L> drift_of(VecOf<L> spin, VecOf<L> arm, L h) {
+    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
+  }
   FATHOM_LANE_FUNCTION static void spin(VecOf<L> by, VecOf<L>& angular, VecOf<L>& noted) {
     angular = angular + by;
     noted = noted + by;
@@ -210,6 +214,14 @@ FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bo
   BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
+/// The pull of a joint's gap (m/s), of a rigid one no faster than `most_pull`.
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> pull) {
+  const L one = splat<L>(1.0f), most = splat<L>(most_pull * most_pull);
+  const L shrink = root(most / larger(dot(pull, pull), most));
+  return scale(mul_add(one, row.rigid, shrink - one), pull);
+}
+
 /// One sweep of a substep of h seconds. Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
@@ -218,7 +230,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   VecOf<L> wanted = sweep.velocity();
   if constexpr (pass != JointPass::relax) {
     wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
-    wanted = mul_add(wanted, row.bias_rate, sweep.gap(row));
+    wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
   }
   VecOf<L> change = sweep.impulse_for(wanted);
   const L zero = splat<L>(0.0f);

@@ -3,6 +3,7 @@
 
 #include <type_traits>
 
+#include "dynamics/joint_limits.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 
@@ -52,7 +53,7 @@ struct JointBodies {
 /// with a share k of such a motion solved by a sweep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
 /// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where
 /// (h ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up from chains of five on.
-inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 3;
+inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
 
 /// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer
 /// than a rigid one.

@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include "dynamics/joint_limits.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
 #include "native/prepare-inl.hpp"
