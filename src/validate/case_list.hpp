@@ -47,6 +47,14 @@ void standing_plates(const Setup& setup, Record& record);
 void standing_heavy_on_light(const Setup& setup, Record& record);
 void standing_stones(const Setup& setup, Record& record);
 void standing_pyramids(const Setup& setup, Record& record);
+// joints.cpp
+void joint_pendulum(const Setup& setup, Record& record);
+void joint_double_pendulum(const Setup& setup, Record& record);
+void joint_heavy_chain(const Setup& setup, Record& record);
+void joint_net(const Setup& setup, Record& record);
+void joint_momentum(const Setup& setup, Record& record);
+void joint_mechanisms(const Setup& setup, Record& record);
+void joint_wedged(const Setup& setup, Record& record);
 // heaps.cpp
 void heaps(const Setup& setup, Record& record);
 // tunnelling.cpp
