@@ -16,6 +16,8 @@ constexpr float meeting_share = 1e-3f;      // of the arms' lengths, within whic
 constexpr float stiffest_swing = 0.1f;      // (h ω)² of a body that swings under what its joints carry
 constexpr float projection_share = 0.2f;    // of the gap that is closed where they do not
 constexpr std::uint32_t links_a_loop = 8;   // at least: more loops are a net
+constexpr float parted_share = 0.01f;       // of arms and radius, beyond which sweeps bring anchors together first
+constexpr float most_behind_a_contact = 24;  // times the mass of the body that touches something
 
 Vec3 on_body(bool is_b, Vec3 of_b) { return is_b ? of_b : -of_b; }
 
@@ -26,7 +28,7 @@ float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
-  if (colouring_ != graph_.colouring()) {
+  if (colouring_ != graph_.colouring() || any_parted_) {
     colouring_ = graph_.colouring();
     find();
   } else if (!has_moved) {
@@ -44,6 +46,7 @@ void Mechanisms::find() {
   links_.clear();
   mechanisms_.clear();
   order_.clear();
+  any_parted_ = false;
   const std::size_t joints = graph_.joint_slots();
   if (joints == 0) return;
   const auto for_each_rigid = [&](const auto& act) {
@@ -54,6 +57,7 @@ void Mechanisms::find() {
   link_of_.assign(state_.size(), none);
   joints_first_.assign(state_.size() + 1, 0);
   for_each_rigid([&](std::uint32_t, const Joint& j) { ++joints_first_[j.a], ++joints_first_[j.b]; });
+  count_joints();
   std::uint32_t sum = 0;
   for (std::uint32_t& first : joints_first_) sum += std::exchange(first, sum);
   grow_to(joints_of_, sum);
@@ -72,6 +76,50 @@ void Mechanisms::find() {
   order_.resize(mechanisms_.size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   states_.resize(links_.size());
+}
+
+void Mechanisms::count_joints() {
+  joint_colours_.assign(state_.size(), {});
+  for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) {
+    const Joint& j = graph_.joint(slot);
+    if (!j.in_use || j.colour == no_colour) continue;
+    for (const std::uint32_t body : {j.a, j.b}) {
+      if (j.colour == overflow_colour)
+        ++joint_colours_[body].overflow;
+      else
+        joint_colours_[body].mask |= 1u << j.colour;
+    }
+  }
+}
+
+bool Mechanisms::is_in_contact(std::uint32_t slot) const {
+  const JointColours& joints = joint_colours_[slot];
+  return (state_.colour_mask[slot] & ~joints.mask) != 0 || state_.overflow_count[slot] > joints.overflow;
+}
+
+// A contact's rows know its two bodies' masses, not what a direct solution moves with them. Pressed by far more, they
+// need that many sweeps to stop it and as many to let go, and in between throw it back: a ball of 500 kg on links of
+// 2 kg that was caught among crates gained energy without end.
+bool Mechanisms::leans_on_light_bodies(std::uint32_t first) const {
+  float mass = 0, lightest = 3e38f;
+  for (std::uint32_t i = first; i < links_.size(); ++i) {
+    const float of_body = 1 / bodies_[links_[i].slot].inverse_mass;
+    mass += of_body;
+    if (is_in_contact(links_[i].slot)) lightest = min(lightest, of_body);
+  }
+  return mass > most_behind_a_contact * lightest;
+}
+
+// What sweeps have let part they draw together again: a direct solution would throw it.
+bool Mechanisms::has_parted(std::uint32_t first) const {
+  for (std::uint32_t i = first; i < links_.size(); ++i) {
+    if (links_[i].joint == none) continue;
+    const Joint& j = graph_.joint(links_[i].joint);
+    const float gap = distance(transform(state_.poses[j.a], j.anchor_a), transform(state_.poses[j.b], j.anchor_b));
+    const float size = length(j.anchor_a) + length(j.anchor_b) + bodies_[links_[i].slot].radius;
+    if (gap > parted_share * size) return true;
+  }
+  return false;
 }
 
 void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
@@ -102,7 +150,9 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
     }
   }
   const auto count = static_cast<std::uint32_t>(links_.size()) - first;
-  if (count <= most_links && ends / 2 * links_a_loop <= count) {
+  const bool parted = has_parted(first);
+  any_parted_ = any_parted_ || parted;
+  if (count <= most_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted) {
     mechanisms_.push_back({first, first + count});
     return;
   }
@@ -444,6 +494,7 @@ void Mechanisms::store(std::uint32_t mechanism) {
 std::size_t Mechanisms::memory_bytes() const {
   return links_.capacity() * sizeof(Link) + states_.capacity() * sizeof(LinkState) +
          mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
+         joint_colours_.capacity() * sizeof(JointColours) +
          (order_.capacity() + first_of_group_.capacity() + link_of_.capacity() + joints_first_.capacity() +
           joints_of_.capacity() + group_of_.capacity()) *
              sizeof(std::uint32_t);

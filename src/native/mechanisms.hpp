@@ -87,7 +87,16 @@ class Mechanisms {
     Vec3 impulse;             ///< N·s, of all rounds
   };
 
+  /// Of a body's joints.
+  struct JointColours {
+    std::uint32_t mask = 0, overflow = 0;
+  };
+
   void find();
+  void count_joints();
+  bool is_in_contact(std::uint32_t slot) const;
+  bool leans_on_light_bodies(std::uint32_t first_link) const;
+  bool has_parted(std::uint32_t first_link) const;
   void grow_tree(std::uint32_t root_slot, std::uint32_t root_joint);
   bool is_obstacle(std::uint32_t slot) const;
   void order_by_group(const ConstraintLayout& layout);
@@ -118,6 +127,7 @@ class Mechanisms {
   BodyState& state_;
   ContactGraph& graph_;
   std::uint64_t colouring_ = 0;
+  bool any_parted_ = false;  // of trees that would be solved directly
   std::vector<Link> links_;
   std::vector<LinkState> states_;
   std::vector<Mechanism> mechanisms_;
@@ -127,6 +137,7 @@ class Mechanisms {
   std::vector<std::uint32_t> joints_first_;  // by slot of a body: where its joints begin in `joints_of_`
   std::vector<std::uint32_t> joints_of_;
   std::vector<std::uint32_t> group_of_;
+  std::vector<JointColours> joint_colours_;  // by slot of a body
 };
 
 }  // namespace fathom::native

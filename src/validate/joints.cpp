@@ -16,7 +16,7 @@ constexpr float link_length = 0.2f;  // m
 const Vec3 link_end{0, 0, 0.5f * link_length};
 
 bool solves_directly(const Setup& setup) { return setup.simulator != SimulatorKind::device; }
-const char* const torn_apart = "some mechanisms are torn apart on the floor and gain energy";
+const char* const torn_apart = "one in a hundred with loops between light bodies on long arms parts and gains energy";
 const char* const sweeps_alone = "the device solves joints by sweeps alone";
 
 std::string text(double value) {
@@ -275,7 +275,7 @@ void joint_mechanisms(const Setup& setup, Record& record) {
     record.at_most("mechanisms of " + std::to_string(seeds) + which + ", with other states on 2 or 4 threads",
                    other_hashes, 0);
     record.at_most("with states that are not finite" + which, not_finite, 0);
-    const std::string known = torn_apart;
+    const std::string known = loops ? torn_apart : "";
     record.at_most("most energy gained" + which, 100 * gain, 2, "%").known = known;
     record.at_most("of them torn by more than 20 mm after 5 s" + which, torn, 0).known = known;
     record.at_most("widest gap after 5 s" + which, 1e3 * gap, 20, "mm").known = known;
@@ -305,9 +305,7 @@ void joint_wedged(const Setup& setup, Record& record) {
     world.step();
     most = std::max(most, total_energy(world) / start);
   }
-  Check& check =
-      record.at_most("most energy of a ball of 500 kg on links of 2 kg among crates, of the start's", most, 1.02);
-  check.known = "links are pulled through what they are wedged in: the direct solution knows no contacts";
+  record.at_most("most energy of a ball of 500 kg on links of 2 kg among crates, of the start's", most, 1.02);
 }
 
 }  // namespace fathom::validate
