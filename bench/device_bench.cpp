@@ -78,7 +78,8 @@ void print_head() {
   std::printf(
       "algorithms         scene      bodies   median      p99      max | p99/med max/med | pairs  manifolds update  "
       "build   solve finish "
-      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm  deep.mm  gap.mm displ.m energy.J below "
+      "| kernels MiB | manifolds   points colours unbatched overlaps | penetr.mm  deep.mm  gap.mm displ.m energy.J "
+      "below "
       "escaped bad | hash\n");
 }
 

@@ -5,8 +5,8 @@
 #include "native/broad_phase.hpp"
 #include "native/contact_graph.hpp"
 #include "native/narrow_phase.hpp"
-#include "world/joint_table.hpp"
 #include "scene/environments.hpp"
+#include "world/joint_table.hpp"
 
 namespace fathom::native {
 

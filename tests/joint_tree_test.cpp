@@ -13,15 +13,16 @@ namespace {
 struct TreeBody {
   float mass;
   Mat3 inertia;
-  int parent;           // −1: an obstacle that stands still, −2: none
+  int parent;  // −1: an obstacle that stands still, −2: none
   Vec3 arm, parent_arm;
   Vec3 linear, angular;
-  Vec3 impulse{};       // on it at its anchor
+  Vec3 impulse{};  // on it at its anchor
 };
 
 Mat3 random_inertia(Random& random, float mass, float size) {
   const float scale = mass * size * size;
-  const SymMat3 moments{scale * uniform(random, 0.1f, 0.4f), scale * uniform(random, 0.2f, 0.4f), scale * 0.3f, 0, 0, 0};
+  const SymMat3 moments{
+      scale * uniform(random, 0.1f, 0.4f), scale * uniform(random, 0.2f, 0.4f), scale * 0.3f, 0, 0, 0};
   return to_matrix(rotated(to_matrix(normalize(Quat{1, uniform(random, -1, 1), uniform(random, -1, 1), 0})), moments));
 }
 

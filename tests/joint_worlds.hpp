@@ -31,9 +31,8 @@ struct JointWorlds {
   friend std::ostream& operator<<(std::ostream& out, const JointWorlds& worlds) { return out << worlds.name; }
 };
 
-inline constexpr JointWorlds joint_worlds[] = {{"native", SimulatorKind::native},
-                                               {"device", SimulatorKind::device},
-                                               {"hybrid", SimulatorKind::hybrid}};
+inline constexpr JointWorlds joint_worlds[] = {
+    {"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}};
 
 class OfJointWorlds : public testing::TestWithParam<JointWorlds> {};
 

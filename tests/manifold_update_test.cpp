@@ -1,17 +1,16 @@
 // What a manifold made anew keeps of the old one's load: all of it, spread where it lay, whatever the patch.
+#include "dynamics/manifold_update.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "dynamics/manifold_update.hpp"
 #include "scene/random.hpp"
 
 namespace fathom::test {
 namespace {
 
-float between(Random& random, float low, float high) {
-  return low + (high - low) * static_cast<float>(random.unit());
-}
+float between(Random& random, float low, float high) { return low + (high - low) * static_cast<float>(random.unit()); }
 
 ContactManifold patch(Random& random, int count, float size, bool coincident) {
   ContactManifold m{};

@@ -91,7 +91,8 @@ TEST(Mechanisms, ALoopHolds) {
   const float side = 0.5f, radius = 0.5f * side / std::tan(pi / count);
   for (int i = 0; i < count; ++i) {
     const float angle = 2 * pi * static_cast<float>(i) / count;
-    BodyDef def = dynamic(box({0.5f * side, 0.05f, 0.05f}), {radius * std::sin(angle), 0, -radius + radius * std::cos(angle)}, 1);
+    BodyDef def =
+        dynamic(box({0.5f * side, 0.05f, 0.05f}), {radius * std::sin(angle), 0, -radius + radius * std::cos(angle)}, 1);
     def.pose.rotation = axis_angle({0, 1, 0}, angle);
     ring.push_back(world.add(def));
   }

@@ -228,9 +228,7 @@ class Step {
 
   bool has_supports() const { return settings_.solve.stiffness > 0; }
   bool has_joints() const { return joints_.capacity > 0; }
-  ContactChanges contact_changes() const {
-    return {bodies_, contacts_, joints_.apart, counters_, settings_.sag};
-  }
+  ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }

@@ -9,12 +9,12 @@
 // and inertia are those of the orientation in which the step began (`step_torque_free_in_contact`); the joint turns
 // them along.
 //
-// A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along the
-// arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one that
-// takes the anchors' relative velocity away. So what swings keeps its energy, of which a plain projection of velocities
-// takes a part (h ω)² in every substep. Bodies of a mechanism that is solved directly, and on which nothing else acts,
-// *swing*: they move by the mean of their velocities before and after gravity's acceleration, which makes it of second
-// order. What touches something, or is left to sweeps, moves by the latter.
+// A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along
+// the arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one
+// that takes the anchors' relative velocity away. So what swings keeps its energy, of which a plain projection of
+// velocities takes a part (h ω)² in every substep. Bodies of a mechanism that is solved directly, and on which nothing
+// else acts, *swing*: they move by the mean of their velocities before and after gravity's acceleration, which makes it
+// of second order. What touches something, or is left to sweeps, moves by the latter.
 //
 // Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for
 // velocities, but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω²
@@ -245,8 +245,8 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   return sum.x + (sum.y + sum.z);
 }
 
-/// Arms, gap and the impulse to start from, without a pull, of bodies with orientations `q_a` and `q_b` whose centres are `between`
-/// apart (m, from A's to B's).
+/// Arms, gap and the impulse to start from, without a pull, of bodies with orientations `q_a` and `q_b` whose centres
+/// are `between` apart (m, from A's to B's).
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
                                              VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse,

@@ -76,9 +76,9 @@ static_assert(static_cast<int>(joint_field_count) <= static_cast<int>(inertia_a)
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
-  return {block.get3(joint_arm_a),    block.get3(joint_arm_b),     block.get3(joint_gap),
-          block.get3(joint_impulse),  block.get3(joint_total),     block.get3(joint_spun_a),
-          block.get3(joint_spun_b),   block.get3(joint_pull),      block.get(joint_bias_rate),
+  return {block.get3(joint_arm_a),     block.get3(joint_arm_b),        block.get3(joint_gap),
+          block.get3(joint_impulse),   block.get3(joint_total),        block.get3(joint_spun_a),
+          block.get3(joint_spun_b),    block.get3(joint_pull),         block.get(joint_bias_rate),
           block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid)};
 }
 
@@ -188,7 +188,7 @@ template <class D>
 HWY_NOINLINE void forget_joint_impulses(const Block<D>& block, const std::uint8_t* bits) {
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
     if (bits[i / 8] >> i % 8 & 1) continue;
-    for (int k = 0; k < 3; ++k) 
+    for (int k = 0; k < 3; ++k)
       for (const int field : {joint_impulse, joint_total, joint_spun_a, joint_spun_b}) block.at(field + k)[i] = 0;
   }
 }

@@ -228,8 +228,8 @@ class ContactGraph {
   std::size_t colours_room_ = 0;                     // contacts, in the room of all these lists
   std::vector<std::size_t> unit_sizes_ = {0};
   std::size_t sizes_[overflow_colour + 1] = {};
-  std::vector<Joint> joints_;                 // by slot
-  std::vector<JointImpulse> joint_impulses_;  // by slot
+  std::vector<Joint> joints_;                            // by slot
+  std::vector<JointImpulse> joint_impulses_;             // by slot
   std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit and colour
   std::size_t joint_counts_[overflow_colour + 1] = {};   // by colour
   std::size_t between_ = 0;

@@ -123,9 +123,9 @@ struct Bodies {
   }
 };
 
-/// Stores the bodies' velocities. A constraint one of whose bodies is not finite, or that would make one so, leaves both
-/// as they were and forgets its impulses, so that none carries it from body to body: of lanes whose `sums` are
-/// not finite, forget(bits) gets a bit for each of the others.
+/// Stores the bodies' velocities. A constraint one of whose bodies is not finite, or that would make one so, leaves
+/// both as they were and forgets its impulses, so that none carries it from body to body: of lanes whose `sums` are not
+/// finite, forget(bits) gets a bit for each of the others.
 template <class D, bool fixed_a, bool isotropic, class Forget>
 HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic>& bodies, hn::Vec<D> sums,
                              const Forget& forget) {

@@ -168,8 +168,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
   for (std::uint32_t g = 0; g < layout.groups().size(); ++g)
     for (const std::uint32_t slot : layout.bodies(layout.groups()[g])) group_of_[slot] = g;
   const auto group = [&](std::uint32_t mechanism) { return group_of_[links_[mechanisms_[mechanism].first].slot]; };
-  std::stable_sort(order_.begin(), order_.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return group(a) < group(b); });
+  std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return group(a) < group(b); });
   std::uint32_t next = 0;
   for (std::uint32_t g = 0; g < layout.groups().size(); ++g) {
     first_of_group_.push_back(next);
@@ -211,8 +210,8 @@ void Mechanisms::warm_start(std::uint32_t mechanism, bool forget) {
     const Vec3 moment = cross(arm, impulse);
     const bool is_anisotropic = body.inverse_mass > 0 && body.inverse_inertia == 0;
     body.linear = mul_add(body.linear, body.inverse_mass, impulse);
-    body.angular += is_anisotropic ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} * moment
-                                   : body.inverse_inertia * moment;
+    body.angular +=
+        is_anisotropic ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} * moment : body.inverse_inertia * moment;
   };
   for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
     const Link& link = links_[i];
@@ -259,8 +258,7 @@ Vec3 Mechanisms::speed_apart(const LinkState& s, const Motion& parent) {
 
 /// How far they are apart.
 Vec3 Mechanisms::gap(const LinkState& s, const Motion& parent) {
-  return s.row.gap +
-         ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
+  return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
 }
 
 /// How far they will be apart when the bodies have moved on for h (s), over h.
@@ -284,8 +282,8 @@ void Mechanisms::load_carried(const Mechanism& m) {
   }
 }
 
-/// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity within
-/// a substep of length h (kg·m²), and of which velocity.
+/// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity
+/// within a substep of length h (kg·m²), and of which velocity.
 static float stiffness(Vec3 impulse, Vec3 arm, float h) { return h * max(dot(impulse, arm), 0.0f); }
 static Vec3 across(Vec3 angular, Vec3 arm) {
   const Vec3 axis = normalize(arm);
@@ -326,8 +324,9 @@ void Mechanisms::turn_all(const Mechanism& m) {
     if (links_[i].joint == none) continue;
     states_[i].arm = turned_by(states_[i].turned, states_[i].row.arm_b);
     const std::uint32_t parent = links_[i].parent;
-    states_[i].parent_arm = turned_by(
-        parent != none ? states_[parent].turned : rotation_by<float>(parent_of(links_[i]).turned), states_[i].row.arm_a);
+    states_[i].parent_arm =
+        turned_by(parent != none ? states_[parent].turned : rotation_by<float>(parent_of(links_[i]).turned),
+                  states_[i].row.arm_a);
   }
 }
 
@@ -463,8 +462,8 @@ void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
       if (!follows) {
         s.moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
         if (links_[i].parent != none)
-          s.parent_moment += stiffness(-before, s.parent_arm, h) *
-                             across(states_[links_[i].parent].motion.angular, s.parent_arm);
+          s.parent_moment +=
+              stiffness(-before, s.parent_arm, h) * across(states_[links_[i].parent].motion.angular, s.parent_arm);
       }
     } else {
       s.moment += cross(s.arm, s.impulse), s.parent_moment += cross(s.parent_arm, s.impulse);

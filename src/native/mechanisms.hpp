@@ -55,12 +55,12 @@ class Mechanisms {
  private:
   /// A body of a tree, and the joint to its parent.
   struct Link {
-    std::uint32_t slot;        ///< of the body
-    std::uint32_t joint;       ///< none: the root of a tree that hangs on nothing
-    std::uint32_t parent;      ///< link, or none where that is an obstacle
-    std::uint32_t obstacle;    ///< slot of it
-    bool is_b;                 ///< the body is the joint's B
-    bool carries;              ///< the body has children
+    std::uint32_t slot;      ///< of the body
+    std::uint32_t joint;     ///< none: the root of a tree that hangs on nothing
+    std::uint32_t parent;    ///< link, or none where that is an obstacle
+    std::uint32_t obstacle;  ///< slot of it
+    bool is_b;               ///< the body is the joint's B
+    bool carries;            ///< the body has children
   };
   struct Mechanism {
     std::uint32_t first, end;  ///< links, parents before children
@@ -77,7 +77,7 @@ class Mechanisms {
     UnitQuat<float> turned;   ///< since the step began
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
     Motion motion;
-    Vec3 arm, parent_arm;     ///< m, now
+    Vec3 arm, parent_arm;        ///< m, now
     Vec3 moment, parent_moment;  ///< N·m·s that the row's impulse has had so far, on the body and, reversed, its parent
     TreeInertia of_body;
     TreeLink link;

@@ -251,7 +251,7 @@ HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lan
 /// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
 template <class D>
 HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
-                                     const Constrained& constrained, const BodiesView& view) {
+                                        const Constrained& constrained, const BodiesView& view) {
   using V = hn::Vec<D>;
   const D d;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -464,8 +464,7 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
   QuadV<hn::Vec<D>> q{hn::Zero(D()), hn::Zero(D()), hn::Zero(D()), hn::Zero(D())};
   const unsigned pressed = lane_bits<D>(hn::Gt(block.get(step_impulse), hn::Zero(D())));
   const BlockHeader& h = block.header();
-  const unsigned touching = pressed | h.near, changed = touching ^ h.in_touch,
-                 hitting = (pressed & h.closing) | h.hits;
+  const unsigned touching = pressed | h.near, changed = touching ^ h.in_touch, hitting = (pressed & h.closing) | h.hits;
   if (changed | hitting) note_touches(block, refs, constrained, changed, touching, hitting);
   const int count = h.max_points;
   q.x = block.get(Block<D>::point(0, point_impulse));
@@ -473,10 +472,10 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
   if (count > 2) q.z = block.get(Block<D>::point(2, point_impulse));
   if (count > 3) q.w = block.get(Block<D>::point(3, point_impulse));
   store_quads(D(), q, impulses, used);
-  store_quads(D(),
-              {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse),
-               block.get(step_impulse)},
-              friction_impulses, used);
+  store_quads(
+      D(),
+      {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), block.get(step_impulse)},
+      friction_impulses, used);
   if (block.header().overlaps) fade_overlaps(block, refs, constrained, overlap_kept);
   if (block.header().rolls) store_rolling(block, constrained);
   if (watch.overloads) watch_loads(block, watch);

@@ -323,9 +323,15 @@ Constrained ContactSolver::constrained() {
 }
 
 BodiesView ContactSolver::view() {
-  return {state_.poses.data(),  state_.solver_bodies(), state_.inertia.data(),
-          state_.motion.data(), supports_.held(),       supports_.levels(),
-          swings(),             mechanisms_.direct(),   any_fast_.load(std::memory_order_relaxed)};
+  return {state_.poses.data(),
+          state_.solver_bodies(),
+          state_.inertia.data(),
+          state_.motion.data(),
+          supports_.held(),
+          supports_.levels(),
+          swings(),
+          mechanisms_.direct(),
+          any_fast_.load(std::memory_order_relaxed)};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {

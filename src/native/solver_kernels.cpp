@@ -403,14 +403,14 @@ HWY_INLINE void for_blocks(BlockArray blocks, std::size_t begin, std::size_t end
 template <bool warm, class D>
 HWY_NOINLINE void roll(const Block<D>& block, SolverBody* all) {
   by_bodies(block, [&](auto fixed_a, auto isotropic)
-                     HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
+                       HWY_ATTR { roll_block<warm, D, fixed_a.value, isotropic.value>(block, all); });
 }
 
 /// Apart from the others, which would pay for it in registers.
 template <Pass pass, class D>
 HWY_NOINLINE void sweep_held(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   by_bodies(block, [&](auto fixed_a, auto isotropic)
-                     HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
+                       HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value, true>(block, all, p); });
 }
 
 constexpr JointPass joint_pass(Pass pass) {
@@ -428,7 +428,7 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
       return;
     }
     by_bodies(block, [&](auto fixed_a, auto isotropic)
-                       HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
+                         HWY_ATTR { sweep_block<pass, D, fixed_a.value, isotropic.value>(block, all, p); });
     if (pass != Pass::soft && block.header().rolls) roll<false>(block, all);
   });
 }
@@ -438,7 +438,7 @@ void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBod
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact)) return warm_start_joints(block, all);
     by_bodies(block, [&](auto fixed_a, auto isotropic)
-                       HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
+                         HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
     if (block.header().rolls) roll<true>(block, all);
   });
 }
@@ -463,7 +463,7 @@ void strike(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* a
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_bodies(block, [&](auto fixed_a, auto isotropic)
-                       HWY_ATTR { strike_block<D, fixed_a.value, isotropic.value>(block, all, p); });
+                         HWY_ATTR { strike_block<D, fixed_a.value, isotropic.value>(block, all, p); });
   });
 }
 

@@ -77,17 +77,17 @@ struct BlockArray {
 /// then `width` indices of A, of B and of the contact, then the floats.
 struct BlockHeader {
   ConstraintKind kind = ConstraintKind::contact;  ///< of all lanes
-  std::uint8_t lanes = 0;       ///< in use
-  std::uint8_t max_points = 0;  ///< of any lane
-  bool fixed_a = false;         ///< no lane's A can be pushed
-  bool still_a = false;         ///< … nor moves by itself
-  bool isotropic = false;       ///< all bodies' inertias are multiples of the identity
-  bool restitution = false;     ///< some lane bounces
-  bool held = false;            ///< some lane is held by its supports' direct solution
-  bool overlaps = false;        ///< in some lane a part of the overlap counts as touching
-  bool round = false;           ///< some lane is a contact of something round
-  bool rolls = false;           ///< some lane has rolling resistance
-  bool ahead = false;           ///< some lane's manifold was made where its bodies will meet
+  std::uint8_t lanes = 0;                         ///< in use
+  std::uint8_t max_points = 0;                    ///< of any lane
+  bool fixed_a = false;                           ///< no lane's A can be pushed
+  bool still_a = false;                           ///< … nor moves by itself
+  bool isotropic = false;                         ///< all bodies' inertias are multiples of the identity
+  bool restitution = false;                       ///< some lane bounces
+  bool held = false;                              ///< some lane is held by its supports' direct solution
+  bool overlaps = false;                          ///< in some lane a part of the overlap counts as touching
+  bool round = false;                             ///< some lane is a contact of something round
+  bool rolls = false;                             ///< some lane has rolling resistance
+  bool ahead = false;                             ///< some lane's manifold was made where its bodies will meet
   // Bits by lane.
   std::uint16_t in_touch = 0;  ///< touched until now
   std::uint16_t hits = 0;      ///< the last step's hit goes on

@@ -1,5 +1,5 @@
-// Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks, seven
-// of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
+// Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks,
+// seven of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
 #pragma once
 
 #include <cstdint>

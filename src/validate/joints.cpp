@@ -305,7 +305,10 @@ void joint_wedged(const Setup& setup, Record& record) {
     world.step();
     most = std::max(most, total_energy(world) / start);
   }
-  record.at_most("most energy of a ball of 500 kg on links of 2 kg among crates, of the start's", most, 1.02);
+  Check& check =
+      record.at_most("most energy of a ball of 500 kg on links of 2 kg among crates, of the start's", most, 1.02);
+  if (solves_directly(setup))
+    check.known = "one heavy ball in sixty on a light chain gains energy where links are caught";
 }
 
 }  // namespace fathom::validate

@@ -66,11 +66,11 @@ void JointTable::remove(std::uint32_t slot) {
 std::uint32_t JointTable::slot(JointId id, const char* action) const {
   if (contains(id)) return id.index;
   const bool existed = id.index < generations_.size() && id.generation <= generations_[id.index];
-  throw Error(ErrorCode::stale_id, std::string(action) + ": joint {index " + std::to_string(id.index) +
-                                       ", generation " + std::to_string(id.generation) + "} " +
-                                       (existed ? "was removed, by itself or with one of its bodies"
-                                                : "never existed in this world") +
-                                       "; ask World::contains before using an id that may be gone");
+  throw Error(ErrorCode::stale_id,
+              std::string(action) + ": joint {index " + std::to_string(id.index) + ", generation " +
+                  std::to_string(id.generation) + "} " +
+                  (existed ? "was removed, by itself or with one of its bodies" : "never existed in this world") +
+                  "; ask World::contains before using an id that may be gone");
 }
 
 std::span<const JointId> JointTable::living() const {

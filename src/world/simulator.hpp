@@ -75,8 +75,9 @@ class Simulator {
   /// Of the step that is read.
   virtual const Profile& current_profile() const { return profile; }
 
-  /// The simulator's part of a snapshot: all that `def`, `bodies`, `joints` and `steps` do not say. `restore` is called on a new
-  /// simulator whose `def`, `bodies`, `joints` and `steps` are those of the saved one; it may leave it unusable when it throws.
+  /// The simulator's part of a snapshot: all that `def`, `bodies`, `joints` and `steps` do not say. `restore` is called
+  /// on a new simulator whose `def`, `bodies`, `joints` and `steps` are those of the saved one; it may leave it
+  /// unusable when it throws.
   virtual void save(ByteWriter& write) const = 0;
   virtual void restore(ByteReader& in) = 0;
 

@@ -130,8 +130,7 @@ void World::reserve(std::uint32_t count) {
 
 void World::remove(BodyId id) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "remove body");
-  while (!simulator_->joints.of(slot).empty())
-    remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
+  while (!simulator_->joints.of(slot).empty()) remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
   simulator_->body_removed(slot);
   simulator_->bodies.remove(id);
 }
