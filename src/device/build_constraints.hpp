@@ -434,9 +434,11 @@ struct LoadBodies {
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;
-    // A body's contacts have a colour each, but those in the overflow: so colours share no body.
-    FATHOM_VALIDATE(
-        counters->overflow > 0 || bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) == bodies.touching[i], i);
+    // A body's contacts have a colour each, but those in the overflow, which in cells are all that are awake: so
+    // colours share no body.
+    FATHOM_VALIDATE(counters->overflow > 0 || !bodies.is_awake(i) ||
+                        bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) == bodies.touching[i],
+                    i);
     const bool solved = bodies.touching[i] > 0 || c.motion() != MotionType::dynamic;
     if (!solved) return;
     SolverBody body;
