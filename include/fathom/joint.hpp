@@ -1,9 +1,12 @@
 // Joints: what holds two bodies together, and the definition one is created from.
 //
-//   fathom::JointId hinge = world.add_joint(fathom::ball_joint(boom, bucket, {1, 0, 0}, {-0.5f, 0, 0}));
-//   fathom::Vec3 pull = world.reaction(hinge).force;
+//   fathom::JointDef hinge = fathom::revolute_joint(frame, door, {{0, 0, 1}, z_up}, {{-0.5f, 0, 0}, z_up});
+//   hinge.axis(fathom::JointAxisName::twist).limit(0, 1.5f);
+//   const fathom::JointId id = world.add_joint(hinge);
+//   fathom::Vec3 pull = world.reaction(id).force;
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <fathom/body.hpp>
 
@@ -19,22 +22,96 @@ struct JointId {
 
 enum class JointType : std::uint8_t {
   ball,  ///< holds two anchors together and leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
+  generic,   ///< six axes, each free, limited or locked (PhysX: D6, Jolt: six-DOF): hinges, sliders, wheels, welds
+  distance,  ///< limits or holds the distance of two anchors: rods, ropes, springs
 };
+
+/// What a joint allows along or about an axis.
+enum class AxisMode : std::uint8_t { free, limited, locked };
+
+/// A spring, a damper or a motor on an axis of a joint: the force stiffness (position - x) + damping (velocity - v),
+/// integrated implicitly, so that any gain is stable, and never more than `max_force`. For an axis of rotation read
+/// rad, rad/s, N·m, N·m/rad, N·m·s/rad.
+struct JointDrive {
+  float position = 0;       ///< target (m)
+  float velocity = 0;       ///< target (m/s)
+  float stiffness = 0;      ///< N/m; or Hz, where `by_frequency`
+  float damping = 0;        ///< N·s/m; or the damping ratio, where `by_frequency`
+  float max_force = 3e38f;  ///< N
+  /// True: stiffness and damping are a frequency and a damping ratio against what the axis moves, all else locked.
+  bool by_frequency = false;
+
+  bool is_on() const { return stiffness > 0 || damping > 0; }
+  friend bool operator==(const JointDrive&, const JointDrive&) = default;
+};
+
+/// As damping: holds its velocity as long as `max_force` suffices.
+inline constexpr float rigid_damping = 3e38f;
+
+/// One axis of a joint.
+struct JointAxis {
+  AxisMode mode = AxisMode::free;
+  /// Of a limited axis (m or rad): where it ends, `lower` <= `upper`. Angles lie within [-pi, pi] about the twist axis,
+  /// within (-pi/2, pi/2) about the others. Equal bounds lock it there.
+  float lower = 0, upper = 0;
+  JointDrive drive{};
+
+  JointAxis& limit(float from, float to) {
+    mode = AxisMode::limited, lower = from, upper = to;
+    return *this;
+  }
+  JointAxis& drive_velocity(float target, float max) {
+    drive = {0, target, 0, rigid_damping, max, false};
+    return *this;
+  }
+  JointAxis& drive_position(float target, float stiffness, float damping, float max = 3e38f) {
+    drive = {target, 0, stiffness, damping, max, false};
+    return *this;
+  }
+  JointAxis& spring(float hertz, float damping_ratio, float rest = 0) {
+    drive = {rest, 0, hertz, damping_ratio, 3e38f, true};
+    return *this;
+  }
+  /// Holds still until more than `most` (N or N·m) pushes it.
+  JointAxis& friction(float most) { return drive_velocity(0, most); }
+
+  friend bool operator==(const JointAxis&, const JointAxis&) = default;
+};
+
+/// Axes of a generic joint, those of A's frame. A distance joint has one, `x`: the distance.
+enum class JointAxisName : std::uint8_t {
+  x,        ///< translation (m) along A's axis x
+  y,        ///< ... y
+  z,        ///< ... z
+  twist,    ///< rotation (rad) about B's axis x, that what swing leaves
+  swing_y,  ///< how far B's axis x is turned about A's y, out of A's x-y plane
+  swing_z,  ///< ... about A's z, out of A's x-z plane
+};
+inline constexpr std::size_t joint_axis_count = 6;
 
 /// What a joint is created from.
 struct JointDef {
   JointType type = JointType::ball;
   BodyId a{}, b{};  ///< two different bodies, at least one of them dynamic
-  /// The joint's frame on each body, in body axes from its centre of mass (m); the rotations are normalised. A ball
-  /// joint reads the positions alone, its anchors.
+  /// The joint's frame on each body, in body axes from its centre of mass (m); the rotations are normalised. Ball and
+  /// distance joints read the positions alone, their anchors. Where B is fixed or kinematic, the axes are those of B's
+  /// frame instead of A's.
   Pose frame_a{}, frame_b{};
+  /// Of generic and distance joints, by JointAxisName.
+  std::array<JointAxis, joint_axis_count> axes{};
+  /// Of a generic joint: more than 0, the angle (rad, below pi) that B's axis x may be away from A's. The two swings
+  /// are free then.
+  float cone_angle = 0;
   /// False: the two bodies make no contacts with each other.
   bool collide_connected = false;
-  /// 0: rigid. Else a spring between the anchors with this frequency (Hz) against the bodies' effective mass, and this
+  /// 0: rigid. Else what is locked is a spring with this frequency (Hz) against the bodies' effective mass, and this
   /// damping ratio. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is stable.
   float hertz = 0;
   float damping_ratio = 1;
   std::uint64_t user_data = 0;
+
+  JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
+  const JointAxis& axis(JointAxisName name) const { return axes[static_cast<std::size_t>(name)]; }
 };
 
 /// A ball joint between points of two bodies (m, body axes, from their centres of mass).
@@ -45,10 +122,67 @@ inline JointDef ball_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b) {
   return def;
 }
 
+/// A joint of six axes, all of them free.
+inline JointDef generic_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
+  JointDef def;
+  def.type = JointType::generic;
+  def.a = a, def.b = b, def.frame_a = frame_a, def.frame_b = frame_b;
+  return def;
+}
+
+/// All axes locked: the two frames are one (Box3D: weld joint).
+inline JointDef fixed_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
+  JointDef def = generic_joint(a, b, frame_a, frame_b);
+  for (JointAxis& axis : def.axes) axis.mode = AxisMode::locked;
+  return def;
+}
+
+/// A hinge about the frames' axis x: all locked but the twist.
+inline JointDef revolute_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
+  JointDef def = fixed_joint(a, b, frame_a, frame_b);
+  def.axis(JointAxisName::twist).mode = AxisMode::free;
+  return def;
+}
+
+/// A slider along the frames' axis x.
+inline JointDef prismatic_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
+  JointDef def = fixed_joint(a, b, frame_a, frame_b);
+  def.axis(JointAxisName::x).mode = AxisMode::free;
+  return def;
+}
+
+/// Two hinges at right angles: the axes x may swing against each other, but not twist (PhysX: locked twist).
+inline JointDef universal_joint(BodyId a, BodyId b, const Pose& frame_a, const Pose& frame_b) {
+  JointDef def = fixed_joint(a, b, frame_a, frame_b);
+  def.axis(JointAxisName::swing_y).mode = def.axis(JointAxisName::swing_z).mode = AxisMode::free;
+  return def;
+}
+
+/// A wheel B on a chassis A: it spins about the frames' axis x, its suspension gives along A's z, and it steers about z
+/// once that swing is limited or free. All parameters of the suspension are the axis z's drive and limits.
+inline JointDef wheel_joint(BodyId chassis, BodyId wheel, const Pose& frame_a, const Pose& frame_b, float hertz,
+                            float damping_ratio) {
+  JointDef def = revolute_joint(chassis, wheel, frame_a, frame_b);
+  def.axis(JointAxisName::z).mode = AxisMode::free;
+  def.axis(JointAxisName::z).spring(hertz, damping_ratio);
+  return def;
+}
+
+/// A rod where `lower` equals `upper` (m), a rope where `lower` is 0.
+inline JointDef distance_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b, float lower, float upper) {
+  JointDef def = ball_joint(a, b, anchor_a, anchor_b);
+  def.type = JointType::distance;
+  def.axis(JointAxisName::x).limit(lower, upper);
+  return def;
+}
+
 /// What a joint did to its body B in the last step, in world axes, as means over the step; to A it did the reverse.
 struct JointReaction {
   Vec3 force;   ///< N, at B's anchor
-  Vec3 torque;  ///< N·m; a ball joint has none
+  Vec3 torque;  ///< N·m; ball and distance joints have none
 };
+
+/// Where a joint's axes stand, by JointAxisName (m and rad; of a distance joint x alone).
+using JointPositions = std::array<float, joint_axis_count>;
 
 }  // namespace fathom

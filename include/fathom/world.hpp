@@ -241,8 +241,16 @@ class World {
   const JointDef& joint(JointId id) const;
   /// Another spring (see JointDef), from the next step on; wakes both bodies. Throws `stale_id`, `invalid_argument`.
   void set_joint_spring(JointId id, float hertz, float damping_ratio);
+  /// Other bounds or another drive of an axis, from the next step on; wakes both bodies. Throws `stale_id`, and
+  /// `invalid_argument` as `add_joint`.
+  void set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis);
+  /// Other frames on the two bodies (see JointDef), which may be apart: the joint pulls them together, at 60 m/s at
+  /// most. Wakes both bodies. Throws `stale_id`, and `invalid_argument` as `add_joint`.
+  void set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b);
   /// Of the last step; waits for it. Throws `stale_id`.
   JointReaction reaction(JointId id) const;
+  /// Where its axes stand now; of a ball joint zeros. Throws `stale_id`.
+  JointPositions joint_positions(JointId id) const;
 
   // Forces act during the next step only; impulses at once. What a force changes of the velocity moves the body as
   // symplectic Euler over the whole step does, so a spring or a controller that computes its force once a step is

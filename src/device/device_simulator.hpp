@@ -60,7 +60,7 @@ class DeviceSimulator final : public Simulator {
   void joint_added(std::uint32_t slot) override { note_joint(slot); }
   void joint_removed(std::uint32_t slot) override { note_joint(slot); }
   void joint_changed(std::uint32_t slot) override { note_joint(slot); }
-  Vec3 joint_impulse(std::uint32_t slot) const override;
+  JointReaction joint_impulse(std::uint32_t slot) const override;
 
   std::span<const Pose> poses() const override;
   std::span<const Velocity> velocities() const override;

@@ -59,13 +59,13 @@ void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
 }
 
 template <exec::Device D>
-Vec3 DeviceSimulator<D>::joint_impulse(std::uint32_t slot) const {
+JointReaction DeviceSimulator<D>::joint_impulse(std::uint32_t slot) const {
   retire_all();
   if (newest_.step == 0 || !joint_mirror_.is_known(joints, slot)) return {};
   DeviceSimulator& s = self();
   if (!joints_are_current_) s.fetch(joints_read_, s.joint_memory_.arrays().records, s.joint_memory_.capacity());
   joints_are_current_ = true;
-  return joints_read_[slot].total;
+  return {joints_read_[slot].total, {}};
 }
 
 }  // namespace fathom::device

@@ -88,13 +88,14 @@ void NativeSimulator::validate_colours() const {
       ++of_contacts;
     });
     for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit) {
-      for (const std::uint32_t slot : graph_.joints_of(unit, colour)) {
-        const Joint& joint = graph_.joint(slot);
-        FATHOM_VALIDATE(joint.in_use && joint.colour == colour, joint.b);
-        occupy(joint.b);
-        if (!joint.fixed_a) occupy(joint.a);
-        ++of_joints;
-      }
+      for (const ConstraintKind kind : {ConstraintKind::ball_joint, ConstraintKind::generic_joint})
+        for (const std::uint32_t slot : graph_.joints_of(kind, unit, colour)) {
+          const Joint& joint = graph_.joint(slot);
+          FATHOM_VALIDATE(joint.in_use && joint.kind == kind && joint.colour == colour, joint.b);
+          occupy(joint.b);
+          if (!joint.fixed_a) occupy(joint.a);
+          ++of_joints;
+        }
     }
     FATHOM_VALIDATE(of_contacts == graph_.size_of(colour) && of_joints == graph_.joints_of_colour(colour));
     listed += of_contacts + of_joints;

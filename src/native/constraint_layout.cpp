@@ -20,16 +20,17 @@ constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in 
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
 constexpr std::size_t few_of_a_colour = 8;   // on average
-constexpr std::size_t kinds = 2;             // of constraints
 constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
 
+constexpr ConstraintKind joint_kinds[] = {ConstraintKind::ball_joint, ConstraintKind::generic_joint};
+
 /// Of joints with these slots, from `lane` on; returns where the next ones go.
 template <class Lane>
-Lane copy_joints(std::span<const std::uint32_t> joints, Lane lane) {
+Lane copy_joints(ConstraintKind kind, std::span<const std::uint32_t> joints, Lane lane) {
   return std::transform(joints.begin(), joints.end(), lane,
-                        [](std::uint32_t slot) { return constraint_ref(ConstraintKind::ball_joint, slot); });
+                        [kind](std::uint32_t slot) { return constraint_ref(kind, slot); });
 }
 
 /// The even cut, or the wanted one as far as shares stay nearly even: all threads wait for the largest.
@@ -76,8 +77,8 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
 void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
   colour_of_.clear();
   for (int colour = 0; colour < colour_count; ++colour) {
-    const std::size_t blocks =
-        blocks_of(graph_.size_of(colour), width_) + blocks_of(graph_.joints_of_colour(colour), width_);
+    std::size_t blocks = blocks_of(graph_.size_of(colour), width_);
+    for (const ConstraintKind kind : joint_kinds) blocks += blocks_of(graph_.joints_of_colour(kind, colour), width_);
     if (blocks == 0) continue;
     stretches_.push_back({blocks_, blocks_ + blocks, 1});
     colour_of_.push_back(colour);
@@ -99,9 +100,13 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
       std::copy(contacts.begin(), contacts.end(), lanes.begin());
     std::uint32_t* lane = lanes.data() + contacts.size();
     std::fill(lane, lanes.data() + lanes.size(), none);
-    lane = lanes.data() + blocks_of(contacts.size(), width_) * width_;
-    for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
-      lane = copy_joints(graph_.joints_of(unit, colour_of_[s]), lane);
+    std::size_t block = blocks_of(contacts.size(), width_);
+    for (const ConstraintKind kind : joint_kinds) {
+      lane = lanes.data() + block * width_;
+      for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
+        lane = copy_joints(kind, graph_.joints_of(kind, unit, colour_of_[s]), lane);
+      block += blocks_of(graph_.joints_of_colour(kind, colour_of_[s]), width_);
+    }
   };
   const bool alone = lanes_.size() < least_to_sort;
   pool_.for_each_part(stretches_.size(), alone ? stretches_.size() : 1, [&](std::size_t begin, std::size_t end) {
@@ -212,11 +217,12 @@ void ConstraintLayout::fill_by_unit() {
   // Laid out at once: they are few.
   const auto add_joints = [&](std::size_t unit, int first, int end) {
     for (int colour = first; colour < end; ++colour)
-      if (const auto joints = graph_.joints_of(unit, colour); add_stretch(joints)) {
-        lists_.push_back(nullptr);
-        grow_to(lanes_, blocks_ * width_);
-        std::fill(copy_joints(joints, first_lane(stretches_.back())), lanes_.end(), none);
-      }
+      for (const ConstraintKind kind : joint_kinds)
+        if (const auto joints = graph_.joints_of(kind, unit, colour); add_stretch(joints)) {
+          lists_.push_back(nullptr);
+          grow_to(lanes_, blocks_ * width_);
+          std::fill(copy_joints(kind, joints, first_lane(stretches_.back())), lanes_.end(), none);
+        }
   };
   // Laid out at once, by the one thread that has coloured them.
   const auto add_recoloured = [&] {
@@ -306,11 +312,12 @@ void ConstraintLayout::join_islands() {
       for (const std::uint32_t slot : {c.a, c.b}) island_[slot] = {slot, 0, none};
       links_.push_back({contacts[i], colour, c.b, c.a});
     }
-    for (const std::uint32_t joint : graph_.joints_of(0, static_cast<int>(colour))) {
-      const Joint& j = graph_.joint(joint);
-      for (const std::uint32_t slot : {j.a, j.b}) island_[slot] = {slot, 0, none};
-      links_.push_back({constraint_ref(ConstraintKind::ball_joint, joint), colour, j.b, j.a});
-    }
+    for (const ConstraintKind kind : joint_kinds)
+      for (const std::uint32_t joint : graph_.joints_of(kind, 0, static_cast<int>(colour))) {
+        const Joint& j = graph_.joint(joint);
+        for (const std::uint32_t slot : {j.a, j.b}) island_[slot] = {slot, 0, none};
+        links_.push_back({constraint_ref(kind, joint), colour, j.b, j.a});
+      }
   }
   for (const Link& link : links_) {
     if (link.colour >= first_fixed_colour) break;
@@ -365,19 +372,19 @@ void ConstraintLayout::place_bodies(std::span<const std::uint32_t> in_contact) {
 }
 
 void ConstraintLayout::fill_by_group() {
-  next_lane_.assign(groups_.size() * colour_count * kinds, 0);
+  next_lane_.assign(groups_.size() * colour_count * constraint_kinds, 0);
   const auto next_lane = [&](const Link& link) -> std::uint32_t& {
     const std::uint32_t group = island_[link.root].group;
     // Contacts between bodies in quarantine belong to no group; any will do.
-    return next_lane_[((group == none ? 0 : group) * colour_count + link.colour) * kinds +
+    return next_lane_[((group == none ? 0 : group) * colour_count + link.colour) * constraint_kinds +
                       static_cast<std::size_t>(kind_of(link.constraint))];
   };
   for (const Link& link : links_) ++next_lane(link);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     groups_[g].stretches.begin = stretches_.size();
     groups_[g].blocks.begin = blocks_;
-    for (std::size_t colour = 0; colour < colour_count * kinds; ++colour) {
-      std::uint32_t& lane = next_lane_[g * colour_count * kinds + colour];
+    for (std::size_t colour = 0; colour < colour_count * constraint_kinds; ++colour) {
+      std::uint32_t& lane = next_lane_[g * colour_count * constraint_kinds + colour];
       const std::size_t blocks = blocks_of(lane, width_);
       lane = static_cast<std::uint32_t>(blocks_ * width_);
       if (blocks > 0) stretches_.push_back({blocks_, blocks_ + blocks, 1});

@@ -353,6 +353,7 @@ std::size_t ContactGraph::memory_bytes() const {
          pairs_.memory_bytes() + body_contacts_.memory_bytes() + domains_.memory_bytes() +
          touch_changes_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
          joints_.capacity() * sizeof(Joint) + joint_impulses_.capacity() * sizeof(JointImpulse) +
+         generic_joints_.capacity() * sizeof(GenericJoint) + generic_impulses_.capacity() * sizeof(GenericImpulse) +
          (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
           colours_room_) *
              sizeof(std::uint32_t);

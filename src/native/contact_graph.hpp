@@ -70,7 +70,10 @@ class ContactGraph {
   const PairSet& pairs() const { return pairs_; }
   ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
-  Constrained constrained() { return {contacts_.data(), manifolds_.data(), joints_.data(), joint_impulses_.data()}; }
+  Constrained constrained() {
+    return {contacts_.data(),       manifolds_.data(),      joints_.data(),
+            joint_impulses_.data(), generic_joints_.data(), generic_impulses_.data()};
+  }
   TouchChanges& touch_changes() { return touch_changes_; }
   void make_room_for_touches() { touch_changes_.make_room(contacts_.size()); }
   /// True once any contact had a restitution above zero.
@@ -88,26 +91,40 @@ class ContactGraph {
   // the same masks as contacts.
 
   void add_joint(std::uint32_t slot, const Joint& joint);
+  /// Of a generic joint that has been added, or restored, what its rows read.
+  void define_joint(std::uint32_t slot, const GenericJoint& joint);
   void remove_joint(std::uint32_t slot);
   std::size_t joint_slots() const { return joints_.size(); }
   const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
-  void set_softness(std::uint32_t slot, const Softness& softness, bool rigid) {
-    joints_[slot].softness = softness;
-    joints_[slot].rigid = rigid;
+  void change_joint(std::uint32_t slot, Vec3 anchor_a, Vec3 anchor_b, const Softness& softness, bool rigid) {
+    Joint& joint = joints_[slot];
+    joint.anchor_a = anchor_a, joint.anchor_b = anchor_b;
+    joint.softness = softness, joint.rigid = rigid;
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
-  void forget_joint_impulse(std::uint32_t slot) { joint_impulses_[slot] = {}; }
+  const GenericImpulse& generic_impulse(std::uint32_t slot) const { return generic_impulses_[slot]; }
+  void forget_joint_impulse(std::uint32_t slot) {
+    joint_impulses_[slot] = {};
+    if (slot < generic_impulses_.size()) generic_impulses_[slot] = {};
+  }
   /// Gives the joint a colour, or takes it away, where it is due.
   void colour_joint(std::uint32_t slot);
   void uncolour_joint(std::uint32_t slot);
   /// Ascending slots; empty where there are none.
-  std::span<const std::uint32_t> joints_of(std::size_t unit, int colour) const {
-    const std::size_t list = unit * (overflow_colour + 1) + static_cast<std::size_t>(colour);
+  std::span<const std::uint32_t> joints_of(ConstraintKind kind, std::size_t unit, int colour) const {
+    const std::size_t list = joint_list_number(kind, unit, static_cast<std::size_t>(colour));
     return list < joint_lists_.size() ? std::span<const std::uint32_t>(joint_lists_[list])
                                       : std::span<const std::uint32_t>();
   }
-  bool any_overflow() const { return sizes_[overflow_colour] + joint_counts_[overflow_colour] > 0; }
-  std::size_t joints_of_colour(int colour) const { return joint_counts_[colour]; }
+  bool any_overflow() const { return sizes_[overflow_colour] + joints_of_colour(overflow_colour) > 0; }
+  std::size_t joints_of_colour(int colour) const {
+    return joints_of_colour(ConstraintKind::ball_joint, colour) +
+           joints_of_colour(ConstraintKind::generic_joint, colour);
+  }
+  std::size_t joints_of_colour(ConstraintKind kind, int colour) const {
+    return joint_counts_[colour][kind_index(kind)];
+  }
+  bool any_generic_joints() const { return !generic_joints_.empty(); }
   /// Whether all its constraints are these joints.
   bool has_joints_alone(std::uint32_t slot, std::span<const std::uint32_t> joints) const;
   /// Calls act(joint) for joints with a colour.
@@ -188,7 +205,7 @@ class ContactGraph {
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_, s.colours_,
-      s.colouring_, s.joints_, s.joint_impulses_);
+      s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -206,6 +223,11 @@ class ContactGraph {
   void count(const Seat& seat, int more);
   std::uint8_t take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a);
   void give_back_colour(std::uint32_t a, std::uint32_t b, bool fixed_a, std::uint8_t colour);
+  static constexpr std::size_t joint_kinds = constraint_kinds - 1;
+  static std::size_t kind_index(ConstraintKind kind) { return static_cast<std::size_t>(kind) - 1; }
+  static std::size_t joint_list_number(ConstraintKind kind, std::size_t unit, std::size_t colour) {
+    return (unit * (overflow_colour + 1) + colour) * joint_kinds + kind_index(kind);
+  }
   std::vector<std::uint32_t>& joint_list(const Joint& joint);
   void list_joints();
 
@@ -228,10 +250,12 @@ class ContactGraph {
   std::size_t colours_room_ = 0;                     // contacts, in the room of all these lists
   std::vector<std::size_t> unit_sizes_ = {0};
   std::size_t sizes_[overflow_colour + 1] = {};
-  std::vector<Joint> joints_;                            // by slot
-  std::vector<JointImpulse> joint_impulses_;             // by slot
-  std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit and colour
-  std::size_t joint_counts_[overflow_colour + 1] = {};   // by colour
+  std::vector<Joint> joints_;                 // by slot
+  std::vector<JointImpulse> joint_impulses_;  // by slot
+  std::vector<GenericJoint> generic_joints_;  // by slot, empty as long as there are none; as impulses
+  std::vector<GenericImpulse> generic_impulses_;
+  std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit, colour and kind
+  std::size_t joint_counts_[overflow_colour + 1][joint_kinds] = {};
   std::size_t between_ = 0;
   std::uint64_t colouring_ = 1;
 };

@@ -13,19 +13,25 @@ void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
     grow_to(joint_impulses_, slot + 1);
   }
   joints_[slot] = joint;
-  joint_impulses_[slot] = {};
+  forget_joint_impulse(slot);
+}
+
+void ContactGraph::define_joint(std::uint32_t slot, const GenericJoint& joint) {
+  if (slot >= generic_joints_.size()) grow_to(generic_joints_, slot + 1);
+  if (slot >= generic_impulses_.size()) grow_to(generic_impulses_, slot + 1);
+  generic_joints_[slot] = joint;
 }
 
 void ContactGraph::remove_joint(std::uint32_t slot) {
   if (joints_[slot].colour != no_colour) uncolour_joint(slot);
   joints_[slot] = {};
-  joint_impulses_[slot] = {};
+  forget_joint_impulse(slot);
 }
 
 std::vector<std::uint32_t>& ContactGraph::joint_list(const Joint& joint) {
-  const std::size_t lists = domains_.units() * (overflow_colour + 1);
+  const std::size_t lists = joint_list_number(ConstraintKind::ball_joint, domains_.units(), 0);
   if (joint_lists_.size() < lists) joint_lists_.resize(lists);
-  return joint_lists_[domains_.unit(joint.a, joint.b, joint.fixed_a) * (overflow_colour + 1) + joint.colour];
+  return joint_lists_[joint_list_number(joint.kind, domains_.unit(joint.a, joint.b, joint.fixed_a), joint.colour)];
 }
 
 void ContactGraph::colour_joint(std::uint32_t slot) {
@@ -33,7 +39,7 @@ void ContactGraph::colour_joint(std::uint32_t slot) {
   joint.colour = take_colour(joint.a, joint.b, joint.fixed_a);
   std::vector<std::uint32_t>& list = joint_list(joint);
   list.insert(std::lower_bound(list.begin(), list.end(), slot), slot);
-  ++joint_counts_[joint.colour];
+  ++joint_counts_[joint.colour][kind_index(joint.kind)];
   between_ += !joint.fixed_a;
   ++colouring_;
 }
@@ -43,7 +49,7 @@ void ContactGraph::uncolour_joint(std::uint32_t slot) {
   give_back_colour(joint.a, joint.b, joint.fixed_a, joint.colour);
   std::vector<std::uint32_t>& list = joint_list(joint);
   list.erase(std::lower_bound(list.begin(), list.end(), slot));
-  --joint_counts_[joint.colour];
+  --joint_counts_[joint.colour][kind_index(joint.kind)];
   between_ -= !joint.fixed_a;
   joint.colour = no_colour;
   ++colouring_;

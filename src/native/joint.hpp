@@ -17,8 +17,10 @@ struct Joint {
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;
   bool rigid = false;  ///< as stiff as can be
+  ConstraintKind kind = ConstraintKind::ball_joint;
+  std::uint8_t unused[3] = {};
 };
-static_assert(sizeof(Joint) == 48);  // without padding, which snapshots would hold
+static_assert(sizeof(Joint) == 52);  // without padding, which snapshots would hold
 
 /// What outlasts a step (N·s on B, world axes).
 struct JointImpulse {

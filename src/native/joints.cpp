@@ -1,5 +1,5 @@
 // What the native simulator does when the application adds, removes or changes a joint.
-#include "dynamics/ball_joint.hpp"
+#include "dynamics/generic_joint.hpp"
 #include "native/native_simulator.hpp"
 
 namespace fathom::native {
@@ -10,14 +10,24 @@ Softness NativeSimulator::softness_of(std::uint32_t joint) const {
   return joint_softness(definition.hertz, definition.damping_ratio, h);
 }
 
+void NativeSimulator::define_joint(std::uint32_t slot) {
+  const JointInfo& info = joints[slot];
+  if (info.def.type == JointType::ball) return;
+  graph_.define_joint(slot,
+                      make_generic_joint(info.def, info.swapped, def.dt / static_cast<float>(def.solver.substeps)));
+}
+
 void NativeSimulator::wake_joined(std::uint32_t joint) {
   for (const std::uint32_t slot : {joints[joint].a, joints[joint].b}) wake_island(slot);
 }
 
 void NativeSimulator::joint_added(std::uint32_t slot) {
   const JointInfo& info = joints[slot];
-  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a,
-                          true, info.def.hertz == 0});
+  graph_.add_joint(slot,
+                   {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a, true,
+                    info.def.hertz == 0,
+                    info.def.type == JointType::ball ? ConstraintKind::ball_joint : ConstraintKind::generic_joint});
+  define_joint(slot);
   wake_joined(slot);
   if (graph_.joint(slot).colour == no_colour) graph_.colour_joint(slot);
   for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
@@ -51,8 +61,16 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
 }
 
 void NativeSimulator::joint_changed(std::uint32_t slot) {
-  graph_.set_softness(slot, softness_of(slot), joints[slot].def.hertz == 0);
+  const JointInfo& info = joints[slot];
+  graph_.change_joint(slot, info.anchor_a, info.anchor_b, softness_of(slot), info.def.hertz == 0);
+  define_joint(slot);
   wake_joined(slot);
+}
+
+JointReaction NativeSimulator::joint_impulse(std::uint32_t slot) const {
+  if (joints[slot].def.type == JointType::ball) return {graph_.joint_impulse(slot).total, {}};
+  const GenericImpulse& impulse = graph_.generic_impulse(slot);
+  return {impulse.force, impulse.torque};
 }
 
 void NativeSimulator::restore_joints(ByteReader& in) {
@@ -60,7 +78,9 @@ void NativeSimulator::restore_joints(ByteReader& in) {
     const JointInfo& info = joints[id.index];
     in.require(id.index < graph_.joint_slots());
     const Joint& joint = graph_.joint(id.index);
-    in.require(joint.in_use && joint.a == info.a && joint.b == info.b && joint.fixed_a == info.fixed_a);
+    in.require(joint.in_use && joint.a == info.a && joint.b == info.b && joint.fixed_a == info.fixed_a &&
+               (joint.kind == ConstraintKind::ball_joint) == (info.def.type == JointType::ball));
+    define_joint(id.index);
     if (!info.def.collide_connected) graph_.keep_apart(info.a, info.b);
   }
   std::size_t in_use = 0;

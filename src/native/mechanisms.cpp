@@ -51,7 +51,9 @@ void Mechanisms::find() {
   if (joints == 0) return;
   const auto for_each_rigid = [&](const auto& act) {
     for (std::uint32_t slot = 0; slot < joints; ++slot)
-      if (const Joint& j = graph_.joint(slot); j.in_use && j.rigid && j.colour != no_colour) act(slot, j);
+      if (const Joint& j = graph_.joint(slot);
+          j.in_use && j.rigid && j.kind == ConstraintKind::ball_joint && j.colour != no_colour)
+        act(slot, j);
   };
   direct_.assign(joints, 0);
   link_of_.assign(state_.size(), none);
@@ -82,7 +84,7 @@ void Mechanisms::count_joints() {
   joint_colours_.assign(state_.size(), {});
   for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) {
     const Joint& j = graph_.joint(slot);
-    if (!j.in_use || j.colour == no_colour) continue;
+    if (!j.in_use || j.kind != ConstraintKind::ball_joint || j.colour == no_colour) continue;
     for (const std::uint32_t body : {j.a, j.b}) {
       if (j.colour == overflow_colour)
         ++joint_colours_[body].overflow;

@@ -44,7 +44,7 @@ class NativeSimulator : public Simulator {
   void joint_added(std::uint32_t slot) override;
   void joint_removed(std::uint32_t slot) override;
   void joint_changed(std::uint32_t slot) override;
-  Vec3 joint_impulse(std::uint32_t slot) const override { return graph_.joint_impulse(slot).total; }
+  JointReaction joint_impulse(std::uint32_t slot) const override;
 
   std::span<const Pose> poses() const override { return state_.poses; }
   std::span<const Velocity> velocities() const override { return state_.velocities; }
@@ -159,6 +159,7 @@ class NativeSimulator : public Simulator {
   void wake_neighbours(std::uint32_t slot);
   /// joints.cpp
   Softness softness_of(std::uint32_t joint) const;
+  void define_joint(std::uint32_t slot);
   void wake_joined(std::uint32_t joint);
   void restore_joints(ByteReader& in);
   /// Sleepers that fixed bodies were added or moved into.

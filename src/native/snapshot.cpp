@@ -60,10 +60,11 @@ void ContactGraph::restore(ByteReader& in) {
     });
     count(seat, 1);
   }
-  in.require(joint_impulses_.size() == joints_.size());
+  in.require(joint_impulses_.size() == joints_.size() && generic_impulses_.size() <= joints_.size());
   for (const Joint& joint : joints_) {
     in.require(is_sound(joint.fixed_a) && is_sound(joint.in_use) && is_sound(joint.rigid));
     if (!joint.in_use) continue;
+    in.require(joint.kind != ConstraintKind::contact && static_cast<std::size_t>(joint.kind) < constraint_kinds);
     in.require(joint.a < slots && joint.b < slots && joint.a != joint.b);
     if (joint.colour == no_colour) continue;
     in.require(joint.colour <= overflow_colour);
@@ -74,7 +75,7 @@ void ContactGraph::restore(ByteReader& in) {
       colours[slot] |= bit;
       overflow[slot] += bit == 0;
     }
-    ++joint_counts_[joint.colour];
+    ++joint_counts_[joint.colour][kind_index(joint.kind)];
     between_ += !joint.fixed_a;
   }
   list_joints();

@@ -409,6 +409,7 @@ LoadWatch ContactSolver::load_watch() {
 }
 
 std::size_t ContactSolver::block_bytes(const SolverKernels& kernels) const {
+  if (graph_.any_generic_joints()) return kernels.joint_block_bytes;
   if (graph_.may_roll()) return kernels.rolling_block_bytes;
   return bodies_.any_anisotropic() ? kernels.block_bytes : kernels.isotropic_block_bytes;
 }
@@ -418,8 +419,9 @@ void ContactSolver::make_room_for_blocks() {
   overflow_.clear();
   graph_.for_each_of_colour(overflow_colour, [&](std::uint32_t index) { overflow_.push_back(index); });
   for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
-    for (const std::uint32_t slot : graph_.joints_of(unit, overflow_colour))
-      overflow_.push_back(constraint_ref(ConstraintKind::ball_joint, slot));
+    for (const ConstraintKind kind : {ConstraintKind::ball_joint, ConstraintKind::generic_joint})
+      for (const std::uint32_t slot : graph_.joints_of(kind, unit, overflow_colour))
+        overflow_.push_back(constraint_ref(kind, slot));
   single_count_ = overflow_.size();
   wide_blocks_.stride = block_bytes(wide_);
   single_blocks_.stride = block_bytes(single_);

@@ -31,6 +31,7 @@
 #include "dynamics/support.hpp"
 #include "native/ball_joints-inl.hpp"
 #include "native/constraint_block-inl.hpp"
+#include "native/generic_joints-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
 #include "native/prefetch.hpp"
 #include "native/prepare-inl.hpp"
@@ -420,8 +421,12 @@ constexpr JointPass joint_pass(Pass pass) {
 template <Pass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
-    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact))
-      return sweep_joints<joint_pass(pass)>(block, all, p.substep, pass == Pass::relax || p.ends_substep);
+    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact)) {
+      const bool ends_substep = pass == Pass::relax || p.ends_substep;
+      return block.header().kind == ConstraintKind::ball_joint
+                 ? sweep_joints<joint_pass(pass)>(block, all, p.substep, ends_substep)
+                 : sweep_generic_joints<joint_pass(pass)>(block, all, p.substep, ends_substep);
+    }
     if (pass != Pass::iterate && HWY_UNLIKELY(block.header().held)) {
       sweep_held<pass>(block, all, p);
       if (pass == Pass::relax && block.header().rolls) roll<false>(block, all);
@@ -436,7 +441,9 @@ void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* al
 template <class D>
 void warm_start(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
-    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact)) return warm_start_joints(block, all);
+    if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact))
+      return block.header().kind == ConstraintKind::ball_joint ? warm_start_joints(block, all)
+                                                               : warm_start_generic_joints(block, all);
     by_bodies(block, [&](auto fixed_a, auto isotropic)
                          HWY_ATTR { warm_start_block<D, fixed_a.value, isotropic.value>(block, all); });
     if (block.header().rolls) roll<true>(block, all);
@@ -449,7 +456,10 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
     const Block<D> block = block_at<D>(blocks, i);
     const auto zero = hn::Zero(D());
     if (block.header().kind != ConstraintKind::contact) {
-      clear_joints(block);
+      if (block.header().kind == ConstraintKind::ball_joint)
+        clear_joints(block);
+      else
+        clear_generic_joints(block);
       continue;
     }
     for (int p = 0; p < max_manifold_points; ++p) block.set(block.point(p, point_impulse), zero);
@@ -482,8 +492,10 @@ std::size_t prepare(BlockArray blocks, std::size_t begin, std::size_t end, const
     const ConstraintRef* const refs = lanes + i * width;
     if (HWY_LIKELY(kind_of(*refs) == ConstraintKind::contact))
       count += prepare_contacts(block, refs, constrained, view);
-    else
+    else if (kind_of(*refs) == ConstraintKind::ball_joint)
       prepare_joints(block, refs, constrained, view);
+    else
+      prepare_generic_joints(block, refs, constrained, view);
   }
   return count;
 }
@@ -507,8 +519,10 @@ void store(BlockArray blocks, std::size_t begin, std::size_t end, const Constrai
     const Block<D> block = block_at<D>(blocks, i);
     if (HWY_LIKELY(block.header().kind == ConstraintKind::contact))
       store_contacts(block, lanes + i * Block<D>::width, constrained, overlap_kept, watch);
-    else
+    else if (block.header().kind == ConstraintKind::ball_joint)
       store_joints(block, constrained);
+    else
+      store_generic_joints(block, constrained);
   }
 }
 
@@ -519,6 +533,7 @@ SolverKernels make_kernels(const char* name) {
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
           Block<D>::bytes_up_to(rolling_field_count),
+          Block<D>::bytes_up_to(generic_field_count),
           bounce_field_count * Block<D>::width,
           prepare<D>,
           warm_start<D>,

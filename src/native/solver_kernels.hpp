@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "dynamics/generic_joint.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 #include "native/contact.hpp"
@@ -59,6 +60,8 @@ struct Constrained {
   ContactManifold* manifolds = nullptr;
   const Joint* joints = nullptr;
   JointImpulse* joint_impulses = nullptr;
+  const GenericJoint* generic_joints = nullptr;  ///< by slot, as impulses; null where there are none
+  GenericImpulse* generic_impulses = nullptr;
   TouchWatch touches{};
 };
 
@@ -88,6 +91,7 @@ struct BlockHeader {
   bool round = false;                             ///< some lane is a contact of something round
   bool rolls = false;                             ///< some lane has rolling resistance
   bool ahead = false;                             ///< some lane's manifold was made where its bodies will meet
+  bool moves = false;                             ///< some lane is a joint with a limit or a drive
   // Bits by lane.
   std::uint16_t in_touch = 0;  ///< touched until now
   std::uint16_t hits = 0;      ///< the last step's hit goes on
@@ -101,6 +105,7 @@ struct SolverKernels {
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
   std::size_t rolling_block_bytes;    ///< of a block with rolling resistance, and them
+  std::size_t joint_block_bytes;      ///< of a block that may be of generic joints, and all of these
   std::size_t bounce_floats;          ///< a block
 
   /// Fills blocks [begin, end) from the constraints listed in `lanes` (width entries a block, all of one kind, `none`

@@ -12,12 +12,18 @@ template <class Def, class Archive>
 void archive_joint(Def& def, Archive& archive) {
   archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,
           def.collide_connected, def.hertz, def.damping_ratio, def.user_data);
+  if (def.type == JointType::ball) return;
+  archive(def.cone_angle);
+  for (auto& axis : def.axes)
+    archive(axis.mode, axis.lower, axis.upper, axis.drive.position, axis.drive.velocity, axis.drive.stiffness,
+            axis.drive.damping, axis.drive.max_force, axis.drive.by_frequency);
 }
 
 inline JointDef read_joint(ByteReader& in) {
   JointDef def;
   archive_joint(def, in);
-  in.require(def.type <= JointType::ball);
+  in.require(def.type <= JointType::distance);
+  for (const JointAxis& axis : def.axes) in.require(axis.mode <= AxisMode::locked);
   return def;
 }
 

@@ -13,7 +13,7 @@ namespace fathom {
 namespace {
 
 JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
-  JointInfo info;
+  JointInfo info{};
   info.def = def;
   info.def.frame_a.rotation = normalize(def.frame_a.rotation);
   info.def.frame_b.rotation = normalize(def.frame_b.rotation);
@@ -44,6 +44,10 @@ JointId JointTable::add(const JointDef& def, const BodyTable& bodies) {
   list(slot);
   living_is_current_ = false;
   return id(slot);
+}
+
+void JointTable::change(std::uint32_t slot, const JointDef& def, const BodyTable& bodies) {
+  infos_[slot] = make_info(def, bodies);
 }
 
 void JointTable::list(std::uint32_t slot) {

@@ -28,6 +28,8 @@ class JointTable {
   /// `def` must have been checked (see `check_joint`).
   JointId add(const JointDef& def, const BodyTable& bodies);
   void remove(std::uint32_t slot);
+  /// Another definition, of the same bodies and type.
+  void change(std::uint32_t slot, const JointDef& def, const BodyTable& bodies);
 
   bool contains(JointId id) const {
     return id.index < generations_.size() && id.generation == generations_[id.index] && alive(id.index);

@@ -55,10 +55,10 @@ class Simulator {
   // are removed before the body is. All wake both bodies.
   virtual void joint_added(std::uint32_t slot) = 0;
   virtual void joint_removed(std::uint32_t slot) = 0;
-  /// Its spring is another one.
+  /// Its definition is another one, of the same type and bodies.
   virtual void joint_changed(std::uint32_t slot) = 0;
-  /// N·s on B of the JointInfo at its anchor, in world axes, over the last step.
-  virtual Vec3 joint_impulse(std::uint32_t slot) const = 0;
+  /// N·s and N·m·s on B of the JointInfo at its anchor, in world axes, over the last step.
+  virtual JointReaction joint_impulse(std::uint32_t slot) const = 0;
 
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;

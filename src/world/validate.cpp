@@ -134,14 +134,60 @@ void check_body(const BodyDef& def) {
   if (def.inertia) check_inertia(*def.inertia);
 }
 
-void check_joint(const JointDef& def) {
-  const char* action = "add joint";
-  if (def.type > JointType::ball)
-    refuse("add joint: the type is " + std::to_string(static_cast<int>(def.type)) + ", which is no JointType");
-  if (def.a == def.b) refuse("add joint: both bodies are the same one; a joint holds two different bodies together");
+static std::string axis_text(std::size_t axis) {
+  static constexpr const char* names[] = {"x", "y", "z", "twist", "swing_y", "swing_z"};
+  return names[axis];
+}
+
+void check_joint(const JointDef& def, const char* action) {
+  const std::string place = std::string(action) + ": ";
+  if (def.type > JointType::distance)
+    refuse(place + "the type is " + std::to_string(static_cast<int>(def.type)) + ", which is no JointType");
+  if (def.a == def.b) refuse(place + "both bodies are the same one; a joint holds two different bodies together");
   check_pose(def.frame_a, action);
   check_pose(def.frame_b, action);
   check_joint_spring(def.hertz, def.damping_ratio, action);
+  if (def.type == JointType::ball) return;
+  require_not_negative(def.cone_angle, action, "the cone's angle");
+  if (def.cone_angle >= pi) refuse(place + "the cone's angle is " + text(def.cone_angle) + "; it must be below pi");
+  if (def.cone_angle > 0 && def.type == JointType::distance)
+    refuse(place + "a distance joint has no cone; leave the cone's angle 0");
+  for (std::size_t i = 0; i < joint_axis_count; ++i) {
+    const JointAxis& axis = def.axes[i];
+    check_joint_axis(def, static_cast<JointAxisName>(i), axis, action);
+    const bool is_set = axis.mode != AxisMode::free || axis.drive.is_on();
+    if (def.type == JointType::distance && i > 0 && is_set)
+      refuse(place + "a distance joint has one axis, x; leave axis " + axis_text(i) + " free");
+    if (def.cone_angle > 0 && i > static_cast<std::size_t>(JointAxisName::twist) && is_set)
+      refuse(place + "with a cone both swings are free; leave axis " + axis_text(i) + " free");
+  }
+}
+
+void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action) {
+  if (name > JointAxisName::swing_z)
+    refuse(std::string(action) + ": " + std::to_string(static_cast<int>(name)) + " is no JointAxisName");
+  const std::string what = "axis " + axis_text(static_cast<std::size_t>(name));
+  if (axis.mode > AxisMode::locked)
+    refuse(std::string(action) + ": the mode of " + what + " is " + std::to_string(static_cast<int>(axis.mode)) +
+           ", which is no AxisMode");
+  const auto finite = [&](float value, const char* of) { check_finite({value, 0, 0}, action, (what + of).c_str()); };
+  finite(axis.lower, "'s lower bound"), finite(axis.upper, "'s upper bound");
+  finite(axis.drive.position, "'s target"), finite(axis.drive.velocity, "'s target velocity");
+  require_not_negative(axis.drive.stiffness, action, (what + "'s stiffness").c_str());
+  require_not_negative(axis.drive.damping, action, (what + "'s damping").c_str());
+  require_not_negative(axis.drive.max_force, action, (what + "'s largest force").c_str());
+  if (axis.drive.by_frequency && axis.drive.is_on() && axis.drive.stiffness == 0)
+    refuse(std::string(action) + ": the drive of " + what +
+           " has a damping ratio but no frequency; set its stiffness (Hz)");
+  if (axis.mode != AxisMode::limited) return;
+  if (axis.lower > axis.upper)
+    refuse(std::string(action) + ": " + what + "'s lower bound " + text(axis.lower) + " is above its upper bound " +
+           text(axis.upper));
+  if (def.type == JointType::distance && axis.lower < 0)
+    refuse(std::string(action) + ": a distance cannot be below 0, as the lower bound " + text(axis.lower));
+  const float most = name < JointAxisName::twist ? 3e38f : name == JointAxisName::twist ? pi : 0.5f * pi;
+  if (axis.lower < -most || axis.upper > most)
+    refuse(std::string(action) + ": the bounds of " + what + " must lie within " + text(most) + " rad of 0");
 }
 
 void check_joint_spring(float hertz, float damping_ratio, const char* action) {

@@ -9,6 +9,7 @@
 
 #include "check/check.hpp"
 #include "collision/manifold.hpp"
+#include "dynamics/generic_joint.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "geometry/support.hpp"
 #include "math/eigen.hpp"
@@ -245,6 +246,11 @@ void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake
 
 // Joints ----------------------------------------------------------------------------------------------------
 
+static void change_joint(Simulator& sim, std::uint32_t slot, const JointDef& def) {
+  sim.joints.change(slot, def, sim.bodies);
+  sim.joint_changed(slot);
+}
+
 JointId World::add_joint(const JointDef& def) {
   Simulator& sim = *simulator_;
   check_joint(def);
@@ -280,16 +286,43 @@ const JointDef& World::joint(JointId id) const {
 void World::set_joint_spring(JointId id, float hertz, float damping_ratio) {
   const std::uint32_t slot = simulator_->joints.slot(id, "set joint spring");
   check_joint_spring(hertz, damping_ratio, "set joint spring");
-  simulator_->joints[slot].def.hertz = hertz;
-  simulator_->joints[slot].def.damping_ratio = damping_ratio;
-  simulator_->joint_changed(slot);
+  JointDef def = simulator_->joints[slot].def;
+  def.hertz = hertz, def.damping_ratio = damping_ratio;
+  change_joint(*simulator_, slot, def);
+}
+
+void World::set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis) {
+  const std::uint32_t slot = simulator_->joints.slot(id, "set joint axis");
+  JointDef def = simulator_->joints[slot].def;
+  if (def.type == JointType::ball) refuse("set joint axis: a ball joint has none; create a generic one");
+  check_joint_axis(def, name, axis, "set joint axis");
+  def.axis(name) = axis;
+  check_joint(def, "set joint axis");
+  change_joint(*simulator_, slot, def);
+}
+
+void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b) {
+  const std::uint32_t slot = simulator_->joints.slot(id, "set joint frames");
+  JointDef def = simulator_->joints[slot].def;
+  def.frame_a = frame_a, def.frame_b = frame_b;
+  check_joint(def, "set joint frames");
+  change_joint(*simulator_, slot, def);
 }
 
 JointReaction World::reaction(JointId id) const {
   const std::uint32_t slot = simulator_->joints.slot(id, "read reaction");
   simulator_->synchronise();
   const float rate = 1 / simulator_->def.dt;
-  return {(simulator_->joints[slot].swapped ? -rate : rate) * simulator_->joint_impulse(slot), {}};
+  const float on_b = simulator_->joints[slot].swapped ? -rate : rate;
+  const JointReaction impulse = simulator_->joint_impulse(slot);
+  return {on_b * impulse.force, on_b * impulse.torque};
+}
+
+JointPositions World::joint_positions(JointId id) const {
+  const JointInfo& info = simulator_->joints[simulator_->joints.slot(id, "read joint positions")];
+  simulator_->synchronise();
+  return joint_axis_positions(info.def, simulator_->poses()[info.def.a.index], simulator_->poses()[info.def.b.index],
+                              info.swapped);
 }
 
 // Forces and impulses ---------------------------------------------------------------------------------------

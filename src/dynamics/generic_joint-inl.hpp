@@ -1,0 +1,441 @@
+// The rows of a generic or distance joint over a lane type L, as those of ball joints (dynamics/ball_joint-inl.hpp),
+// which is included first.
+//
+// Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
+// rotation is taken apart into a swing of axis x and the twist that it leaves; the twist's rate is that about the
+// bisector of the two axes x, so both hold for any angle. Translations act on both bodies at B's anchor, so that a
+// slider that is far out keeps the angular momentum.
+//
+// A sweep solves all axes at once: what is locked is eliminated (Gauss-Jordan), which leaves of the others the masses
+// that the locked ones let through. Then drives are solved as soft rows of these, and again with the limits that their
+// result would break and with what exceeds its largest force. A substep is one of RATTLE, as a ball joint's.
+
+inline constexpr int axis_count = 6, translations = 3;
+
+/// What an axis asks of a substep; `generic_axis` makes it of a definition. An axis that is neither is free.
+template <class L>
+struct GenericAxis {
+  L locked, limited;  ///< 1 or 0
+  L lower, upper;     ///< m or rad; of a locked axis both are where it is held
+  /// Of a drive: it wants the velocity approach (target - x) + velocity - (compliance + response K) impulse, K being
+  /// what a unit of impulse changes the axis' velocity by.
+  L target, approach, velocity, compliance, response;
+  L most;  ///< N·s or N·m·s; 0: no drive
+};
+inline constexpr int axis_field_count = 10;
+
+/// What outlasts a sweep of one joint. Frames, arms and the gap are those of the step's beginning.
+template <class L>
+struct GenericJointRow {
+  UnitQuat<L> frame_a, frame_b;  ///< the joint's frames in the world
+  VecOf<L> arm_a, arm_b;         ///< m, from the centres of mass, world axes
+  VecOf<L> gap;                  ///< m, from A's anchor to B's
+  VecOf<L> pull;                 ///< m/s², see BallJointRow
+  L bias_rate, mass_scale, impulse_scale;
+  L rigid;     ///< 1, or 0 where what is locked is a spring
+  L distance;  ///< 1 of a distance joint
+  L cone;      ///< 1 where the swings have a cone in place of two axes
+  GenericAxis<L> axes[axis_count];
+
+  L hold[axis_count];       ///< N·s or N·m·s on B, of what is locked or at a limit, over the substep
+  L drive[axis_count];      ///< of drives
+  VecOf<L> given;           ///< N·s on B that all of them have been so far
+  VecOf<L> spun_a, spun_b;  ///< rad/s that they have given, as the bodies have it
+  VecOf<L> force, torque;   ///< N·s and N·m·s on B over the step, world axes
+};
+
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> product(const UnitQuat<L>& p, const UnitQuat<L>& q) {
+  return {p.w * q.w - dot(p.v, q.v), scale(p.w, q.v) + (scale(q.w, p.v) + cross(p.v, q.v))};
+}
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> conjugate(const UnitQuat<L>& q) {
+  return {q.w, scale(splat<L>(-1.0f), q.v)};
+}
+
+/// The angle (rad) of the vector (x, y), within 3e-7: Abramowitz and Stegun, 4.4.49.
+template <class L>
+FATHOM_LANE_FUNCTION L angle_of(L y, L x) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const L size_x = larger(x, zero - x), size_y = larger(y, zero - y);
+  const L t = smaller(size_x, size_y) / larger(larger(size_x, size_y), splat<L>(1e-30f)), s = t * t;
+  L p = mul_add(splat<L>(-0.0161657367f), s, splat<L>(0.0028662257f));
+  p = mul_add(splat<L>(0.0429096138f), s, p);
+  p = mul_add(splat<L>(-0.0752896400f), s, p);
+  p = mul_add(splat<L>(0.1065626393f), s, p);
+  p = mul_add(splat<L>(-0.1420889944f), s, p);
+  p = mul_add(splat<L>(0.1999355085f), s, p);
+  p = mul_add(splat<L>(-0.3333314528f), s, p);
+  p = mul_add(one, s, p) * t;
+  p = choose(is_less(size_x, size_y), splat<L>(1.57079633f) - p, p);
+  p = choose(is_less(x, zero), splat<L>(3.14159265f) - p, p);
+  return choose(is_less(y, zero), zero - p, p);
+}
+
+/// `a`, no longer than `most`.
+template <class L>
+FATHOM_LANE_FUNCTION L bounded(L a, L most) {
+  return smaller(larger(a, splat<L>(0.0f) - most), most);
+}
+
+/// The six rows of a joint as they are now: where they stand, what they act on.
+template <class L, class Bodies>
+struct GenericJointRows {
+  static constexpr bool isotropic = Bodies::all_isotropic, only_pushes_b = Bodies::only_pushes_b;
+
+  Bodies& bodies;
+  VecOf<L> along[translations];                           ///< unit vectors in the world
+  VecOf<L> turn_of_a[axis_count], turn_of_b[axis_count];  ///< m or 1: moment of a unit impulse, as spins are written
+  VecOf<L> spin_of_a[axis_count], spin_of_b[axis_count];  ///< and the spin that it gives
+  L value[axis_count];                                    ///< m or rad
+  L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
+
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
+    const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
+    const UnitQuat<L> spin_a = spin_frame(turned_a, of.a), spin_b = spin_frame(turned_b, of.b);
+    const VecOf<L> omega_a = in_world(spin_a, of.a.angular), omega_b = in_world(spin_b, of.b.angular);
+    const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
+    const VecOf<L> gap = row.gap + ((of.b.moved + (arm_b - row.arm_b)) - (of.a.moved + (arm_a - row.arm_a)));
+    const UnitQuat<L> frame = product(turned_a, row.frame_a);
+    VecOf<L> about[translations];
+    set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about);
+    const VecOf<L> reach = arm_a + gap;  // A's point at B's anchor
+    const VecOf<L> apart =
+        (of.b.linear + cross(omega_b, arm_b)) - (of.a.linear + cross(omega_a, reach));  // as A sees it
+    set_translations(row, frame, gap, apart + cross(omega_a, gap), h);
+    const L slides = splat<L>(1.0f) - row.distance;
+    VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, gap), h);
+    curve = curve - scale(slides * h, cross(omega_a, apart));
+    const VecOf<L> relative = omega_b - omega_a;
+    for (int i = 0; i < translations; ++i) {
+      set_turns(i, spin_a, spin_b, cross(reach, along[i]), cross(arm_b, along[i]));
+      set_turns(translations + i, spin_a, spin_b, about[i], about[i]);
+      drift[i] = drift[i] + dot(along[i], curve) - splat<L>(0.5f) * h * dot(along[i], row.pull);
+      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(omega_a, about[i]), relative);
+    }
+    torque_axes_[0] = about[0], torque_axes_[1] = about[1], torque_axes_[2] = about[2];
+  }
+
+  FATHOM_LANE_FUNCTION L velocity(int i) const {
+    const L turning = dot(turn_of_b[i], bodies.b.angular) - dot(turn_of_a[i], bodies.a.angular);
+    return i < translations ? turning + dot(along[i], bodies.b.linear - bodies.a.linear) : turning;
+  }
+  /// What a unit of impulse on row j changes row i's velocity by.
+  FATHOM_LANE_FUNCTION L response(int i, int j) const {
+    L sum = dot(turn_of_b[i], spin_of_b[j]);
+    if constexpr (!only_pushes_b) sum = sum + dot(turn_of_a[i], spin_of_a[j]);
+    if (i >= translations || j >= translations) return sum;
+    L inverse_mass = bodies.b.inverse_mass;
+    if constexpr (!only_pushes_b) inverse_mass = inverse_mass + bodies.a.inverse_mass;
+    return mul_add(sum, inverse_mass, dot(along[i], along[j]));
+  }
+  /// The rows' impulses are larger by these from now on.
+  FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
+    const L zero = splat<L>(0.0f);
+    const VecOf<L> none{zero, zero, zero};
+    push(row, impulses, none, none, none);
+  }
+  /// The impulses so far act along the rows as they are now.
+  FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row) {
+    L impulses[axis_count];
+    for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
+    push(row, impulses, row.given, row.spun_a, row.spun_b);
+  }
+  /// What the impulses so far are in the world.
+  FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
+    row.force = row.force + row.given;
+    for (int i = 0; i < translations; ++i)
+      row.torque = mul_add(row.torque, row.hold[translations + i] + row.drive[translations + i], torque_axes_[i]);
+  }
+
+ private:
+  VecOf<L> torque_axes_[translations];
+
+  /// Less what has been given of them.
+  FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count], VecOf<L> given,
+                                 VecOf<L> spun_a, VecOf<L> spun_b) {
+    const L zero = splat<L>(0.0f);
+    VecOf<L> linear{zero, zero, zero}, spin_a = linear, spin_b = linear;
+    for (int i = 0; i < axis_count; ++i) {
+      if (i < translations) linear = mul_add(linear, impulses[i], along[i]);
+      spin_b = mul_add(spin_b, impulses[i], spin_of_b[i]);
+      if constexpr (!only_pushes_b) spin_a = mul_add(spin_a, impulses[i], spin_of_a[i]);
+    }
+    linear = linear - given, spin_a = spin_a - spun_a, spin_b = spin_b - spun_b;
+    bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, linear);
+    bodies.b.angular = bodies.b.angular + spin_b;
+    if constexpr (!only_pushes_b) {
+      bodies.a.linear = mul_add(bodies.a.linear, zero - bodies.a.inverse_mass, linear);
+      bodies.a.angular = bodies.a.angular - spin_a;
+    }
+    row.given = row.given + linear, row.spun_a = row.spun_a + spin_a, row.spun_b = row.spun_b + spin_b;
+  }
+
+  template <class Side>
+  FATHOM_LANE_FUNCTION static UnitQuat<L> spin_frame(const UnitQuat<L>& turned, const Side& side) {
+    const L one = splat<L>(1.0f), anisotropic = one_where_zero(side.inverse_inertia);
+    return {mul_add(one, anisotropic, turned.w - one), scale(anisotropic, turned.v)};
+  }
+  FATHOM_LANE_FUNCTION static VecOf<L> in_world(const UnitQuat<L>& spin, VecOf<L> angular) {
+    if constexpr (isotropic)
+      return angular;
+    else
+      return turned_by(spin, angular);
+  }
+  /// To second order, of turns up to `most_drift`, as a ball joint's.
+  FATHOM_LANE_FUNCTION static VecOf<L> curve_of(VecOf<L> spin, VecOf<L> arm, L h) {
+    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
+  }
+  FATHOM_LANE_FUNCTION void set_turns(int i, const UnitQuat<L>& spin_a, const UnitQuat<L>& spin_b, VecOf<L> of_a,
+                                      VecOf<L> of_b) {
+    if constexpr (!isotropic) of_a = turned_back_by(spin_a, of_a), of_b = turned_back_by(spin_b, of_b);
+    turn_of_a[i] = of_a, turn_of_b[i] = of_b;
+    spin_of_b[i] = bodies.turn_b(of_b);
+    if constexpr (!only_pushes_b) spin_of_a[i] = bodies.turn_a(of_a);
+  }
+  /// Of a distance joint the first row is the distance, and no other acts.
+  FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap,
+                                             VecOf<L> speed, L h) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    const VecOf<L> units[] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
+    const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
+    for (int i = 0; i < translations; ++i) {
+      along[i] = turned_by(frame, units[i]);
+      value[i] = dot(along[i], gap);
+      drift[i] = zero;
+    }
+    const VecOf<L> line = scale(inverse, gap);
+    along[0] = {choose(row.distance, line.x, along[0].x), choose(row.distance, line.y, along[0].y),
+                choose(row.distance, line.z, along[0].z)};
+    value[0] = choose(row.distance, length, value[0]);
+    // Its line turns with the anchors, so that these come out farther apart.
+    const VecOf<L> across = cross(scale(h * inverse, gap), speed);
+    const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(most_drift * most_drift));
+    drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
+  }
+  FATHOM_LANE_FUNCTION void set_angles(const GenericJointRow<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
+                                       VecOf<L> (&about)[translations]) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    // B's axis x in A's frame.
+    const VecOf<L> x = turned_by(q, VecOf<L>{one, zero, zero});
+    const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
+    const L twist = angle_of(sign * q.v.x, sign * q.w);
+    value[translations] = twist + twist;
+    const L bisector = one / larger(one + x.x, splat<L>(0.01f));
+    const L side = choose(is_less(x.x, zero), splat<L>(-1.0f), one);
+    const L least = splat<L>(1e-6f);
+    const L across_y = larger(root(mul_add(x.x * x.x, x.y, x.y)), least) * side;
+    const L across_z = larger(root(mul_add(x.x * x.x, x.z, x.z)), least) * side;
+    const L off = root(mul_add(x.y * x.y, x.z, x.z)), inverse_off = inverse_or_zero(off);
+    const VecOf<L> swing_y{zero - x.y / across_y, x.x / across_y, zero};
+    const VecOf<L> swing_z{zero - x.z / across_z, zero, x.x / across_z};
+    value[translations + 1] = choose(row.cone, angle_of(off, x.x), angle_of(zero - x.z, across_y));
+    value[translations + 2] = angle_of(x.y, across_z);
+    about[0] = turned_by(frame, VecOf<L>{one, x.y * bisector, x.z * bisector});
+    about[1] = turned_by(
+        frame, VecOf<L>{choose(row.cone, zero, swing_y.x), choose(row.cone, (zero - x.z) * inverse_off, swing_y.y),
+                        choose(row.cone, x.y * inverse_off, zero)});
+    about[2] = turned_by(frame, swing_z);
+  }
+};
+
+/// Equations of six rows: `response` x = `wanted`, and which of them have been solved for.
+template <class L>
+struct GenericSystem {
+  L response[axis_count][axis_count];
+  L wanted[axis_count];
+  L inverse[axis_count];  ///< of the solved ones' diagonal; of others 0
+
+  /// Solves row i for its impulse, where `active` is 1, and takes it out of all others.
+  FATHOM_LANE_FUNCTION void eliminate(int i, L active, L compliance) {
+    const L pivot = active * inverse_or_zero(response[i][i] + compliance);
+    inverse[i] = inverse[i] + pivot;
+    for (int j = 0; j < axis_count; ++j) {
+      if (j == i) continue;
+      const L share = splat<L>(0.0f) - response[j][i] * pivot;
+      wanted[j] = mul_add(wanted[j], share, wanted[i]);
+      for (int k = 0; k < axis_count; ++k)
+        if (k != i) response[j][k] = mul_add(response[j][k], share, response[i][k]);
+      response[j][i] = choose(active, splat<L>(0.0f), response[j][i]);
+    }
+  }
+  /// Row i's impulse is `impulse`.
+  FATHOM_LANE_FUNCTION void give(int i, L impulse) {
+    for (int j = 0; j < axis_count; ++j) wanted[j] = mul_add(wanted[j], splat<L>(0.0f) - impulse, response[j][i]);
+  }
+};
+
+/// What an axis that is not locked does in a sweep.
+template <class L>
+struct FreeAxis {
+  L is_driven, is_at_limit;  ///< 1 or 0: solved as a soft row, as a rigid one
+  L compliance, aim;         ///< of the drive: wanted velocity is aim - compliance · impulse
+  L bound;                   ///< m/s or rad/s with which it comes to its limit
+  L given;                   ///< N·s that it gets in any case
+};
+
+/// Solves the axes that are not locked, of a system whose locked ones have been eliminated.
+template <class L>
+FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const GenericJointRow<L>& row,
+                                          const FreeAxis<L> (&axes)[axis_count]) {
+  for (int i = 0; i < axis_count; ++i) system.give(i, axes[i].given);
+  for (int i = 0; i < axis_count; ++i) {
+    const FreeAxis<L>& axis = axes[i];
+    const L compliance = choose(axis.is_driven, axis.compliance, splat<L>(0.0f));
+    const L aim = axis.aim - axis.compliance * row.drive[i];
+    const L more = choose(axis.is_driven, aim, choose(axis.is_at_limit, axis.bound, splat<L>(0.0f)));
+    system.wanted[i] = system.wanted[i] + more;
+    system.eliminate(i, larger(axis.is_driven, axis.is_at_limit), compliance);
+  }
+}
+
+/// What is locked is soft: it lets a part of what pushes it through, and gives a part of its impulses back. So what its
+/// elimination leaves of the other axes is so much of it, and the rest of what was before.
+template <class L>
+FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L>& before,
+                                 const GenericJointRow<L>& row) {
+  const L one = splat<L>(1.0f);
+  for (int i = 0; i < axis_count; ++i) {
+    const L is_free = one - row.axes[i].locked, part = is_free * row.impulse_scale;
+    L wanted = before.wanted[i];
+    for (int j = 0; j < axis_count; ++j) {
+      wanted = mul_add(wanted, row.axes[j].locked * row.hold[j], before.response[i][j]);
+      const L share = part * (one - row.axes[j].locked);
+      system.response[i][j] = mul_add(system.response[i][j], share, before.response[i][j] - system.response[i][j]);
+    }
+    system.wanted[i] = mul_add(system.wanted[i], part, wanted - system.wanted[i]);
+  }
+}
+
+/// What limits and drives make of a system, after what is locked. Two rounds: one without limits and without bounds of
+/// drives, and one with those that its result exceeds.
+template <class L, class Rows>
+FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const GenericSystem<L>& before,
+                                          GenericJointRow<L>& row, const Rows& rows, L h, L (&hold)[axis_count],
+                                          L (&drive)[axis_count]) {
+  soften(system, before, row);
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f), turn = splat<L>(3.14159265f);
+  FreeAxis<L> axes[axis_count];
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    FreeAxis<L>& f = axes[i];
+    L off = a.target - rows.value[i];
+    if (i == translations) {  // the short way round
+      off = choose(is_less(turn, off), off - (turn + turn), off);
+      off = choose(is_less(off, zero - turn), off + (turn + turn), off);
+    }
+    f.is_driven = is_less(zero, a.most);
+    f.compliance = mul_add(a.compliance, a.response, system.response[i][i]);
+    f.aim = mul_add(a.velocity, a.approach, off);
+    f.is_at_limit = f.bound = zero;
+    f.given = zero - a.limited * row.hold[i];
+  }
+  GenericSystem<L> first = system;
+  solve_free_axes(first, row, axes);
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    FreeAxis<L>& f = axes[i];
+    const L wanted = row.drive[i] + first.wanted[i] * first.inverse[i];
+    const L speed = choose(f.is_driven, f.aim - f.compliance * wanted, zero - first.wanted[i]);
+    const L at = mul_add(rows.value[i], h, speed + rows.drift[i]);
+    const L below = is_less(at, a.lower), above = is_less(a.upper, at);
+    const L most = splat<L>(most_pull);
+    f.is_at_limit = a.limited * larger(below, above);
+    f.bound = bounded((choose(below, a.lower, a.upper) - rows.value[i]) / h, most) - rows.drift[i];
+    const L exceeds = is_less(a.most, larger(wanted, zero - wanted)) * (one - f.is_at_limit);
+    const L bounded_drive = bounded(wanted, a.most);
+    const L at_bound =
+        bounded((f.aim - f.bound) / larger(f.compliance, splat<L>(1e-12f) * system.response[i][i]), a.most);
+    // At a limit its velocity is known, and with it what the drive gives.
+    const L known = choose(f.is_at_limit, at_bound, bounded_drive) - row.drive[i];
+    const L is_known = f.is_driven * larger(f.is_at_limit, exceeds);
+    f.given = choose(is_known, known, zero) - a.limited * (one - f.is_at_limit) * row.hold[i];
+    f.is_driven = f.is_driven * (one - is_known);
+    drive[i] = row.drive[i] + choose(is_known, known, zero);
+    hold[i] = row.hold[i] * (one - a.limited * (one - f.is_at_limit));
+  }
+  solve_free_axes(system, row, axes);
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    const FreeAxis<L>& f = axes[i];
+    const L change = system.wanted[i] * system.inverse[i];
+    drive[i] = choose(f.is_driven, bounded(row.drive[i] + change, a.most), drive[i]);
+    // Of one that lasts, a part is given back, as of what is locked.
+    const L lasts = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
+    const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.hold[i]);
+    L held = row.hold[i] + choose(lasts, soft, change);
+    held = choose(is_less(rows.value[i] - a.lower, a.upper - rows.value[i]), larger(held, zero), smaller(held, zero));
+    hold[i] = choose(f.is_at_limit, held, hold[i]);
+  }
+}
+
+/// The last step's impulses act again at once.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void warm_start_generic_joint(GenericJointRow<L>& row, Bodies& bodies) {
+  GenericJointRows<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row);
+}
+
+/// One sweep of a substep of h seconds, as `solve_ball_joint`. `moves`: some axis has a limit or a drive.
+template <JointPass pass, class L, class Bodies>
+FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodies, L h, bool moves,
+                                           bool ends_substep) {
+  constexpr bool relaxes = pass == JointPass::relax;
+  const L zero = splat<L>(0.0f);
+  GenericJointRows<L, Bodies> rows(row, bodies, h);
+  L hold[axis_count], drive[axis_count], more[axis_count];
+  if constexpr (!relaxes) rows.carry_along(row);
+  GenericSystem<L> system;
+  const L most = choose(row.rigid, splat<L>(most_pull), splat<L>(3e37f));
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);
+    system.wanted[i] = zero - rows.velocity(i);
+    if constexpr (!relaxes) system.wanted[i] = system.wanted[i] - a.locked * (rows.drift[i] + pull);
+    system.inverse[i] = zero;
+    for (int j = 0; j <= i; ++j) system.response[i][j] = system.response[j][i] = rows.response(i, j);
+  }
+  const GenericSystem<L> before = system;
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    hold[i] = row.hold[i], drive[i] = row.drive[i];
+    L active = a.locked;
+    if constexpr (relaxes) {
+      const L presses = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
+      active = larger(a.locked * row.rigid, a.limited * presses);
+    }
+    system.eliminate(i, active, zero);
+  }
+  if (!relaxes && moves) drive_and_limit(system, before, row, rows, h, hold, drive);
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<L>& a = row.axes[i];
+    const L change = system.wanted[i] * system.inverse[i];
+    if constexpr (relaxes) {
+      const L held = row.hold[i] + change;
+      const L pressing = choose(is_less(row.hold[i], zero), smaller(held, zero), larger(held, zero));
+      hold[i] = choose(a.limited, pressing, held);
+    } else {
+      const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.hold[i]);
+      hold[i] = choose(a.locked, row.hold[i] + soft, hold[i]);
+    }
+    more[i] = (hold[i] - row.hold[i]) + (drive[i] - row.drive[i]);
+    row.hold[i] = hold[i], row.drive[i] = drive[i];
+  }
+  rows.push(row, more);
+  if (ends_substep) rows.add_up(row);
+  const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.given;
+  return sum.x + (sum.y + sum.z);
+}
+
+/// Frames, arms, gap and the impulses to start from, of bodies with orientations `q_a` and `q_b` whose centres are
+/// `between` apart (m, from A's to B's), and frames on them.
+template <class L>
+FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
+                                                const UnitQuat<L>& on_a, const UnitQuat<L>& on_b, VecOf<L> anchor_a,
+                                                VecOf<L> anchor_b, GenericJointRow<L>& row) {
+  row.frame_a = product(q_a, on_a), row.frame_b = product(q_b, on_b);
+  row.arm_a = turned_by(q_a, anchor_a), row.arm_b = turned_by(q_b, anchor_b);
+  row.gap = between + (row.arm_b - row.arm_a);
+  const L zero = splat<L>(0.0f);
+  row.given = row.spun_a = row.spun_b = row.force = row.torque = row.pull = {zero, zero, zero};
+}
