@@ -114,8 +114,13 @@ struct GenericJointRows {
       drift[translations + i] = splat<L>(0.5f) * h * dot(cross(omega_a, about[i]), relative);
     }
     torque_axes_[0] = about[0], torque_axes_[1] = about[1], torque_axes_[2] = about[2];
+    reach_ = reach, arm_ = arm_b;
   }
 
+  /// m, from A's and from B's centre to where the joint acts, and the axes of its rotations, all in the world.
+  FATHOM_LANE_FUNCTION VecOf<L> reach() const { return reach_; }
+  FATHOM_LANE_FUNCTION VecOf<L> arm() const { return arm_; }
+  FATHOM_LANE_FUNCTION VecOf<L> torque_axis(int i) const { return torque_axes_[i]; }
   FATHOM_LANE_FUNCTION L velocity(int i) const {
     const L turning = dot(turn_of_b[i], bodies.b.angular) - dot(turn_of_a[i], bodies.a.angular);
     return i < translations ? turning + dot(along[i], bodies.b.linear - bodies.a.linear) : turning;
@@ -150,6 +155,7 @@ struct GenericJointRows {
 
  private:
   VecOf<L> torque_axes_[translations];
+  VecOf<L> reach_, arm_;
 
   /// Less what has been given of them.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count], VecOf<L> given,

@@ -102,6 +102,7 @@ class ContactGraph {
     joint.softness = softness, joint.rigid = rigid;
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
+  const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
   const GenericImpulse& generic_impulse(std::uint32_t slot) const { return generic_impulses_[slot]; }
   void forget_joint_impulse(std::uint32_t slot) {
     joint_impulses_[slot] = {};

@@ -123,6 +123,7 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   for (const float drive : impulse.drive) write(drive);
 }
 
+/// All but those whose mechanism is solved directly.
 template <class D>
 HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const ConstraintRef* refs,
                                          const Constrained& constrained, const BodiesView& view) {
@@ -134,13 +135,15 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
   h.fixed_a = h.still_a = h.isotropic = true;
   for (std::size_t lane = 0; lane < width; ++lane) block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
   for (int field = generic_frame_a; field < generic_field_count; ++field) block.set(field, zero);
-  for (std::size_t lane = 0; lane < width && refs[lane] != none; ++lane) {
-    const std::uint32_t index = index_of(refs[lane]);
+  std::size_t lane = 0;
+  for (std::size_t i = 0; i < width && refs[i] != none; ++i) {
+    const std::uint32_t index = index_of(refs[i]);
+    if (view.direct && view.direct[index]) continue;
     const Joint& joint = constrained.joints[index];
     const GenericJoint& generic = constrained.generic_joints[index];
     const Pose &a = view.poses[joint.a], &b = view.poses[joint.b];
     const auto unit = [](const Pose& pose) { return fathom::UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
-    block.manifold()[lane] = refs[lane];
+    block.manifold()[lane] = refs[i];
     fathom::GenericJointRow<float> row;
     fathom::prepare_generic_joint<float>(unit(a), unit(b), b.position - a.position, generic.on_a, generic.on_b,
                                          joint.anchor_a, joint.anchor_b, row);
@@ -148,8 +151,9 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
     write_generic_lane(block, lane, row, generic, constrained.generic_impulses[index]);
     load_joint_bodies(block, lane, joint, view);
     h.moves = h.moves || generic.moves != 0;
-    h.lanes = static_cast<std::uint8_t>(lane + 1);
+    h.lanes = static_cast<std::uint8_t>(++lane);
   }
+  if (lane == 0) return;
   if (!h.isotropic) load_joint_inertias(block, view);
 }
 
@@ -164,6 +168,7 @@ HWY_NOINLINE void forget_generic_impulses(const Block<D>& block, const std::uint
 
 template <JointPass pass, class D>
 HWY_NOINLINE void sweep_generic_joints(const Block<D>& block, SolverBody* all, float h, bool ends_substep) {
+  if (block.header().lanes == 0) return;
   by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);
@@ -178,6 +183,7 @@ HWY_NOINLINE void sweep_generic_joints(const Block<D>& block, SolverBody* all, f
 
 template <class D>
 HWY_NOINLINE void warm_start_generic_joints(const Block<D>& block, SolverBody* all) {
+  if (block.header().lanes == 0) return;
   by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
     Bodies<D, fixed_a.value, isotropic.value> bodies;
     bodies.load(block, all);

@@ -11,6 +11,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::uint32_t most_links = 4096;  // which one thread solves; more are a net or a rope, and left to the sweeps
+constexpr int most_revisions = 4;           // of limits and largest forces, in a substep
 constexpr int newton_rounds = 3;            // in which anchors come to meet at a substep's end
 constexpr float meeting_share = 1e-3f;      // of the arms' lengths, within which they count as met
 constexpr float stiffest_swing = 0.1f;      // (h ω)² of a body that swings under what its joints carry
@@ -20,6 +21,10 @@ constexpr float parted_share = 0.01f;       // of arms and radius, beyond which 
 constexpr float most_behind_a_contact = 24;  // times the mass of the body that touches something
 
 Vec3 on_body(bool is_b, Vec3 of_b) { return is_b ? of_b : -of_b; }
+
+bool holds_anchors(const GenericJoint& joint) {
+  return joint.axes[0].locked * joint.axes[1].locked * joint.axes[2].locked != 0;
+}
 
 float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
 
@@ -41,9 +46,19 @@ bool Mechanisms::is_obstacle(std::uint32_t slot) const {
   return bodies_[slot].motion != MotionType::dynamic || state_.flags[slot] & isolated;
 }
 
+/// A joint that holds nothing, but drives, does well in sweeps.
+bool Mechanisms::can_be_direct(std::uint32_t slot) const {
+  const Joint& j = graph_.joint(slot);
+  if (!j.in_use || !j.rigid || j.colour == no_colour) return false;
+  if (j.kind == ConstraintKind::ball_joint) return true;
+  return std::ranges::any_of(graph_.generic_joint(slot).axes,
+                             [](const GenericAxis<float>& axis) { return axis.locked + axis.limited > 0; });
+}
+
 // Trees that hang on something come first, so that what hangs on two things is a loop, cut at the later joint.
 void Mechanisms::find() {
   links_.clear();
+  generic_.clear();
   mechanisms_.clear();
   order_.clear();
   any_parted_ = false;
@@ -51,9 +66,7 @@ void Mechanisms::find() {
   if (joints == 0) return;
   const auto for_each_rigid = [&](const auto& act) {
     for (std::uint32_t slot = 0; slot < joints; ++slot)
-      if (const Joint& j = graph_.joint(slot);
-          j.in_use && j.rigid && j.kind == ConstraintKind::ball_joint && j.colour != no_colour)
-        act(slot, j);
+      if (can_be_direct(slot)) act(slot, graph_.joint(slot));
   };
   direct_.assign(joints, 0);
   link_of_.assign(state_.size(), none);
@@ -84,7 +97,7 @@ void Mechanisms::count_joints() {
   joint_colours_.assign(state_.size(), {});
   for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) {
     const Joint& j = graph_.joint(slot);
-    if (!j.in_use || j.kind != ConstraintKind::ball_joint || j.colour == no_colour) continue;
+    if (!j.in_use || j.colour == no_colour) continue;
     for (const std::uint32_t body : {j.a, j.b}) {
       if (j.colour == overflow_colour)
         ++joint_colours_[body].overflow;
@@ -117,6 +130,7 @@ bool Mechanisms::has_parted(std::uint32_t first) const {
   for (std::uint32_t i = first; i < links_.size(); ++i) {
     if (links_[i].joint == none) continue;
     const Joint& j = graph_.joint(links_[i].joint);
+    if (j.kind == ConstraintKind::generic_joint && !holds_anchors(graph_.generic_joint(links_[i].joint))) continue;
     const float gap = distance(transform(state_.poses[j.a], j.anchor_a), transform(state_.poses[j.b], j.anchor_b));
     const float size = length(j.anchor_a) + length(j.anchor_b) + bodies_[links_[i].slot].radius;
     if (gap > parted_share * size) return true;
@@ -130,7 +144,12 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
     const bool is_b = joint != none && graph_.joint(joint).b == slot;
     const std::uint32_t other = joint == none ? none : is_b ? graph_.joint(joint).a : graph_.joint(joint).b;
     link_of_[slot] = static_cast<std::uint32_t>(links_.size());
-    links_.push_back({slot, joint, parent, parent == none ? other : none, is_b, false});
+    std::uint32_t generic = none;
+    if (joint != none && graph_.joint(joint).kind == ConstraintKind::generic_joint) {
+      generic = static_cast<std::uint32_t>(generic_.size());
+      generic_.emplace_back();
+    }
+    links_.push_back({slot, joint, parent, parent == none ? other : none, generic, is_b, false});
     if (parent != none) links_[parent].carries = true;
     if (joint != none) direct_[joint] = 1;
   };
@@ -182,49 +201,78 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 // --- a step ----------------------------------------------------------------------------------------------------
 
 void Mechanisms::prepare(std::uint32_t mechanism) {
-  const SolverBody* const solver = state_.solver_bodies();
-  const auto acceleration = [&](std::uint32_t slot) {
-    return state_.swings[slot] ? state_.motion[slot].acceleration : Vec3{};
-  };
-  const auto rotation = [](const Pose& pose) { return UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
-  const JointImpulse* const impulses = graph_.constrained().joint_impulses;
   for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
-    const Link& link = links_[i];
     LinkState& s = states_[i];
     s = {};
-    s.mass = 1 / solver[link.slot].inverse_mass;
-    if (link.joint == none) continue;
-    const Joint& j = graph_.joint(link.joint);
-    const std::uint32_t parent = link.is_b ? j.a : j.b;
-    const Pose &of_parent = state_.poses[parent], &of_body = state_.poses[link.slot];
-    prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
-                              link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
-                              on_body(link.is_b, impulses[link.joint].last), s.row);
-    s.row.pull = acceleration(link.slot) - acceleration(parent);
-    s.moment = cross(s.row.arm_b, s.row.impulse), s.parent_moment = cross(s.row.arm_a, s.row.impulse);
+    s.mass = 1 / state_.solver_bodies()[links_[i].slot].inverse_mass;
+    if (links_[i].joint == none) continue;
+    if (links_[i].generic == none)
+      prepare_ball(i);
+    else
+      prepare_generic(i);
+    s.moment = cross(s.arm, force_of(i)) + torque_of(i),
+    s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
   }
 }
 
-void Mechanisms::warm_start(std::uint32_t mechanism, bool forget) {
-  const auto push = [&](std::uint32_t slot, Vec3 arm, Vec3 impulse) {
+static UnitQuat<float> rotation(const Pose& pose) { return {pose.rotation.w, pose.rotation.vector()}; }
+
+static Vec3 swing_acceleration(const BodyState& state, std::uint32_t slot) {
+  return state.swings[slot] ? state.motion[slot].acceleration : Vec3{};
+}
+
+void Mechanisms::prepare_ball(std::uint32_t i) {
+  const Link& link = links_[i];
+  LinkState& s = states_[i];
+  const Joint& j = graph_.joint(link.joint);
+  const std::uint32_t parent = link.is_b ? j.a : j.b;
+  const Pose &of_parent = state_.poses[parent], &of_body = state_.poses[link.slot];
+  prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
+                            link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
+                            on_body(link.is_b, graph_.constrained().joint_impulses[link.joint].last), s.row);
+  s.row.pull = swing_acceleration(state_, link.slot) - swing_acceleration(state_, parent);
+  s.arm = s.row.arm_b, s.parent_arm = s.row.arm_a;
+}
+
+void Mechanisms::prepare_generic(std::uint32_t i) {
+  const Joint& j = graph_.joint(links_[i].joint);
+  const GenericJoint& generic = graph_.generic_joint(links_[i].joint);
+  const Pose &a = state_.poses[j.a], &b = state_.poses[j.b];
+  GenericJointRow<float> row{};
+  prepare_generic_joint<float>(rotation(a), rotation(b), b.position - a.position, generic.on_a, generic.on_b,
+                               j.anchor_a, j.anchor_b, row);
+  row.pull = swing_acceleration(state_, j.b) - swing_acceleration(state_, j.a);
+  JointLink& link = generic_[links_[i].generic];
+  link.begin(generic, links_[i].is_b, row, graph_.generic_impulse(links_[i].joint));
+  states_[i].arm = link.arm(), states_[i].parent_arm = link.parent_arm();
+}
+
+Vec3 Mechanisms::force_of(std::uint32_t i) const {
+  return links_[i].generic == none ? states_[i].row.impulse : generic_[links_[i].generic].force();
+}
+Vec3 Mechanisms::torque_of(std::uint32_t i) const {
+  return links_[i].generic == none ? Vec3{} : generic_[links_[i].generic].torque();
+}
+bool Mechanisms::may_swing(std::uint32_t i) const {
+  return links_[i].joint != none && (links_[i].generic == none || !generic_[links_[i].generic].is_stiff());
+}
+
+void Mechanisms::warm_start(std::uint32_t mechanism, bool forgets) {
+  const auto push = [&](std::uint32_t slot, Vec3 impulse, Vec3 moment) {
     SolverBody& body = state_.solver_bodies()[slot];
     const WorldInertia& w = state_.inertia[slot];
-    const Vec3 moment = cross(arm, impulse);
     const bool is_anisotropic = body.inverse_mass > 0 && body.inverse_inertia == 0;
     body.linear = mul_add(body.linear, body.inverse_mass, impulse);
     body.angular +=
         is_anisotropic ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} * moment : body.inverse_inertia * moment;
   };
-  for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
+  const Mechanism& m = mechanisms_[mechanism];
+  if (forgets) return forget(m);
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
     const Link& link = links_[i];
-    BallJointRow<float>& row = states_[i].row;
     if (link.joint == none) continue;
-    if (forget) {
-      row.impulse = states_[i].moment = states_[i].parent_moment = {};
-      continue;
-    }
-    push(link.slot, row.arm_b, row.impulse);
-    if (link.parent != none) push(links_[link.parent].slot, row.arm_a, -row.impulse);
+    push(link.slot, force_of(i), states_[i].moment);
+    if (link.parent != none) push(links_[link.parent].slot, -force_of(i), -states_[i].parent_moment);
   }
 }
 
@@ -247,25 +295,25 @@ void Mechanisms::turn(LinkState& s, const Link& link) const {
 }
 
 /// Of a link's parent or of what it hangs on.
-Mechanisms::Motion Mechanisms::parent_of(const Link& link) const {
+LinkMotion Mechanisms::parent_of(const Link& link) const {
   if (link.parent != none) return states_[link.parent].motion;
   const SolverBody& p = state_.solver_bodies()[link.obstacle];
   return {p.moved, p.turned, p.linear, p.angular};
 }
 
 /// How fast the anchors run away from each other.
-Vec3 Mechanisms::speed_apart(const LinkState& s, const Motion& parent) {
+Vec3 Mechanisms::speed_apart(const LinkState& s, const LinkMotion& parent) {
   return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
 }
 
 /// How far they are apart.
-Vec3 Mechanisms::gap(const LinkState& s, const Motion& parent) {
+Vec3 Mechanisms::gap(const LinkState& s, const LinkMotion& parent) {
   return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
 }
 
 /// How far they will be apart when the bodies have moved on for h (s), over h.
-Vec3 Mechanisms::gap_ahead(const LinkState& s, const Motion& parent, float h) {
-  const auto anchor_ahead = [h](const Motion& m, Vec3 arm) {
+Vec3 Mechanisms::gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
+  const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
     const UnitQuat<float> turned = rotation_by<float>(mul_add(m.turned, h, m.angular));
     return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
   };
@@ -278,9 +326,9 @@ void Mechanisms::load_carried(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    s.load.moment += cross(s.arm, s.row.impulse) - s.moment;
+    s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - s.moment;
     if (links_[i].parent == none) continue;
-    states_[links_[i].parent].load.moment -= cross(s.parent_arm, s.row.impulse) - s.parent_moment;
+    states_[links_[i].parent].load.moment -= cross(s.parent_arm, force_of(i)) + torque_of(i) - s.parent_moment;
   }
 }
 
@@ -301,10 +349,10 @@ void Mechanisms::stiffen(const Mechanism& m, float h) {
   };
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
-    if (links_[i].joint == none) continue;
-    add(s, s.arm, stiffness(s.row.impulse, s.arm, h));
+    if (!may_swing(i)) continue;
+    add(s, s.arm, stiffness(force_of(i), s.arm, h));
     if (links_[i].parent != none)
-      add(states_[links_[i].parent], s.parent_arm, stiffness(-s.row.impulse, s.parent_arm, h));
+      add(states_[links_[i].parent], s.parent_arm, stiffness(-force_of(i), s.parent_arm, h));
   }
 }
 
@@ -312,31 +360,57 @@ void Mechanisms::stiffen(const Mechanism& m, float h) {
 void Mechanisms::stiffen_load(const Mechanism& m, float h) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
-    if (links_[i].joint == none) continue;
-    s.load.moment -= stiffness(s.row.impulse, s.arm, h) * across(s.motion.angular, s.arm);
+    if (!may_swing(i)) continue;
+    s.load.moment -= stiffness(force_of(i), s.arm, h) * across(s.motion.angular, s.arm);
     if (links_[i].parent == none) continue;
     LinkState& p = states_[links_[i].parent];
-    p.load.moment -= stiffness(-s.row.impulse, s.parent_arm, h) * across(p.motion.angular, s.parent_arm);
+    p.load.moment -= stiffness(-force_of(i), s.parent_arm, h) * across(p.motion.angular, s.parent_arm);
   }
 }
 
-void Mechanisms::turn_all(const Mechanism& m) {
+JointBodies<SymMat3> Mechanisms::bodies_of(const Link& link) const {
+  const Joint& j = graph_.joint(link.joint);
+  const auto side = [&](std::uint32_t slot) {
+    const SolverBody& body = state_.solver_bodies()[slot];
+    const WorldInertia& w = state_.inertia[slot];
+    const float i = body.inverse_inertia;
+    const SymMat3 response =
+        body.inverse_mass > 0 && i == 0 ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} : SymMat3{i, i, i, 0, 0, 0};
+    return JointBodies<SymMat3>::Side{body.linear, body.angular, body.moved, body.turned, body.inverse_mass,
+                                      i,           response};
+  };
+  return {side(j.a), side(j.b)};
+}
+
+void Mechanisms::turn_all(const Mechanism& m, float h, bool relaxes) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
-    turn(states_[i], links_[i]);
-    if (links_[i].joint == none) continue;
-    states_[i].arm = turned_by(states_[i].turned, states_[i].row.arm_b);
-    const std::uint32_t parent = links_[i].parent;
-    states_[i].parent_arm =
-        turned_by(parent != none ? states_[parent].turned : rotation_by<float>(parent_of(links_[i]).turned),
-                  states_[i].row.arm_a);
+    LinkState& s = states_[i];
+    const Link& link = links_[i];
+    turn(s, link);
+    if (link.joint == none) continue;
+    if (link.generic != none) {
+      JointLink& generic = generic_[link.generic];
+      generic.look(bodies_of(link), h, relaxes);
+      generic.choose_coordinates({s.motion, parent_of(link)});
+      s.arm = generic.arm(), s.parent_arm = generic.parent_arm();
+      continue;
+    }
+    s.arm = turned_by(s.turned, s.row.arm_b);
+    s.parent_arm = turned_by(
+        link.parent != none ? states_[link.parent].turned : rotation_by<float>(parent_of(link).turned), s.row.arm_a);
   }
 }
 
 void Mechanisms::eliminate(const Mechanism& m) {
   for (std::uint32_t i = m.end; i-- > m.first;) {
     LinkState& s = states_[i];
+    TreeInertia* const parent = links_[i].parent != none ? &states_[links_[i].parent].of_body : nullptr;
+    if (links_[i].generic != none) {
+      generic_[links_[i].generic].eliminate(s.of_body, parent);
+      continue;
+    }
     s.link = tree_link(s.of_body, s.arm);
-    if (links_[i].parent != none) add_child(states_[links_[i].parent].of_body, s.link, s.parent_arm);
+    if (parent) add_child(*parent, s.link, s.parent_arm);
   }
 }
 
@@ -344,23 +418,28 @@ void Mechanisms::eliminate(const Mechanism& m) {
 void Mechanisms::substitute(const Mechanism& m) {
   for (std::uint32_t i = m.end; i-- > m.first;) {
     LinkState& s = states_[i];
-    s.load = at_anchor(s.link, s.load);
+    TreeLoad handed;
+    if (links_[i].generic != none) {
+      s.load.moment -= cross(s.arm, s.load.impulse);
+      handed = generic_[links_[i].generic].hand_on(s.load);
+    } else {
+      s.load = at_anchor(s.link, s.load);
+      if (links_[i].parent != none) handed = {handed_on(s.link, s.load, s.error), {}};
+    }
     if (links_[i].parent == none) continue;
     TreeLoad& parent = states_[links_[i].parent].load;
-    const Vec3 impulse = handed_on(s.link, s.load, s.error);
-    parent.impulse += impulse;
-    parent.moment += cross(s.parent_arm, impulse);
+    parent.impulse += handed.impulse;
+    parent.moment += handed.moment + cross(s.parent_arm, handed.impulse);
   }
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
+    const TreeChange parent = links_[i].parent != none ? states_[links_[i].parent].step : TreeChange{};
     if (links_[i].joint == none) {
       s.step = root_change(s.link, s.load);
+    } else if (links_[i].generic != none) {
+      s.step = generic_[links_[i].generic].follow(parent);
     } else {
-      Vec3 change = -s.error;
-      if (links_[i].parent != none) {
-        const TreeChange& p = states_[links_[i].parent].step;
-        change += p.linear + cross(p.angular, s.parent_arm);
-      }
+      const Vec3 change = parent.linear + cross(parent.angular, s.parent_arm) - s.error;
       s.impulse += impulse_on(s.link, s.load, change);
       s.step = follow(s.link, s.load, change);
     }
@@ -376,6 +455,7 @@ void Mechanisms::take_back(const Mechanism& m) {
     LinkState& s = states_[i];
     s.motion.linear -= s.change.linear, s.motion.angular -= s.change.angular;
     s.change = {}, s.impulse = {}, s.load = {};
+    if (links_[i].generic != none) generic_[links_[i].generic].take_back();
   }
 }
 
@@ -385,8 +465,8 @@ bool Mechanisms::can_follow(const Mechanism& m, float h) const {
   bool can = true;
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const LinkState& s = states_[i];
-    if (links_[i].joint == none) continue;
-    const float pull = h * length(s.row.impulse);  // h² F
+    if (!may_swing(i)) continue;
+    const float pull = h * length(force_of(i));  // h² F
     // At the end of a chain a body swings with all its mass.
     const float own = links_[i].carries ? s.inertia : fma(s.mass, length_squared(s.arm), s.inertia);
     can = can && pull * length(s.arm) <= stiffest_swing * own;
@@ -402,47 +482,94 @@ bool Mechanisms::do_meet(const Mechanism& m, float h) const {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
+    const LinkMotion parent = parent_of(links_[i]);
     const float reach = meeting_share * (length(s.arm) + length(s.parent_arm));
-    do_all = do_all && h * length(gap_ahead(s, parent_of(links_[i]), h)) <= reach;
+    do_all =
+        do_all && (links_[i].generic != none ? generic_[links_[i].generic].meets({s.motion, parent}, h, meeting_share)
+                                             : h * length(gap_ahead(s, parent, h)) <= reach);
   }
   return do_all;
 }
 
-template <class Error>
-void Mechanisms::take_away(const Mechanism& m, const Error& error) {
+/// Whether some limit or largest force is another one than the solution took it for.
+bool Mechanisms::revise(const Mechanism& m, float h) {
+  bool any = false;
   for (std::uint32_t i = m.first; i < m.end; ++i)
-    if (links_[i].joint != none) states_[i].error = error(states_[i], parent_of(links_[i]));
-  substitute(m);
+    if (links_[i].generic != none)
+      any = generic_[links_[i].generic].revise({states_[i].motion, parent_of(links_[i])}, h) || any;
+  return any;
+}
+
+void Mechanisms::aim_ahead(const Mechanism& m, float h) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    const LinkMotion parent = parent_of(links_[i]);
+    if (links_[i].generic != none)
+      generic_[links_[i].generic].aim_ahead({s.motion, parent}, h);
+    else
+      s.error = gap_ahead(s, parent, h);
+  }
+}
+
+void Mechanisms::aim_at_rest(const Mechanism& m, float gap_share, float h) {
+  const float most = def_.solver.push_out_velocity;
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkState& s = states_[i];
+    if (links_[i].joint == none) continue;
+    const LinkMotion parent = parent_of(links_[i]);
+    if (links_[i].generic != none) {
+      generic_[links_[i].generic].aim_at_rest({s.motion, parent}, gap_share, most, h);
+      continue;
+    }
+    s.error = speed_apart(s, parent);
+    if (gap_share > 0)
+      s.error = mul_add(s.error + limited((gap_share / h) * gap(s, parent), most), -0.5f * h, s.row.pull);
+  }
 }
 
 template <bool soft>
-void Mechanisms::solve(std::uint32_t mechanism, float h) {
-  const Mechanism m = mechanisms_[mechanism];
-  turn_all(m);
-  const bool follows = !soft || can_follow(m, h);
+void Mechanisms::solve_once(const Mechanism& m, float h, bool follows) {
   if constexpr (soft) {
     load_carried(m);
     if (!follows) stiffen(m, h);
   }
   eliminate(m);
   if constexpr (soft) {
-    const auto ahead = [h](const LinkState& s, const Motion& parent) { return gap_ahead(s, parent, h); };
-    for (int round = 0; round < newton_rounds; ++round) take_away(m, ahead);
-    if (!do_meet(m, h)) {
-      take_back(m);
-      load_carried(m);
-      if (!follows) stiffen_load(m, h);
-      take_away(m, [h, most = def_.solver.push_out_velocity](const LinkState& s, const Motion& parent) {
-        const Vec3 pull = limited((projection_share / h) * gap(s, parent), most);
-        return mul_add(speed_apart(s, parent) + pull, -0.5f * h, s.row.pull);
-      });
+    for (int round = 0; round < newton_rounds; ++round) {
+      aim_ahead(m, h);
+      substitute(m);
     }
   } else {
-    take_away(m, [](const LinkState& s, const Motion& parent) { return speed_apart(s, parent); });
+    aim_at_rest(m, 0, h);
+    substitute(m);
+  }
+}
+
+template <bool soft>
+void Mechanisms::solve(std::uint32_t mechanism, float h) {
+  const Mechanism m = mechanisms_[mechanism];
+  turn_all(m, h, !soft);
+  bool follows = !soft || can_follow(m, h);
+  solve_once<soft>(m, h, follows);
+  for (int revision = 0; soft && revision < most_revisions && revise(m, h); ++revision) {
+    turn_all(m, h, false);
+    follows = can_follow(m, h);
+    solve_once<soft>(m, h, follows);
+  }
+  if (soft && !do_meet(m, h)) {
+    take_back(m);
+    load_carried(m);
+    if (!follows) stiffen_load(m, h);
+    aim_at_rest(m, projection_share, h);
+    substitute(m);
   }
   float sum = 0;
-  for (std::uint32_t i = m.first; i < m.end; ++i)
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
     sum += sum_of(states_[i].change.linear + states_[i].change.angular) + sum_of(states_[i].impulse);
+    if (const std::uint32_t generic = links_[i].generic; generic != none)
+      sum += sum_of(generic_[generic].force_more() + generic_[generic].torque_more());
+  }
   if (is_finite(sum))
     apply<soft>(m, h, follows);
   else
@@ -457,19 +584,26 @@ void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
     body.linear += s.change.linear;
     body.angular += turned_back_by(s.spin, s.change.angular);
     if (links_[i].joint == none) continue;
-    const Vec3 before = s.row.impulse;
-    s.row.impulse += s.impulse;
-    if constexpr (soft) {
-      s.moment = cross(s.arm, s.row.impulse), s.parent_moment = cross(s.parent_arm, s.row.impulse);
-      if (!follows) {
-        s.moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
-        if (links_[i].parent != none)
-          s.parent_moment +=
-              stiffness(-before, s.parent_arm, h) * across(states_[links_[i].parent].motion.angular, s.parent_arm);
-      }
+    const Vec3 before = force_of(i);
+    Vec3 force = s.impulse, torque;
+    if (links_[i].generic != none) {
+      JointLink& generic = generic_[links_[i].generic];
+      force = generic.force_more(), torque = generic.torque_more();
+      generic.apply(!soft);
     } else {
-      s.moment += cross(s.arm, s.impulse), s.parent_moment += cross(s.parent_arm, s.impulse);
-      s.row.total += s.row.impulse;
+      s.row.impulse += s.impulse;
+      if (!soft) s.row.total += s.row.impulse;
+    }
+    if constexpr (soft) {
+      s.moment = cross(s.arm, force_of(i)) + torque_of(i);
+      s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
+      if (follows || !may_swing(i)) continue;
+      s.moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
+      if (links_[i].parent != none)
+        s.parent_moment +=
+            stiffness(-before, s.parent_arm, h) * across(states_[links_[i].parent].motion.angular, s.parent_arm);
+    } else {
+      s.moment += cross(s.arm, force) + torque, s.parent_moment += cross(s.parent_arm, force) + torque;
     }
   }
 }
@@ -479,22 +613,27 @@ void Mechanisms::forget(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     BallJointRow<float>& row = states_[i].row;
     row.impulse = row.total = states_[i].moment = states_[i].parent_moment = {};
+    if (links_[i].generic != none) generic_[links_[i].generic].forget();
   }
 }
 
 void Mechanisms::store(std::uint32_t mechanism) {
-  JointImpulse* const impulses = graph_.constrained().joint_impulses;
+  const Constrained constrained = graph_.constrained();
   for (std::uint32_t i = mechanisms_[mechanism].first; i < mechanisms_[mechanism].end; ++i) {
     const Link& link = links_[i];
     if (link.joint == none) continue;
+    if (link.generic != none) {
+      constrained.generic_impulses[link.joint] = generic_[link.generic].impulse();
+      continue;
+    }
     const BallJointRow<float>& row = states_[i].row;
-    impulses[link.joint] = {on_body(link.is_b, row.impulse), on_body(link.is_b, row.total)};
+    constrained.joint_impulses[link.joint] = {on_body(link.is_b, row.impulse), on_body(link.is_b, row.total)};
   }
 }
 
 std::size_t Mechanisms::memory_bytes() const {
-  return links_.capacity() * sizeof(Link) + states_.capacity() * sizeof(LinkState) +
-         mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
+  return links_.capacity() * sizeof(Link) + generic_.capacity() * sizeof(JointLink) +
+         states_.capacity() * sizeof(LinkState) + mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
          joint_colours_.capacity() * sizeof(JointColours) +
          (order_.capacity() + first_of_group_.capacity() + link_of_.capacity() + joints_first_.capacity() +
           joints_of_.capacity() + group_of_.capacity()) *

@@ -15,6 +15,7 @@
 #include "native/body_state.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/contact_graph.hpp"
+#include "native/joint_links.hpp"
 
 namespace fathom::native {
 
@@ -59,26 +60,23 @@ class Mechanisms {
     std::uint32_t joint;     ///< none: the root of a tree that hangs on nothing
     std::uint32_t parent;    ///< link, or none where that is an obstacle
     std::uint32_t obstacle;  ///< slot of it
+    std::uint32_t generic;   ///< of `generic_`, or none: a ball joint, or no joint
     bool is_b;               ///< the body is the joint's B
     bool carries;            ///< the body has children
   };
   struct Mechanism {
     std::uint32_t first, end;  ///< links, parents before children
   };
-  struct Motion {
-    Vec3 moved, turned;    ///< m and rad, since the step began
-    Vec3 linear, angular;  ///< m/s and rad/s, of the world
-  };
   /// Of a link, in a step.
   struct LinkState {
-    BallJointRow<float> row;  ///< A: the parent, B: the body; impulses on B
+    BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
     float mass;               ///< kg
     float inertia;            ///< kg·m², the largest moment, about
     UnitQuat<float> turned;   ///< since the step began
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
-    Motion motion;
+    LinkMotion motion;
     Vec3 arm, parent_arm;        ///< m, now
-    Vec3 moment, parent_moment;  ///< N·m·s that the row's impulse has had so far, on the body and, reversed, its parent
+    Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, to the body and, reversed, its parent
     TreeInertia of_body;
     TreeLink link;
     TreeLoad load;
@@ -97,27 +95,39 @@ class Mechanisms {
   bool is_in_contact(std::uint32_t slot) const;
   bool leans_on_light_bodies(std::uint32_t first_link) const;
   bool has_parted(std::uint32_t first_link) const;
+  bool can_be_direct(std::uint32_t joint) const;
   void grow_tree(std::uint32_t root_slot, std::uint32_t root_joint);
   bool is_obstacle(std::uint32_t slot) const;
   void order_by_group(const ConstraintLayout& layout);
   template <bool soft>
   void solve(std::uint32_t mechanism, float h);
+  void prepare_ball(std::uint32_t link);
+  void prepare_generic(std::uint32_t link);
+  /// What the link's joint has given its body in this substep.
+  Vec3 force_of(std::uint32_t link) const;
+  Vec3 torque_of(std::uint32_t link) const;
+  /// Whether the pull of its joint may swing the link's body.
+  bool may_swing(std::uint32_t link) const;
   void turn(LinkState& s, const Link& link) const;
-  Motion parent_of(const Link& link) const;
-  static Vec3 speed_apart(const LinkState& s, const Motion& parent);
-  static Vec3 gap(const LinkState& s, const Motion& parent);
-  static Vec3 gap_ahead(const LinkState& s, const Motion& parent, float h);
+  JointBodies<SymMat3> bodies_of(const Link& link) const;
+  LinkMotion parent_of(const Link& link) const;
+  static Vec3 speed_apart(const LinkState& s, const LinkMotion& parent);
+  static Vec3 gap(const LinkState& s, const LinkMotion& parent);
+  static Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h);
   void load_carried(const Mechanism& m);
   void stiffen(const Mechanism& m, float h);
   void stiffen_load(const Mechanism& m, float h);
-  void turn_all(const Mechanism& m);
+  void turn_all(const Mechanism& m, float h, bool relaxes);
   void eliminate(const Mechanism& m);
   void substitute(const Mechanism& m);
   void take_back(const Mechanism& m);
   bool can_follow(const Mechanism& m, float h) const;
   bool do_meet(const Mechanism& m, float h) const;
-  template <class Error>
-  void take_away(const Mechanism& m, const Error& error);
+  bool revise(const Mechanism& m, float h);
+  void aim_ahead(const Mechanism& m, float h);
+  void aim_at_rest(const Mechanism& m, float gap_share, float h);
+  template <bool soft>
+  void solve_once(const Mechanism& m, float h, bool follows);
   template <bool soft>
   void apply(const Mechanism& m, float h, bool follows);
   void forget(const Mechanism& m);
@@ -130,6 +140,7 @@ class Mechanisms {
   bool any_parted_ = false;  // of trees that would be solved directly
   std::vector<Link> links_;
   std::vector<LinkState> states_;
+  std::vector<JointLink> generic_;  // of links with generic joints
   std::vector<Mechanism> mechanisms_;
   std::vector<std::uint32_t> order_, first_of_group_;
   std::vector<std::uint8_t> direct_;         // by joint

@@ -1,0 +1,141 @@
+// The direct solution of a tree (dynamics/joint_tree.hpp) across joints that lock some of six coordinates, drive others
+// and leave the rest free. Pure, for host and device.
+//
+// Coordinates are those of the joint: three translations of the body's point at the joint, three rotations. A body and
+// all that hangs on it resist a change a of its motion there with I a, and are pushed by a load p. Its parent moves
+// that point by a'. Where a coordinate is locked, a = a' - error. One that is free is eliminated, one after the other:
+// with the force t - s (a - a') of a drive the two are in series, and the parent feels I s / (I + s) of it, without one
+// nothing at all. That this is exactly zero keeps the rounding of a heavy body from being inertia of a light parent.
+#pragma once
+
+#include "dynamics/joint_tree.hpp"
+
+namespace fathom {
+
+inline constexpr int joint_coordinates = 6;
+
+/// Directions of a joint's coordinates in the world, orthonormal by threes, and what may move along them.
+struct JointFreedom {
+  Vec3 along[3], about[3];
+  std::uint32_t is_free = 0;                ///< by bit
+  float stiffness[joint_coordinates] = {};  ///< s of a free one: N·s per m/s, N·m·s per rad/s; 0: no drive
+
+  FATHOM_HD bool has(int k) const { return is_free >> k & 1u; }
+};
+
+using JointVector = float[joint_coordinates];
+
+/// A body and all that hangs on it, its free coordinates eliminated.
+struct EliminatedLink {
+  Vec3 arm;                                             ///< m, from the body's centre to the point
+  float inertia[joint_coordinates][joint_coordinates];  ///< what the parent feels
+  float column[joint_coordinates][joint_coordinates];   ///< of each free one as it was eliminated
+  JointVector inverse, own;                             ///< 1 / (I + s), and I
+};
+
+FATHOM_HD void to_coordinates(const JointFreedom& f, Vec3 linear, Vec3 angular, JointVector& v) {
+  for (int i = 0; i < 3; ++i) v[i] = dot(f.along[i], linear), v[3 + i] = dot(f.about[i], angular);
+}
+FATHOM_HD Vec3 linear_of(const JointFreedom& f, const JointVector& v) {
+  return v[0] * f.along[0] + (v[1] * f.along[1] + v[2] * f.along[2]);
+}
+FATHOM_HD Vec3 angular_of(const JointFreedom& f, const JointVector& v) {
+  return v[3] * f.about[0] + (v[4] * f.about[1] + v[5] * f.about[2]);
+}
+
+/// Eliminates what `f` leaves free of a body, `arm` from its centre.
+FATHOM_HD EliminatedLink eliminated(const TreeInertia& body, Vec3 arm, const JointFreedom& f) {
+  EliminatedLink link;
+  link.arm = arm;
+  const Mat3 r = skew(arm), vr = body.linear * r, rc = r * body.mixed;
+  const Mat3 mixed = vr + body.mixed, angular = body.angular - r * vr - rc - transpose(rc);
+  float(&m)[joint_coordinates][joint_coordinates] = link.inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      m[i][j] = dot(f.along[i], body.linear * f.along[j]);
+      m[i][3 + j] = m[3 + j][i] = dot(f.along[i], mixed * f.about[j]);
+      m[3 + i][3 + j] = dot(f.about[i], angular * f.about[j]);
+    }
+  for (int k = 0; k < joint_coordinates; ++k) {
+    link.inverse[k] = link.own[k] = 0;
+    if (!f.has(k)) continue;
+    const float own = m[k][k], s = f.stiffness[k], sum = own + s, inverse = sum > 0 ? 1 / sum : 0, share = s * inverse;
+    link.own[k] = own, link.inverse[k] = inverse;
+    for (int i = 0; i < joint_coordinates; ++i) link.column[k][i] = m[i][k];
+    for (int i = 0; i < joint_coordinates; ++i)
+      for (int j = 0; j < joint_coordinates; ++j)
+        if (i != k && j != k) m[i][j] = fma(-inverse * link.column[k][i], link.column[k][j], m[i][j]);
+    for (int i = 0; i < joint_coordinates; ++i) m[i][k] = m[k][i] = share * link.column[k][i];
+  }
+  return link;
+}
+
+/// It hangs on `parent`, `arm` from the parent's centre.
+FATHOM_HD void add_child(TreeInertia& parent, const EliminatedLink& child, const JointFreedom& f, Vec3 arm) {
+  Mat3 linear = diagonal(0), mixed = linear, angular = linear;
+  const auto add = [](Mat3& to, float s, Vec3 a, Vec3 b) {
+    to.x += (s * b.x) * a, to.y += (s * b.y) * a, to.z += (s * b.z) * a;
+  };
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      add(linear, child.inertia[i][j], f.along[i], f.along[j]);
+      add(mixed, child.inertia[i][3 + j], f.along[i], f.about[j]);
+      add(angular, child.inertia[3 + i][3 + j], f.about[i], f.about[j]);
+    }
+  const Mat3 s = skew(arm), ls = linear * s, sm = s * mixed;
+  parent.linear = parent.linear + linear;
+  parent.mixed = parent.mixed + (mixed - ls);
+  parent.angular = parent.angular + (angular + sm + transpose(sm) - s * ls);
+}
+
+/// What acts on a body in a round of the solution, in the joint's coordinates.
+struct JointLoad {
+  JointVector pushed;   ///< p, after elimination what the parent gets but for errors
+  JointVector reached;  ///< p + t of each free coordinate as it was eliminated
+};
+
+/// Of a load about the point, and drives that give `drive` besides what they give for a change.
+FATHOM_HD JointLoad eliminated_load(const EliminatedLink& link, const JointFreedom& f, const TreeLoad& load,
+                                    const JointVector& drive) {
+  JointLoad l{};
+  to_coordinates(f, load.impulse, load.moment, l.pushed);
+  for (int k = 0; k < joint_coordinates; ++k) {
+    if (!f.has(k)) continue;
+    const float p = l.pushed[k], reached = p + drive[k], change = reached * link.inverse[k];
+    l.reached[k] = reached;
+    for (int i = 0; i < joint_coordinates; ++i) l.pushed[i] = fma(-change, link.column[k][i], l.pushed[i]);
+    l.pushed[k] = (f.stiffness[k] * p - link.own[k] * drive[k]) * link.inverse[k];
+  }
+  return l;
+}
+
+/// What the parent gets of it at the point.
+FATHOM_HD TreeLoad handed_on(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
+                             const JointVector& error) {
+  JointVector v;
+  for (int i = 0; i < joint_coordinates; ++i) {
+    v[i] = load.pushed[i];
+    for (int j = 0; j < joint_coordinates; ++j) v[i] = fma(link.inertia[i][j], error[j], v[i]);
+  }
+  return {linear_of(f, v), angular_of(f, v)};
+}
+
+/// How the body's point changes its motion where the parent changes it by `parent`, and the joint's impulse on it.
+FATHOM_HD void follow(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
+                      const JointVector& error, const JointVector& parent, JointVector& change, JointVector& impulse) {
+  for (int i = 0; i < joint_coordinates; ++i) {
+    change[i] = parent[i] - error[i];
+    impulse[i] = -load.pushed[i];
+    for (int j = 0; j < joint_coordinates; ++j) impulse[i] = fma(link.inertia[i][j], parent[j] - error[j], impulse[i]);
+  }
+  for (int k = joint_coordinates; k-- > 0;) {
+    if (!f.has(k)) continue;
+    float sum = fma(f.stiffness[k], parent[k], load.reached[k]);
+    // What was eliminated before stands for the parent by then.
+    for (int i = 0; i < joint_coordinates; ++i)
+      if (i != k) sum = fma(-link.column[k][i], i < k && f.has(i) ? parent[i] : change[i], sum);
+    change[k] = sum * link.inverse[k];
+  }
+}
+
+}  // namespace fathom
