@@ -1,6 +1,8 @@
 // Joints: what holds two bodies together, and the definition one is created from.
 //
-//   fathom::JointDef hinge = fathom::revolute_joint(frame, door, {{0, 0, 1}, z_up}, {{-0.5f, 0, 0}, z_up});
+//   const fathom::Vec3 up{0, 0, 1};
+//   fathom::JointDef hinge = fathom::revolute_joint(wall, door, fathom::joint_frame({0, 0, 1}, up),
+//                                                   fathom::joint_frame({-0.5f, 0, 0}, up));
 //   hinge.axis(fathom::JointAxisName::twist).limit(0, 1.5f);
 //   const fathom::JointId id = world.add_joint(hinge);
 //   fathom::Vec3 pull = world.reaction(id).force;
@@ -113,6 +115,15 @@ struct JointDef {
   JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
   const JointAxis& axis(JointAxisName name) const { return axes[static_cast<std::size_t>(name)]; }
 };
+
+/// A frame at `position` (m) with its axis x along `axis`, turned the shortest way; no more is said of y and z.
+inline Pose joint_frame(Vec3 position, Vec3 axis) {
+  const Vec3 x = normalize(axis);
+  const Quat half = x.x > -0.9999f ? Quat{1 + x.x, 0, -x.z, x.y} : Quat{0, 0, 0, 1};
+  Pose frame;
+  frame.position = position, frame.rotation = normalize(half);
+  return frame;
+}
 
 /// A ball joint between points of two bodies (m, body axes, from their centres of mass).
 inline JointDef ball_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b) {

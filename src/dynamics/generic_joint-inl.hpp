@@ -3,8 +3,8 @@
 //
 // Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
 // rotation is taken apart into a swing of axis x and the twist that it leaves; the twist's rate is that about the
-// bisector of the two axes x, so both hold for any angle. Translations act on both bodies at B's anchor, so that a
-// slider that is far out keeps the angular momentum.
+// bisector of the two axes x, so both hold for any angle short of a swing by pi. Translations act on both bodies at B's
+// anchor, so that a slider that is far out keeps the angular momentum.
 //
 // A sweep solves all axes at once: what is locked is eliminated (Gauss-Jordan), which leaves of the others the masses
 // that the locked ones let through. Then drives are solved as soft rows of these, and again with the limits that their
@@ -225,11 +225,17 @@ struct GenericJointRows {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     // B's axis x in A's frame.
     const VecOf<L> x = turned_by(q, VecOf<L>{one, zero, zero});
+    // Hinges must not hold upside down; of one locked swing both ways round are the same.
+    const L both_swings = row.axes[translations + 1].locked * row.axes[translations + 2].locked;
+    const L hooke = row.axes[translations].locked * ((one - both_swings) * (one - row.cone));
     const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
     const L twist = angle_of(sign * q.v.x, sign * q.w);
-    value[translations] = twist + twist;
+    // A locked twist between free swings is that of a Hooke's joint, A's axis y across B's z: no swing is too large.
+    const VecOf<L> z = turned_by(q, VecOf<L>{zero, zero, one});
+    const L across_x = larger(root(mul_add(z.x * z.x, z.z, z.z)), splat<L>(1e-6f)), inverse_x = one / across_x;
+    value[translations] = choose(hooke, angle_of(zero - z.y, across_x), twist + twist);
     const L bisector = one / larger(one + x.x, splat<L>(0.01f));
-    const L side = choose(is_less(x.x, zero), splat<L>(-1.0f), one);
+    const L side = choose(both_swings * is_less(x.x, zero), splat<L>(-1.0f), one);
     const L least = splat<L>(1e-6f);
     const L across_y = larger(root(mul_add(x.x * x.x, x.y, x.y)), least) * side;
     const L across_z = larger(root(mul_add(x.x * x.x, x.z, x.z)), least) * side;
@@ -238,7 +244,8 @@ struct GenericJointRows {
     const VecOf<L> swing_z{zero - x.z / across_z, zero, x.x / across_z};
     value[translations + 1] = choose(row.cone, angle_of(off, x.x), angle_of(zero - x.z, across_y));
     value[translations + 2] = angle_of(x.y, across_z);
-    about[0] = turned_by(frame, VecOf<L>{one, x.y * bisector, x.z * bisector});
+    about[0] = turned_by(frame, VecOf<L>{choose(hooke, z.z * inverse_x, one), choose(hooke, zero, x.y * bisector),
+                                         choose(hooke, (zero - z.x) * inverse_x, x.z * bisector)});
     about[1] = turned_by(
         frame, VecOf<L>{choose(row.cone, zero, swing_y.x), choose(row.cone, (zero - x.z) * inverse_off, swing_y.y),
                         choose(row.cone, x.y * inverse_off, zero)});

@@ -99,7 +99,8 @@ inline JointPositions joint_axis_positions(const JointDef& def, const Pose& a, c
   prepare_generic_joint<float>(unit(first), unit(second), second.position - first.position, joint.on_a, joint.on_b,
                                swapped ? d.frame_b.position : d.frame_a.position,
                                swapped ? d.frame_a.position : d.frame_b.position, row);
-  row.distance = joint.distance;
+  row.distance = joint.distance, row.cone = joint.cone;
+  for (int i = 0; i < axis_count; ++i) row.axes[i] = joint.axes[i];
   JointBodies<float> bodies{};
   const GenericJointRows<float, JointBodies<float>> rows(row, bodies, 0);
   const int used = def.type == JointType::distance ? 1 : axis_count;

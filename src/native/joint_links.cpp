@@ -33,6 +33,7 @@ void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_
 void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {
   relaxes_ = relaxes;
   row_.distance = joint_->distance, row_.cone = joint_->cone;
+  for (int i = 0; i < axis_count; ++i) row_.axes[i] = axis(i);
   JointBodies<SymMat3> bodies = both;
   const GenericJointRows<float, JointBodies<SymMat3>> rows(row_, bodies, h);
   bool any_response = false;
