@@ -83,8 +83,10 @@ void JointLink::choose_coordinates(const LinkPair& pair) {
     if (!is_held(k)) freedom_.is_free |= 1u << k;
   }
   if (joint_->distance != 0) {
-    freedom_.along[1] = any_across(along_[0]);
-    freedom_.along[2] = cross(along_[0], freedom_.along[1]);
+    // Anchors that meet have no line, and nothing acts along it.
+    if (length_squared(along_[0]) == 0) freedom_.along[0] = {1, 0, 0}, axis_of_[0] = no_axis, freedom_.is_free |= 1u;
+    freedom_.along[1] = any_across(freedom_.along[0]);
+    freedom_.along[2] = cross(freedom_.along[0], freedom_.along[1]);
     axis_of_[1] = axis_of_[2] = no_axis;
   }
   int count = 0;
