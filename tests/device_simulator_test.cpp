@@ -12,9 +12,8 @@ namespace fathom {
 namespace {
 
 WorldDef on_device(WorldDef def) {
-  const char* device = std::getenv("FATHOM_TEST_DEVICE");
   def.simulator = SimulatorKind::device;
-  def.device = device ? device : "host";
+  def.device = test::test_device();
   return def;
 }
 
