@@ -75,6 +75,7 @@ struct ContactChanges {
     c.bits &= ~(touching_bit | hits_bit);
     contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
     c.manifold = none;
+    exec::atomic_store(counters->any_ended, 1u);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 

@@ -21,7 +21,7 @@ constexpr std::array<Golden, 8> table{{
     {"layers", 500, 300, soft, tree, {0xb407b782a8b9b1f1, 0xf9671e917bca8aa9}, {0x33f623a31c230c93, 0x715775e128bada29}},
     {"spread", 400, 240, soft, tree, {0x9b9b77892c86cf05, 0xc1c095d2eaf3b09a}, {0x7ed943e80a840e2b, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0x59888c5f788c9708, 0x18b2f79c339abe39}, {0x494352ae582a2a75, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0x473abeedb34d9dd4, 0xff92348686170689}, {0x5c45f23b8813ed73, 0xa529edf66b0b677b}},
+    {"columns", 60, 300, soft, tree, {0x473abeedb34d9dd4, 0xff92348686170689}, {0x9a089e0537dc7d00, 0x5cf1213e86a719fd}},
     {"stream", 200, 240, soft, tree, {0x63228e4c4946e6a9, 0x73eb6dfb70872612}, {0x627caa56f0291b1a, 0x396c8cdef5f63cec}},
     {"layers", 500, 300, soft, sweep, {0xb407b782a8b9b1f1, 0x505297b24d6b8e41}, {0x33f623a31c230c93, 0x715775e128bada29}},
     {"layers", 500, 300, impulse, tree, {0x0b093f08eb301435, 0x37159d2567b28089}, {0x9102aac8b9f87e5b, 0x82d00e3b714de6f9}},
