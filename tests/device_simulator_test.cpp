@@ -12,9 +12,8 @@ namespace fathom {
 namespace {
 
 WorldDef on_device(WorldDef def) {
-  const char* device = std::getenv("FATHOM_TEST_DEVICE");
   def.simulator = SimulatorKind::device;
-  def.device = device ? device : "host";
+  def.device = test::test_device();
   return def;
 }
 
@@ -52,6 +51,18 @@ TEST(DeviceSimulator, SameStatesForAnyNumberOfThreadsAndStepsAhead) {
     EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.ahead = 5, def.copy_results = false; }))
         << scene.name;
   }
+}
+
+// Contacts of a pyramid begin all at once and choose their colours in no order that would suit it; they try again until
+// no colour more can be spared.
+TEST(DeviceSimulator, ContactsThatBeganTryOtherColours) {
+  World world(on_device(test::quiet_world()));
+  world.add(test::ground());
+  test::add_pyramid(world, 15);
+  world.step();
+  const std::uint32_t at_first = world.profile().counts.colours;
+  test::run(world, 59);
+  EXPECT_LE(world.profile().counts.colours, 11u) << "of " << at_first;
 }
 
 // A step that finds its buffers too small is stopped, they grow, and it runs again with all that came after it. The

@@ -14,8 +14,8 @@ namespace {
 
 using Where = validate::Setup;
 
-Where of_device() { return {.simulator = SimulatorKind::device, .device = "host"}; }
-Where of_hybrid() { return {.simulator = SimulatorKind::hybrid, .device = "host"}; }
+Where of_device() { return {.simulator = SimulatorKind::device, .device = test_device()}; }
+Where of_hybrid() { return {.simulator = SimulatorKind::hybrid, .device = test_device()}; }
 
 TEST(FastPairs, NothingIsFoundInsideOrBehindWhatItHit) {
   for (const Where& setup : {Where{}, of_device(), of_hybrid()})

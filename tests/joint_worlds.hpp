@@ -18,7 +18,7 @@ struct JointWorlds {
   WorldDef quiet(int threads = 1) const {
     WorldDef def;
     def.simulator = simulator;
-    def.device = "host";
+    def.device = test_device();
     def.threads = threads;
     def.sleep.enabled = false;
     return def;

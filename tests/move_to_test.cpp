@@ -224,7 +224,7 @@ TEST_P(Turntable, ACrateGoesRoundWhereItLies) {
   const Ride& ride = GetParam();
   for (const bool on_device : {false, true}) {
     WorldDef def = quiet_world();
-    if (on_device) def.simulator = SimulatorKind::device, def.device = "host";
+    if (on_device) def.simulator = SimulatorKind::device, def.device = test_device();
     def.dt = 1 / ride.rate;
     def.solver.substeps = ride.substeps;
     def.solver.method = ride.method;

@@ -58,7 +58,7 @@ struct HeavyOnBalls : testing::TestWithParam<std::tuple<float, float, float, boo
 TEST_P(HeavyOnBalls, BallsAreNotPressedIn) {
   const auto [ratio, radius, rate, on_device] = GetParam();
   WorldDef def = quiet_world();
-  if (on_device) def.simulator = SimulatorKind::device, def.device = "host";
+  if (on_device) def.simulator = SimulatorKind::device, def.device = test_device();
   def.dt = 1 / rate;
   World world(def);
   world.add(ground());
@@ -109,7 +109,7 @@ TEST(Overload, RollersWithAModestLoadKeepTheirInertia) {
 
 WorldDef on(bool device) {
   WorldDef def = quiet_world();
-  if (device) def.simulator = SimulatorKind::device, def.device = "host";
+  if (device) def.simulator = SimulatorKind::device, def.device = test_device();
   return def;
 }
 

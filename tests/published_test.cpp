@@ -19,9 +19,8 @@ using test::cube;
 using test::ground;
 
 WorldDef on_device(WorldDef def, BroadPhase broad_phase = BroadPhase::sweep) {
-  const char* device = std::getenv("FATHOM_TEST_DEVICE");
   def.simulator = SimulatorKind::device;
-  def.device = device ? device : "host";
+  def.device = test::test_device();
   def.broad_phase = broad_phase;
   return def;
 }

@@ -17,7 +17,7 @@ TEST(Spin, FastSpinsTurnAsFarAsTheyShould) {
     for (const float speed : {100.0f, 187.0f, 700.0f, 1500.0f, 3000.0f}) {
       WorldDef def = quiet_world();
       def.simulator = simulator;
-      def.device = "host";
+      def.device = test_device();
       def.gravity = {};
       World world(def);
       std::vector<BodyId> ids;

@@ -131,7 +131,7 @@ TEST(StreamGrowth, LeavesNothingBehind) {
     for (const SimulatorKind kind : {SimulatorKind::hybrid, SimulatorKind::device}) {
       worlds.push_back(worlds[0]);
       worlds.back().simulator = kind;
-      worlds.back().device = "host";
+      worlds.back().device = test::test_device();
     }
   unsigned seed = 0;
   for (WorldDef def : worlds)

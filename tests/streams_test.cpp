@@ -103,7 +103,7 @@ std::vector<WorldDef> worlds() {
   for (const SimulatorKind kind : {SimulatorKind::hybrid, SimulatorKind::device}) {
     all.push_back(all[0]);
     all.back().simulator = kind;
-    all.back().device = "host";
+    all.back().device = test::test_device();
   }
   return all;
 }

@@ -62,7 +62,7 @@ class Supports : public testing::TestWithParam<Structure> {
  protected:
   static WorldDef definition(int threads = 1) {
     WorldDef def = quiet_world(threads);
-    if (def.simulator == SimulatorKind::native) def.simulator = SimulatorKind::device, def.device = "host";
+    if (def.simulator == SimulatorKind::native) def.simulator = SimulatorKind::device, def.device = test_device();
     return def;
   }
   static std::vector<BodyId> build(World& world) {
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(Structures, Supports,
 // A structure moves as one with the platform that it stands on.
 TEST(SupportsOnAPlatform, MoveAlong) {
   WorldDef def = quiet_world();
-  if (def.simulator == SimulatorKind::native) def.simulator = SimulatorKind::device, def.device = "host";
+  if (def.simulator == SimulatorKind::native) def.simulator = SimulatorKind::device, def.device = test_device();
   World world(def);
   BodyDef platform = ground();
   platform.motion = MotionType::kinematic;

@@ -83,7 +83,7 @@ TEST(Tipping, PrismsTipOverTheirEdges) {
     for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
       WorldDef def = quiet_world();
       def.simulator = simulator;
-      def.device = "host";
+      def.device = test_device();
       const std::string what = std::to_string(sides) + " sides, size " + std::to_string(size) + ", height " +
                                std::to_string(half_height / size) + " radii, turned " + std::to_string(turn);
       Leaning leaning(def, shape, half_height, size, turn);

@@ -30,7 +30,7 @@ std::vector<std::pair<std::string, WorldDef>> all_kinds() {
   impulse.solver.method = Solver::impulse;
   hybrid.simulator = SimulatorKind::hybrid;
   device.simulator = cells_on_device.simulator = SimulatorKind::device;
-  hybrid.device = device.device = cells_on_device.device = "host";
+  hybrid.device = device.device = cells_on_device.device = test_device();
   cells_on_device.partition = Partition::cells;
   return {{"native", plain},  {"cells", cells},   {"impulse", impulse},
           {"hybrid", hybrid}, {"device", device}, {"cells on a device", cells_on_device}};

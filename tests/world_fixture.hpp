@@ -8,6 +8,12 @@
 
 namespace fathom::test {
 
+/// Where device simulators that a test asks for run: FATHOM_TEST_DEVICE (host, cuda, sycl), or the host back end.
+inline const char* test_device() {
+  const char* device = std::getenv("FATHOM_TEST_DEVICE");
+  return device ? device : "host";
+}
+
 /// Tests of the world hold for every simulator: FATHOM_TEST_DEVICE in the environment (host, cuda, sycl) asks for the
 /// device simulator; FATHOM_TEST_VARIANT for another than the default: `hybrid`, or `sweep`, `cells` on a device.
 inline WorldDef sleepy_world(int threads = 1) {
@@ -21,7 +27,7 @@ inline WorldDef sleepy_world(int threads = 1) {
   const std::string_view name = variant ? variant : "";
   if (!name.empty()) {
     def.simulator = name == "hybrid" ? SimulatorKind::hybrid : SimulatorKind::device;
-    if (!std::getenv("FATHOM_TEST_DEVICE")) def.device = "host";
+    def.device = test_device();
   }
   if (name == "sweep") def.broad_phase = BroadPhase::sweep;
   if (name == "cells") def.partition = Partition::cells;

@@ -380,7 +380,7 @@ struct ScheduleColours {
     c.constraints = begin + c.overflow;
     c.constraint_groups = (c.constraints + constraint_group_size - 1) / constraint_group_size;
     // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
-    if (c.begun || c.sweeps < c.former_sweeps)
+    if (c.any_began || c.sweeps < c.former_sweeps)
       c.recolour_trials = 4;
     else if (c.recolouring && c.recolour_trials)
       --c.recolour_trials;

@@ -132,7 +132,9 @@ struct Counters {
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[2] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
-  std::uint32_t waking = 0;  ///< bodies to look at for waking: 0 or all
+  std::uint32_t any_began = 0;  ///< 1: some contact got a manifold, where `begun` counts touches, which come later
+  std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
+  std::uint32_t waking = 0;     ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
   std::uint32_t laying_out = 0;                  ///< 1: constraints are laid out anew
   std::uint32_t struck[noted_strikes] = {};      ///< whether something did in each sweep of strikes

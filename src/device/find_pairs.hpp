@@ -39,6 +39,7 @@ struct BeginStep {
     if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
     c.fast = c.looked_ahead = 0;
     for (std::uint32_t& n : c.uncoloured) n = 0;
+    c.any_began = c.any_ended = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;
   }
 };

@@ -63,7 +63,7 @@ struct FindSupports {
   /// Whether levels are found anew. Else bodies keep theirs, so that what stands is held in the same way.
   FATHOM_HD bool is_anew() const {
     const Counters& c = *counters;
-    return c.begun + c.ended > 0 || c.step % lasting == 0 || c.unlevelled_step == c.step || c.held_step != c.step;
+    return c.any_began || c.any_ended || c.step % lasting == 0 || c.unlevelled_step == c.step || c.held_step != c.step;
   }
 
   FATHOM_HD void forget(std::uint32_t i) const {

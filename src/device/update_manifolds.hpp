@@ -75,6 +75,7 @@ struct ContactChanges {
     c.bits &= ~(touching_bit | hits_bit);
     contacts.free_manifolds[counters->free_manifolds + exec::atomic_add(counters->freed_manifolds, 1u)] = c.manifold;
     c.manifold = none;
+    exec::atomic_store(counters->any_ended, 1u);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
@@ -91,6 +92,7 @@ struct ContactChanges {
     exec::atomic_add(bodies.touching[c.b], 1u);
     if (!c.fixed_a()) exec::atomic_add(bodies.touching[c.a], 1u);
     contacts.uncoloured[0][exec::atomic_add(counters->uncoloured[0], 1u)] = index;
+    exec::atomic_store(counters->any_began, 1u);
     exec::atomic_store(counters->layout_dirty, 1u);
     if (!c.fixed_a() && is_placed(m, c)) look_for_supports(c);
     wake(c.a);

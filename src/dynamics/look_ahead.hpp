@@ -162,12 +162,18 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     const Pose at_b = advanced(on_b.pose, on_b.velocity, part * dt);
     return nearest_separation(collide_shapes(a.geometry, b.geometry, relative(at_a, at_b), 0.0f, axis)) < -allowed;
   };
-  if (!is_inside(1.0f)) return way;
-  // Of turns beyond half a turn a step's ends do not tell which way they went.
-  float free = 0, inside = 1;
-  for (int i = 0; i < 8; ++i) {
+  // The end of the way comes first. Of turns beyond half a turn a step's ends do not tell which way they went. There is
+  // one call for both, in a loop whose turns cannot be counted: compilers of SYCL kernels unroll a loop of eight and
+  // then inline every call, which took them minutes.
+  float free = 0, inside = 2;
+  while (inside - free > 0x1p-8f) {
     const float middle = 0.5f * (free + inside);
-    (is_inside(middle) ? inside : free) = middle;
+    if (is_inside(middle)) {
+      inside = middle;
+    } else {
+      if (middle == 1) return way;
+      free = middle;
+    }
   }
   const float approach = dot(normal, a.velocity.linear - b.velocity.linear);
   return {free, gap <= skin, mul_add(b.velocity.linear, max(approach, 0.0f), normal)};
