@@ -156,7 +156,7 @@ void read_axis(const TomlTable& joint, std::size_t index, JointAxis& axis) {
 /// Of a wheel: z gives way, and the swing about z steers.
 void read_suspension(const TomlTable& joint, JointDef& def) {
   const toml::node& node =
-      joint.required("suspension", "write suspension = {axis = [0, 0, 1], hertz = 2, damping_ratio = 0.7}");
+      joint.required("suspension", "write suspension = {axis = [0, 0, 1], hertz = 6, damping_ratio = 0.7}");
   const TomlTable table = inner(joint, node, "suspension", {"axis", "hertz", "damping_ratio", "lower", "upper"});
   table.required("hertz", "its frequency (Hz)");
   float hertz = 0, damping_ratio = 0.7f;
