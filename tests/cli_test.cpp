@@ -187,16 +187,19 @@ TEST_F(Program, RunsASceneFile) {
 }
 
 TEST_F(Program, ScenesWithJointsRunAreRecordedAndPlayed) {
-  const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/joints.toml";
-  const std::string hash = result_of({scene, "--steps", "90"}).at("state_hash");
-  ASSERT_EQ(fathom({"run", scene, "--steps", "90", "--quiet", "--record", path("run.fathom")}).exit_code, 0);
-  for (const std::vector<std::string>& again :
-       {std::vector<std::string>{"replay", path("run.fathom"), "--threads", "1"}, {"play", scene, "--steps", "90"}}) {
-    const Outcome outcome = fathom(again);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_THAT(outcome.out, HasSubstr(hash)) << again[0];
+  for (const char* name : {"joints", "mechanisms"}) {
+    const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/" + std::string(name) + ".toml";
+    const std::string hash = result_of({scene, "--steps", "90"}).at("state_hash");
+    ASSERT_EQ(fathom({"run", scene, "--steps", "90", "--quiet", "--record", path("run.fathom")}).exit_code, 0);
+    for (const std::vector<std::string>& again :
+         {std::vector<std::string>{"replay", path("run.fathom"), "--threads", "1"}, {"play", scene, "--steps", "90"}}) {
+      const Outcome outcome = fathom(again);
+      EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_THAT(outcome.out, HasSubstr(hash)) << name << ": " << again[0];
+    }
   }
-  const Outcome refused = fathom({"run", scene, "--partition", "cells", "--steps", "1"});
+  const Outcome refused =
+      fathom({"run", FATHOM_SOURCE_DIR "/examples/scenes/joints.toml", "--partition", "cells", "--steps", "1"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("joints: joint 0 between body 1 ('crane') and body 2 ('link.0')"));
 }

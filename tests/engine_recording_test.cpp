@@ -170,6 +170,39 @@ TEST(EngineRecording, HoldsJoints) {
   }
 }
 
+TEST(EngineRecording, HoldsLimitsDrivesAndDistances) {
+  const Folder folder;
+  Scene scene;
+  scene.bodies = {fathom::test::dynamic(sphere(0.1f), {0, 0, 2}),
+                  fathom::test::dynamic(box({0.5f, 0.1f, 0.1f}), {1, 0, 2}),
+                  fathom::test::dynamic(sphere(0.1f), {1, 0, 1})};
+  scene.bodies[0].motion = MotionType::fixed;
+  JointDef hinge = revolute_joint({}, {}, {}, {{-1, 0, 0}, 0, {}});
+  hinge.axis(JointAxisName::twist).limit(-1, 1).drive_velocity(3, 50);
+  hinge.axis(JointAxisName::swing_y).mode = AxisMode::free;
+  scene.joints = {{0, 1, hinge}, {1, 2, distance_joint({}, {}, {}, {}, 0, 1)}};
+  Config config = quiet_config();
+  take_over_world(scene, config);
+  config.edit().record.file = folder / "run.fathom";
+  Engine engine(config);
+  spawn_scene(engine, scene);
+  engine.run(60);
+  const std::uint64_t hash = engine.simulation().newest()->hash;
+  engine.simulation().inspect([&](const CommandRunner& runner) {
+    const World& world = runner.world();
+    ASSERT_EQ(world.joint_count(), 2u);
+    EXPECT_EQ(world.joint(world.joints()[0]).axes, hinge.axes);
+    EXPECT_NEAR(world.joint_positions(world.joints()[0])[3], 1, 0.01) << "the motor has turned it to its limit";
+    EXPECT_EQ(world.joint(world.joints()[1]).type, JointType::distance);
+  });
+  engine.finish();
+  const ReplayResult result = replay(folder / "run.fathom", {.threads = 1});
+  EXPECT_FALSE(result.difference.has_value()) << result.difference->text();
+  if (hash != 0) {
+    EXPECT_EQ(result.state_hash, hash);
+  }
+}
+
 TEST(EngineRecording, DamagedFilesAreRefused) {
   const Folder folder;
   const std::string file = folder / "run.fathom";
@@ -194,7 +227,9 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
   }
   std::string later = good;
   later[8] = 9;
-  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 3"));
+  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 4"));
+  later[8] = 3;
+  EXPECT_THAT(with(later), HasSubstr("format version 3, this build reads version 4; use the build that wrote it"));
   EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr("no such file, or it is empty"));
 }

@@ -203,99 +203,6 @@ TEST(SceneFile, RepeatFillsAGridFromTheFirstBody) {
   EXPECT_EQ(scene.names[11].body, 11u);
 }
 
-// Joints --------------------------------------------------------------------------------------------------------
-
-/// A static `post`, a dynamic `a` half a metre below it and three `link`s, 1 m apart along x.
-const std::string jointed = R"([[body]]
-name = "post"
-motion = "static"
-shape = {type = "sphere", radius = 0.1}
-position = [0, 0, 2]
-[[body]]
-name = "a"
-shape = {type = "sphere", radius = 0.1}
-position = [0, 0, 1.5]
-rotation = [0, 0, 1, 0]
-[[body]]
-name = "link"
-shape = {type = "sphere", radius = 0.1}
-position = [1, 0, 0]
-repeat = {count = [3, 1, 1], spacing = [1, 0, 0]}
-)";
-std::string joint_with(const std::string& more) { return jointed + "[[joint]]\ntype = \"ball\"\n" + more + "\n"; }
-
-TEST(SceneFile, JointWithEverything) {
-  const Scene scene =
-      parse(joint_with("a = \"a\"\nb = \"post\"\nanchor_a = [0, 0.5, 0]\nanchor_b = [1, 2, 3]\n"
-                       "hertz = 4\ndamping_ratio = 0.5\ncollide_connected = true\nuser_data = 7"));
-  ASSERT_EQ(scene.joints.size(), 1u);
-  const SceneJoint& joint = scene.joints[0];
-  EXPECT_EQ(joint.def.type, JointType::ball);
-  EXPECT_EQ(joint.a, 1u);
-  EXPECT_EQ(joint.b, 0u);
-  EXPECT_TRUE(joint.def.frame_a.position == (Vec3{0, 0.5f, 0}));
-  EXPECT_TRUE(joint.def.frame_b.position == (Vec3{1, 2, 3}));
-  EXPECT_EQ(joint.def.hertz, 4.0f);
-  EXPECT_EQ(joint.def.damping_ratio, 0.5f);
-  EXPECT_TRUE(joint.def.collide_connected);
-  EXPECT_EQ(joint.def.user_data, 7u);
-}
-
-TEST(SceneFile, AJointsPointIsThatOfBothBodies) {
-  // Joints may stand before the bodies; what is absent is the default.
-  const Scene scene = parse("[[joint]]\ntype = \"ball\"\na = \"post\"\nb = \"a\"\npoint = [0.5, 0, 2]\n" + jointed);
-  ASSERT_EQ(scene.joints.size(), 1u);
-  const JointDef& def = scene.joints[0].def;
-  EXPECT_TRUE(def.frame_a.position == (Vec3{0.5f, 0, 0}));
-  EXPECT_TRUE(def.frame_b.position == (Vec3{-0.5f, 0, -0.5f})) << "half a turn about y";
-  EXPECT_EQ(def.hertz, 0.0f);
-  EXPECT_FALSE(def.collide_connected);
-}
-
-TEST(SceneFile, RepeatedJointsCountTheBodiesUp) {
-  Scene scene = parse(joint_with("a = \"link.0\"\nb = \"link.1\"\npoint = [1.5, 0, 0]\nrepeat = 2"));
-  ASSERT_EQ(scene.joints.size(), 2u);
-  EXPECT_EQ(scene.joints[1].a, 3u);
-  EXPECT_EQ(scene.joints[1].b, 4u);
-  EXPECT_TRUE(scene.joints[1].def.frame_a.position == (Vec3{0.5f, 0, 0}));
-  EXPECT_TRUE(scene.joints[1].def.frame_b.position == (Vec3{-0.5f, 0, 0}));
-  // A body without a number is in all of them; the point goes along with the other one.
-  for (const bool post_first : {true, false}) {
-    const std::string bodies = post_first ? "a = \"post\"\nb = \"link.0\"\n" : "a = \"link.0\"\nb = \"post\"\n";
-    scene = parse(joint_with(bodies + "point = [1, 0, 1]\nrepeat = 3"));
-    ASSERT_EQ(scene.joints.size(), 3u);
-    const SceneJoint& last = scene.joints[2];
-    EXPECT_EQ(post_first ? last.a : last.b, 0u);
-    EXPECT_EQ(post_first ? last.b : last.a, 4u);
-    EXPECT_TRUE((post_first ? last.def.frame_b : last.def.frame_a).position == (Vec3{0, 0, 1}));
-    EXPECT_TRUE((post_first ? last.def.frame_a : last.def.frame_b).position == (Vec3{3, 0, -1}));
-  }
-}
-
-TEST(SceneFile, JointsHoldInTheWorld) {
-  Scene scene = parse(joint_with("a = \"post\"\nb = \"a\"\npoint = [0, 0, 2]"));
-  scene.world.threads = 1;
-  World world(scene.world);
-  SceneInstance instance(scene, world);
-  for (int step = 0; step < 60; ++step) world.step();
-  ASSERT_EQ(world.joint_count(), 1u);
-  EXPECT_NEAR(world.pose(instance.ids()[1]).position.z, 1.5, 1e-4);
-  EXPECT_LT(world.pose(instance.ids()[2]).position.z, -1) << "nothing holds the links";
-}
-
-TEST(SceneFile, AJointThatTheWorldRefusesIsNamed) {
-  Scene scene = parse(joint_with("a = \"post\"\nb = \"a\"\npoint = [0, 0, 2]"));
-  scene.world.partition = Partition::cells;  // as the command line may say
-  World world(scene.world);
-  try {
-    SceneInstance instance(scene, world);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::StartsWith("scene: joint 0 between body 0 ('post') and body 1 ('a'): add joint: "
-                                                  "the partition `cells` is for contacts alone"));
-  }
-}
-
 // Mistakes ------------------------------------------------------------------------------------------------------
 
 struct Mistake {
@@ -399,58 +306,6 @@ TEST(SceneFile, WrongChoicesReferencesAndOmissions) {
       {body_with("repeat = {count = [2, 2, 2]}"),
        "scene.toml:3:10: repeat needs 'spacing': write repeat = {count = [4, 4, 1], spacing = [1.1, 1.1, 1.1]}"},
       {"", "scene.toml:1:1: a scene needs 'body': write at least one [[body]]"},
-  };
-  for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
-}
-
-TEST(SceneFile, JointMistakes) {
-  const std::string pair = "a = \"post\"\nb = \"a\"\n";
-  const Mistake mistakes[] = {
-      {joint_with(pair + "anchor = [0, 0, 0]"),
-       "scene.toml:20:1: unknown key 'anchor' in [[joint]]; did you mean 'anchor_a'?"},
-      {joint_with("a = \"pots\"\nb = \"a\""), "scene.toml:18:5: no [[body]] is named 'pots'; did you mean 'post'?"},
-      {joint_with("a = \"a\"\nb = \"something\""),
-       "scene.toml:19:5: no [[body]] is named 'something'; give one this name"},
-      {joint_with("a = \"post\"\nb = \"link\""),
-       "scene.toml:19:5: 'link' is repeated; a joint holds single bodies: name one of 'link.0' to 'link.2'"},
-      {joint_with("a = \"post\"\nb = \"link.3\""),
-       "scene.toml:19:5: no [[body]] is named 'link.3'; did you mean 'link.0'?"},
-      {joint_with("a = \"a\"\nb = \"a\""),
-       "scene.toml:19:5: 'a' and 'b' are the same body; a joint holds two different ones together"},
-      {joint_with("a = \"a\""), "scene.toml:16:1: [[joint]] needs 'b': the name of a [[body]]"},
-      {joint_with("a = 3\nb = \"a\""), "scene.toml:18:5: 'a' must be a string, not an integer"},
-      {joint_with(pair),
-       "scene.toml:16:1: [[joint]] needs 'anchor_a': in body axes, from the centre of mass (m); or "
-       "write 'point', in the world"},
-      {joint_with(pair + "anchor_a = [0, 0, 0]"),
-       "scene.toml:16:1: [[joint]] needs 'anchor_b': in body axes, from the centre of mass (m); or write 'point', in "
-       "the world"},
-      {joint_with(pair + "point = [0, 0, 0]\nanchor_b = [0, 0, 0]"),
-       "scene.toml:21:12: a joint has either 'point' or 'anchor_b'; remove one"},
-      {joint_with(pair + "point = [0, nan, 0]"), "scene.toml:20:13: 'point' must be finite"},
-      {joint_with(pair + "point = [0, 0, 0]\nhertz = -1"), "scene.toml:21:9: 'hertz' must not be negative"},
-      {joint_with(pair + "point = [0, 0, 0]\ndamping_ratio = 1"),
-       "scene.toml:21:17: a rigid joint has no damping ratio; give 'hertz' too, or remove it"},
-      {joint_with(pair + "point = [0, 0, 0]\nrepeat = 0"),
-       "scene.toml:21:10: 'repeat' must be between 1 and 2147483647, not 0"},
-      {joint_with(pair + "point = [0, 0, 0]\nrepeat = 2"),
-       "scene.toml:21:10: 'repeat' counts a body's number up; name one like 'plank.0' as 'a' or 'b'"},
-      {joint_with("a = \"link.0\"\nb = \"link.1\"\npoint = [0, 0, 0]\nrepeat = 3"),
-       "scene.toml:21:10: 'repeat' comes to 'link.3', and no [[body]] is named so"},
-      {joint_with("a = \"link.1\"\nb = \"link.0\"\npoint = [0, 0, 0]\nrepeat = 3"),
-       "scene.toml:21:10: 'repeat' comes to 'link.3', and no [[body]] is named so"},
-      {jointed + "[[joint]]\na = \"post\"\n", "scene.toml:16:1: [[joint]] needs 'type': write type = \"ball\""},
-      {jointed + "[[joint]]\ntype = \"hinge\"\n", "scene.toml:17:8: 'hinge' is no type; known: ball"},
-      {jointed + "[joint]\ntype = \"ball\"\n",
-       "scene.toml:16:1: write [[joint]] with two brackets: there may be several"},
-      {jointed + "[[body]]\nname = \"still\"\nmotion = \"static\"\nshape = {type = \"sphere\", radius = 1}\n"
-                 "[[joint]]\ntype = \"ball\"\na = \"post\"\nb = \"still\"\n",
-       "scene.toml:23:5: neither 'a' nor 'b' is dynamic; a joint can move dynamic bodies alone"},
-      {"[simulator]\npartition = \"cells\"\n" + joint_with(pair + "point = [0, 0, 0]"),
-       "scene.toml:18:1: the partition 'cells' is for contacts alone; leave it out of [simulator], or the joints"},
-      // Numbers of a repetition are names like any other.
-      {jointed + "[[body]]\nname = \"link.1\"\nshape = {type = \"sphere\", radius = 1}\n",
-       "scene.toml:17:8: another body is named 'link.1'; names are unique"},
   };
   for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
 }
@@ -579,7 +434,24 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "anchor_b",
                           "hertz",
                           "damping_ratio",
-                          "collide_connected"}) {
+                          "collide_connected",
+                          "frame_a",
+                          "frame_b",
+                          "x",
+                          "twist",
+                          "swing_y",
+                          "cone_angle",
+                          "suspension",
+                          "steering",
+                          "motor",
+                          "mode",
+                          "lower",
+                          "upper",
+                          "length",
+                          "drive",
+                          "stiffness",
+                          "damping",
+                          "max_force"}) {
     EXPECT_NE(text.find("`" + std::string(key) + "`"), std::string::npos) << key;
   }
 }

@@ -140,6 +140,45 @@ TEST_P(Overlays, ShowJointsAndWhatTheyCarry) {
   EXPECT_LT(distance(marks.on_top[0].b, anchor + Vec3{0, 0, 0.5f}), 5e-3f) << "it carries the ball's weight";
 }
 
+TEST(JointMarks, ShowAxesAndLimits) {
+  World world;
+  BodyDef def;
+  def.shape = sphere(0.1f);
+  def.motion = MotionType::fixed;
+  const BodyId post = world.add(def);
+  def.motion = MotionType::dynamic;
+  def.pose.position = {1, 0, 0};
+  const BodyId ball = world.add(def);
+  const Pose on_ball{{-1, 0, 0}, 0, {}};
+  const auto marks_of = [&](const JointDef& joint) {
+    const JointId id = world.add_joint(joint);
+    OverlayMarks marks;
+    add_overlays(world, parse_overlays("joints"), marks);
+    world.remove_joint(id);
+    return marks.on_top;
+  };
+  const std::size_t plain = marks_of(fixed_joint(post, ball, {}, on_ball)).size();
+  EXPECT_EQ(plain, 4u) << "an arm, the gap, two anchors";
+  JointDef joint = revolute_joint(post, ball, {}, on_ball);
+  EXPECT_EQ(marks_of(joint).size(), plain + 1) << "the axis";
+  joint.axis(JointAxisName::twist).limit(0, 1);
+  EXPECT_EQ(marks_of(joint).size(), plain + 4) << "and where it begins, ends and stands";
+  joint = prismatic_joint(post, ball, {}, {});
+  joint.axis(JointAxisName::x).limit(-2, 3);
+  std::vector<render::Mark> marks = marks_of(joint);
+  EXPECT_EQ(marks.size(), plain + 2) << "the way and its ends; no gap, since its anchors need not meet";
+  EXPECT_LT(distance(marks[1].a, {-2, 0, 0}) + distance(marks[1].b, {3, 0, 0}), 1e-6f);
+  // The other way round the axes are still those of what is fixed, and the ball is at -1.
+  std::swap(joint.a, joint.b);
+  marks = marks_of(joint);
+  EXPECT_LT(distance(marks[1].a, {2, 0, 0}) + distance(marks[1].b, {-3, 0, 0}), 1e-6f);
+  joint = universal_joint(post, ball, {}, on_ball);
+  EXPECT_EQ(marks_of(joint).size(), plain + 2) << "two axes";
+  joint.cone_angle = 0.5f;
+  EXPECT_EQ(marks_of(joint).size(), plain + 9) << "eight rays of the cone, and the axis in it";
+  EXPECT_EQ(marks_of(distance_joint(post, ball, {}, {}, 0, 2)).size(), plain) << "a line between the anchors";
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, Overlays, testing::Values(SimulatorKind::native, SimulatorKind::device));
 
 TEST(OverlayNames, UnknownOnesAreRefusedWithAGuess) {

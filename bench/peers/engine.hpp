@@ -51,7 +51,7 @@ bool is_same(const Shape& a, const Shape& b);
 [[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
 /// Refuses a scene with joints.
 void refuse_joints(std::string_view engine, const Scene& scene);
-/// Refuses joints that give or whose bodies collide: adapters make rigid ones of bodies that do not.
+/// Refuses all but ball joints that are rigid and whose bodies do not collide: adapters make no others.
 void require_plain_joints(std::string_view engine, const Scene& scene);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);

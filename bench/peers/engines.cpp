@@ -66,8 +66,8 @@ void refuse_joints(std::string_view engine, const Scene& scene) {
 
 void require_plain_joints(std::string_view engine, const Scene& scene) {
   for (const SceneJoint& joint : scene.joints)
-    if (joint.def.hertz > 0 || joint.def.collide_connected)
-      refuse_scene(engine, "springs as joints, nor joints whose bodies collide");
+    if (joint.def.type != JointType::ball || joint.def.hertz > 0 || joint.def.collide_connected)
+      refuse_scene(engine, "joints but rigid ball joints whose bodies do not collide");
 }
 
 float mass_of(const BodyDef& body) { return body.mass ? *body.mass : body.density * volume(body.shape); }

@@ -40,11 +40,28 @@ double kinetic_energy(const BodyDef& body, const Pose& pose, const Velocity& vel
   return 0.5 * static_cast<double>(mass * length_squared(velocity.linear) + dot(spin, inertia * spin));
 }
 
+/// How far `value` is outside of what the axis allows.
+float excess(const JointAxis& axis, float value) {
+  if (axis.mode == AxisMode::free) return 0;
+  return axis.mode == AxisMode::locked ? value : max(axis.lower - value, max(value - axis.upper, 0.0f));
+}
+
+/// How far a joint's anchors are from where its translations, or its distance, allow them to be (m).
+float gap_of(const Scene& scene, const SceneJoint& joint, std::span<const Pose> poses) {
+  const JointDef& def = joint.def;
+  const Vec3 gap = transform(poses[joint.b], def.frame_b.position) - transform(poses[joint.a], def.frame_a.position);
+  if (def.type == JointType::ball) return length(gap);
+  if (def.type == JointType::distance) return excess(def.axis(JointAxisName::x), length(gap));
+  const bool in_b = scene.bodies[joint.b].motion != MotionType::dynamic;
+  const Quat frame = poses[in_b ? joint.b : joint.a].rotation * (in_b ? def.frame_b : def.frame_a).rotation;
+  const Vec3 along = inverse_rotate(normalize(frame), gap);
+  return length({excess(def.axes[0], along.x), excess(def.axes[1], along.y), excess(def.axes[2], along.z)});
+}
+
 double widest_gap(const Scene& scene, std::span<const Pose> poses) {
   float widest = 0;
   for (const SceneJoint& joint : scene.joints) {
-    const float gap = distance(transform(poses[joint.a], joint.def.frame_a.position),
-                               transform(poses[joint.b], joint.def.frame_b.position));
+    const float gap = gap_of(scene, joint, poses);
     if (joint.def.hertz == 0 && fathom::is_finite(Vec3{gap, 0, 0})) widest = max(widest, gap);
   }
   return static_cast<double>(widest);

@@ -16,7 +16,7 @@ struct Quality {
   double kinetic_energy_per_body = 0;     ///< J
   std::uint64_t bodies_below_ground = 0;  ///< bodies with a point more than 0.5 m under the ground's surface
   double overlap_max = 0;                 ///< m, the deepest that two bodies are in each other, ≥ 0
-  double joint_gap_max = 0;               ///< m, the widest gap between the anchors of a rigid joint
+  double joint_gap_max = 0;               ///< m, how far a rigid joint's anchors are at most from where it allows them
   std::uint64_t escaped = 0;              ///< bodies whose centre of mass is out of Scene::container
   std::uint64_t non_finite = 0;           ///< bodies whose state is not finite
 };

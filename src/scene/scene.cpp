@@ -32,6 +32,12 @@ void SceneJoint::place_at(Vec3 point, std::span<const BodyDef> bodies) {
   def.frame_b.position = in_body(bodies[b].pose);
 }
 
+void SceneJoint::turn_to(Quat rotation, std::span<const BodyDef> bodies) {
+  const auto in_body = [rotation](const Pose& pose) { return conjugate(normalize(pose.rotation)) * rotation; };
+  def.frame_a.rotation = in_body(bodies[a].pose);
+  def.frame_b.rotation = in_body(bodies[b].pose);
+}
+
 std::size_t dynamic_body_count(const Scene& scene) {
   return static_cast<std::size_t>(std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const BodyDef& body) {
     return body.motion == MotionType::dynamic;

@@ -55,6 +55,8 @@ struct SceneJoint {
 
   /// Both anchors at one point of the world (m).
   void place_at(Vec3 point, std::span<const BodyDef> bodies);
+  /// Both frames turned so in the world, where angles start at zero; the anchors stay.
+  void turn_to(Quat rotation, std::span<const BodyDef> bodies);
 };
 
 struct Scene {

@@ -185,30 +185,9 @@ class BodyReader {
   static void read_placement(const TomlTable& table, BodyDef& body) {
     table.read_choice<MotionType>("motion", body.motion, motions);
     table.read("position", body.pose.position);
-    if (const toml::node* node = table.find("rotation")) body.pose.rotation = read_rotation(table, *node);
+    table.read("rotation", body.pose.rotation);
     table.read("velocity", body.velocity.linear);
     table.read("angular_velocity", body.velocity.angular);
-  }
-
-  static Quat read_rotation(const TomlTable& table, const toml::node& node) {
-    if (node.is_table()) return read_axis_angle({*node.as_table(), "rotation", table.file(), {"axis", "angle"}});
-    const std::vector<float> v = table.numbers(node, "rotation", 4, 4);
-    const Quat q{v[0], v[1], v[2], v[3]};
-    if (!(dot(q, q) > 1e-12f)) table.fail(node, "'rotation' has no length; [1, 0, 0, 0] is no rotation");
-    return normalize(q);
-  }
-
-  static Quat read_axis_angle(const TomlTable& table) {
-    Vec3 axis;
-    float angle = 0;
-    const toml::node& node = table.required("axis", "write rotation = {axis = [x, y, z], angle = radians}");
-    table.required("angle", "write rotation = {axis = [x, y, z], angle = radians}");
-    table.read("axis", axis);
-    table.read("angle", angle);
-    if (!(length_squared(axis) > 1e-12f))
-      table.fail(node, "'axis' has no length; it points along the axis of rotation");
-    const Vec3 v = static_cast<float>(std::sin(0.5 * static_cast<double>(angle))) * normalize(axis);
-    return {static_cast<float>(std::cos(0.5 * static_cast<double>(angle))), v.x, v.y, v.z};
   }
 
   static void read_mass(const TomlTable& table, BodyDef& body) {

@@ -1,16 +1,13 @@
 #include "scene/scene_joints.hpp"
 
-#include <array>
 #include <charconv>
 #include <map>
-#include <utility>
 
+#include "scene/joint_axes.hpp"
 #include "scene/suggest.hpp"
 
 namespace fathom {
 namespace {
-
-constexpr std::array<std::pair<std::string_view, JointType>, 1> joint_types{{{"ball", JointType::ball}}};
 
 /// "plank.7" as "plank." and 7; nothing where the name does not end in a number.
 struct Numbered {
@@ -38,23 +35,41 @@ class JointReader {
   }
 
   void read(const toml::table& node) {
-    const TomlTable table(node, "[[joint]]", root_.file(),
-                          {"type", "a", "b", "point", "anchor_a", "anchor_b", "hertz", "damping_ratio",
-                           "collide_connected", "user_data", "repeat"});
+    const TomlTable table(node, "[[joint]]", root_.file(), {"type",      "a",
+                                                            "b",         "point",
+                                                            "anchor_a",  "anchor_b",
+                                                            "hertz",     "damping_ratio",
+                                                            "axis",      "frame_a",
+                                                            "frame_b",   "x",
+                                                            "y",         "z",
+                                                            "twist",     "swing_y",
+                                                            "swing_z",   "cone_angle",
+                                                            "motor",     "suspension",
+                                                            "steering",  "length",
+                                                            "lower",     "upper",
+                                                            "drive",     "collide_connected",
+                                                            "user_data", "repeat"});
     SceneJoint joint;
-    table.required("type", "write type = \"ball\"");
-    table.read_choice<JointType>("type", joint.def.type, joint_types);
+    const JointWord word = read_joint_word(table);
+    check_joint_keys(table, word);
     const std::string a = read_body(table, "a", joint.a), b = read_body(table, "b", joint.b);
     check_pair(table, joint);
     read_spring(table, joint.def);
+    read_joint_axes(table, word, joint.def);
     table.read("collide_connected", joint.def.collide_connected);
     table.read("user_data", joint.def.user_data);
-    const std::optional<Vec3> point = read_anchors(table, joint);
+    const WorldFrame frame = read_frames(table, word, joint);
     scene_.joints.push_back(joint);
-    repeat(table, joint, point, a, b);
+    repeat(table, joint, frame, a, b);
   }
 
  private:
+  /// What the file says in the world's axes.
+  struct WorldFrame {
+    std::optional<Vec3> point;
+    std::optional<Quat> rotation;
+  };
+
   /// The body that the key names; returns its name.
   std::string read_body(const TomlTable& table, std::string_view key, std::size_t& body) const {
     const toml::node& node = table.required(key, "the name of a [[body]]");
@@ -95,10 +110,38 @@ class JointReader {
       table.fail(*table.find("damping_ratio"), "a rigid joint has no damping ratio; give 'hertz' too, or remove it");
   }
 
+  WorldFrame read_frames(const TomlTable& table, JointWord word, SceneJoint& joint) const {
+    if (table.has("frame_a") || table.has("frame_b")) {
+      read_frame(table, "frame_a", joint.def.frame_a);
+      read_frame(table, "frame_b", joint.def.frame_b);
+      return {};
+    }
+    WorldFrame frame{read_anchors(table, word, joint), {}};
+    if (joint.def.type == JointType::generic) {
+      frame.rotation = read_joint_rotation(table, word);
+      joint.turn_to(*frame.rotation, scene_.bodies);
+    }
+    return frame;
+  }
+
+  static void read_frame(const TomlTable& table, std::string_view key, Pose& frame) {
+    for (const std::string_view other : {"point", "anchor_a", "anchor_b", "axis"})
+      if (const toml::node* node = table.find(other))
+        table.fail(*node, "a joint has either frames or '" + std::string(other) + "'; remove one");
+    const toml::node& node =
+        table.required(key,
+                       "write {position = [x, y, z], rotation = [w, x, y, z]}, in body axes from the centre of "
+                       "mass (m); x is the joint's axis");
+    const TomlTable inner(table.as_table(node, key), std::string(key), table.file(), {"position", "rotation"});
+    inner.read("position", frame.position);
+    inner.read("rotation", frame.rotation);
+  }
+
   /// Returns the world point where the joint is told by one.
-  std::optional<Vec3> read_anchors(const TomlTable& table, SceneJoint& joint) const {
+  std::optional<Vec3> read_anchors(const TomlTable& table, JointWord word, SceneJoint& joint) const {
     if (!table.has("point")) {
-      const std::string_view remedy = "in body axes, from the centre of mass (m); or write 'point', in the world";
+      const std::string remedy = std::string("in body axes, from the centre of mass (m)") +
+                                 (word == JointWord::distance ? "" : "; or write 'point', in the world");
       table.required("anchor_a", remedy);
       table.required("anchor_b", remedy);
       table.read("anchor_a", joint.def.frame_a.position);
@@ -116,7 +159,7 @@ class JointReader {
 
   /// The next joints hold the bodies together whose numbers are one higher each time. A body without a number is in all
   /// of them; the joint then moves with the other one.
-  void repeat(const TomlTable& table, SceneJoint joint, std::optional<Vec3> point, const std::string& first_a,
+  void repeat(const TomlTable& table, SceneJoint joint, const WorldFrame& frame, const std::string& first_a,
               const std::string& first_b) {
     int count = 1;
     table.read("repeat", count, 1);
@@ -130,7 +173,8 @@ class JointReader {
       if (a) joint.a = counted(table, node, a->name(i));
       if (b) joint.b = counted(table, node, b->name(i));
       check_pair(table, joint);
-      if (point) joint.place_at(*point + (place() - start), scene_.bodies);
+      if (frame.point) joint.place_at(*frame.point + (place() - start), scene_.bodies);
+      if (frame.rotation) joint.turn_to(*frame.rotation, scene_.bodies);
       scene_.joints.push_back(joint);
     }
   }

@@ -1,6 +1,7 @@
 #include "scene/toml_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "scene/suggest.hpp"
@@ -41,6 +42,19 @@ std::string_view complaint(float value, Range range) {
   if (range == Range::not_negative && value < 0) return "must not be negative";
   if (range == Range::unit_interval && (value < 0 || value > 1)) return "must be between 0 and 1";
   return {};
+}
+
+Quat read_axis_angle(const TomlTable& table) {
+  Vec3 axis;
+  float angle = 0;
+  const std::string remedy = "write " + table.name() + " = {axis = [x, y, z], angle = radians}";
+  const toml::node& node = table.required("axis", remedy);
+  table.required("angle", remedy);
+  table.read("axis", axis);
+  table.read("angle", angle);
+  if (!(length_squared(axis) > 1e-12f)) table.fail(node, "'axis' has no length; it points along the axis of rotation");
+  const Vec3 v = static_cast<float>(std::sin(0.5 * static_cast<double>(angle))) * normalize(axis);
+  return {static_cast<float>(std::cos(0.5 * static_cast<double>(angle))), v.x, v.y, v.z};
 }
 
 }  // namespace
@@ -116,6 +130,19 @@ void TomlTable::read(std::string_view key, Vec3& value, Range range) const {
     }
   }
   value = {v[0], v[1], v[2]};
+}
+
+void TomlTable::read(std::string_view key, Quat& value) const {
+  const toml::node* node = find(key);
+  if (!node) return;
+  if (node->is_table()) {
+    value = read_axis_angle({*node->as_table(), std::string(key), file_, {"axis", "angle"}});
+    return;
+  }
+  const std::vector<float> v = numbers(*node, key, 4, 4);
+  const Quat q{v[0], v[1], v[2], v[3]};
+  if (!(dot(q, q) > 1e-12f)) fail(*node, quoted(key) + " has no length; [1, 0, 0, 0] is no rotation");
+  value = normalize(q);
 }
 
 const toml::node& TomlTable::required(std::string_view key, std::string_view remedy) const {

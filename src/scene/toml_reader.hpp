@@ -37,6 +37,8 @@ class TomlTable {
   void read(std::string_view key, bool& value) const;
   void read(std::string_view key, std::string& value) const;
   void read(std::string_view key, Vec3& value, Range range = Range::any) const;
+  /// A quaternion [w, x, y, z], or {axis = [x, y, z], angle = radians}; of length 1.
+  void read(std::string_view key, Quat& value) const;
 
   /// A word of a fixed list stands for a value.
   template <class T>

@@ -16,7 +16,7 @@ struct OverlayChoice {
   bool normals = false;    ///< contact normals
   bool impulses = false;   ///< normal impulses, as lines whose length tells them
   bool graph = false;      ///< lines between touching bodies, coloured as the constraint graph is
-  bool joints = false;     ///< anchors, and lines from the bodies' centres to them
+  bool joints = false;     ///< anchors, lines from the bodies' centres to them, axes
   bool reactions = false;  ///< what joints do to their second bodies, as lines
 };
 
