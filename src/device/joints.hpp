@@ -65,6 +65,20 @@ struct TakeJoints {
   }
 };
 
+/// And the definitions of those that are generic.
+struct TakeGenericJoints {
+  JointArrays joints;
+  const Counters* counters;
+  const GenericEdit* edits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    const GenericEdit& edit = edits[k];
+    joints.generic[edit.slot] = edit.joint;
+    if (edit.is_new) joints.generic_impulses[edit.slot] = {};
+  }
+};
+
 struct EditApartTable {
   ApartTable table;
   const Counters* counters;
