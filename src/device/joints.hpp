@@ -75,7 +75,9 @@ struct TakeGenericJoints {
     if (counters->stopped) return;
     const GenericEdit& edit = edits[k];
     joints.generic[edit.slot] = edit.joint;
-    if (edit.is_new) joints.generic_impulses[edit.slot] = {};
+    GenericImpulse& impulse = joints.generic_impulses[edit.slot];
+    if (edit.is_new) impulse = {};
+    forget_what_ended(edit.joint, impulse);
   }
 };
 
