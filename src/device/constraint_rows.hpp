@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "device/contact_arrays.hpp"
-#include "dynamics/ball_joint.hpp"
+#include "dynamics/generic_joint.hpp"
 
 namespace fathom::device {
 
@@ -13,6 +13,7 @@ namespace fathom::device {
 enum ConstraintBits : std::uint32_t {
   point_bits = 7,
   bounces_bit = 8,
+  generic_bit = bounces_bit,  ///< of a joint
   anisotropic_bit = 16,
   pushes_fixed_bit = 32,  ///< A cannot be pushed
   // Which of its contacts this is for a body, and how many it has, of those with a colour.
@@ -104,6 +105,48 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();
   r.pull = {};
+  return r;
+}
+
+// Of a generic joint sweeps read all rows, and its definition beside them.
+
+FATHOM_HD void store_generic_start(Quad* rows, const GenericJointRow<float>& r) {
+  rows[0] = quad(r.frame_a.v, r.frame_a.w);
+  rows[1 * tile_width] = quad(r.frame_b.v, r.frame_b.w);
+  rows[2 * tile_width] = quad(r.arm_a, r.bias_rate);
+  rows[3 * tile_width] = quad(r.arm_b, r.mass_scale);
+  rows[4 * tile_width] = quad(r.gap, r.impulse_scale);
+}
+FATHOM_HD void store_generic_impulses(Quad* rows, const GenericJointRow<float>& r) {
+  Quad* const to = rows + generic_written_row * tile_width;
+  to[0] = {r.hold[0], r.hold[1], r.hold[2], r.hold[3]};
+  to[1 * tile_width] = {r.hold[4], r.hold[5], r.drive[0], r.drive[1]};
+  to[2 * tile_width] = {r.drive[2], r.drive[3], r.drive[4], r.drive[5]};
+  to[3 * tile_width] = quad(r.given, r.force.x);
+  to[4 * tile_width] = quad(r.spun_a, r.force.y);
+  to[5 * tile_width] = quad(r.spun_b, r.force.z);
+  to[6 * tile_width] = quad(r.torque, 0);
+}
+/// Of `q`, one quad a row.
+FATHOM_HD void load_generic_impulses(const Quad* q, float (&hold)[axis_count], float (&drive)[axis_count]) {
+  q += generic_written_row;
+  hold[0] = q[0].x, hold[1] = q[0].y, hold[2] = q[0].z, hold[3] = q[0].w, hold[4] = q[1].x, hold[5] = q[1].y;
+  drive[0] = q[1].z, drive[1] = q[1].w, drive[2] = q[2].x, drive[3] = q[2].y, drive[4] = q[2].z, drive[5] = q[2].w;
+}
+FATHOM_HD GenericJointRow<float> generic_joint_of(const Quad* q, const GenericJoint& joint) {
+  GenericJointRow<float> r;
+  r.frame_a = {q[0].w, q[0].xyz()}, r.frame_b = {q[1].w, q[1].xyz()};
+  r.arm_a = q[2].xyz(), r.bias_rate = q[2].w;
+  r.arm_b = q[3].xyz(), r.mass_scale = q[3].w;
+  r.gap = q[4].xyz(), r.impulse_scale = q[4].w;
+  r.pull = {};
+  r.rigid = joint.rigid, r.distance = joint.distance, r.cone = joint.cone;
+  for (int i = 0; i < axis_count; ++i) r.axes[i] = joint.axes[i];
+  load_generic_impulses(q, r.hold, r.drive);
+  const Quad* const more = q + generic_written_row + 3;
+  r.given = more[0].xyz(), r.spun_a = more[1].xyz(), r.spun_b = more[2].xyz();
+  r.force = {more[0].w, more[1].w, more[2].w};
+  r.torque = more[3].xyz();
   return r;
 }
 

@@ -183,8 +183,12 @@ ConstraintArrays ContactMemory::constraints() {
           .capacity = static_cast<std::uint32_t>(constraint_capacity())};
 }
 
-void JointMemory::reserve(std::size_t joints, std::size_t apart_places) {
+void JointMemory::reserve(std::size_t joints, std::size_t apart_places, bool generic) {
   records_.grow(joints, exec::Contents::keep);
+  if (generic) {
+    generic_.grow(capacity(), exec::Contents::keep);
+    generic_impulses_.grow(capacity(), exec::Contents::keep);
+  }
   apart_.grow(apart_places);
   apart_places_ = apart_places;
 }
@@ -192,6 +196,8 @@ void JointMemory::reserve(std::size_t joints, std::size_t apart_places) {
 JointArrays JointMemory::arrays() {
   return {
       .records = records_.data(),
+      .generic = generic_.data(),
+      .generic_impulses = generic_impulses_.data(),
       .capacity = static_cast<std::uint32_t>(capacity()),
       .apart = {
           .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};

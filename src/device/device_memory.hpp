@@ -120,16 +120,21 @@ class ContactMemory {
 /// Buffers of joints: none as long as there never was one.
 class JointMemory {
  public:
-  explicit JointMemory(exec::Memory& memory) : records_(memory), apart_(memory) {}
+  explicit JointMemory(exec::Memory& memory)
+      : records_(memory), generic_(memory), generic_impulses_(memory), apart_(memory) {}
 
-  void reserve(std::size_t joints, std::size_t apart_places);
+  /// `generic`: room for generic joints too.
+  void reserve(std::size_t joints, std::size_t apart_places, bool generic);
   std::size_t capacity() const { return records_.size(); }
+  std::size_t generic_capacity() const { return generic_impulses_.size(); }
   /// Of the ApartTable, which is always as large as the host's.
   std::size_t apart_places() const { return apart_places_; }
   JointArrays arrays();
 
  private:
   exec::Buffer<JointRecord> records_;
+  exec::Buffer<GenericJoint> generic_;
+  exec::Buffer<GenericImpulse> generic_impulses_;
   exec::Buffer<std::uint64_t> apart_;
   std::size_t apart_places_ = 0;
 };

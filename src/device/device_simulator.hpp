@@ -92,6 +92,7 @@ class DeviceSimulator final : public Simulator {
     std::vector<Edit> edits;
     std::vector<BodyData> data;
     std::vector<JointEdit> joint_edits;
+    std::vector<GenericEdit> generic_edits;
     std::vector<ApartEdit> apart_edits;
     GravityChange gravity;
     std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
@@ -110,8 +111,10 @@ class DeviceSimulator final : public Simulator {
           staged_edits(device, 0),
           staged_data(device, 0),
           joint_edits(device),
+          generic_edits(device),
           apart_edits(device),
           staged_joint_edits(device, 0),
+          staged_generic_edits(device, 0),
           staged_apart_edits(device, 0),
           results(device),
           poses(device, 0),
@@ -131,8 +134,10 @@ class DeviceSimulator final : public Simulator {
     exec::PinnedBuffer<Edit> staged_edits;
     exec::PinnedBuffer<BodyData> staged_data;
     exec::Buffer<JointEdit> joint_edits;
+    exec::Buffer<GenericEdit> generic_edits;
     exec::Buffer<ApartEdit> apart_edits;
     exec::PinnedBuffer<JointEdit> staged_joint_edits;
+    exec::PinnedBuffer<GenericEdit> staged_generic_edits;
     exec::PinnedBuffer<ApartEdit> staged_apart_edits;
     SlotResults results;  ///< on the device, where every step's are copied
     exec::PinnedBuffer<Pose> poses;
@@ -224,6 +229,7 @@ class DeviceSimulator final : public Simulator {
   std::uint32_t ordered_overflow(const Counters& counters) const {
     return def.partition == Partition::cells ? 0 : counters.overflow;
   }
+  void restore_generic_joints(ByteReader& in, std::uint32_t count);
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
 
@@ -286,6 +292,7 @@ class DeviceSimulator final : public Simulator {
   mutable exec::PinnedBuffer<Contact> contacts_read_;
   mutable exec::PinnedBuffer<ContactManifold> manifolds_read_;
   mutable exec::PinnedBuffer<JointRecord> joints_read_;
+  mutable exec::PinnedBuffer<GenericImpulse> generic_impulses_read_;
 };
 
 }  // namespace fathom::device

@@ -37,7 +37,8 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       flags_(device_, 0),
       contacts_read_(device_, 0),
       manifolds_read_(device_, 0),
-      joints_read_(device_, 0) {
+      joints_read_(device_, 0),
+      generic_impulses_read_(device_, 0) {
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
   device_.wait();

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "device/body_arrays.hpp"
+#include "dynamics/generic_joint.hpp"
 #include "exec/atomic.hpp"
 
 namespace fathom::device {
@@ -14,11 +15,17 @@ namespace fathom::device {
 /// Marks a joint's slot where constraints name their contacts.
 inline constexpr std::uint32_t joint_tag = 0x80000000u;
 
-/// A joint by its slot of the World. The host writes all but the impulses.
+/// Which joints a world has had. Solvers are compiled for each, so that none carries the registers of what is not
+/// there.
+enum class JointKinds : std::uint8_t { absent, balls, all };
+
+/// A joint by its slot of the World. The host writes all but the impulses. Of a generic or distance joint only the
+/// first row and the anchors count; the rest is in `JointArrays::generic` and `generic_impulses`.
 struct alignas(16) JointRecord {
   std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
   std::uint32_t colour = 0;          ///< below `dynamic_colours`, or `overflow_colour`
-  std::uint32_t fixed_a = 0;         ///< 1: A is fixed or kinematic
+  std::uint16_t fixed_a = 0;         ///< 1: A is fixed or kinematic
+  std::uint16_t is_generic = 0;      ///< 1: it is no ball joint
   Vec3 anchor_a;                     ///< m, body axes
   float bias_rate = 0;               ///< of its Softness
   Vec3 anchor_b;
@@ -58,6 +65,9 @@ struct ApartTable {
 /// What the device keeps of joints. Worlds without have no memory for any.
 struct JointArrays {
   JointRecord* records;
+  // By slot too; null where there never was a generic or distance joint.
+  GenericJoint* generic;
+  GenericImpulse* generic_impulses;
   std::uint32_t capacity;
   ApartTable apart;
 };
@@ -68,6 +78,13 @@ struct alignas(16) JointEdit {
   std::uint32_t slot = 0;
   std::uint32_t is_new = 0;  ///< 1: another joint had the slot, or none
   std::uint32_t unused[2] = {};
+};
+
+/// What a generic or distance joint is from now on, behind its JointEdit.
+struct GenericEdit {
+  GenericJoint joint;
+  std::uint32_t slot = 0;
+  std::uint32_t is_new = 0;
 };
 
 /// A place of the ApartTable.

@@ -11,7 +11,6 @@
 #include "device/body_indices.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
-#include "dynamics/ball_joint.hpp"
 #include "world/joint_table.hpp"
 
 namespace fathom::device {
@@ -123,13 +122,18 @@ class JointMirror {
       if (table.alive(slot)) {
         if (edit.is_new) joints_[slot] = added(table, indices, slot);
         edit.record = record(joints_[slot], table[slot], h);
+        if (edit.record.is_generic) note_generic(table[slot], edit, h);
       }
       is_noted_[slot] = false;
     }
     noted_.clear();
     return edits;
   }
+  /// The definitions that belong to them.
+  std::vector<GenericEdit> take_generic_edits() { return std::exchange(generic_edits_, {}); }
   std::vector<ApartEdit> take_apart_edits() { return apart_.take_edits(); }
+  /// Whether there ever was a generic or distance joint.
+  bool had_generic() const { return had_generic_; }
 
   /// The device was not told.
   void take_back(const std::vector<JointEdit>& edits, const std::vector<ApartEdit>& apart_edits) {
@@ -148,7 +152,7 @@ class JointMirror {
 
   template <class Self, class Archive>
   static void archive(Self& self, Archive& a) {
-    a(self.joints_, self.noted_);
+    a(self.joints_, self.noted_, self.had_generic_);
   }
   /// Whether what was read does not contradict itself, nor `table`.
   bool is_sound(const JointTable& table, std::uint32_t index_count) const {
@@ -157,7 +161,7 @@ class JointMirror {
              (joint.a < index_count && joint.b < index_count && joint.a != joint.b && joint.fixed_a <= 1 &&
               joint.apart <= 1 && (joint.colour < dynamic_colours || joint.colour == overflow_colour));
     };
-    return joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
+    return had_generic_ <= 1 && joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
            std::ranges::all_of(noted_, [&](std::uint32_t slot) { return slot < table.slot_count(); });
   }
   /// All else, from what was read and is sound.
@@ -217,11 +221,16 @@ class JointMirror {
   static JointRecord record(const Mirrored& joint, const JointInfo& info, float h) {
     const Softness softness = joint_softness(info.def.hertz, info.def.damping_ratio, h);
     JointRecord r;
-    r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a;
+    r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a != 0;
     r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
     r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
     r.rigid = info.def.hertz > 0 ? 0 : 1;
+    r.is_generic = info.def.type != JointType::ball;
     return r;
+  }
+  void note_generic(const JointInfo& info, const JointEdit& edit, float h) {
+    had_generic_ = 1;
+    generic_edits_.push_back({make_generic_joint(info.def, info.swapped, h), edit.slot, edit.is_new});
   }
 
   std::vector<Mirrored> joints_;        // by slot
@@ -229,6 +238,8 @@ class JointMirror {
   ApartPairs apart_;
   std::vector<std::uint32_t> noted_;
   std::vector<bool> is_noted_;
+  std::vector<GenericEdit> generic_edits_;
+  std::uint32_t had_generic_ = 0;
 };
 
 }  // namespace fathom::device

@@ -65,6 +65,22 @@ struct TakeJoints {
   }
 };
 
+/// And the definitions of those that are generic.
+struct TakeGenericJoints {
+  JointArrays joints;
+  const Counters* counters;
+  const GenericEdit* edits;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    const GenericEdit& edit = edits[k];
+    joints.generic[edit.slot] = edit.joint;
+    GenericImpulse& impulse = joints.generic_impulses[edit.slot];
+    if (edit.is_new) impulse = {};
+    forget_what_ended(edit.joint, impulse);
+  }
+};
+
 struct EditApartTable {
   ApartTable table;
   const Counters* counters;

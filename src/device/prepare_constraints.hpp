@@ -131,18 +131,36 @@ struct PrepareConstraints {
                                std::uint32_t bits) const {
     const Pose &pose_a = bodies.poses[joint.a], &pose_b = bodies.poses[joint.b];
     const auto unit = [](Quat q) { return UnitQuat<float>{q.w, q.vector()}; };
-    BallJointRow<float> row;
-    prepare_ball_joint(unit(pose_a.rotation), unit(pose_b.rotation), pose_b.position - pose_a.position, joint.anchor_a,
-                       joint.anchor_b, joint.impulse, row);
-    row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
-    row.rigid = joint.rigid;
+    const UnitQuat<float> q_a = unit(pose_a.rotation), q_b = unit(pose_b.rotation);
+    const Vec3 between = pose_b.position - pose_a.position;
     Quad* const rows = rows_of(constraints, k);
-    store_joint(rows, row);
-    store_joint_impulse(rows, row);
-    store_joint_total(rows, row);
+    if (joint.is_generic) {
+      prepare_generic_rows(rows, joint, constraints.contact[k] & ~joint_tag, q_a, q_b, between);
+      bits |= generic_bit;
+    } else {
+      BallJointRow<float> row;
+      prepare_ball_joint(q_a, q_b, between, joint.anchor_a, joint.anchor_b, joint.impulse, row);
+      row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
+      row.rigid = joint.rigid;
+      store_joint(rows, row);
+      store_joint_impulse(rows, row);
+      store_joint_total(rows, row);
+    }
     rows[mass_row * tile_width] = {a.inverse_mass, a.inverse_inertia, b.inverse_mass, b.inverse_inertia};
     if (joint.fixed_a) bits |= pushes_fixed_bit;
     constraints.heads[k] = {joint.a, joint.b, point_bits | bits | ranks_of({joint.a, joint.b}, joint.colour), 0};
+  }
+
+  FATHOM_HD void prepare_generic_rows(Quad* rows, const JointRecord& joint, std::uint32_t slot,
+                                      const UnitQuat<float>& q_a, const UnitQuat<float>& q_b, Vec3 between) const {
+    const GenericJoint& generic = joints.generic[slot];
+    const GenericImpulse& impulse = joints.generic_impulses[slot];
+    GenericJointRow<float> row;
+    prepare_generic_joint(q_a, q_b, between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
+    row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
+    for (int i = 0; i < axis_count; ++i) row.hold[i] = impulse.hold[i], row.drive[i] = impulse.drive[i];
+    store_generic_start(rows, row);
+    store_generic_impulses(rows, row);
   }
 
   FATHOM_HD std::uint32_t ranks_of(PairRecord pair, std::uint32_t colour) const {

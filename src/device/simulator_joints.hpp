@@ -22,6 +22,7 @@ template <exec::Device D>
 void DeviceSimulator<D>::list_joint_edits(Flight& flight) {
   if (!joint_mirror_.has_notes()) return;
   flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps));
+  flight.generic_edits = joint_mirror_.take_generic_edits();
   flight.apart_edits = joint_mirror_.take_apart_edits();
 }
 
@@ -30,16 +31,20 @@ template <exec::Device D>
 void DeviceSimulator<D>::make_room_for_joints() {
   const std::size_t joints_needed = joints.slot_count(), old = joint_memory_.capacity();
   const std::size_t places = joint_mirror_.apart().size();
-  if (places == 0 || (joints_needed <= old && places == joint_memory_.apart_places())) return;
+  const bool generic = joint_mirror_.had_generic();
+  if (places == 0 || (joints_needed <= old && places == joint_memory_.apart_places() &&
+                      (!generic || joint_memory_.generic_capacity() == old)))
+    return;
   retire_all();
   forget_graphs();
-  joint_memory_.reserve(joints_needed > old ? std::max(joints_needed, old + old / 2) : old, places);
+  joint_memory_.reserve(joints_needed > old ? std::max(joints_needed, old + old / 2) : old, places, generic);
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::stage_joint_edits(Flight& flight) {
   Lane& lane = lane_of(flight.number);
   stage(lane.staged_joint_edits, lane.joint_edits, flight.joint_edits, 0);
+  stage(lane.staged_generic_edits, lane.generic_edits, flight.generic_edits, 0);
   stage(lane.staged_apart_edits, lane.apart_edits, flight.apart_edits, 0);
 }
 
@@ -52,6 +57,12 @@ void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
   device_.copy_to_device_aside(lane.joint_edits.data(), lane.staged_joint_edits.data(), count);
   device_.parallel_for(count, ForgetJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
   device_.parallel_for(count, TakeJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
+  if (!flight.generic_edits.empty()) {
+    device_.copy_to_device_aside(lane.generic_edits.data(), lane.staged_generic_edits.data(),
+                                 flight.generic_edits.size());
+    device_.parallel_for(static_cast<std::uint32_t>(flight.generic_edits.size()),
+                         TakeGenericJoints{arrays, counters_.data(), lane.generic_edits.data()});
+  }
   if (flight.apart_edits.empty()) return;
   device_.copy_to_device_aside(lane.apart_edits.data(), lane.staged_apart_edits.data(), flight.apart_edits.size());
   device_.parallel_for(static_cast<std::uint32_t>(flight.apart_edits.size()),
@@ -63,9 +74,14 @@ JointReaction DeviceSimulator<D>::joint_impulse(std::uint32_t slot) const {
   retire_all();
   if (newest_.step == 0 || !joint_mirror_.is_known(joints, slot)) return {};
   DeviceSimulator& s = self();
-  if (!joints_are_current_) s.fetch(joints_read_, s.joint_memory_.arrays().records, s.joint_memory_.capacity());
-  joints_are_current_ = true;
-  return {joints_read_[slot].total, {}};
+  if (!joints_are_current_) {
+    const JointArrays arrays = s.joint_memory_.arrays();
+    s.fetch(joints_read_, arrays.records, s.joint_memory_.capacity());
+    s.fetch(generic_impulses_read_, arrays.generic_impulses, s.joint_memory_.generic_capacity());
+    joints_are_current_ = true;
+  }
+  if (!joints_read_[slot].is_generic) return {joints_read_[slot].total, {}};
+  return {generic_impulses_read_[slot].force, generic_impulses_read_[slot].torque};
 }
 
 }  // namespace fathom::device

@@ -73,7 +73,7 @@ struct JoinIslandsByJoints {
     if (slot >= counters->joints || counters->live_bodies == 0) return;
     const JointRecord& joint = joints.records[slot];
     if (!joint.in_use()) return;
-    link.join(joint.a, joint.b, joint.fixed_a, [&] { return !(joint.total == Vec3{}); });
+    link.join(joint.a, joint.b, joint.fixed_a, [&] { return joint.is_generic || !(joint.total == Vec3{}); });
   }
 };
 

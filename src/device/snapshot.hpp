@@ -45,7 +45,9 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
         s.download(layout.manifold, counters.constraints),
         s.download(layout.overflow_order, ordered_overflow(counters)));
-  write(s.download(s.joint_memory_.arrays().records, counters.joints));
+  const JointArrays joint_arrays = s.joint_memory_.arrays();
+  write(s.download(joint_arrays.records, counters.joints),
+        s.download(joint_arrays.generic_impulses, joint_arrays.generic_impulses ? counters.joints : 0));
   // The sweep's list, which need not be sorted where bodies move fast.
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
   write(set_changed_, wanted_slots_,
@@ -139,8 +141,10 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
             [&](const std::vector<JointRecord>& records) {
               for (const JointRecord& r : records)
                 in.require(!r.in_use() || (r.a < counters.bodies && r.b < counters.bodies &&
-                                           (r.colour < dynamic_colours || r.colour == overflow_colour)));
+                                           (r.colour < dynamic_colours || r.colour == overflow_colour) &&
+                                           r.is_generic <= joint_mirror_.had_generic()));
             });
+  restore_generic_joints(in, on_device ? counters.joints : 0);
   if (on_device) upload(joint_memory_.arrays().apart.pairs, joint_mirror_.apart().pairs());
   std::vector<std::uint64_t> list;
   in(set_changed_, wanted_slots_, list);
@@ -162,6 +166,22 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
     submit_results(lane_of(newest_.step));
   }
   device_.wait();
+}
+
+/// Their definitions follow from the application's; of one that is gone nothing is read before its edit.
+template <exec::Device D>
+void DeviceSimulator<D>::restore_generic_joints(ByteReader& in, std::uint32_t count) {
+  std::vector<GenericImpulse> impulses;
+  in(impulses);
+  if (count == 0 || joint_memory_.generic_capacity() == 0) return in.require(impulses.empty());
+  in.require(impulses.size() == count);
+  std::vector<GenericJoint> definitions(count);
+  for (std::uint32_t slot = 0; slot < count; ++slot)
+    if (joints.alive(slot) && joints[slot].def.type != JointType::ball)
+      definitions[slot] =
+          make_generic_joint(joints[slot].def, joints[slot].swapped, def.dt / static_cast<float>(def.solver.substeps));
+  upload(joint_memory_.arrays().generic, definitions);
+  upload(joint_memory_.arrays().generic_impulses, impulses);
 }
 
 /// The index of the hull that a body's shape has in this simulator.

@@ -77,8 +77,9 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
 /// where the overflow is solved in an order of its own or colours do not fit into one word, where strikes skip
 /// contacts, or where contacts read bodies that move without being told by them.
 ///
-/// Worlds without joints have a kernel of their own, which does not carry the registers that joints take.
-template <bool with_joints>
+/// Worlds without joints have a kernel of their own, which does not carry the registers that joints take, and so have
+/// those with ball joints alone.
+template <JointKinds kinds>
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
@@ -128,6 +129,7 @@ struct SolveConstraints {
   Counters* counters;
   std::uint32_t body_capacity;
   SolveParameters p;
+  const GenericJoint* generic_joints;  ///< by slot
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
@@ -193,9 +195,11 @@ struct SolveConstraints {
     }
     const std::uint32_t k = constraint(place, i);
     const Quad* const rows = rows_of(constraints, k);
-    const bool friction = with_friction(place.what);
+    const bool friction = with_friction(place.what) || kinds == JointKinds::all;  // generic joints have other rows
     f.head = exec::load_unchanging(constraints.heads[k]);
-    constexpr std::uint32_t unchanging = with_joints ? joint_spin_row : impulse_row;
+    constexpr std::uint32_t unchanging = kinds == JointKinds::all     ? generic_written_row
+                                         : kinds == JointKinds::balls ? joint_spin_row
+                                                                      : impulse_row;
     for (std::uint32_t r = 0; r < unchanging; ++r)
       f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);
     for (std::uint32_t r = unchanging; r < impulse_row; ++r) f.rows[r] = rows[r * tile_width];
@@ -282,7 +286,9 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
-    if constexpr (with_joints)
+    if constexpr (kinds == JointKinds::all)
+      if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic_joint(place, k, f);
+    if constexpr (kinds != JointKinds::absent)
       if (is_joint(f.head.bits)) return sweep_joint(place, k, f);
     if (place.what == push || place.what == push_first)
       sweep_as<push>(place, k, f);
@@ -486,6 +492,56 @@ struct SolveConstraints {
     if (ends) store_joint_total(rows, row);
   }
 
+  FATHOM_HD void sweep_generic_joint(Place place, std::uint32_t k, const Fetched& f) const {
+    if (place.what == push || place.what == push_first)
+      sweep_generic_joint_as<push>(place, k, f);
+    else if (place.what == relax)
+      sweep_generic_joint_as<relax>(place, k, f);
+    else if (place.what == warm)
+      sweep_generic_joint_as<warm>(place, k, f);
+  }
+
+  /// One code for all bodies: beside the rest of a sweep it hardly matters whether their inertia has directions.
+  template <What what>
+  FATHOM_HD void sweep_generic_joint_as(Place place, std::uint32_t k, const Fetched& fetched) const {
+    const ConstraintHead& head = fetched.head;
+    const Quad masses = fetched.rows[mass_row];
+    const GenericJoint& joint = generic_joints[constraints.contact[k] & ~joint_tag];
+    GenericJointRow<float> row = generic_joint_of(fetched.rows, joint);
+    if (place.what == push_first) forget_impulses(row);
+    Pair pair;
+    load_pair<what>(place, fetched, pair);
+    JointBodies<SymMat3> both{joint_side<what, SymMat3>(bodies, head.a, pair.a, masses.x, masses.y),
+                              joint_side<what, SymMat3>(bodies, head.b, pair.b, masses.z, masses.w)};
+    float sum;
+    const bool ends = ends_substep(place), moves = joint.moves != 0;
+    if constexpr (what == warm) {
+      warm_start_generic_joint(row, both);
+      const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
+      sum = all.x + (all.y + all.z);
+    } else if constexpr (what == relax) {
+      sum = solve_generic_joint<JointPass::relax>(row, both, p.h, moves, ends);
+    } else if (p.soft) {
+      sum = solve_generic_joint<JointPass::soft>(row, both, p.h, moves, ends);
+    } else {
+      sum = solve_generic_joint<JointPass::iterate>(row, both, p.h, moves, ends);
+    }
+    if (!is_finite(sum)) {
+      forget_impulses(row);
+      row.force = row.torque = {};
+      reload_velocity(head.a, both.a.linear, both.a.angular);
+      reload_velocity(head.b, both.b.linear, both.b.angular);
+    }
+    // Velocities first: others wait for them.
+    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
+    store_generic_impulses(rows_of(constraints, k), row);
+  }
+  FATHOM_HD static void forget_impulses(GenericJointRow<float>& row) {
+    for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;
+    row.given = row.spun_a = row.spun_b = {};
+  }
+
   /// Whether a sweep asks how far the bodies have moved.
   FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == strike; }
 
@@ -672,7 +728,7 @@ struct StoreImpulses {
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     const ConstraintHead head = constraints.heads[k];
-    if (is_joint(head.bits)) return store_joint(k);
+    if (is_joint(head.bits)) return head.bits & generic_bit ? store_generic_joint(k) : store_joint(k);
     if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
@@ -741,6 +797,21 @@ struct StoreImpulses {
     const bool ok = is_finite(impulse) && is_finite(total);
     joint.impulse = ok ? impulse : Vec3{};
     joint.total = ok ? total : Vec3{};
+  }
+
+  FATHOM_HD void store_generic_joint(std::uint32_t k) const {
+    const Quad* const rows = rows_of(constraints, k);
+    Quad q[impulse_row + 2];
+    for (std::uint32_t r = generic_written_row; r < impulse_row + 2; ++r) q[r] = rows[r * tile_width];
+    const Quad* const more = q + generic_written_row + 3;
+    GenericImpulse impulse;
+    load_generic_impulses(q, impulse.hold, impulse.drive);
+    impulse.force = {more[0].w, more[1].w, more[2].w};
+    impulse.torque = more[3].xyz();
+    float sum = 0;
+    for (int i = 0; i < axis_count; ++i) sum += impulse.hold[i] + impulse.drive[i];
+    const bool ok = is_finite(sum) && is_finite(impulse.force) && is_finite(impulse.torque);
+    joints.generic_impulses[constraints.contact[k] & ~joint_tag] = ok ? impulse : GenericImpulse{};
   }
 
   FATHOM_HD void store_rolling(std::uint32_t k, ContactManifold& m) const {

@@ -39,9 +39,9 @@ FATHOM_HD float power_of_two(int exponent) {
 /// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
 /// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
 /// possible.
-template <bool with_joints>
+template <JointKinds kinds>
 struct SolveWithSupports {
-  using Solver = SolveConstraints<with_joints>;
+  using Solver = SolveConstraints<kinds>;
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;

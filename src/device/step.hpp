@@ -176,25 +176,27 @@ class Step {
   }
 
   void solve() {
-    if (has_joints())
-      solve_with<true>();
+    if (joints_.generic)
+      solve_with<JointKinds::all>();
+    else if (has_joints())
+      solve_with<JointKinds::balls>();
     else
-      solve_with<false>();
+      solve_with<JointKinds::absent>();
   }
 
-  template <bool with_joints>
+  template <JointKinds kinds>
   void solve_with() {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
     const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
-    const SolveConstraints<with_joints> solver{bodies_,   contacts_,      constraints_,
-                                               counters_, body_capacity_, settings_.solve};
+    const SolveConstraints<kinds> solver{bodies_,        contacts_,       constraints_,   counters_,
+                                         body_capacity_, settings_.solve, joints_.generic};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (!settings_.published.cells)
       device_.parallel_phases(most_phases, body_capacity_, solver);
-    else if constexpr (!with_joints)
+    else if constexpr (kinds == JointKinds::absent)
       published_.solve(solver, settings_.bounces, constraints());
-    using WithSupports = SolveWithSupports<with_joints>;
+    using WithSupports = SolveWithSupports<kinds>;
     if (has_supports())
       device_.parallel_phases(most_phases + WithSupports::direct_phases(p, most_levels), body_capacity_,
                               WithSupports{solver});

@@ -33,6 +33,15 @@ struct GenericJoint {
   GenericAxis<float> axes[axis_count] = {};
 };
 
+/// What a joint with a new definition begins with of its impulses: an axis that is neither locked nor limited any more
+/// holds nothing, and one without a drive drives nothing.
+FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impulse) {
+  for (int i = 0; i < axis_count; ++i) {
+    if (joint.axes[i].locked == 0 && joint.axes[i].limited == 0) impulse.hold[i] = 0;
+    if (!(joint.axes[i].most > 0)) impulse.drive[i] = 0;
+  }
+}
+
 /// An axis in substeps of h seconds; `sign` is -1 where the bodies' roles are exchanged.
 inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float h) {
   GenericAxis<float> a{};

@@ -20,6 +20,7 @@ void ContactGraph::define_joint(std::uint32_t slot, const GenericJoint& joint) {
   if (slot >= generic_joints_.size()) grow_to(generic_joints_, slot + 1);
   if (slot >= generic_impulses_.size()) grow_to(generic_impulses_, slot + 1);
   generic_joints_[slot] = joint;
+  forget_what_ended(joint, generic_impulses_[slot]);
 }
 
 void ContactGraph::remove_joint(std::uint32_t slot) {

@@ -15,8 +15,6 @@ namespace {
 JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   JointInfo info{};
   info.def = def;
-  info.def.frame_a.rotation = normalize(def.frame_a.rotation);
-  info.def.frame_b.rotation = normalize(def.frame_b.rotation);
   info.swapped = bodies[def.b.index].motion != MotionType::dynamic;
   info.a = info.swapped ? def.b.index : def.a.index;
   info.b = info.swapped ? def.a.index : def.b.index;
@@ -25,6 +23,14 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   info.fixed_a = bodies[info.a].motion != MotionType::dynamic;
   return info;
 }
+
+/// What is restored is so already, and must keep its bits.
+JointDef normalised(JointDef def) {
+  def.frame_a.rotation = normalize(def.frame_a.rotation);
+  def.frame_b.rotation = normalize(def.frame_b.rotation);
+  return def;
+}
+bool is_normalised(Quat q) { return abs(dot(q, q) - 1) < 1e-5f; }
 
 }  // namespace
 
@@ -38,7 +44,7 @@ JointId JointTable::add(const JointDef& def, const BodyTable& bodies) {
     slot = free_slots_.back();
     free_slots_.pop_back();
   }
-  infos_[slot] = make_info(def, bodies);
+  infos_[slot] = make_info(normalised(def), bodies);
   ++generations_[slot];
   ++count_;
   list(slot);
@@ -47,7 +53,7 @@ JointId JointTable::add(const JointDef& def, const BodyTable& bodies) {
 }
 
 void JointTable::change(std::uint32_t slot, const JointDef& def, const BodyTable& bodies) {
-  infos_[slot] = make_info(def, bodies);
+  infos_[slot] = make_info(normalised(def), bodies);
 }
 
 void JointTable::list(std::uint32_t slot) {
@@ -124,7 +130,7 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
     in(a, b);
     JointDef def = read_joint(in);
     def.a.index = a, def.b.index = b;
-    in.require(a != b);
+    in.require(a != b && is_normalised(def.frame_a.rotation) && is_normalised(def.frame_b.rotation));
     for (BodyId* body : {&def.a, &def.b}) {
       in.require(body->index < bodies.slot_count() && bodies.alive(body->index));
       *body = bodies.id(body->index);

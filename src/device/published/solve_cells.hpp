@@ -10,7 +10,7 @@
 namespace fathom::device {
 
 /// The partition `cells` is for contacts alone.
-using SolveContacts = SolveConstraints<false>;
+using SolveContacts = SolveConstraints<JointKinds::absent>;
 
 /// Bodies' integrations, one launch each.
 template <SolveContacts::What what>
