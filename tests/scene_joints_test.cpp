@@ -356,7 +356,7 @@ TEST(SceneJoints, JointAxisMistakes) {
       {joint_of("revolute", axis + "cone_angle = 1"),
        "scene.toml:22:14: a revolute joint swings about no cone; write type = \"generic\" and lock the other axes"},
       {joint_of("wheel", axis),
-       "scene.toml:16:1: [[joint]] needs 'suspension': write suspension = {axis = [0, 0, 1], hertz = 2, damping_ratio "
+       "scene.toml:16:1: [[joint]] needs 'suspension': write suspension = {axis = [0, 0, 1], hertz = 6, damping_ratio "
        "= "
        "0.7}"},
       {joint_of("wheel", axis + "suspension = {hertz = 2}"),
