@@ -31,6 +31,12 @@ struct GenericJoint {
   float rigid = 1, distance = 0, cone = 0;   ///< see GenericJointRow
   float moves = 0;                           ///< 1: some axis has a limit or a drive
   GenericAxis<float> axes[axis_count] = {};
+
+  bool is_driven() const {
+    for (const GenericAxis<float>& axis : axes)
+      if (axis.most > 0) return true;
+    return false;
+  }
 };
 
 /// What a joint with a new definition begins with of its impulses: an axis that is neither locked nor limited any more

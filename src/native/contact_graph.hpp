@@ -103,6 +103,9 @@ class ContactGraph {
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
+  bool is_driven(std::uint32_t slot) const {
+    return joints_[slot].kind == ConstraintKind::generic_joint && generic_joints_[slot].is_driven();
+  }
   const GenericImpulse& generic_impulse(std::uint32_t slot) const { return generic_impulses_[slot]; }
   void forget_joint_impulse(std::uint32_t slot) {
     joint_impulses_[slot] = {};

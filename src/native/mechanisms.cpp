@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynamics/joint_limits.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "world/growth.hpp"
 
@@ -476,11 +477,13 @@ bool Mechanisms::can_follow(const Mechanism& m, float h) const {
   return can;
 }
 
-/// Whether all anchors will meet.
+/// Whether all anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
+/// meets them too.
 bool Mechanisms::do_meet(const Mechanism& m, float h) const {
   bool do_all = true;
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const LinkState& s = states_[i];
+    do_all = do_all && h * length(s.change.angular) <= most_drift;
     if (links_[i].joint == none) continue;
     const LinkMotion parent = parent_of(links_[i]);
     const float reach = meeting_share * (length(s.arm) + length(s.parent_arm));
