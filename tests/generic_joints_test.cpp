@@ -146,7 +146,11 @@ TEST_P(GenericJoints, APositionMotorHoldsWithAnyGain) {
     const float angle = hinge.angle(world), torque = 9.81f * 0.5f * std::cos(angle);
     EXPECT_NEAR(angle, 0.5f - torque / stiffness, 1e-3f) << stiffness;
     EXPECT_NEAR(world.reaction(hinge.joint).torque.x, torque, 0.02f * torque) << stiffness;
-    EXPECT_LT(length(world.velocity(hinge.rod).angular), 1e-3f) << stiffness;
+    // In a direct solution what hangs on a drive is told with half a substep of gravity, but does not move.
+    const float fall = 0.5f * 9.81f / Hinged::inertia / 240;
+    EXPECT_LT(length(world.velocity(hinge.rod).angular), 0.5f * fall) << stiffness;
+    run(world, 60);
+    EXPECT_NEAR(hinge.angle(world), angle, 1e-5f) << stiffness;
   }
 }
 
