@@ -30,16 +30,16 @@ class Tree {
       const Pose& pose = world_.pose(bodies_[i]);
       const Vec3 spin = inverse_rotate(pose.rotation, v.angular);
       const MassProperties& m = masses_[i];
-      sum +=
-          0.5 * m.mass * length_squared(v.linear) + 0.5 * dot(spin, m.inertia * spin) + 9.81 * m.mass * pose.position.z;
+      const float moving = 0.5f * (m.mass * length_squared(v.linear) + dot(spin, m.inertia * spin));
+      sum += static_cast<double>(moving) + static_cast<double>(9.81f * m.mass) * static_cast<double>(pose.position.z);
     }
     return sum;
   }
   /// J, of a fall by 8 m
   double fall() const {
-    double mass = 0;
+    float mass = 0;
     for (const MassProperties& m : masses_) mass += m.mass;
-    return 9.81 * 8 * mass;
+    return static_cast<double>(9.81f * 8 * mass);
   }
   /// m, of any anchors that belong together
   float widest_gap() const {
