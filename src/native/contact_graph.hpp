@@ -103,6 +103,8 @@ class ContactGraph {
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
+  /// Changes whenever some axis becomes, or is no longer, locked, limited or driven.
+  std::uint64_t joint_definitions() const { return joint_definitions_; }
   bool is_driven(std::uint32_t slot) const {
     return joints_[slot].kind == ConstraintKind::generic_joint && generic_joints_[slot].is_driven();
   }
@@ -261,7 +263,7 @@ class ContactGraph {
   std::vector<std::vector<std::uint32_t>> joint_lists_;  // by unit, colour and kind
   std::size_t joint_counts_[overflow_colour + 1][joint_kinds] = {};
   std::size_t between_ = 0;
-  std::uint64_t colouring_ = 1;
+  std::uint64_t colouring_ = 1, joint_definitions_ = 1;
 };
 
 }  // namespace fathom::native

@@ -19,6 +19,11 @@ void ContactGraph::add_joint(std::uint32_t slot, const Joint& joint) {
 void ContactGraph::define_joint(std::uint32_t slot, const GenericJoint& joint) {
   if (slot >= generic_joints_.size()) grow_to(generic_joints_, slot + 1);
   if (slot >= generic_impulses_.size()) grow_to(generic_impulses_, slot + 1);
+  for (int i = 0; i < axis_count; ++i) {
+    const GenericAxis<float>&before = generic_joints_[slot].axes[i], &after = joint.axes[i];
+    if (before.locked != after.locked || before.limited != after.limited || (before.most > 0) != (after.most > 0))
+      ++joint_definitions_;
+  }
   generic_joints_[slot] = joint;
   forget_what_ended(joint, generic_impulses_[slot]);
 }

@@ -34,8 +34,9 @@ float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
-  if (colouring_ != graph_.colouring() || any_parted_) {
+  if (colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions() || any_parted_) {
     colouring_ = graph_.colouring();
+    joint_definitions_ = graph_.joint_definitions();
     find();
   } else if (!has_moved) {
     return;
@@ -152,7 +153,7 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
     }
     links_.push_back({slot, joint, parent, parent == none ? other : none, generic, is_b, false});
     if (parent != none) links_[parent].carries = true;
-    if (joint != none) direct_[joint] = 1;
+    if (joint != none) direct_[joint] = undriven;
   };
   add(root_slot, root_joint, none);
   std::uint32_t ends = 0;  // of joints that are no links: a loop has both of its ends here, or one at an obstacle
@@ -176,6 +177,10 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
   any_parted_ = any_parted_ || parted;
   if (count <= most_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted) {
     mechanisms_.push_back({first, first + count});
+    const auto is_driven = [this](const Link& link) { return link.joint != none && graph_.is_driven(link.joint); };
+    if (std::any_of(links_.begin() + first, links_.end(), is_driven))
+      for (std::uint32_t i = first; i < links_.size(); ++i)
+        if (links_[i].joint != none) direct_[links_[i].joint] = driven;
     return;
   }
   for (std::uint32_t i = first; i < links_.size(); ++i)

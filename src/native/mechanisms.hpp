@@ -21,6 +21,8 @@ namespace fathom::native {
 
 class Mechanisms {
  public:
+  static constexpr std::uint8_t driven = 1, undriven = 2;
+
   Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
 
@@ -39,7 +41,7 @@ class Mechanisms {
     if (order_.empty()) return {};
     return {order_.data() + first_of_group_[group], order_.data() + first_of_group_[group + 1]};
   }
-  /// By slot of a joint, 1: it is solved here. Null where none is.
+  /// By slot of a joint, above 0: it is solved here; `undriven` where no drive moves its mechanism. Null where none is.
   const std::uint8_t* direct() const { return empty() ? nullptr : direct_.data(); }
 
   /// Reads joints and bodies as the step begins.
@@ -136,7 +138,7 @@ class Mechanisms {
   const BodyTable& bodies_;
   BodyState& state_;
   ContactGraph& graph_;
-  std::uint64_t colouring_ = 0;
+  std::uint64_t colouring_ = 0, joint_definitions_ = 0;
   bool any_parted_ = false;  // of trees that would be solved directly
   std::vector<Link> links_;
   std::vector<LinkState> states_;

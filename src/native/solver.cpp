@@ -375,13 +375,13 @@ HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
 }
 
-/// Sweeps would leave it some of the velocity that it is to have between positions, as drives would, which aim at a
-/// velocity.
+/// Sweeps would leave it some of the velocity that it is to have between positions, as the drives of
+/// its mechanism would, which aim at a velocity.
 bool ContactSolver::does_swing(std::uint32_t slot) const {
   const std::uint8_t* const direct = mechanisms_.direct();
   if (!direct || state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return false;
   return std::ranges::all_of(joints_.of(slot),
-                             [&](std::uint32_t joint) { return direct[joint] && !graph_.is_driven(joint); });
+                             [&](std::uint32_t joint) { return direct[joint] == Mechanisms::undriven; });
 }
 
 // Forces stay what they are, so they accelerate less.
