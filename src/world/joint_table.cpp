@@ -7,6 +7,7 @@
 #include "world/archive.hpp"
 #include "world/growth.hpp"
 #include "world/joint_archive.hpp"
+#include "world/validate.hpp"
 
 namespace fathom {
 
@@ -31,6 +32,15 @@ JointDef normalised(JointDef def) {
   return def;
 }
 bool is_normalised(Quat q) { return abs(dot(q, q) - 1) < 1e-5f; }
+
+bool is_valid(const JointDef& def) {
+  try {
+    check_joint(def);
+  } catch (const Error&) {
+    return false;
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -135,6 +145,7 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
       in.require(body->index < bodies.slot_count() && bodies.alive(body->index));
       *body = bodies.id(body->index);
     }
+    in.require(is_valid(def));
     infos_[joint.index] = make_info(def, bodies);
     in.require(bodies[infos_[joint.index].b].motion == MotionType::dynamic);
     list(joint.index);
