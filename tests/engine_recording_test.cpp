@@ -179,6 +179,7 @@ TEST(EngineRecording, HoldsLimitsDrivesAndDistances) {
   scene.bodies[0].motion = MotionType::fixed;
   JointDef hinge = revolute_joint({}, {}, {}, {{-1, 0, 0}, 0, {}});
   hinge.axis(JointAxisName::twist).limit(-1, 1).drive_velocity(3, 50);
+  hinge.axis(JointAxisName::swing_y).mode = AxisMode::free;
   scene.joints = {{0, 1, hinge}, {1, 2, distance_joint({}, {}, {}, {}, 0, 1)}};
   Config config = quiet_config();
   take_over_world(scene, config);

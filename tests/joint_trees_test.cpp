@@ -11,7 +11,7 @@ namespace {
 
 class Tree {
  public:
-  explicit Tree(unsigned seed) : random_(seed), world_(definition()) {
+  explicit Tree(unsigned seed, int threads = 1) : random_(seed), world_(definition(threads)) {
     BodyDef post;
     post.motion = MotionType::fixed, post.shape = box({0.2f, 0.2f, 0.2f}), post.pose.position = {0, 0, 8};
     bodies_.push_back(world_.add(post));
@@ -60,10 +60,10 @@ class Tree {
   }
 
  private:
-  static WorldDef definition() {
+  static WorldDef definition(int threads) {
     WorldDef def;
     def.sleep.enabled = false;
-    def.threads = 1;
+    def.threads = threads;
     return def;
   }
   float uniform(float from, float to) { return std::uniform_real_distribution<float>(from, to)(random_); }
@@ -144,6 +144,14 @@ TEST(JointTrees, GainNoEnergyAndKeepTogether) {
     EXPECT_LT(most - before, 0.01 * tree.fall()) << "seed " << seed;
     EXPECT_LT(widest, 0.05f) << "seed " << seed;
     EXPECT_TRUE(tree.world().quarantined().empty()) << "seed " << seed;
+  }
+}
+
+TEST(JointTrees, MoveAlikeOnSeveralThreads) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Tree one(seed), four(seed, 4);
+    for (int step = 0; step < 120; ++step) one.world().step(), four.world().step();
+    EXPECT_EQ(one.world().state_hash(), four.world().state_hash()) << "seed " << seed;
   }
 }
 
