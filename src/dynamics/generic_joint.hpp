@@ -109,11 +109,10 @@ inline JointPositions joint_axis_positions(const JointDef& def, const Pose& a, c
   const GenericJoint joint = make_generic_joint(def, swapped, 1);
   const auto unit = [](const Pose& pose) { return UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
   const Pose &first = swapped ? b : a, &second = swapped ? a : b;
-  const JointDef& d = def;
   GenericJointRow<float> row{};
   prepare_generic_joint<float>(unit(first), unit(second), second.position - first.position, joint.on_a, joint.on_b,
-                               swapped ? d.frame_b.position : d.frame_a.position,
-                               swapped ? d.frame_a.position : d.frame_b.position, row);
+                               swapped ? def.frame_b.position : def.frame_a.position,
+                               swapped ? def.frame_a.position : def.frame_b.position, row);
   row.distance = joint.distance, row.cone = joint.cone;
   for (int i = 0; i < axis_count; ++i) row.axes[i] = joint.axes[i];
   JointBodies<float> bodies{};
