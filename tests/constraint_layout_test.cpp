@@ -20,7 +20,7 @@ struct Contacts {
   ContactGraph graph{bodies, state};
   std::unique_ptr<BroadPhase> broad_phase = make_tree_broad_phase();
   Neighbourhood neighbourhood;
-  std::vector<std::uint32_t> in_contact;
+  std::vector<std::uint32_t> in_contact, kinematic_in_contact;
 
   explicit Contacts(std::uint32_t count) {
     add(test::ground(), 0);
@@ -40,15 +40,19 @@ struct Contacts {
 
   ConstraintLayout lay_out(ThreadPool& pool, std::size_t width) {
     in_contact.clear();
-    for (std::uint32_t slot = 1; slot < state.size(); ++slot)
-      if (state.is_to_solve(slot)) in_contact.push_back(slot);
+    kinematic_in_contact.clear();
+    for (std::uint32_t slot = 1; slot < state.size(); ++slot) {
+      if (!state.is_to_solve(slot)) continue;
+      in_contact.push_back(slot);
+      if (state.flags[slot] & kinematic) kinematic_in_contact.push_back(slot);
+    }
     std::vector<std::uint32_t> all;
     std::vector<std::vector<Pair>> found;
     broad_phase->find({bodies, state, graph.pairs(), all, true, true}, pool, found);
     neighbourhood.update(*broad_phase, state.size());
     ConstraintLayout layout(state, graph, pool, width);
-    EXPECT_TRUE(layout.update({in_contact, 1}, neighbourhood));
-    EXPECT_FALSE(layout.update({in_contact, 1}, neighbourhood));
+    EXPECT_TRUE(layout.update({in_contact, 1, kinematic_in_contact}, neighbourhood));
+    EXPECT_FALSE(layout.update({in_contact, 1, kinematic_in_contact}, neighbourhood));
     return layout;
   }
 
@@ -142,13 +146,22 @@ TEST(ConstraintLayout, OneLargeIslandIsSharedByAllThreads) {
   }
 }
 
-TEST(ConstraintLayout, KinematicBodiesRuleGroupsOut) {
-  Contacts c(400);
-  for (std::uint32_t i = 1; i <= 400; ++i) c.touch(0, i);
+TEST(ConstraintLayout, KinematicBodiesBelongToNoGroup) {
+  Contacts c(1200);
+  const std::uint32_t lift = 17;
+  c.state.flags[lift] |= kinematic;
+  c.state.note_to_solve(lift);
+  for (std::uint32_t i = 1; i <= 1200; ++i)
+    if (i != lift) c.touch(i % 2 == 0 ? 0 : lift, i);
   ThreadPool pool(2);
-  EXPECT_FALSE(c.lay_out(pool, 8).groups().empty());
-  c.state.flags[17] |= kinematic;
-  EXPECT_TRUE(c.lay_out(pool, 8).groups().empty());
+  const ConstraintLayout layout = c.lay_out(pool, 8);
+  ASSERT_GE(layout.groups().size(), 4u);
+  EXPECT_EQ(std::vector(layout.kinematic().begin(), layout.kinematic().end()), std::vector{lift});
+  std::erase(c.in_contact, lift);
+  check(layout, c, 8);
+  std::size_t bodies = 0;
+  for (const ConstraintLayout::Group& group : layout.groups()) bodies += layout.bodies(group).size();
+  EXPECT_EQ(bodies, 1199u);
 }
 
 TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {

@@ -62,8 +62,8 @@ TEST(Determinism, ThreadsDoNotMatterInTheEnvironments) {
   check("pyramid in domains", [] { return pyramid(18); });
 }
 
-// Heaps large enough for domains: one that falls together, drawing them anew on the way, and one with a kinematic body,
-// which forbids them while it is there.
+// Heaps large enough for domains: one that falls together, drawing them anew on the way, and a kinematic body that
+// comes and goes.
 TEST(Determinism, ThreadsDoNotMatterInLargeHeaps) {
   const auto hash = [](int threads) {
     Scene scene = layers(3000);

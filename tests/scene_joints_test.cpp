@@ -280,10 +280,10 @@ TEST(SceneJoints, JointMistakes) {
        "scene.toml:21:10: 'repeat' comes to 'link.3', and no [[body]] is named so"},
       {jointed + "[[joint]]\na = \"post\"\n",
        "scene.toml:16:1: [[joint]] needs 'type': write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", "
-       "\"universal\", \"wheel\", \"distance\" or \"generic\""},
+       "\"universal\", \"wheel\", \"distance\", \"generic\", \"gear\", \"rack\" or \"pulley\""},
       {jointed + "[[joint]]\ntype = \"hinge\"\n",
        "scene.toml:17:8: 'hinge' is no type; known: ball, fixed, revolute, prismatic, universal, wheel, distance, "
-       "generic"},
+       "generic, gear, rack, pulley"},
       {jointed + "[[joint]]\ntype = \"revolut\"\n", "scene.toml:17:8: 'revolut' is no type; did you mean 'revolute'?"},
       {jointed + "[joint]\ntype = \"ball\"\n",
        "scene.toml:16:1: write [[joint]] with two brackets: there may be several"},
@@ -383,6 +383,68 @@ TEST(SceneJoints, JointAxisMistakes) {
   for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
 }
 
+TEST(SceneJoints, BreakingRestitutionAndArmature) {
+  const Scene scene = parse(joint_of("revolute",
+                                     "axis = [0, 0, 1]\nbreak_force = 100\nbreak_torque = 20\n"
+                                     "twist = {lower = -1, upper = 1, restitution = 0.5, armature = 2}"));
+  const JointDef& def = scene.joints.at(0).def;
+  EXPECT_EQ(def.break_force, 100);
+  EXPECT_EQ(def.break_torque, 20);
+  EXPECT_EQ(def.axis(JointAxisName::twist).restitution, 0.5f);
+  EXPECT_EQ(def.axis(JointAxisName::twist).armature, 2);
+}
+
+std::string coupling_of(const std::string& type, const std::string& more) {
+  return jointed + "[[joint]]\ntype = \"" + type + "\"\na = \"a\"\nb = \"link.0\"\n" + more + "\n";
+}
+
+TEST(SceneJoints, Couplings) {
+  const JointDef gear =
+      parse(coupling_of("gear", "axis_a = [1, 0, 0]\naxis_b = [0, 2, 0]\nratio = -3")).joints.at(0).def;
+  EXPECT_EQ(gear.type, JointType::coupling);
+  EXPECT_EQ(gear.ratio, -3);
+  EXPECT_EQ(gear.coupled_a.motion, CoupledMotion::turn);
+  const JointDef rack =
+      parse(coupling_of("rack", "axis = [1, 0, 0]\ndirection = [0, 1, 0]\nradius = 0.25")).joints.at(0).def;
+  EXPECT_EQ(rack.ratio, -4);
+  EXPECT_EQ(rack.coupled_b.motion, CoupledMotion::slide);
+  const JointDef pulley =
+      parse(coupling_of("pulley", "wheel_a = [0, 0, 4]\nwheel_b = [1, 0, 5]\nratio = 2\nbreak_force = 9"))
+          .joints.at(0)
+          .def;
+  EXPECT_EQ(pulley.axis(JointAxisName::x).upper, 2.5f + 2 * 5);
+  EXPECT_EQ(pulley.break_force, 9);
+  EXPECT_TRUE(pulley.collide_connected);
+  EXPECT_EQ(parse(coupling_of("pulley", "wheel_a = [0, 0, 4]\nwheel_b = [1, 0, 5]\nlength = 6"))
+                .joints.at(0)
+                .def.axis(JointAxisName::x)
+                .upper,
+            6);
+}
+
+TEST(SceneJoints, CouplingMistakes) {
+  const Mistake mistakes[] = {
+      {coupling_of("gear", "axis = [1, 0, 0]"),
+       "scene.toml:16:1: [[joint]] needs 'ratio': by how much more A turns than B, backwards"},
+      {coupling_of("gear", "axis = [1, 0, 0]\nratio = 0"), "scene.toml:21:9: 'ratio' must not be 0"},
+      {coupling_of("gear", "axis = [0, 0, 0]\nratio = 2"), "scene.toml:20:8: 'axis' has no length"},
+      {coupling_of("rack", "axis = [1, 0, 0]\ndirection = [0, 1, 0]\nradius = 0"),
+       "scene.toml:22:10: 'radius' must not be 0; below 0 the rack moves backwards"},
+      {coupling_of("pulley", "wheel_a = [0, 0, 4]\nwheel_b = [0, 0, 4]\nratio = -1"),
+       "scene.toml:22:9: a rope's 'ratio' must be greater than 0"},
+      {coupling_of("gear", "axis = [1, 0, 0]\nratio = 2\nrepeat = 2"),
+       "scene.toml:22:10: a gear joint has no 'repeat'; remove it, or choose another type (ball, fixed, revolute, "
+       "prismatic, universal, wheel, distance, generic)"},
+      {joint_of("revolute", "axis = [0, 0, 1]\ntwist = {restitution = 0.5}"),
+       "scene.toml:22:24: an axis without limits has no restitution; give 'lower' and 'upper'"},
+      {joint_of("revolute", "axis = [0, 0, 1]\nx = {armature = 1}"),
+       "scene.toml:22:17: an axis that is locked has no armature; remove it"},
+      {joint_of("revolute", "axis = [0, 0, 1]\nbreak_force = -1"),
+       "scene.toml:22:15: 'break_force' must not be negative"},
+  };
+  for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
+}
+
 // The example ---------------------------------------------------------------------------------------------------
 
 TEST(SceneJoints, TheExampleOfMechanismsWorks) {
@@ -427,6 +489,31 @@ TEST(SceneJoints, TheExampleOfMechanismsWorks) {
   EXPECT_NEAR(longest, 2.2f, 0.02f);
   EXPECT_NEAR(world.pose(find("platform")).position.z, 1 - 60 * 9.81f / 4000, 0.01f);
   EXPECT_TRUE(world.quarantined().empty());
+}
+
+TEST(SceneJoints, TheExampleOfCouplingsWorks) {
+  Scene scene = load_scene(FATHOM_SOURCE_DIR "/examples/scenes/couplings.toml");
+  scene.world.threads = 1;
+  World world(scene.world);
+  SceneInstance instance(scene, world);
+  const auto find = [&](std::string_view name) {
+    for (const NamedBody& named : scene.names)
+      if (named.name == name) return instance.ids()[named.body];
+    ADD_FAILURE() << name;
+    return BodyId{};
+  };
+  std::size_t broken = 0;
+  for (int step = 0; step < 60; ++step) {
+    instance.prepare_step();
+    world.step();
+    broken += world.joints_broken().size();
+  }
+  EXPECT_EQ(broken, 1u);
+  EXPECT_NEAR(world.velocity(find("pinion")).angular.x, 3, 0.05f);
+  EXPECT_NEAR(world.velocity(find("wheel")).angular.x, -1, 0.02f);
+  EXPECT_NEAR(world.velocity(find("rack")).linear.y, 0.35f, 0.01f);
+  EXPECT_NEAR(world.velocity(find("heavy")).linear.z, -9.81f / 9, 0.01f);
+  EXPECT_NEAR(world.pose(find("weight")).position.z, 0.2f, 0.02f) << "on the ground";
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "device/body_indices.hpp"
-#include "device/event_list.hpp"
 #include "random.hpp"
+#include "world/event_list.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom {
@@ -246,7 +246,7 @@ TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
 }
 
 TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
-  device::EventList<Quarantine> list;
+  EventList<Quarantine> list;
   std::vector<Quarantine> some(1000);
   for (std::size_t i = 0; i < some.size(); ++i) some[i].step = i;
   EXPECT_EQ(list.add(some), 0u);
@@ -259,7 +259,7 @@ TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
   for (int i = 0; i < 1000; ++i) dropped += list.add(some);
   const std::span<const Quarantine> left = list.read();
   EXPECT_EQ(left.size() + dropped, 1'000'000u);
-  EXPECT_LE(left.size(), device::most_unread_events);
+  EXPECT_LE(left.size(), most_unread_events);
   EXPECT_EQ(left.back().step, 999u);
   EXPECT_EQ(list.of_step(999).size(), (left.size() + 999) / 1000);
 }

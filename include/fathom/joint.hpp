@@ -26,6 +26,7 @@ enum class JointType : std::uint8_t {
   ball,  ///< holds two anchors together and leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
   generic,   ///< six axes, each free, limited or locked (PhysX: D6, Jolt: six-DOF): hinges, sliders, wheels, welds
   distance,  ///< limits or holds the distance of two anchors: rods, ropes, springs
+  coupling,  ///< ties a motion of one body to one of another: gears, racks, pulleys
 };
 
 /// What a joint allows along or about an axis.
@@ -49,6 +50,8 @@ struct JointDrive {
 
 /// As damping: holds its velocity as long as `max_force` suffices.
 inline constexpr float rigid_damping = 3e38f;
+/// As `JointDef::break_force` or `break_torque`: never.
+inline constexpr float unbreakable = 3e38f;
 
 /// One axis of a joint.
 struct JointAxis {
@@ -57,6 +60,12 @@ struct JointAxis {
   /// within (-pi/2, pi/2) about the others. Equal bounds lock it there.
   float lower = 0, upper = 0;
   JointDrive drive{};
+  /// 0 to 1: the part of its speed with which an axis comes back from a limit that it hit faster than
+  /// `SolverSettings::restitution_threshold` (m/s or rad/s).
+  float restitution = 0;
+  /// kg or kg·m² that the motion along the axis feels besides the bodies' inertia, of a motor's rotor behind its gear.
+  /// Of axes that are not locked. It resists `World::set_velocity` too.
+  float armature = 0;
 
   JointAxis& limit(float from, float to) {
     mode = AxisMode::limited, lower = from, upper = to;
@@ -91,6 +100,17 @@ enum class JointAxisName : std::uint8_t {
 };
 inline constexpr std::size_t joint_axis_count = 6;
 
+/// What a coupling ties of a body.
+enum class CoupledMotion : std::uint8_t {
+  turn,   ///< the angle (rad, of any number of turns) of the joint's frame on the body about the axis x of `from`
+  slide,  ///< how far (m) the body's anchor is from the position of `from` along its axis x
+  rope,   ///< the distance (m) of the body's anchor from the position of `from`
+};
+struct CouplingEnd {
+  CoupledMotion motion = CoupledMotion::turn;
+  Pose from{};  ///< in the world, where it stays
+};
+
 /// What a joint is created from.
 struct JointDef {
   JointType type = JointType::ball;
@@ -99,11 +119,17 @@ struct JointDef {
   /// distance joints read the positions alone, their anchors. Where B is fixed or kinematic, the axes are those of B's
   /// frame instead of A's.
   Pose frame_a{}, frame_b{};
-  /// Of generic and distance joints, by JointAxisName.
+  /// Of generic and distance joints, by JointAxisName. Of a coupling `x`: its sum (see `ratio`), limited, has no drive.
   std::array<JointAxis, joint_axis_count> axes{};
   /// Of a generic joint: more than 0, the angle (rad, below pi) that B's axis x may be away from A's. The two swings
   /// are free then.
   float cone_angle = 0;
+  /// Of a coupling: it holds the motion of A + ratio times that of B within the bounds of its axis x.
+  CouplingEnd coupled_a{}, coupled_b{};
+  float ratio = 1;
+  /// The joint is removed at the end of a step in which its mean reaction is larger (N; N·m), and told of by
+  /// `World::joints_broken`.
+  float break_force = unbreakable, break_torque = unbreakable;
   /// False: the two bodies make no contacts with each other.
   bool collide_connected = false;
   /// 0: rigid. Else what is locked is a spring with this frequency (Hz) against the bodies' effective mass, and this
@@ -114,6 +140,7 @@ struct JointDef {
 
   JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
   const JointAxis& axis(JointAxisName name) const { return axes[static_cast<std::size_t>(name)]; }
+  bool can_break() const { return break_force < unbreakable || break_torque < unbreakable; }
 };
 
 /// A frame at `position` (m) with its axis x along `axis`, turned the shortest way; no more is said of y and z.
@@ -187,13 +214,72 @@ inline JointDef distance_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b,
   return def;
 }
 
-/// What a joint did to its body B in the last step, in world axes, as means over the step; to A it did the reverse.
+namespace joint_parts {
+
+/// A body's frame that is at `from` now, with the body at `pose`.
+inline Pose frame_on(const Pose& pose, const Pose& from) {
+  Pose frame;
+  frame.position = inverse_transform(pose, from.position);
+  frame.rotation = normalize(conjugate(pose.rotation) * from.rotation);
+  return frame;
+}
+
+inline JointDef coupling(BodyId a, BodyId b, CouplingEnd end_a, CouplingEnd end_b, float ratio) {
+  JointDef def;
+  def.type = JointType::coupling;
+  def.a = a, def.b = b, def.coupled_a = end_a, def.coupled_b = end_b, def.ratio = ratio;
+  def.axis(JointAxisName::x).limit(0, 0);
+  return def;
+}
+
+}  // namespace joint_parts
+
+// Couplings measure both motions in the world: what bears a wheel may move, but not turn about the wheel's axis.
+
+/// Two wheels that are at `pose_a` and `pose_b` now: A turns by -`ratio` times what B turns, each about its axis
+/// through its centre (world). Wheels of radius r that mesh from outside have the ratio r_b / r_a, for axes in one
+/// direction.
+inline JointDef gear_joint(BodyId a, const Pose& pose_a, Vec3 axis_a, BodyId b, const Pose& pose_b, Vec3 axis_b,
+                           float ratio) {
+  JointDef def = joint_parts::coupling(a, b, {CoupledMotion::turn, joint_frame(pose_a.position, axis_a)},
+                                       {CoupledMotion::turn, joint_frame(pose_b.position, axis_b)}, ratio);
+  def.frame_a = joint_parts::frame_on(pose_a, def.coupled_a.from);
+  def.frame_b = joint_parts::frame_on(pose_b, def.coupled_b.from);
+  return def;
+}
+
+/// A pinion A and a rack B that are at these poses now: B moves along `direction` by `radius` (m) times what A turns
+/// about `axis` (rad), 2 pi radius a turn; backwards for a radius below 0. Axes in the world.
+inline JointDef rack_joint(BodyId pinion, const Pose& pose_a, Vec3 axis, BodyId rack, const Pose& pose_b,
+                           Vec3 direction, float radius) {
+  JointDef def = joint_parts::coupling(pinion, rack, {CoupledMotion::turn, joint_frame(pose_a.position, axis)},
+                                       {CoupledMotion::slide, joint_frame(pose_b.position, direction)}, -1 / radius);
+  def.frame_a = joint_parts::frame_on(pose_a, def.coupled_a.from);
+  return def;
+}
+
+/// A rope from an anchor of A over two fixed wheels (m, world) to one of B: the length at A + ratio times that at B is
+/// at most `length` (m). A block and tackle at B that divides its force by n has the ratio n.
+inline JointDef pulley_joint(BodyId a, Vec3 anchor_a, Vec3 wheel_a, BodyId b, Vec3 anchor_b, Vec3 wheel_b, float length,
+                             float ratio = 1) {
+  CouplingEnd end_a{CoupledMotion::rope, {}}, end_b{CoupledMotion::rope, {}};
+  end_a.from.position = wheel_a, end_b.from.position = wheel_b;
+  JointDef def = joint_parts::coupling(a, b, end_a, end_b, ratio);
+  def.frame_a.position = anchor_a, def.frame_b.position = anchor_b;
+  def.axis(JointAxisName::x).limit(0, length);
+  def.collide_connected = true;
+  return def;
+}
+
+/// What a joint did to its body B in the last step, in world axes, as means over the step; to A it did the reverse, but
+/// for couplings.
 struct JointReaction {
   Vec3 force;   ///< N, at B's anchor
   Vec3 torque;  ///< N·m; ball and distance joints have none
 };
 
-/// Where a joint's axes stand, by JointAxisName (m and rad; of a distance joint x alone).
+/// Where a joint's axes stand, by JointAxisName (m and rad; of a distance joint x alone). Of a coupling: the motions of
+/// A and B, an angle within a turn.
 using JointPositions = std::array<float, joint_axis_count>;
 
 }  // namespace fathom

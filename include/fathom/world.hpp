@@ -129,6 +129,16 @@ struct HitEvent {
   std::uint64_t step = 0;  ///< `World::step_count()` after it
 };
 
+/// A joint that broke (see `JointDef::break_force`) and is gone; its bodies are awake.
+struct JointBreak {
+  JointId joint;
+  BodyId a, b;  ///< those of its definition
+  Vec3 force;   ///< N, on B, mean over the step
+  Vec3 torque;  ///< N·m
+  std::uint64_t user_data = 0;
+  std::uint64_t step = 0;  ///< `World::step_count()` after it
+};
+
 /// One contact point as solved in the last step.
 struct ContactPointInfo {
   Vec3 position;     ///< m, world
@@ -247,6 +257,9 @@ class World {
   /// Other frames on the two bodies (see JointDef), which may be apart: the joint pulls them together, at 60 m/s at
   /// most. Wakes both bodies. Throws `stale_id`, and `invalid_argument` as `add_joint`.
   void set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b);
+  /// Another force and torque at which it breaks (see JointDef), from the next step on; wakes both bodies. Throws
+  /// `stale_id`, `invalid_argument`.
+  void set_joint_break(JointId id, float force, float torque);
   /// Of the last step; waits for it. Throws `stale_id`.
   JointReaction reaction(JointId id) const;
   /// Where its axes stand now; of a ball joint zeros. Throws `stale_id`.
@@ -289,6 +302,8 @@ class World {
   std::span<const ContactEvent> contacts_ended() const;
   std::span<const HitEvent> hits() const;
   std::span<const Quarantine> quarantined() const;
+  /// By slot within a step. A world that has joints that can break waits for each step, whatever `WorldDef::ahead`.
+  std::span<const JointBreak> joints_broken() const;
   /// Calls `visit` for every pair that touches by its events. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
 

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "device/contact_arrays.hpp"
+#include "device/joint_arrays.hpp"
 #include "dynamics/generic_joint.hpp"
 
 namespace fathom::device {
@@ -41,12 +42,14 @@ FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
 }
 
 FATHOM_HD void store_frame(Quad* rows, const ContactFrame& f) {
+  const ContactResponse<float>& k = f.response;
+  const ContactFriction<float>& m = f.friction;
   rows[0] = {f.normal.x, f.normal.y, f.normal.z, f.tangent.x};
   rows[1 * tile_width] = {f.tangent.y, f.tangent.z, f.arm_a.x, f.arm_a.y};
   rows[2 * tile_width] = {f.arm_a.z, f.arm_b.x, f.arm_b.y, f.arm_b.z};
-  rows[3 * tile_width] = {f.nn, f.n1, f.n2, f.k11};
-  rows[4 * tile_width] = {f.k12, f.k22, f.friction, f.patch_radius};
-  rows[5 * tile_width] = {f.slide_11, f.slide_12, f.slide_22, f.twist_mass};
+  rows[3 * tile_width] = {k.nn, k.n1, k.n2, k.k11};
+  rows[4 * tile_width] = {k.k12, k.k22, m.coefficient, m.patch_radius};
+  rows[5 * tile_width] = {m.slide_11, m.slide_12, m.slide_22, m.twist_mass};
 }
 
 FATHOM_HD ContactFrame frame_of(const Quad* q) {
@@ -55,12 +58,12 @@ FATHOM_HD ContactFrame frame_of(const Quad* q) {
   f.tangent = {q[0].w, q[1].x, q[1].y};
   f.arm_a = {q[1].z, q[1].w, q[2].x};
   f.arm_b = {q[2].y, q[2].z, q[2].w};
-  f.nn = q[3].x, f.n1 = q[3].y, f.n2 = q[3].z, f.k11 = q[3].w;
-  f.k12 = q[4].x, f.k22 = q[4].y, f.friction = q[4].z, f.patch_radius = q[4].w;
-  f.slide_11 = q[5].x, f.slide_12 = q[5].y, f.slide_22 = q[5].z, f.twist_mass = q[5].w;
+  f.response = {q[3].x, q[3].y, q[3].z, q[3].w, q[4].x, q[4].y};
+  f.friction = {q[4].z, q[4].w, q[5].x, q[5].y, q[5].z, q[5].w};
   return f;
 }
 
+FATHOM_HD PointRow point_of(const Quad& q) { return {q.x, q.y, q.z, q.w}; }
 FATHOM_HD void store_point(Quad* rows, int i, const PointRow& p) {
   rows[(first_point_row + static_cast<std::uint32_t>(i)) * tile_width] = {p.x, p.y, p.separation, p.mass};
 }
@@ -77,6 +80,15 @@ FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
   p.normal[0] = n.x, p.normal[1] = n.y, p.normal[2] = n.z, p.normal[3] = n.w;
   p.slide_1 = f.x, p.slide_2 = f.y, p.twist = f.z, p.step = f.w;
   return p;
+}
+
+/// All rows of a contact with `count` points, of `q`, one quad a row; what bouncing needs apart.
+FATHOM_HD void load_contact(const Quad* q, int count, ContactRows& rows) {
+  rows.frame = frame_of(q);
+  for (int i = 0; i < max_manifold_points; ++i)
+    rows.points[i] = point_of(q[first_point_row + static_cast<std::uint32_t>(i)]);
+  rows.impulses = impulses_of(q);
+  rows.count = count;
 }
 
 // Of a joint sweeps read four rows and write four.
@@ -147,6 +159,53 @@ FATHOM_HD GenericJointRow<float> generic_joint_of(const Quad* q, const GenericJo
   r.given = more[0].xyz(), r.spun_a = more[1].xyz(), r.spun_b = more[2].xyz();
   r.force = {more[0].w, more[1].w, more[2].w};
   r.torque = more[3].xyz();
+  return r;
+}
+
+FATHOM_HD void store_reactions(JointReactions& to, const GenericJointRow<float>& r) {
+  for (int i = 0; i < axis_count; ++i) to.bounce[i] = r.bounce[i], to.rate[i] = r.rate[i];
+}
+FATHOM_HD void load_reactions(const JointReactions& from, float least_hit, GenericJointRow<float>& r) {
+  r.least_hit = least_hit;
+  for (int i = 0; i < axis_count; ++i) r.bounce[i] = from.bounce[i], r.rate[i] = from.rate[i];
+}
+
+// Of a coupling likewise.
+
+FATHOM_HD void store_coupling_impulses(Quad* rows, const CouplingRow<float>& r) {
+  Quad* const to = rows + generic_written_row * tile_width;
+  to[0] = {r.impulse, r.angle_a.turns, r.angle_a.angle, r.angle_b.turns};
+  to[1 * tile_width] = quad(r.given_a, r.angle_b.angle);
+  to[2 * tile_width] = quad(r.given_b, r.force.x);
+  to[3 * tile_width] = quad(r.spun_a, r.force.y);
+  to[4 * tile_width] = quad(r.spun_b, r.force.z);
+  to[5 * tile_width] = quad(r.torque, 0);
+  to[6 * tile_width] = quad(r.way_b, 0);
+}
+FATHOM_HD void store_coupling(Quad* rows, JointReactions& reactions, const CouplingRow<float>& r) {
+  rows[0] = quad(r.frame_a.v, r.frame_a.w);
+  rows[1 * tile_width] = quad(r.frame_b.v, r.frame_b.w);
+  rows[2 * tile_width] = quad(r.arm_a, 0);
+  rows[3 * tile_width] = quad(r.arm_b, 0);
+  rows[4 * tile_width] = quad(r.way_a, 0);
+  reactions.rate[0] = r.start_a.turns, reactions.rate[1] = r.start_a.angle;
+  reactions.rate[2] = r.start_b.turns, reactions.rate[3] = r.start_b.angle;
+  store_coupling_impulses(rows, r);
+}
+/// What sweeps leave, of `q`, one quad a row.
+FATHOM_HD void load_coupling_impulses(const Quad* q, CouplingRow<float>& r) {
+  q += generic_written_row;
+  r.impulse = q[0].x, r.angle_a = {q[0].y, q[0].z}, r.angle_b = {q[0].w, q[1].w};
+  r.given_a = q[1].xyz(), r.given_b = q[2].xyz(), r.spun_a = q[3].xyz(), r.spun_b = q[4].xyz();
+  r.force = {q[2].w, q[3].w, q[4].w}, r.torque = q[5].xyz(), r.way_b = q[6].xyz();
+}
+FATHOM_HD CouplingRow<float> coupling_of(const Quad* q, const GenericJoint& joint, const JointReactions& reactions) {
+  CouplingRow<float> r;
+  r.frame_a = {q[0].w, q[0].xyz()}, r.frame_b = {q[1].w, q[1].xyz()};
+  r.arm_a = q[2].xyz(), r.arm_b = q[3].xyz(), r.way_a = q[4].xyz();
+  r.start_a = {reactions.rate[0], reactions.rate[1]}, r.start_b = {reactions.rate[2], reactions.rate[3]};
+  define_coupling(joint, r);
+  load_coupling_impulses(q, r);
   return r;
 }
 

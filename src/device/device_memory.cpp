@@ -188,6 +188,7 @@ void JointMemory::reserve(std::size_t joints, std::size_t apart_places, bool gen
   if (generic) {
     generic_.grow(capacity(), exec::Contents::keep);
     generic_impulses_.grow(capacity(), exec::Contents::keep);
+    reactions_.grow(capacity());
   }
   apart_.grow(apart_places);
   apart_places_ = apart_places;
@@ -198,6 +199,7 @@ JointArrays JointMemory::arrays() {
       .records = records_.data(),
       .generic = generic_.data(),
       .generic_impulses = generic_impulses_.data(),
+      .reactions = reactions_.data(),
       .capacity = static_cast<std::uint32_t>(capacity()),
       .apart = {
           .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};

@@ -121,7 +121,7 @@ class ContactMemory {
 class JointMemory {
  public:
   explicit JointMemory(exec::Memory& memory)
-      : records_(memory), generic_(memory), generic_impulses_(memory), apart_(memory) {}
+      : records_(memory), generic_(memory), generic_impulses_(memory), reactions_(memory), apart_(memory) {}
 
   /// `generic`: room for generic joints too.
   void reserve(std::size_t joints, std::size_t apart_places, bool generic);
@@ -135,6 +135,7 @@ class JointMemory {
   exec::Buffer<JointRecord> records_;
   exec::Buffer<GenericJoint> generic_;
   exec::Buffer<GenericImpulse> generic_impulses_;
+  exec::Buffer<JointReactions> reactions_;
   exec::Buffer<std::uint64_t> apart_;
   std::size_t apart_places_ = 0;
 };

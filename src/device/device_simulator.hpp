@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "device/body_indices.hpp"
-#include "device/event_list.hpp"
 #include "device/hull_memory.hpp"
 #include "device/joint_mirror.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
 #include "geometry/query.hpp"
+#include "world/event_list.hpp"
 #include "world/simulator.hpp"
 
 namespace fathom::device {

@@ -62,12 +62,19 @@ struct ApartTable {
   }
 };
 
+/// What a generic joint hands from sweep to sweep within a step besides its rows: of a coupling the angles that the
+/// step began with, as rates.
+struct JointReactions {
+  float bounce[axis_count], rate[axis_count];
+};
+
 /// What the device keeps of joints. Worlds without have no memory for any.
 struct JointArrays {
   JointRecord* records;
   // By slot too; null where there never was a generic or distance joint.
   GenericJoint* generic;
   GenericImpulse* generic_impulses;
+  JointReactions* reactions;
   std::uint32_t capacity;
   ApartTable apart;
 };

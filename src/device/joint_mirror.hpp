@@ -105,9 +105,10 @@ class JointMirror {
   bool has_notes() const { return !noted_.empty(); }
   const ApartPairs& apart() const { return apart_; }
 
-  /// Edits that bring the device up to date with `table`; `h` is a substep (s). Joints that come take the lowest colour
+  /// Edits that bring the device up to date with `table`; `h` is a substep (s), `least_hit`
+  /// GenericJoint's. Joints that come take the lowest colour
   /// that is free on both bodies, in the order of slots.
-  std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h) {
+  std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h, float least_hit) {
     std::ranges::sort(noted_);
     apart_.begin();
     joints_.resize(std::max<std::size_t>(joints_.size(), table.slot_count()));
@@ -122,7 +123,7 @@ class JointMirror {
       if (table.alive(slot)) {
         if (edit.is_new) joints_[slot] = added(table, indices, slot);
         edit.record = record(joints_[slot], table[slot], h);
-        if (edit.record.is_generic) note_generic(table[slot], edit, h);
+        if (edit.record.is_generic) note_generic(table, edit, h, least_hit);
       }
       is_noted_[slot] = false;
     }
@@ -228,9 +229,11 @@ class JointMirror {
     r.is_generic = info.def.type != JointType::ball;
     return r;
   }
-  void note_generic(const JointInfo& info, const JointEdit& edit, float h) {
+  void note_generic(const JointTable& table, const JointEdit& edit, float h, float least_hit) {
+    const JointInfo& info = table[edit.slot];
     had_generic_ = 1;
-    generic_edits_.push_back({make_generic_joint(info.def, info.swapped, h), edit.slot, edit.is_new});
+    generic_edits_.push_back({make_generic_joint(info.def, {info.swapped, table.is_alone(edit.slot)}, h, least_hit),
+                              edit.slot, edit.is_new});
   }
 
   std::vector<Mirrored> joints_;        // by slot

@@ -83,48 +83,43 @@ struct PrepareConstraints {
   FATHOM_HD void prepare(std::uint32_t k, PairRecord pair, const SolverBody& solver_a, const SolverBody& solver_b,
                          std::uint32_t bits) const {
     const ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
-    const auto a = contact_body<Inertia>(bodies, pair.a, solver_a);
-    const auto b = contact_body<Inertia>(bodies, pair.b, solver_b);
-    ContactFrame frame;
-    PointRow points[max_manifold_points];
-    ContactImpulses impulses;
+    const ContactBodies<Inertia> both{contact_body<Inertia>(bodies, pair.a, solver_a),
+                                      contact_body<Inertia>(bodies, pair.b, solver_b)};
+    ContactRows made;
     Contact& contact = contacts.contacts[constraints.contact[k]];
     const float overlap = contact.overlap;
-    const int count = m.point_count();
     Pose pose_a = bodies.poses[pair.a], pose_b = bodies.poses[pair.b];
     const float time = contact.ahead() ? m.step_impulse : 0;
     if (contact.ahead()) {
-      pose_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
-      pose_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
+      pose_a = advanced(pose_a, {both.a.linear, 0, both.a.angular, 0}, time);
+      pose_b = advanced(pose_b, {both.b.linear, 0, both.b.angular, 0}, time);
     }
-    float nearest =
-        overlap + prepare_contact(m, pose_a, pose_b, overlap, contact.round(), a, b, frame, points, impulses);
-    if (contact.ahead()) nearest = count_back(frame, count, time, a, b, points);
-    look_at_touch(
-        contact, nearest,
-        approaches(ContactAxes(frame).motion(a.linear, a.angular, b.linear, b.angular), points, count, hit_threshold));
+    float nearest = overlap + prepare_contact(m, pose_a, pose_b, overlap, contact.round(), both, made);
+    if (contact.ahead()) nearest = count_back(time, both, made);
+    const ContactAxes axes = made.axes();
+    look_at_touch(contact, nearest, approaches(axes.velocity(both), made.points, made.count, hit_threshold));
     Quad* const rows = rows_of(constraints, k);
-    store_frame(rows, frame);
+    store_frame(rows, made.frame);
     for (int i = 0; i < max_manifold_points; ++i)
-      if (i < count) store_point(rows, i, points[i]);
-    store_normal_impulses(rows, impulses);
-    store_friction_impulses(rows, impulses);
-    rows[mass_row * tile_width] = {a.inverse_mass, solver_a.inverse_inertia, b.inverse_mass, solver_b.inverse_inertia};
+      if (made.has(i)) store_point(rows, i, made.points[i]);
+    store_normal_impulses(rows, made.impulses);
+    store_friction_impulses(rows, made.impulses);
+    rows[mass_row * tile_width] = {both.a.inverse_mass, solver_a.inverse_inertia, both.b.inverse_mass,
+                                   solver_b.inverse_inertia};
     if (m.restitution > 0) {
       bits |= bounces_bit;
-      const ContactAxes f(frame);
       const Vec3 still;
       BounceRow row{m.restitution, 0};
-      row.pull = dot(f.n, (b.inverse_mass > 0 ? bodies.motion[pair.b].acceleration : still) -
-                              (a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
+      row.pull = dot(axes.n, (both.b.inverse_mass > 0 ? bodies.motion[pair.b].acceleration : still) -
+                                 (both.a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
     const std::uint32_t rolls = contact.round() && m.rolling_length() > 0;
-    if (rolls) constraints.rolls[k] = roll_row(m, ContactAxes(frame));
+    if (rolls) constraints.rolls[k] = roll_row(m, axes);
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
     const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (rolls ? 1u * rolls_extra : 0u);
-    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(count) | bits, extras};
+    constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
   }
 
   FATHOM_HD void prepare_joint(std::uint32_t k, const JointRecord& joint, const SolverBody& a, const SolverBody& b,
@@ -135,7 +130,14 @@ struct PrepareConstraints {
     const Vec3 between = pose_b.position - pose_a.position;
     Quad* const rows = rows_of(constraints, k);
     if (joint.is_generic) {
-      prepare_generic_rows(rows, joint, constraints.contact[k] & ~joint_tag, q_a, q_b, between);
+      const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
+      const GenericJoint& generic = joints.generic[slot];
+      if (generic.couples != 0)
+        store_coupling(
+            rows, joints.reactions[slot],
+            prepared_coupling(generic, joint.anchor_a, joint.anchor_b, pose_a, pose_b, joints.generic_impulses[slot]));
+      else
+        prepare_generic_rows(rows, joint, slot, {q_a, q_b, between}, a, b);
       bits |= generic_bit;
     } else {
       BallJointRow<float> row;
@@ -151,14 +153,23 @@ struct PrepareConstraints {
     constraints.heads[k] = {joint.a, joint.b, point_bits | bits | ranks_of({joint.a, joint.b}, joint.colour), 0};
   }
 
-  FATHOM_HD void prepare_generic_rows(Quad* rows, const JointRecord& joint, std::uint32_t slot,
-                                      const UnitQuat<float>& q_a, const UnitQuat<float>& q_b, Vec3 between) const {
+  /// How a joint's bodies lie: their orientations, and from A's centre to B's (m).
+  struct Placement {
+    UnitQuat<float> q_a, q_b;
+    Vec3 between;
+  };
+  FATHOM_HD void prepare_generic_rows(Quad* rows, const JointRecord& joint, std::uint32_t slot, const Placement& at,
+                                      const SolverBody& a, const SolverBody& b) const {
     const GenericJoint& generic = joints.generic[slot];
     const GenericImpulse& impulse = joints.generic_impulses[slot];
     GenericJointRow<float> row;
-    prepare_generic_joint(q_a, q_b, between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
+    prepare_generic_joint(at.q_a, at.q_b, at.between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
     for (int i = 0; i < axis_count; ++i) row.hold[i] = impulse.hold[i], row.drive[i] = impulse.drive[i];
+    if (generic.reacts != 0) {
+      begin_rates(row, generic, a, b);
+      store_reactions(joints.reactions[slot], row);
+    }
     store_generic_start(rows, row);
     store_generic_impulses(rows, row);
   }

@@ -11,6 +11,10 @@ namespace fathom::device {
 template <exec::Device D>
 void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
   joint_mirror_.note(slot);
+  // Whether couplings beside it are alone may have changed.
+  for (const std::uint32_t body : {joints[slot].a, joints[slot].b})
+    for (const std::uint32_t other : joints.of(body))
+      if (joints[other].def.type == JointType::coupling) joint_mirror_.note(other);
   for (const std::uint32_t body : {joints[slot].a, joints[slot].b}) {
     const std::uint32_t index = indices_.of(body), last = index < last_edit_.size() ? last_edit_[index] : none;
     // A body with many joints is not told of each.
@@ -21,7 +25,8 @@ void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
 template <exec::Device D>
 void DeviceSimulator<D>::list_joint_edits(Flight& flight) {
   if (!joint_mirror_.has_notes()) return;
-  flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps));
+  flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps),
+                                                def.solver.restitution_threshold);
   flight.generic_edits = joint_mirror_.take_generic_edits();
   flight.apart_edits = joint_mirror_.take_apart_edits();
 }

@@ -130,6 +130,7 @@ struct SolveConstraints {
   std::uint32_t body_capacity;
   SolveParameters p;
   const GenericJoint* generic_joints;  ///< by slot
+  JointReactions* reactions;           ///< by slot
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
@@ -350,80 +351,87 @@ struct SolveConstraints {
 
   template <What what, class Inertia>
   FATHOM_HD_INLINED void sweep_with(Place place, std::uint32_t k, const Fetched& fetched) const {
-    const std::uint32_t bits = fetched.head.bits;
     const ConstraintHead& head = fetched.head;
-    const int count = static_cast<int>(bits & point_bits);
     const Quad masses = fetched.rows[mass_row];
     Pair pair;
     load_pair<what>(place, fetched, pair);
-    const ContactFrame frame = frame_of(fetched.rows);
-    const ContactAxes axes(frame);
-    PointRow points[max_manifold_points];
-    for (int i = 0; i < max_manifold_points; ++i) {
-      const Quad q = fetched.rows[first_point_row + static_cast<std::uint32_t>(i)];
-      points[i] = {q.x, q.y, q.z, q.w};
-    }
-    ContactImpulses impulses = impulses_of(fetched.rows);
+    ContactRows contact;
+    load_contact(fetched.rows, static_cast<int>(head.bits & point_bits), contact);
     const bool from_zero = place.what == push_first, rolls = head.has(rolls_extra);
-    if (from_zero) impulses = impulses.cleared();
+    if (from_zero) contact.impulses = contact.impulses.cleared();
     RollRow roll;
     if (rolls) roll = constraints.rolls[k];
     if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
-    ContactBody<Inertia> a{pair.a.linear.xyz(), pair.a.angular.xyz(), masses.x,
-                           world_inertia<Inertia>(bodies, head.a, masses.x, masses.y)};
-    ContactBody<Inertia> b{pair.b.linear.xyz(), pair.b.angular.xyz(), masses.z,
-                           world_inertia<Inertia>(bodies, head.b, masses.z, masses.w)};
-    const auto moved = [&] {
-      return axes.motion(pair.a.moved.xyz(), pair.a.turned.xyz(), pair.b.moved.xyz(), pair.b.turned.xyz());
-    };
+    ContactBodies<Inertia> both{contact_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
+                                contact_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
     if constexpr (what == warm) {
-      warm_start_contact(frame, axes, points, count, impulses, a, b);
-      if (rolls) push_rolling(a, b, roll.impulse);
+      warm_start_contact<float>(contact, both);
+      if (rolls) both.twist(roll.impulse);
     } else if constexpr (what == strike) {
-      if (!strike_contact(frame, axes, points, count, constraints.bounces[k], {p.h, p.restitution_threshold}, moved(),
-                          impulses, a, b))
-        return;
+      contact.bounce = constraints.bounces[k];
+      const Strike<float> struck = strike_contact(contact, both, p.h, p.restitution_threshold);
+      if (!struck.any) return;
+      contact.impulses.step += struck.impulse;
       if (strike_index(place) < noted_strikes) exec::atomic_store(counters->struck[strike_index(place)], 1u);
     } else {
-      const bool fixed = bits & pushes_fixed_bit;
-      const auto arm_on_a = [&] {
-        return fixed ? carried_arm(frame.arm_a, mul_add(pair.a.turned.xyz(), p.friction_lead, a.angular)) : frame.arm_a;
-      };
-      ContactStep step{1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity,
-                       (bits & bounces_bit) != 0};
-      if (p.soft && head.held() > 0) {
-        step.softness = stiffened(step.softness, head.held());
-        step.slop = support_slop(frame.patch_radius);
-      }
-      if (is_uneven(masses.x, masses.z)) step.softness.impulse_scale *= uneven_share;
-      if constexpr (what == relax) {
-        // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
-        solve_points<ContactPass::relax>(frame, points, count, step, axes, moved(), impulses, a, b);
-        solve_friction(frame, axes, arm_on_a(), impulses, a, b);
-      } else if (p.soft) {
-        solve_points<ContactPass::soft>(frame, points, count, step, axes, moved(), impulses, a, b);
-      } else {
-        solve_friction(frame, axes, arm_on_a(), impulses, a, b);
-        solve_points<ContactPass::iterate>(frame, points, count, step, axes, moved(), impulses, a, b);
-      }
+      sweep_contact<what>(head, contact, both);
+      if (rolls && (what == relax || !p.soft))
+        roll.impulse = solve_rolling(both, roll.length, contact.impulses.sum(), roll.impulse);
     }
-    if constexpr (what == relax || what == push) {
-      if (rolls && (what == relax || !p.soft)) solve_rolling(roll, impulses.sum(), a, b);
-    }
-    if (!is_sound(a, b, impulses)) {
+    ContactImpulses& impulses = contact.impulses;
+    if (!is_sound(both, impulses)) {
       impulses = {};
-      reload_velocity(head.a, a.linear, a.angular);
-      reload_velocity(head.b, b.linear, b.angular);
+      reload_velocity(head.a, both.a.linear, both.a.angular);
+      reload_velocity(head.b, both.b.linear, both.b.angular);
     }
     // Velocities first: others wait for them.
-    if (pair.pushes_b) store_velocity(head.b, b.linear, b.angular, pair.due_b + 1);
-    if (pair.pushes_a) store_velocity(head.a, a.linear, a.angular, pair.due_a + 1);
+    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
     if (what != strike && rolls) constraints.rolls[k] = roll;
     if (what != strike && ends_substep(place)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
+  }
+
+  /// Points and friction, in the order of the pass.
+  template <What what, class Inertia>
+  FATHOM_HD_INLINED void sweep_contact(const ConstraintHead& head, ContactRows& contact,
+                                       ContactBodies<Inertia>& both) const {
+    const bool fixed = head.bits & pushes_fixed_bit;
+    const ContactAxes axes = contact.axes();
+    const bool moves_as_told = fixed && !(both.a.linear == Vec3{} && both.a.angular == Vec3{});
+    const CarriedBySides<Inertia> carried{both, axes, moves_as_told, p.friction_lead};
+    ContactStep step = contact_step(1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity);
+    if (p.soft && head.held() > 0) {
+      stiffen(head.held(), step);
+      step.slop = support_slop(contact.frame.friction.patch_radius);
+    }
+    stiffen_uneven(both.a.inverse_mass, both.b.inverse_mass, step);
+    // Something above zero is all that a sweep asks of it.
+    contact.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
+    if constexpr (what == relax) {
+      // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
+      solve_points<ContactPass::relax, true>(contact, axes, both, step);
+      sweep_friction(contact, axes, both, carried);
+    } else if (p.soft) {
+      solve_points<ContactPass::soft, true>(contact, axes, both, step);
+    } else {
+      sweep_friction(contact, axes, both, carried);
+      solve_points<ContactPass::iterate, true>(contact, axes, both, step);
+    }
+  }
+
+  /// Warm starting is done before anything has moved.
+  template <What what, class Inertia>
+  FATHOM_HD static ContactBody<Inertia> contact_side(const BodyArrays& bodies, std::uint32_t i,
+                                                     const SolverQuads& quads, float inverse_mass,
+                                                     float inverse_inertia) {
+    ContactBody<Inertia> side{quads.linear.xyz(), quads.angular.xyz(), inverse_mass,
+                              world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia)};
+    if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();
+    return side;
   }
 
   FATHOM_HD_INLINED void sweep_joint(Place place, std::uint32_t k, const Fetched& f) const {
@@ -442,7 +450,6 @@ struct SolveConstraints {
       sweep_joint_with<what, float>(place, k, f);
   }
 
-  /// Warm starting is done before anything has moved.
   template <What what, class Inertia>
   FATHOM_HD static JointBodies<Inertia>::Side joint_side(const BodyArrays& bodies, std::uint32_t i,
                                                          const SolverQuads& quads, float inverse_mass,
@@ -506,25 +513,29 @@ struct SolveConstraints {
   FATHOM_HD void sweep_generic_joint_as(Place place, std::uint32_t k, const Fetched& fetched) const {
     const ConstraintHead& head = fetched.head;
     const Quad masses = fetched.rows[mass_row];
-    const GenericJoint& joint = generic_joints[constraints.contact[k] & ~joint_tag];
+    const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
+    const GenericJoint& joint = generic_joints[slot];
+    if (joint.couples != 0) return sweep_coupling_as<what>(place, k, fetched, slot);
     GenericJointRow<float> row = generic_joint_of(fetched.rows, joint);
+    const JointUse use = joint.use();
+    if (use.reacts) load_reactions(reactions[slot], joint.least_hit, row);
     if (place.what == push_first) forget_impulses(row);
     Pair pair;
     load_pair<what>(place, fetched, pair);
     JointBodies<SymMat3> both{joint_side<what, SymMat3>(bodies, head.a, pair.a, masses.x, masses.y),
                               joint_side<what, SymMat3>(bodies, head.b, pair.b, masses.z, masses.w)};
     float sum;
-    const bool ends = ends_substep(place), moves = joint.moves != 0;
+    const bool ends = ends_substep(place);
     if constexpr (what == warm) {
       warm_start_generic_joint(row, both);
       const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
       sum = all.x + (all.y + all.z);
     } else if constexpr (what == relax) {
-      sum = solve_generic_joint<JointPass::relax>(row, both, p.h, moves, ends);
+      sum = solve_generic_joint<JointPass::relax>(row, both, p.h, use, ends);
     } else if (p.soft) {
-      sum = solve_generic_joint<JointPass::soft>(row, both, p.h, moves, ends);
+      sum = solve_generic_joint<JointPass::soft>(row, both, p.h, use, ends);
     } else {
-      sum = solve_generic_joint<JointPass::iterate>(row, both, p.h, moves, ends);
+      sum = solve_generic_joint<JointPass::iterate>(row, both, p.h, use, ends);
     }
     if (!is_finite(sum)) {
       forget_impulses(row);
@@ -536,6 +547,46 @@ struct SolveConstraints {
     if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     store_generic_impulses(rows_of(constraints, k), row);
+    if (use.reacts) store_reactions(reactions[slot], row);
+  }
+
+  template <What what>
+  FATHOM_HD void sweep_coupling_as(Place place, std::uint32_t k, const Fetched& fetched, std::uint32_t slot) const {
+    const ConstraintHead& head = fetched.head;
+    const Quad masses = fetched.rows[mass_row];
+    CouplingRow<float> row = coupling_of(fetched.rows, generic_joints[slot], reactions[slot]);
+    if (place.what == push_first) forget_impulses(row);
+    Pair pair;
+    load_pair<what>(place, fetched, pair);
+    JointBodies<SymMat3> both{joint_side<what, SymMat3>(bodies, head.a, pair.a, masses.x, masses.y),
+                              joint_side<what, SymMat3>(bodies, head.b, pair.b, masses.z, masses.w)};
+    float sum;
+    const bool ends = ends_substep(place);
+    if constexpr (what == warm) {
+      warm_start_coupling(row, both);
+      const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
+      sum = all.x + (all.y + all.z);
+    } else if constexpr (what == relax) {
+      sum = solve_coupling<JointPass::relax>(row, both, p.h, ends);
+    } else if (p.soft) {
+      sum = solve_coupling<JointPass::soft>(row, both, p.h, ends);
+    } else {
+      sum = solve_coupling<JointPass::iterate>(row, both, p.h, ends);
+    }
+    if (!is_finite(sum)) {
+      forget_impulses(row);
+      row.force = row.torque = {};
+      reload_velocity(head.a, both.a.linear, both.a.angular);
+      reload_velocity(head.b, both.b.linear, both.b.angular);
+    }
+    // Velocities first: others wait for them.
+    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
+    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
+    store_coupling_impulses(rows_of(constraints, k), row);
+  }
+  FATHOM_HD static void forget_impulses(CouplingRow<float>& row) {
+    row.impulse = 0;
+    row.given_a = row.given_b = row.spun_a = row.spun_b = {};
   }
   FATHOM_HD static void forget_impulses(GenericJointRow<float>& row) {
     for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;
@@ -770,10 +821,8 @@ struct StoreImpulses {
     Quad frame[row_count];
     for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
     PointRow points[max_manifold_points];
-    for (int i = 0; i < max_manifold_points; ++i) {
-      const Quad p = frame[first_point_row + static_cast<std::uint32_t>(i)];
-      points[i] = {p.x, p.y, p.z, p.w};
-    }
+    for (int i = 0; i < max_manifold_points; ++i)
+      points[i] = point_of(frame[first_point_row + static_cast<std::uint32_t>(i)]);
     const auto body = [&](std::uint32_t i) {
       return Stepped{bodies.poses[i].position, bodies.velocities[i].linear, bodies.velocities[i].angular,
                      bodies.poses[i].rotation, bodies.solver[i].body()};
@@ -803,15 +852,22 @@ struct StoreImpulses {
     const Quad* const rows = rows_of(constraints, k);
     Quad q[impulse_row + 2];
     for (std::uint32_t r = generic_written_row; r < impulse_row + 2; ++r) q[r] = rows[r * tile_width];
-    const Quad* const more = q + generic_written_row + 3;
+    const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
     GenericImpulse impulse;
-    load_generic_impulses(q, impulse.hold, impulse.drive);
-    impulse.force = {more[0].w, more[1].w, more[2].w};
-    impulse.torque = more[3].xyz();
+    if (joints.generic[slot].couples != 0) {
+      CouplingRow<float> row{};
+      load_coupling_impulses(q, row);
+      impulse = impulse_of(row);
+    } else {
+      const Quad* const more = q + generic_written_row + 3;
+      load_generic_impulses(q, impulse.hold, impulse.drive);
+      impulse.force = {more[0].w, more[1].w, more[2].w};
+      impulse.torque = more[3].xyz();
+    }
     float sum = 0;
     for (int i = 0; i < axis_count; ++i) sum += impulse.hold[i] + impulse.drive[i];
     const bool ok = is_finite(sum) && is_finite(impulse.force) && is_finite(impulse.torque);
-    joints.generic_impulses[constraints.contact[k] & ~joint_tag] = ok ? impulse : GenericImpulse{};
+    joints.generic_impulses[slot] = ok ? impulse : GenericImpulse{};
   }
 
   FATHOM_HD void store_rolling(std::uint32_t k, ContactManifold& m) const {

@@ -189,8 +189,8 @@ class Step {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
     const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
-    const SolveConstraints<kinds> solver{bodies_,        contacts_,       constraints_,   counters_,
-                                         body_capacity_, settings_.solve, joints_.generic};
+    const SolveConstraints<kinds> solver{bodies_,        contacts_,       constraints_,    counters_,
+                                         body_capacity_, settings_.solve, joints_.generic, joints_.reactions};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (!settings_.published.cells)
       device_.parallel_phases(most_phases, body_capacity_, solver);

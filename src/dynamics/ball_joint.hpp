@@ -4,24 +4,11 @@
 #include <type_traits>
 
 #include "dynamics/joint_limits.hpp"
+#include "dynamics/lane_scalar.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 
 namespace fathom {
-
-// What the law asks of L, for one lane.
-template <class L>
-using VecOf = Vec3;
-template <class L>
-FATHOM_HD L splat(float value) {
-  return value;
-}
-FATHOM_HD Vec3 scale(float s, Vec3 a) { return s * a; }
-FATHOM_HD float mul_add(float a, float s, float b) { return fma(s, b, a); }
-FATHOM_HD float root(float a) { return fathom::sqrt(a); }
-FATHOM_HD float larger(float a, float b) { return max(a, b); }
-FATHOM_HD float inverse_or_zero(float a) { return a > 0 ? 1.0f / a : 0.0f; }
-FATHOM_HD float one_where_zero(float a) { return a == 0 ? 1.0f : 0.0f; }
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #define FATHOM_LANE_LAMBDA

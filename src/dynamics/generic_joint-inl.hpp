@@ -21,8 +21,10 @@ struct GenericAxis {
   /// what a unit of impulse changes the axis' velocity by.
   L target, approach, velocity, compliance, response;
   L most;  ///< N·s or N·m·s; 0: no drive
+  L restitution;
+  L armature;  ///< kg or kg·m²
 };
-inline constexpr int axis_field_count = 10;
+inline constexpr int axis_field_count = 12;
 
 /// What outlasts a sweep of one joint. Frames, arms and the gap are those of the step's beginning.
 template <class L>
@@ -42,6 +44,17 @@ struct GenericJointRow {
   VecOf<L> given;           ///< N·s on B that all of them have been so far
   VecOf<L> spun_a, spun_b;  ///< rad/s that they have given, as the bodies have it
   VecOf<L> force, torque;   ///< N·s and N·m·s on B over the step, world axes
+
+  // Of joints that react to speeds (see JointUse).
+  L least_hit;           ///< m/s or rad/s, above which limits throw back
+  L bounce[axis_count];  ///< m/s or rad/s with which the substep leaves a limit that it hit
+  L rate[axis_count];    ///< as the last sweep has left them
+};
+
+/// What the axes of a joint have that not all have, or of several side by side some of them.
+struct JointUse {
+  bool moves = false;   ///< limits or drives
+  bool reacts = false;  ///< armature or restitution
 };
 
 template <class L>
@@ -288,6 +301,31 @@ struct FreeAxis {
   L given;                   ///< N·s that it gets in any case
 };
 
+// Armature I takes the impulse I (v - v') from whatever changes the rate of its axis from v to v': a drive that holds
+// the rate as it was, of compliance 1 / I. Side by side with a drive, that wants aim - compliance · impulse, it is one
+// that wants
+//   (aim + compliance I v) / (1 + compliance I) - compliance / (1 + compliance I) · impulse
+// until the drive gives its most.
+
+/// A drive with an armature beside it, or the armature alone.
+template <class L>
+FATHOM_LANE_FUNCTION void add_armature(FreeAxis<L>& f, L armature, L rate) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f), least = splat<L>(1e-30f);
+  const L product = f.compliance * armature, sum = one + product, has = is_less(zero, armature);
+  const L aim = mul_add(f.aim, product, rate) / sum, compliance = f.compliance / sum;
+  f.aim = choose(has, choose(f.is_driven, aim, rate), f.aim);
+  f.compliance = choose(has, choose(f.is_driven, compliance, one / larger(armature, least)), f.compliance);
+  f.is_driven = larger(f.is_driven, has);
+}
+
+/// The same with a drive that gives `most`, or its reverse.
+template <class L>
+FATHOM_LANE_FUNCTION void add_most_to_armature(FreeAxis<L>& f, L armature, L rate, L most) {
+  const L compliance = splat<L>(1.0f) / larger(armature, splat<L>(1e-30f));
+  f.aim = mul_add(rate, compliance, most);
+  f.compliance = compliance;
+}
+
 /// Solves the axes that are not locked, of a system whose locked ones have been eliminated.
 template <class L>
 FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const GenericJointRow<L>& row,
@@ -321,12 +359,34 @@ FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L
   }
 }
 
+/// Whether a drive that is not at a limit would give more than its most for an impulse `wanted`, which leaves the axis
+/// the rate `speed`. One beside an armature becomes one that gives its most.
+template <class L>
+FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis<L>& a, L rate, L wanted, L speed) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f), has = is_less(zero, a.armature);
+  const L of_drive = wanted - a.armature * (rate - speed);
+  const L exceeds = is_less(a.most, larger(of_drive, zero - of_drive)) * (one - f.is_at_limit);
+  FreeAxis<L> at_most = f;
+  add_most_to_armature(at_most, a.armature, rate, bounded(of_drive, a.most));
+  f.aim = choose(exceeds * has, at_most.aim, f.aim);
+  f.compliance = choose(exceeds * has, at_most.compliance, f.compliance);
+  return exceeds * (one - has);
+}
+
+/// The rate that a limit throws an axis back with; `side` is -1 of the lower limit, 1 of the upper one, or 0. What it
+/// came with is its last rate: the bodies' velocities have impulses of the last substep in them, repeated.
+template <class L>
+FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
+  const L is_hit = is_less(row.least_hit, side * row.rate[i]);
+  return splat<L>(0.0f) - is_hit * row.axes[i].restitution * row.rate[i];
+}
+
 /// What limits and drives make of a system, after what is locked. Two rounds: one without limits and without bounds of
 /// drives, and one with those that its result exceeds.
 template <class L, class Rows>
 FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const GenericSystem<L>& before,
-                                          GenericJointRow<L>& row, const Rows& rows, L h, L (&hold)[axis_count],
-                                          L (&drive)[axis_count]) {
+                                          GenericJointRow<L>& row, const Rows& rows, L h, bool reacts,
+                                          L (&hold)[axis_count], L (&drive)[axis_count]) {
   soften(system, before, row);
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), turn = splat<L>(3.14159265f);
   FreeAxis<L> axes[axis_count];
@@ -343,6 +403,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     f.aim = mul_add(a.velocity, a.approach, off);
     f.is_at_limit = f.bound = zero;
     f.given = zero - a.limited * row.hold[i];
+    if (reacts) add_armature(f, a.armature, row.rate[i]);
   }
   GenericSystem<L> first = system;
   solve_free_axes(first, row, axes);
@@ -356,10 +417,17 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     const L most = splat<L>(most_pull);
     f.is_at_limit = a.limited * larger(below, above);
     f.bound = bounded((choose(below, a.lower, a.upper) - rows.value[i]) / h, most) - rows.drift[i];
-    const L exceeds = is_less(a.most, larger(wanted, zero - wanted)) * (one - f.is_at_limit);
+    L exceeds = is_less(a.most, larger(wanted, zero - wanted)) * (one - f.is_at_limit);
     const L bounded_drive = bounded(wanted, a.most);
-    const L at_bound =
-        bounded((f.aim - f.bound) / larger(f.compliance, splat<L>(1e-12f) * system.response[i][i]), a.most);
+    L at_bound = (f.aim - f.bound) / larger(f.compliance, splat<L>(1e-12f) * system.response[i][i]);
+    if (reacts) {
+      const L of_armature = a.armature * (row.rate[i] - f.bound);
+      at_bound = bounded(at_bound - of_armature, a.most) + of_armature;
+      exceeds = exceeds_beside_armature(f, a, row.rate[i], wanted, speed);
+      row.bounce[i] = bounce_of(row, i, choose(below, splat<L>(-1.0f), f.is_at_limit));
+    } else {
+      at_bound = bounded(at_bound, a.most);
+    }
     // At a limit its velocity is known, and with it what the drive gives.
     const L known = choose(f.is_at_limit, at_bound, bounded_drive) - row.drive[i];
     const L is_known = f.is_driven * larger(f.is_at_limit, exceeds);
@@ -373,12 +441,19 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     const GenericAxis<L>& a = row.axes[i];
     const FreeAxis<L>& f = axes[i];
     const L change = system.wanted[i] * system.inverse[i];
-    drive[i] = choose(f.is_driven, bounded(row.drive[i] + change, a.most), drive[i]);
+    const L driven = bounded(row.drive[i] + change, a.most);
+    drive[i] = choose(f.is_driven, reacts ? choose(is_less(zero, a.armature), row.drive[i] + change, driven) : driven,
+                      drive[i]);
     // Of one that lasts, a part is given back, as of what is locked.
     const L lasts = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
     const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.hold[i]);
     L held = row.hold[i] + choose(lasts, soft, change);
     held = choose(is_less(rows.value[i] - a.lower, a.upper - rows.value[i]), larger(held, zero), smaller(held, zero));
+    if (reacts) {
+      // What a soft limit lets through, body and armature take together.
+      const L short_by = f.is_at_limit * (row.hold[i] + change - held);
+      drive[i] = mul_add(drive[i], a.armature / larger(system.inverse[i] + a.armature, splat<L>(1e-30f)), short_by);
+    }
     hold[i] = choose(f.is_at_limit, held, hold[i]);
   }
 }
@@ -389,9 +464,36 @@ FATHOM_LANE_FUNCTION void warm_start_generic_joint(GenericJointRow<L>& row, Bodi
   GenericJointRows<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row);
 }
 
-/// One sweep of a substep of h seconds, as `solve_ball_joint`. `moves`: some axis has a limit or a drive.
+/// What an axis does while velocities relax, besides what it did without armature and restitution.
+template <class L>
+struct RelaxingAxis {
+  L spins, compliance;  ///< 1: nothing but its armature holds it
+  L of_armature;        ///< N·s that this takes where a limit holds the axis
+
+  FATHOM_LANE_FUNCTION RelaxingAxis(const GenericJointRow<L>& row, int i, L presses, L& wanted) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    const GenericAxis<L>& a = row.axes[i];
+    const L at_limit = a.limited * presses, has = is_less(zero, a.armature);
+    spins = has * ((one - a.locked) * (one - at_limit));
+    compliance = spins / larger(a.armature, splat<L>(1e-30f));
+    of_armature = at_limit * a.armature * (row.rate[i] - row.bounce[i]);
+    wanted = wanted + (spins * row.rate[i] + at_limit * row.bounce[i]);
+  }
+  /// Of a row's change what the armature has given.
+  FATHOM_LANE_FUNCTION L part_of(L change) const { return mul_add(of_armature, spins, change); }
+};
+
+/// The axes' relaxing impulses, of a system whose rows have been solved.
+template <class L>
+FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L change) {
+  const L zero = splat<L>(0.0f), held = row.hold[i] + change;
+  const L pressing = choose(is_less(row.hold[i], zero), smaller(held, zero), larger(held, zero));
+  return choose(row.axes[i].limited, pressing, held);
+}
+
+/// One sweep of a substep of h seconds, as `solve_ball_joint`.
 template <JointPass pass, class L, class Bodies>
-FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodies, L h, bool moves,
+FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodies, L h, JointUse use,
                                            bool ends_substep) {
   constexpr bool relaxes = pass == JointPass::relax;
   const L zero = splat<L>(0.0f);
@@ -412,21 +514,30 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<L>& a = row.axes[i];
     hold[i] = row.hold[i], drive[i] = row.drive[i];
-    L active = a.locked;
+    L active = a.locked, compliance = zero;
     if constexpr (relaxes) {
       const L presses = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
       active = larger(a.locked * row.rigid, a.limited * presses);
+      if (use.reacts) {
+        const RelaxingAxis<L> axis(row, i, presses, system.wanted[i]);
+        active = larger(active, axis.spins), compliance = axis.compliance;
+      }
     }
-    system.eliminate(i, active, zero);
+    system.eliminate(i, active, compliance);
   }
-  if (!relaxes && moves) drive_and_limit(system, before, row, rows, h, hold, drive);
+  if (!relaxes && use.moves) drive_and_limit(system, before, row, rows, h, use.reacts, hold, drive);
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<L>& a = row.axes[i];
-    const L change = system.wanted[i] * system.inverse[i];
+    L change = system.wanted[i] * system.inverse[i];
     if constexpr (relaxes) {
-      const L held = row.hold[i] + change;
-      const L pressing = choose(is_less(row.hold[i], zero), smaller(held, zero), larger(held, zero));
-      hold[i] = choose(a.limited, pressing, held);
+      if (use.reacts) {
+        L unused = zero;
+        const L presses = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
+        const L of_armature = RelaxingAxis<L>(row, i, presses, unused).part_of(change);
+        drive[i] = drive[i] + of_armature;
+        change = change - of_armature;
+      }
+      hold[i] = relaxed_hold(row, i, change);
     } else {
       const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.hold[i]);
       hold[i] = choose(a.locked, row.hold[i] + soft, hold[i]);
@@ -435,6 +546,9 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     row.hold[i] = hold[i], row.drive[i] = drive[i];
   }
   rows.push(row, more);
+  // Of several sweeps a substep all begin with the rates that it began with.
+  if (use.reacts && (pass != JointPass::iterate || ends_substep))
+    for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i);
   if (ends_substep) rows.add_up(row);
   const VecOf<L> sum = (bodies.a.linear + bodies.a.angular) + (bodies.b.linear + bodies.b.angular) + row.given;
   return sum.x + (sum.y + sum.z);

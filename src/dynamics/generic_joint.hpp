@@ -7,14 +7,11 @@
 
 namespace fathom {
 
-// What the law asks of L besides, for one lane.
-FATHOM_HD float smaller(float a, float b) { return min(a, b); }
-FATHOM_HD float is_less(float a, float b) { return a < b ? 1.0f : 0.0f; }
-FATHOM_HD float choose(float condition, float a, float b) { return condition != 0 ? a : b; }
-
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #define FATHOM_LANE_LAMBDA
 #include "dynamics/generic_joint-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/coupling-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
@@ -24,27 +21,102 @@ struct GenericImpulse {
   Vec3 force, torque;                                   ///< N·s and N·m·s of the whole step, world axes
 };
 
+/// A coupling as its row reads it.
+struct Coupling {
+  CoupledEnds<float> ends{};
+  Vec3 from_a, from_b;  ///< m, world
+};
+
+/// Of a checked definition; `swapped`: A is its B.
+inline Coupling make_coupling(const JointDef& def, bool swapped) {
+  const auto end = [](const CouplingEnd& e, float share) {
+    const Quat q = e.from.rotation;
+    return CoupledEnd<float>{{q.w, q.vector()},
+                             e.motion == CoupledMotion::turn ? 1.0f : 0.0f,
+                             e.motion == CoupledMotion::rope ? 1.0f : 0.0f,
+                             share};
+  };
+  Coupling c;
+  const CoupledEnd<float> of_a = end(def.coupled_a, 1), of_b = end(def.coupled_b, def.ratio);
+  c.ends = {swapped ? of_b : of_a, swapped ? of_a : of_b, swapped ? 1.0f : 0.0f};
+  c.from_a = (swapped ? def.coupled_b : def.coupled_a).from.position;
+  c.from_b = (swapped ? def.coupled_a : def.coupled_b).from.position;
+  return c;
+}
+
 /// A definition as the rows read it. A is the body that cannot be pushed, where there is one.
 struct GenericJoint {
   UnitQuat<float> on_a{1, {}}, on_b{1, {}};  ///< the joint's frames on the bodies
   Softness softness;                         ///< of what is locked
   float rigid = 1, distance = 0, cone = 0;   ///< see GenericJointRow
-  float moves = 0;                           ///< 1: some axis has a limit or a drive
+  float moves = 0;                           ///< 1: some axis has a limit, a drive or an armature
+  float reacts = 0;                          ///< 1: an armature or restitution
+  float least_hit = 0;                       ///< m/s or rad/s, above which limits throw back
   GenericAxis<float> axes[axis_count] = {};
+  float couples = 0;  ///< 1: it is a coupling, and of the axes the first one's bounds alone count
+  Coupling coupling;
 
+  FATHOM_HD JointUse use() const { return {moves != 0, reacts != 0}; }
+  /// By a drive, or an armature.
   bool is_driven() const {
     for (const GenericAxis<float>& axis : axes)
-      if (axis.most > 0) return true;
+      if (axis.most > 0 || axis.armature > 0) return true;
     return false;
   }
 };
 
+/// What a row has of its definition.
+FATHOM_HD void define_coupling(const GenericJoint& joint, CouplingRow<float>& row) {
+  row.coupling = joint.coupling.ends;
+  row.bias_rate = joint.softness.bias_rate, row.mass_scale = joint.softness.mass_scale;
+  row.impulse_scale = joint.softness.impulse_scale, row.rigid = joint.rigid;
+  row.lower = joint.axes[0].lower, row.upper = joint.axes[0].upper, row.limited = joint.axes[0].limited;
+}
+
+/// The row of a coupling with what it has of its last step; hold[0] of `impulse` is the row's, drives are its angles.
+FATHOM_HD CouplingRow<float> prepared_coupling(const GenericJoint& joint, Vec3 anchor_a, Vec3 anchor_b, const Pose& a,
+                                               const Pose& b, const GenericImpulse& impulse) {
+  const auto unit = [](Quat q) { return UnitQuat<float>{q.w, q.vector()}; };
+  CouplingRow<float> row{};
+  prepare_coupling<float>(unit(a.rotation), unit(b.rotation), a.position, b.position, joint.on_a, joint.on_b, anchor_a,
+                          anchor_b, joint.coupling.from_a, joint.coupling.from_b, row);
+  define_coupling(joint, row);
+  row.start_a = resumed<float>(row.coupling.a, row.frame_a, row.arm_a, row.way_a, {impulse.drive[0], impulse.drive[1]});
+  row.start_b = resumed<float>(row.coupling.b, row.frame_b, row.arm_b, row.way_b, {impulse.drive[2], impulse.drive[3]});
+  row.angle_a = row.start_a, row.angle_b = row.start_b;
+  row.impulse = impulse.hold[0];
+  return row;
+}
+
+/// What outlasts the step of it.
+FATHOM_HD GenericImpulse impulse_of(const CouplingRow<float>& row) {
+  GenericImpulse impulse;
+  impulse.hold[0] = row.impulse;
+  impulse.drive[0] = row.angle_a.turns, impulse.drive[1] = row.angle_a.angle;
+  impulse.drive[2] = row.angle_b.turns, impulse.drive[3] = row.angle_b.angle;
+  impulse.force = row.force, impulse.torque = row.torque;
+  return impulse;
+}
+
+/// The rates of a prepared row's axes, of bodies with these velocities as the step begins.
+template <class Side>
+FATHOM_HD void begin_rates(GenericJointRow<float>& row, const GenericJoint& joint, const Side& a, const Side& b) {
+  row.distance = joint.distance, row.cone = joint.cone;
+  for (int i = 0; i < axis_count; ++i) row.axes[i] = joint.axes[i];
+  JointBodies<float> bodies{};
+  bodies.a.linear = a.linear, bodies.a.angular = a.angular;
+  bodies.b.linear = b.linear, bodies.b.angular = b.angular;
+  const GenericJointRows<float, JointBodies<float>> rows(row, bodies, 0);
+  for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i), row.bounce[i] = 0;
+}
+
 /// What a joint with a new definition begins with of its impulses: an axis that is neither locked nor limited any more
 /// holds nothing, and one without a drive drives nothing.
 FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impulse) {
+  if (joint.couples != 0) return;
   for (int i = 0; i < axis_count; ++i) {
     if (joint.axes[i].locked == 0 && joint.axes[i].limited == 0) impulse.hold[i] = 0;
-    if (!(joint.axes[i].most > 0)) impulse.drive[i] = 0;
+    if (!(joint.axes[i].most > 0 || joint.axes[i].armature > 0)) impulse.drive[i] = 0;
   }
 }
 
@@ -58,6 +130,7 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
     a.lower = sign > 0 ? axis.lower : -axis.upper;
     a.upper = sign > 0 ? axis.upper : -axis.lower;
   }
+  if (a.locked == 0) a.restitution = axis.restitution, a.armature = axis.armature;
   const JointDrive& drive = axis.drive;
   if (a.locked != 0 || !drive.is_on()) return a;
   a.target = sign * drive.position;
@@ -78,14 +151,33 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
   return a;
 }
 
-/// Of a checked definition; `swapped`: A is its B. `h` is a substep (s).
-inline GenericJoint make_generic_joint(const JointDef& def, bool swapped, float h) {
+/// Part of its error that a coupling closes in a substep whose bodies have no other couplings, and no joints but to
+/// what cannot be pushed. Its one row knows then what it moves, so it needs not be soft, as rows in chains
+/// (`joint_softness`).
+inline constexpr float alone_coupling_rate = 0.5f;
+
+struct JointPlace {
+  bool swapped = false;   ///< A is the definition's B
+  bool is_alone = false;  ///< of a coupling: see above
+};
+
+/// Of a checked definition. `h` is a substep (s).
+inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& place, float h, float least_hit) {
+  const bool swapped = place.swapped;
   GenericJoint joint;
   const auto unit = [](const Pose& frame) { return UnitQuat<float>{frame.rotation.w, frame.rotation.vector()}; };
   joint.on_a = unit(swapped ? def.frame_b : def.frame_a);
   joint.on_b = unit(swapped ? def.frame_a : def.frame_b);
   joint.softness = joint_softness(def.hertz, def.damping_ratio, h);
   joint.rigid = def.hertz > 0 ? 0.0f : 1.0f;
+  joint.least_hit = least_hit;
+  if (def.type == JointType::coupling) {
+    joint.couples = 1;
+    joint.coupling = make_coupling(def, swapped);
+    if (place.is_alone && def.hertz == 0) joint.softness = {alone_coupling_rate / h, 1, 0};
+    joint.axes[0] = generic_axis(def.axis(JointAxisName::x), 1, h);
+    return joint;
+  }
   joint.distance = def.type == JointType::distance ? 1.0f : 0.0f;
   joint.cone = def.type == JointType::generic && def.cone_angle > 0 ? 1.0f : 0.0f;
   const int used = def.type == JointType::distance ? 1 : axis_count;
@@ -98,7 +190,9 @@ inline GenericJoint make_generic_joint(const JointDef& def, bool swapped, float 
     cone.limited = 1, cone.lower = -1, cone.upper = def.cone_angle;
   }
   for (const GenericAxis<float>& axis : joint.axes)
-    if (axis.limited != 0 || axis.most > 0) joint.moves = 1;
+    if (axis.limited != 0 || axis.most > 0 || axis.armature > 0) joint.moves = 1;
+  for (const GenericAxis<float>& axis : joint.axes)
+    if (axis.armature > 0 || (axis.limited != 0 && axis.restitution > 0)) joint.reacts = 1;
   return joint;
 }
 
@@ -106,9 +200,16 @@ inline GenericJoint make_generic_joint(const JointDef& def, bool swapped, float 
 inline JointPositions joint_axis_positions(const JointDef& def, const Pose& a, const Pose& b, bool swapped) {
   JointPositions positions{};
   if (def.type == JointType::ball) return positions;
-  const GenericJoint joint = make_generic_joint(def, swapped, 1);
+  const GenericJoint joint = make_generic_joint(def, {swapped, false}, 1, 0);
   const auto unit = [](const Pose& pose) { return UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
   const Pose &first = swapped ? b : a, &second = swapped ? a : b;
+  if (def.type == JointType::coupling) {
+    const CouplingRow<float> row =
+        prepared_coupling(joint, swapped ? def.frame_b.position : def.frame_a.position,
+                          swapped ? def.frame_a.position : def.frame_b.position, first, second, {});
+    positions[swapped] = row.start_a.angle, positions[!swapped] = row.start_b.angle;
+    return positions;
+  }
   GenericJointRow<float> row{};
   prepare_generic_joint<float>(unit(first), unit(second), second.position - first.position, joint.on_a, joint.on_b,
                                swapped ? def.frame_b.position : def.frame_a.position,

@@ -126,6 +126,9 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   return result;
 }
 
+/// Share of the thinner shape's half thickness to which what touches may be pressed inside without being knocked back.
+inline constexpr float pressed_share = 0.1f;
+
 /// How far a body may go of the way that the solver has given it.
 struct FreeWay {
   float part = 1;      ///< of the way
@@ -146,7 +149,8 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   const Mover on_a{a.geometry, a.radius, a.pose, velocity_between(a.pose, end_a, dt)};
   const Mover on_b{b.geometry, b.radius, b.pose, velocity_between(b.pose, end_b, dt)};
   const float skin = skin_of(a, b, half);
-  const float allowed = max(2 * entry_of(half), -gap);
+  // A load may press what it stands on a little deeper than it was.
+  const float allowed = max(max(2 * entry_of(half), -gap), min(entry_of(half) - gap, pressed_share * half));
   const NearCores cores = near_cores(on_a, on_b, dt, skin);
   if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return way;
   if (gap > skin) {
@@ -183,14 +187,14 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
 /// them, brought back to the step's beginning: separations are as many metres larger as points approach on the way
 /// there. Returns the least.
 template <class Inertia>
-FATHOM_HD float count_back(const ContactFrame& frame, int count, float time, const ContactBody<Inertia>& a,
-                           const ContactBody<Inertia>& b, PointRow points[max_manifold_points]) {
-  const NormalMotion motion = ContactAxes(frame).motion(a.linear, a.angular, b.linear, b.angular);
+FATHOM_HD float count_back(float time, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
+  const NormalMotion motion = rows.axes().velocity(bodies);
   float nearest = 3e38f;
-  for (int i = 0; i < max_manifold_points; ++i) {
-    if (i >= count) continue;
-    points[i].separation = fma(-time, motion.at(points[i].x, points[i].y), points[i].separation);
-    nearest = min(nearest, points[i].separation);
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    PointRow& p = rows.points[i];
+    p.separation = fma(-time, motion.at(p.x, p.y), p.separation);
+    nearest = min(nearest, p.separation);
   }
   return nearest;
 }
@@ -198,13 +202,11 @@ FATHOM_HD float count_back(const ContactFrame& frame, int count, float time, con
 /// `prepare_contact` of a manifold made where its bodies will be after `time` (s).
 template <class Inertia>
 FATHOM_HD float prepare_contact_ahead(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float time,
-                                      bool round, const ContactBody<Inertia>& a, const ContactBody<Inertia>& b,
-                                      ContactFrame& f, PointRow points[max_manifold_points],
-                                      ContactImpulses& impulses) {
-  const Pose at_a = advanced(pose_a, {a.linear, 0, a.angular, 0}, time);
-  const Pose at_b = advanced(pose_b, {b.linear, 0, b.angular, 0}, time);
-  prepare_contact(m, at_a, at_b, 0.0f, round, a, b, f, points, impulses);
-  return count_back(f, m.point_count(), time, a, b, points);
+                                      bool round, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
+  const Pose at_a = advanced(pose_a, {bodies.a.linear, 0, bodies.a.angular, 0}, time);
+  const Pose at_b = advanced(pose_b, {bodies.b.linear, 0, bodies.b.angular, 0}, time);
+  prepare_contact(m, at_a, at_b, 0.0f, round, bodies, rows);
+  return count_back(time, bodies, rows);
 }
 
 }  // namespace fathom

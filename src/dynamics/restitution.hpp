@@ -11,27 +11,6 @@ namespace fathom {
 /// Sweeps of strikes that a substep has at most: a hit passes on through one body a sweep at least.
 inline constexpr std::uint32_t most_strike_sweeps = 8;
 
-/// Relative speed (m/s, negative: towards each other) with which two points meet that had the relative speed `start`
-/// when the step began and have since closed `gap` ≥ 0 (m) under a relative acceleration (m/s²): v² − 2 a s. A body
-/// that falls through the gap gains this energy before it bounces; without it every bounce would lose m g times the
-/// gap.
-FATHOM_HD float meeting_speed(float start, float acceleration, float gap) {
-  if (!(start < 0.0f)) return start;
-  return -fathom::sqrt(max(fma(-2.0f * acceleration, gap, start * start), 0.0f));
-}
-
-/// Speed (m/s) at which two points part that approach with the relative speed `speed` < 0 and, if nothing else happens,
-/// meet within a substep of length h: what makes them part with e times the speed at which they meet, seen from where
-/// they are. Points that bounce before they meet keep their energy to the last bit of it, wherever in the substep that
-/// is. Negative: they do not meet, or more slowly than `threshold`.
-FATHOM_HD float leaving_speed(float speed, float separation, float e, float acceleration, float h, float threshold) {
-  if (!(fma(fma(acceleration, h, speed), h, separation) <= 0.0f)) return -1;
-  const float gap = max(separation, 0.0f), meeting = meeting_speed(speed, acceleration, gap);
-  if (!(meeting < -threshold)) return -1;
-  const float e_meeting = e * meeting;
-  return fathom::sqrt(max(fma(2.0f * acceleration, gap, e_meeting * e_meeting), 0.0f));
-}
-
 /// Adds `change` to a velocity (m/s). `rest` gets what rounding has left out, to be part of the next change (Kahan,
 /// "Further remarks on reducing truncation errors", 1965): g h is far less than the velocity it is added to, is rounded
 /// the same way in every step of a fall, and is then no longer g.

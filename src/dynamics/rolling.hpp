@@ -41,24 +41,4 @@ FATHOM_HD Vec3 kept_impulse(const RollRow& row, const ContactAxes& f) {
   return {dot(f.t1, row.impulse), dot(f.t2, row.impulse), dot(f.n, row.impulse)};
 }
 
-template <class Inertia>
-FATHOM_HD void push_rolling(ContactBody<Inertia>& a, ContactBody<Inertia>& b, Vec3 impulse) {
-  b.angular += b.inverse_inertia * impulse;
-  a.angular -= a.inverse_inertia * impulse;
-}
-
-/// Brakes the relative angular velocity, limited by the length times `load`, the points' impulses (N·s). It goes along
-/// that velocity, as far as takes most energy.
-template <class Inertia>
-FATHOM_HD void solve_rolling(RollRow& row, float load, ContactBody<Inertia>& a, ContactBody<Inertia>& b) {
-  const Vec3 spin = b.angular - a.angular;
-  const float response = dot(spin, (a.inverse_inertia * spin) + (b.inverse_inertia * spin));
-  const float mass = response > 0 ? length_squared(spin) / response : 0.0f;
-  Vec3 wanted = mul_add(row.impulse, -mass, spin);
-  const float limit = row.length * load, size_squared = length_squared(wanted);
-  if (size_squared > limit * limit) wanted *= limit / fathom::sqrt(max(size_squared, 1e-30f));
-  push_rolling(a, b, wanted - row.impulse);
-  row.impulse = wanted;
-}
-
 }  // namespace fathom

@@ -7,8 +7,13 @@
 
 namespace fathom {
 
-/// See `is_uneven`.
+/// See `stiffen_uneven`.
 inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
+
+/// 1/s of the penetration that becomes velocity in a contact that is held directly.
+inline constexpr float support_push_out_rate = 20;
+/// See `support_slop`.
+inline constexpr float most_support_slop = 1e-4f, patch_radius_slop = 0.01f;
 
 struct Softness {
   float bias_rate = 0;      ///< 1/s of the separation that becomes velocity
@@ -53,7 +58,7 @@ inline float contact_sag(const WorldDef& def) {
   return 1 / (omega * omega);
 }
 
-/// How far (s) friction takes the arms of bodies that turn as they are told (`carried_arm`) beyond where they are: to
+/// How far (s) friction takes the arms of bodies that turn as they are told (`carried_speed`) beyond where they are: to
 /// the middle of the next substep of length `h` (s). Warm starting turns what rests on them by a substep more before it
 /// moves.
 inline float friction_lead(const SolverSettings& settings, float h) {
@@ -63,13 +68,6 @@ inline float friction_lead(const SolverSettings& settings, float h) {
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
 inline float strike_threshold(const WorldDef& def, float h) {
   return max(def.solver.restitution_threshold, h * length(def.gravity));
-}
-
-/// True for two bodies that can be pushed, one more than eight times as heavy as the other. Such a contact gives back
-/// half as much of its impulse: the light body's spring carries the heavy one's weight and would give way too far.
-FATHOM_HD bool is_uneven(float inverse_mass_a, float inverse_mass_b) {
-  const float least = min(inverse_mass_a, inverse_mass_b);
-  return least > 0 && max(inverse_mass_a, inverse_mass_b) > uneven_ratio * least;
 }
 
 /// The contact's coefficient from its two materials'; of two different rules the later one in CombineRule wins.

@@ -18,10 +18,6 @@ namespace fathom {
 
 /// Points that press, or are no farther apart than this, may give impulses (m; `arm` is a body's from its centre).
 FATHOM_HD float support_reach(Vec3 arm) { return min(5e-4f, 0.02f * length(arm)); }
-/// 1/s of the penetration that becomes velocity in a contact that is held.
-inline constexpr float support_push_out_rate = 20;
-/// See `support_slop`.
-inline constexpr float most_support_slop = 1e-4f, patch_radius_slop = 0.01f;
 /// Rounds of leaving out points that would pull.
 inline constexpr int support_rounds = 3;
 
@@ -291,19 +287,6 @@ FATHOM_HD float part_held(float energy, float mass, float fall) {
   constexpr float unheld_share = 0.05f;
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);
-}
-
-/// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of
-/// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
-FATHOM_HD float support_slop(float patch_radius) { return min(most_support_slop, patch_radius_slop * patch_radius); }
-
-/// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
-/// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.
-FATHOM_HD Softness stiffened(const Softness& s, float held) {
-  if (!(held > 0)) return s;
-  const float soft = 1 - held;
-  return {fma(soft, s.bias_rate - support_push_out_rate, support_push_out_rate), fma(soft, s.mass_scale - 1, 1.0f),
-          soft * s.impulse_scale};
 }
 
 }  // namespace fathom

@@ -40,6 +40,12 @@ struct ImpactEvent {
   Vec3 normal;           ///< unit, from a to b
   float approach_speed;  ///< m/s
 };
+/// `JointBreak` of the world, by handle.
+struct BreakEvent {
+  BodyHandle a, b;
+  Vec3 force, torque;           ///< N and N·m, on B
+  std::uint64_t user_data = 0;  ///< of the joint
+};
 
 /// The world after a step, as the game sees it. Arrays are indexed by `BodyHandle::index`.
 struct SimulationState {
@@ -50,6 +56,7 @@ struct SimulationState {
   std::vector<std::uint32_t> generations;  ///< of the body that the entry describes; 0 for none
   std::vector<TouchEvent> begun, ended;
   std::vector<ImpactEvent> hits;
+  std::vector<BreakEvent> breaks;
   Profile profile;
   double step_ms = 0;      ///< wall time of the step
   std::uint64_t hash = 0;  ///< `World::state_hash`, where asked for

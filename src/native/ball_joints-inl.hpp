@@ -13,42 +13,11 @@
 #include "dynamics/joint_limits.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
+#include "native/lane_functions-inl.hpp"
 #include "native/prepare-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
-
-// What the law asks of L.
-template <class L>
-using VecOf = Vec3V<L>;
-template <class L>
-HWY_INLINE L splat(float value) {
-  return hn::Set(hn::DFromV<L>(), value);
-}
-template <class V>
-HWY_INLINE V mul_add(V a, V s, V b) {
-  return hn::MulAdd(s, b, a);
-}
-template <class V>
-HWY_INLINE V root(V a) {
-  return hn::Sqrt(a);
-}
-template <class V>
-HWY_INLINE V larger(V a, V b) {
-  return hn::Max(a, b);
-}
-template <class V>
-HWY_INLINE V inverse_or_zero(V a) {
-  const hn::DFromV<V> d;
-  const V one = hn::Set(d, 1.0f);
-  const auto positive = hn::Gt(a, hn::Zero(d));
-  return hn::IfThenElseZero(positive, hn::Div(one, hn::IfThenElse(positive, a, one)));
-}
-template <class V>
-HWY_INLINE V one_where_zero(V a) {
-  const hn::DFromV<V> d;
-  return hn::IfThenElseZero(hn::Eq(a, hn::Zero(d)), hn::Set(d, 1.0f));
-}
 
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR

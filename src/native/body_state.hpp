@@ -54,7 +54,7 @@ struct BodyState {
   std::vector<std::uint64_t> to_solve;  ///< a bit a body: the solver moves it, because it has colours or is kinematic
 
   // Used only between two steps' ends, by bodies in contact.
-  std::vector<SolverBody> solver;  ///< entry 0 stands for "no body"; slot s is entry s + 1
+  std::vector<SolverBody> solver;  ///< entry 0 stands for "no body"; slot s is entry s + 1; then stand-ins
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;

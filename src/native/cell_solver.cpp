@@ -37,7 +37,7 @@ void CellSolver::build(std::span<const std::uint32_t> in_contact) {
     std::size_t points = 0;
     for (std::size_t i = begin; i < end; ++i) {
       prepare(rows_[i], places_[i].contact);
-      points += static_cast<std::size_t>(rows_[i].count);
+      points += static_cast<std::size_t>(rows_[i].rows.count);
     }
     point_count_ += points;
   });
@@ -94,7 +94,7 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
 template <class Inertia>
 ContactBody<Inertia> CellSolver::body(std::uint32_t slot) const {
   const SolverBody& s = state_.solver[slot + 1];
-  ContactBody<Inertia> body{s.linear, s.angular, s.inverse_mass, {}};
+  ContactBody<Inertia> body{s.linear, s.angular, s.inverse_mass, {}, s.moved, s.turned};
   if constexpr (std::is_same_v<Inertia, float>) {
     body.inverse_inertia = s.inverse_inertia;
   } else if (s.inverse_mass > 0) {
@@ -105,14 +105,18 @@ ContactBody<Inertia> CellSolver::body(std::uint32_t slot) const {
   return body;
 }
 
+template <class Inertia>
+ContactBodies<Inertia> CellSolver::bodies_of(const Row& row) const {
+  return {body<Inertia>(row.a), body<Inertia>(row.b)};
+}
+
 void CellSolver::prepare(Row& row, std::uint32_t contact) {
   Contact& c = graph_[contact];
   const ContactManifold& m = graph_.manifold(c);
   row.contact = contact;
   row.a = c.a;
   row.b = c.b;
-  row.count = m.point_count();
-  row.bounce = {m.restitution, 0};
+  row.rows.bounce = {m.restitution, 0};
   row.pushes_fixed = c.fixed_a;
   row.isotropic = !is_anisotropic(state_.solver[c.a + 1]) && !is_anisotropic(state_.solver[c.b + 1]);
   if (row.isotropic)
@@ -123,19 +127,17 @@ void CellSolver::prepare(Row& row, std::uint32_t contact) {
 
 template <class Inertia>
 void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
-  const auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
+  const auto bodies = bodies_of<Inertia>(row);
   const Pose &pose_a = state_.poses[row.a], &pose_b = state_.poses[row.b];
-  row.nearest =
-      c.ahead
-          ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, a, b, row.frame, row.points, row.impulses)
-          : prepare_contact(m, pose_a, pose_b, c.overlap(), c.round, a, b, row.frame, row.points, row.impulses);
-  const ContactAxes axes(row.frame);
+  row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, bodies, row.rows)
+                        : prepare_contact(m, pose_a, pose_b, c.overlap(), c.round, bodies, row.rows);
+  const ContactAxes axes = row.rows.axes();
   row.roll = c.round ? roll_row(m, axes) : RollRow{};
   if (m.restitution == 0) return;
   const auto pull = [&](std::uint32_t slot, float inverse_mass) {
     return inverse_mass > 0 ? dot(axes.n, state_.motion[slot].acceleration) : 0.0f;
   };
-  row.bounce.pull = pull(row.b, b.inverse_mass) - pull(row.a, a.inverse_mass);
+  row.rows.bounce.pull = pull(row.b, bodies.b.inverse_mass) - pull(row.a, bodies.a.inverse_mass);
 }
 
 // --- solve ---------------------------------------------------------------------------------------------------
@@ -209,56 +211,51 @@ void CellSolver::sweep() {
     });
 }
 
-NormalMotion CellSolver::movement(const Row& row, const ContactAxes& axes) const {
-  const SolverBody &a = state_.solver[row.a + 1], &b = state_.solver[row.b + 1];
-  return axes.motion(a.moved, a.turned, b.moved, b.turned);
-}
-
 template <CellSolver::Pass pass, class Inertia>
 void CellSolver::sweep_row(Row& row) {
   if constexpr (pass == Pass::clear) {
-    row.impulses = row.impulses.cleared();
+    row.rows.impulses = row.rows.impulses.cleared();
     row.roll.impulse = {};
     return;
   }
-  if (pass == Pass::strike && row.bounce.restitution == 0) return;
-  auto a = body<Inertia>(row.a), b = body<Inertia>(row.b);
-  const ContactAxes axes(row.frame);
+  ContactRows& rows = row.rows;
+  if (pass == Pass::strike && !rows.may_bounce()) return;
+  auto bodies = bodies_of<Inertia>(row);
+  const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if constexpr (pass == Pass::warm_start) {
-    warm_start_contact(row.frame, axes, row.points, row.count, row.impulses, a, b);
-    if (row.roll.length > 0) push_rolling(a, b, row.roll.impulse);
+    warm_start_contact<float>(rows, bodies);
+    if (row.roll.length > 0) bodies.twist(row.roll.impulse);
   } else if constexpr (pass == Pass::strike) {
-    const float h = def_.dt / static_cast<float>(def_.solver.substeps);
-    if (!strike_contact(row.frame, axes, row.points, row.count, row.bounce, {h, strike_threshold(def_, h)},
-                        movement(row, axes), row.impulses, a, b))
-      return;
+    const Strike<float> strike = strike_contact(rows, bodies, h, strike_threshold(def_, h));
+    if (!strike.any) return;
+    rows.impulses.step += strike.impulse;
     struck_.store(true, std::memory_order_relaxed);
   } else {
-    const NormalMotion moved = movement(row, axes);
-    const float inverse_substep = static_cast<float>(def_.solver.substeps) / def_.dt;
-    const float lead = friction_lead(def_.solver, 1 / inverse_substep);
-    const Vec3 turned = mul_add(state_.solver[row.a + 1].turned, lead, a.angular);
-    const Vec3 arm_on_a = row.pushes_fixed ? carried_arm(row.frame.arm_a, turned) : row.frame.arm_a;
-    ContactStep step{inverse_substep, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic,
-                     def_.solver.push_out_velocity, row.bounce.restitution > 0};
-    if (is_uneven(a.inverse_mass, b.inverse_mass)) step.softness.impulse_scale *= uneven_share;
+    const ContactAxes axes = rows.axes();
+    const SolverBody& body_a = state_.solver[row.a + 1];
+    const bool moves_as_told = row.pushes_fixed && !(body_a.linear == Vec3{} && body_a.angular == Vec3{});
+    const CarriedBySides<Inertia> carried{bodies, axes, moves_as_told, friction_lead(def_.solver, h)};
+    ContactStep step =
+        contact_step(1 / h, row.pushes_fixed ? contacts_.fixed : contacts_.dynamic, def_.solver.push_out_velocity);
+    stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
     // Rolling comes last, by the impulse that carries the load.
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
     if constexpr (pass == Pass::relax) {
-      solve_points<ContactPass::relax>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
-      solve_friction(row.frame, axes, arm_on_a, row.impulses, a, b);
+      solve_points<ContactPass::relax, false>(rows, axes, bodies, step);
+      sweep_friction(rows, axes, bodies, carried);
     } else if (def_.solver.method == Solver::soft) {
-      solve_points<ContactPass::soft>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+      solve_points<ContactPass::soft, false>(rows, axes, bodies, step);
     } else {
-      solve_friction(row.frame, axes, arm_on_a, row.impulses, a, b);
-      solve_points<ContactPass::iterate>(row.frame, row.points, row.count, step, axes, moved, row.impulses, a, b);
+      sweep_friction(rows, axes, bodies, carried);
+      solve_points<ContactPass::iterate, false>(rows, axes, bodies, step);
     }
-    if (row.roll.length > 0 && rolls) solve_rolling(row.roll, row.impulses.sum(), a, b);
-    if (ends_substep_) row.impulses.step += row.impulses.sum();
+    if (row.roll.length > 0 && rolls)
+      row.roll.impulse = solve_rolling(bodies, row.roll.length, rows.impulses.sum(), row.roll.impulse);
+    if (ends_substep_) rows.impulses.step += rows.impulses.sum();
   }
   // As in native/solver_kernels.cpp: nothing crosses a contact that is not finite.
-  if (!is_sound(a, b, row.impulses)) {
-    row.impulses = {};
+  if (!is_sound(bodies, rows.impulses)) {
+    rows.impulses = {};
     return;
   }
   const auto put = [&](std::uint32_t slot, const ContactBody<Inertia>& from) {
@@ -266,16 +263,17 @@ void CellSolver::sweep_row(Row& row) {
     to.linear = from.linear;
     to.angular = from.angular;
   };
-  put(row.b, b);
-  if (!row.pushes_fixed) put(row.a, a);
+  put(row.b, bodies.b);
+  if (!row.pushes_fixed) put(row.a, bodies.a);
 }
 
 void CellSolver::note_touch(const Row& row, Contact& c, const TouchWatch& watch) const {
-  const bool pressed = row.impulses.step > 0;
+  const bool pressed = row.rows.impulses.step > 0;
   const bool touches = pressed || row.nearest + c.overlap() <= touch_distance(c.touch_halvings, c.in_touch);
   if (touches != c.in_touch) watch.changes->note(row.contact, touches);
   if (pressed || c.hits)
-    watch.note_hit(row.contact, c, graph_.manifold(c), row.frame, row.points, row.impulses.normal, pressed);
+    watch.note_hit(row.contact, c, graph_.manifold(c), row.rows.frame, row.rows.points, row.rows.impulses.normal,
+                   pressed);
 }
 
 void CellSolver::store() {
@@ -285,14 +283,14 @@ void CellSolver::store() {
       const Row& row = rows_[i];
       Contact& c = graph_[row.contact];
       ContactManifold& m = graph_.manifold(c);
-      for (int k = 0; k < max_manifold_points; ++k) m.impulses[k] = row.impulses.normal[k];
-      m.friction_impulse[0] = row.impulses.slide_1;
-      m.friction_impulse[1] = row.impulses.slide_2;
-      m.twist_impulse = row.impulses.twist;
-      m.step_impulse = row.impulses.step;
+      for (int k = 0; k < max_manifold_points; ++k) m.impulses[k] = row.rows.impulses.normal[k];
+      m.friction_impulse[0] = row.rows.impulses.slide_1;
+      m.friction_impulse[1] = row.rows.impulses.slide_2;
+      m.twist_impulse = row.rows.impulses.twist;
+      m.step_impulse = row.rows.impulses.step;
       note_touch(row, c, constrained.touches);
       if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), row.nearest, overlap_kept(def_.dt));
-      if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, ContactAxes(row.frame)));
+      if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, row.rows.axes()));
     }
   });
 }

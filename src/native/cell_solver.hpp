@@ -39,13 +39,9 @@ class CellSolver {
     std::uint32_t contact;
   };
   struct Row {
-    ContactFrame frame;
-    PointRow points[max_manifold_points];
-    ContactImpulses impulses;
-    BounceRow bounce;
+    ContactRows rows;
     RollRow roll;
     std::uint32_t contact, a, b;
-    int count;
     float nearest;  ///< m, of the points when the step began
     bool isotropic, pushes_fixed;
   };
@@ -62,10 +58,11 @@ class CellSolver {
   template <Pass pass, class Inertia>
   void sweep_row(Row& row);
   template <class Inertia>
+  ContactBodies<Inertia> bodies_of(const Row& row) const;
+  template <class Inertia>
   ContactBody<Inertia> body(std::uint32_t slot) const;
 
   void note_touch(const Row& row, Contact& c, const TouchWatch& watch) const;
-  NormalMotion movement(const Row& row, const ContactAxes& axes) const;
 
   const WorldDef& def_;
   const BodyTable& bodies_;

@@ -88,7 +88,8 @@ void NativeSimulator::validate_colours() const {
       ++of_contacts;
     });
     for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit) {
-      for (const ConstraintKind kind : {ConstraintKind::ball_joint, ConstraintKind::generic_joint})
+      for (const ConstraintKind kind :
+           {ConstraintKind::ball_joint, ConstraintKind::generic_joint, ConstraintKind::coupling})
         for (const std::uint32_t slot : graph_.joints_of(kind, unit, colour)) {
           const Joint& joint = graph_.joint(slot);
           FATHOM_VALIDATE(joint.in_use && joint.kind == kind && joint.colour == colour, joint.b);

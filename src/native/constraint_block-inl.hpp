@@ -1,4 +1,4 @@
-// A block of constraints in memory, and the frame its rows are written in.
+// A block of constraints in memory.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_CONSTRAINT_BLOCK_INL) == defined(HWY_TARGET_TOGGLE)
@@ -65,43 +65,6 @@ template <class D>
 HWY_INLINE Block<D> block_at(BlockArray array, std::size_t i) {
   return {array.blocks + i * array.stride,
           array.bounces ? array.bounces + i * bounce_field_count * Block<D>::width : nullptr};
-}
-
-/// The frame of a manifold and its lever arms.
-template <class V>
-struct Frame {
-  Vec3V<V> n, t1, t2, arm_a, arm_b;
-  Vec3V<V> lever_a, lever_b;  // arm × n
-
-  template <class D>
-  HWY_INLINE void load(const Block<D>& block) {
-    n = block.get3(normal_x);
-    t1 = block.get3(tangent_x);
-    t2 = cross(n, t1);
-    arm_a = block.get3(arm_a_x);
-    arm_b = block.get3(arm_b_x);
-    lever_a = cross(arm_a, n);
-    lever_b = cross(arm_b, n);
-  }
-};
-
-/// (n·u, t1·ω, t2·ω) of velocities or of movements.
-template <class V>
-struct Twist3 {
-  V n, t1, t2;
-};
-
-template <class V>
-HWY_INLINE Twist3<V> normal_motion(const Frame<V>& f, Vec3V<V> linear_a, Vec3V<V> angular_a, Vec3V<V> linear_b,
-                                   Vec3V<V> angular_b) {
-  const V along = hn::Add(dot(f.n, linear_b - linear_a), hn::Sub(dot(f.lever_b, angular_b), dot(f.lever_a, angular_a)));
-  const Vec3V<V> spin = angular_b - angular_a;
-  return {along, dot(f.t1, spin), dot(f.t2, spin)};
-}
-
-template <class V>
-HWY_INLINE V at_point(const Twist3<V>& w, V x, V y) {
-  return hn::NegMulAdd(x, w.t2, hn::MulAdd(y, w.t1, w.n));
 }
 
 }  // namespace fathom::native::HWY_NAMESPACE

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <utility>
 
 #include "native/prefetch.hpp"
@@ -24,7 +25,8 @@ constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cac
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
 
-constexpr ConstraintKind joint_kinds[] = {ConstraintKind::ball_joint, ConstraintKind::generic_joint};
+constexpr ConstraintKind joint_kinds[] = {ConstraintKind::ball_joint, ConstraintKind::generic_joint,
+                                          ConstraintKind::coupling};
 
 /// Of joints with these slots, from `lane` on; returns where the next ones go.
 template <class Lane>
@@ -59,17 +61,28 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   units_.clear();
   stretches_.clear();
   blocks_ = 0;
-  if (may_use_domains(in_contact.slots)) {
+  kinematic_ = in_contact.kinematic;
+  const std::span<const std::uint32_t> dynamic = without_kinematic(in_contact);
+  if (may_use_domains()) {
     fill_by_unit();
-    place_bodies_by_unit(in_contact.slots);
-  } else if (may_group(in_contact.slots) && form_groups(in_contact.slots)) {
-    place_bodies(in_contact.slots);
+    place_bodies_by_unit(dynamic);
+  } else if (may_group(dynamic) && form_groups(dynamic)) {
+    place_bodies(dynamic);
     fill_by_group();
   } else {
+    kinematic_ = {};
     fill_by_colour(neighbourhood);
     order_bodies(in_contact.slots, neighbourhood);
   }
   return true;
+}
+
+std::span<const std::uint32_t> ConstraintLayout::without_kinematic(const BodiesInContact& in_contact) {
+  if (in_contact.kinematic.empty()) return in_contact.slots;
+  dynamic_.clear();
+  make_room(dynamic_, in_contact.slots.size());
+  std::ranges::set_difference(in_contact.slots, in_contact.kinematic, std::back_inserter(dynamic_));
+  return dynamic_;
 }
 
 // --- shared by all threads -----------------------------------------------------------------------------------
@@ -163,16 +176,6 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
 }
 
 // --- in domains ----------------------------------------------------------------------------------------------
-
-// A kinematic body moves on while several domains touch it, and the overflow knows no domains.
-bool ConstraintLayout::may_use_domains(std::span<const std::uint32_t> in_contact) const {
-  return graph_.domains().in_use() && !graph_.any_overflow() && !any_kinematic(in_contact);
-}
-
-bool ConstraintLayout::any_kinematic(std::span<const std::uint32_t> in_contact) const {
-  return std::any_of(in_contact.begin(), in_contact.end(),
-                     [&](std::uint32_t slot) { return state_.flags[slot] & kinematic; });
-}
 
 // Contacts that the first divisions cut are few, and their colours, which are those of whole bodies, many: nearly all
 // lanes would be empty. They get colours of their own, in the order of the others. A function of contacts alone: it
@@ -286,12 +289,12 @@ void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_co
 
 // --- in groups -----------------------------------------------------------------------------------------------
 
-// Many islands can be expected where there are fewer contacts between bodies than bodies. A kinematic body may touch
-// several islands and moves on while they are solved, and the overflow knows no islands: then all is one group.
+// Many islands can be expected where there are fewer contacts between bodies than bodies. The overflow knows no
+// islands: then all is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
   if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
   if (graph_.any_overflow() || graph_.domains().in_use()) return false;
-  return graph_.between() < in_contact.size() && !any_kinematic(in_contact);
+  return graph_.between() < in_contact.size();
 }
 
 // Path halving; the smaller root wins.
@@ -401,8 +404,8 @@ void ConstraintLayout::fill_by_group() {
 std::size_t ConstraintLayout::memory_bytes() const {
   std::size_t recoloured = 0;
   for (const std::vector<std::uint32_t>& list : recoloured_) recoloured += list.capacity();
-  return (recoloured + own_colours_.capacity() + lanes_.capacity() + bodies_.capacity() + next_body_.capacity() +
-          group_of_body_.capacity() + next_lane_.capacity()) *
+  return (recoloured + own_colours_.capacity() + lanes_.capacity() + bodies_.capacity() + dynamic_.capacity() +
+          next_body_.capacity() + group_of_body_.capacity() + next_lane_.capacity()) *
              sizeof(std::uint32_t) +
          links_.capacity() * sizeof(Link) + stretches_.capacity() * sizeof(Stretch) +
          offsets_.capacity() * sizeof(Neighbourhood::Offsets) + cuts_.capacity() * sizeof(std::size_t) +

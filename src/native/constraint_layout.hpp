@@ -22,10 +22,11 @@
 
 namespace fathom::native {
 
-/// Ascending slots, and a number that changes when they do.
+/// Ascending slots, those of them that are kinematic, and a number that changes when they do.
 struct BodiesInContact {
   std::span<const std::uint32_t> slots;
   std::uint64_t version;
+  std::span<const std::uint32_t> kinematic{};
 };
 
 class ConstraintLayout {
@@ -53,12 +54,14 @@ class ConstraintLayout {
       : state_(state), graph_(graph), pool_(pool), width_(width) {}
 
   /// Whether `update` will lay them out by domains; else threads share them out by the neighbourhood.
-  bool may_use_domains(std::span<const std::uint32_t> in_contact) const;
+  bool may_use_domains() const { return graph_.domains().in_use() && !graph_.any_overflow(); }
   /// Follows the graph's colours and the bodies in contact. Returns true where blocks have moved.
   bool update(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood);
 
-  /// Bodies in contact, in an order that suits their contacts' blocks.
+  /// Bodies in contact, in an order that suits their contacts' blocks; in groups and domains those that are dynamic.
   std::span<const std::uint32_t> bodies() const { return bodies_; }
+  /// The others, which belong to no group or domain.
+  std::span<const std::uint32_t> kinematic() const { return kinematic_; }
 
   /// Constraint of each lane, or `none`. A block has those of one kind.
   const ConstraintRef* lanes() const { return lanes_.data(); }
@@ -70,6 +73,7 @@ class ConstraintLayout {
 
   /// By number (`Domains::unit`); empty where there are no domains, or something forbids to use them.
   std::span<const Unit> units() const { return units_; }
+  std::span<const Unit> first_units() const { return units().first(units_.empty() ? 0 : graph_.domains().count(0)); }
   std::span<const std::uint32_t> bodies(const Unit& unit) const {
     return {bodies_.data() + unit.bodies.begin, unit.bodies.end - unit.bodies.begin};
   }
@@ -116,7 +120,7 @@ class ConstraintLayout {
   void share_out();
   void share_out_bodies(const Neighbourhood& neighbourhood);
 
-  bool any_kinematic(std::span<const std::uint32_t> in_contact) const;
+  std::span<const std::uint32_t> without_kinematic(const BodiesInContact& in_contact);
   /// Colours the unit's contacts between bodies anew, into `recoloured_`. False where that is not worth while.
   bool recolour(std::size_t unit);
   void fill_by_unit();
@@ -142,7 +146,8 @@ class ConstraintLayout {
 
   std::uint64_t colouring_ = 0, version_ = 0;  // what blocks and bodies follow
   std::size_t threads_ = 0;                    // that they are cut for
-  std::vector<std::uint32_t> bodies_;
+  std::vector<std::uint32_t> bodies_, dynamic_;
+  std::span<const std::uint32_t> kinematic_;
   std::vector<ConstraintRef> lanes_;
   std::size_t blocks_ = 0;
   int colours_ = 0;

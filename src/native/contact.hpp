@@ -19,8 +19,8 @@ inline constexpr int first_fixed_colour = 24;        ///< of contacts with a bod
 inline constexpr std::uint8_t overflow_colour = 32;  ///< of contacts that found no colour
 
 /// What a constraint of the graph is.
-enum class ConstraintKind : std::uint8_t { contact, ball_joint, generic_joint };
-inline constexpr std::size_t constraint_kinds = 3;
+enum class ConstraintKind : std::uint8_t { contact, ball_joint, generic_joint, coupling };
+inline constexpr std::size_t constraint_kinds = 4;
 
 /// A constraint as layouts and blocks name it: its index among those of its kind, and the kind in the highest bits.
 using ConstraintRef = std::uint32_t;

@@ -125,7 +125,7 @@ class ContactGraph {
   bool any_overflow() const { return sizes_[overflow_colour] + joints_of_colour(overflow_colour) > 0; }
   std::size_t joints_of_colour(int colour) const {
     return joints_of_colour(ConstraintKind::ball_joint, colour) +
-           joints_of_colour(ConstraintKind::generic_joint, colour);
+           joints_of_colour(ConstraintKind::generic_joint, colour) + joints_of_colour(ConstraintKind::coupling, colour);
   }
   std::size_t joints_of_colour(ConstraintKind kind, int colour) const {
     return joint_counts_[colour][kind_index(kind)];

@@ -3,7 +3,8 @@
 // Three divisions of the same bodies are kept, with their borders at different places. A contact is solved in the first
 // division that has both of its bodies in one domain; domains of one division share no body, so all of them are
 // solved at once, and a sweep is three loops, whatever the number of colours. Contacts that every division cuts (few,
-// where two borders cross) are left to one thread. Bodies that cannot be pushed belong to all domains.
+// where two borders cross) are left to one thread. Bodies that cannot be pushed belong to none: contacts with them are
+// their other body's.
 //
 // Unlike colours' blocks, domains decide in which order contacts are solved. So they are a function of bodies and
 // contacts, never of threads, and part of a snapshot.

@@ -20,6 +20,8 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
 
 /// What came out inside or behind something fixed goes as far as its way was free, and on in the next step.
 void NativeSimulator::hold_back_fast() {
+  const SpeedLimits limits =
+      speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
   for (const std::size_t block : fast_blocks_)
     for (const FastPair& pair : blocks_[block].fast) {
       if ((state_.flags[pair.b] & (awake | isolated)) != awake) continue;
@@ -32,7 +34,7 @@ void NativeSimulator::hold_back_fast() {
       if (way.part >= 1) continue;
       Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), way.part * def.dt);
       pose.reserved = end.reserved;
-      if (way.stops) v.linear = way.slowed;
+      if (way.stops) v.linear = limited(way.slowed, limits.linear);
       place(pair.b, pose, v);
       const Contact& c = graph_[pair.contact];
       if (c.touching()) graph_.manifold(c).forget_build();

@@ -15,20 +15,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-// What the law asks of L besides.
-template <class V>
-HWY_INLINE V smaller(V a, V b) {
-  return hn::Min(a, b);
-}
-template <class V>
-HWY_INLINE V is_less(V a, V b) {
-  return hn::IfThenElseZero(hn::Lt(a, b), hn::Set(hn::DFromV<V>(), 1.0f));
-}
-template <class V>
-HWY_INLINE V choose(V condition, V a, V b) {
-  return hn::IfThenElse(hn::Ne(condition, hn::Zero(hn::DFromV<V>())), a, b);
-}
-
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR
 #include "dynamics/generic_joint-inl.hpp"
@@ -49,6 +35,7 @@ enum GenericField : int {
   generic_rigid,
   generic_distance,
   generic_cone,
+  generic_least_hit,
   generic_axes,
   generic_hold = generic_axes + axis_count * axis_field_count,
   generic_drive = generic_hold + axis_count,
@@ -57,14 +44,17 @@ enum GenericField : int {
   generic_spun_b = generic_spun_a + 3,
   generic_force = generic_spun_b + 3,
   generic_torque = generic_force + 3,
-  generic_field_count = generic_torque + 3
+  generic_bounce = generic_torque + 3,  // where the header says that some lane reacts
+  generic_rate = generic_bounce + axis_count,
+  generic_field_count = generic_rate + axis_count
 };
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE GenericAxis<V> load_axis(const Block<D>& block, int axis) {
   const int first = generic_axes + axis * axis_field_count;
-  return {block.get(first),     block.get(first + 1), block.get(first + 2), block.get(first + 3), block.get(first + 4),
-          block.get(first + 5), block.get(first + 6), block.get(first + 7), block.get(first + 8), block.get(first + 9)};
+  return {block.get(first),     block.get(first + 1), block.get(first + 2),  block.get(first + 3),
+          block.get(first + 4), block.get(first + 5), block.get(first + 6),  block.get(first + 7),
+          block.get(first + 8), block.get(first + 9), block.get(first + 10), block.get(first + 11)};
 }
 
 template <class D, class V = hn::Vec<D>>
@@ -83,6 +73,10 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
   row.given = block.get3(generic_given);
   row.spun_a = block.get3(generic_spun_a), row.spun_b = block.get3(generic_spun_b);
   row.force = block.get3(generic_force), row.torque = block.get3(generic_torque);
+  if (!block.header().reacts) return;
+  row.least_hit = block.get(generic_least_hit);
+  for (int i = 0; i < axis_count; ++i)
+    row.bounce[i] = block.get(generic_bounce + i), row.rate[i] = block.get(generic_rate + i);
 }
 
 /// What sweeps leave of it.
@@ -93,6 +87,9 @@ HWY_INLINE void store_generic_joint(const Block<D>& block, const GenericJointRow
   block.set3(generic_given, row.given);
   block.set3(generic_spun_a, row.spun_a), block.set3(generic_spun_b, row.spun_b);
   block.set3(generic_force, row.force), block.set3(generic_torque, row.torque);
+  if (!block.header().reacts) return;
+  for (int i = 0; i < axis_count; ++i)
+    block.set(generic_bounce + i, row.bounce[i]), block.set(generic_rate + i, row.rate[i]);
 }
 
 /// Writes one lane's fields, one after the other.
@@ -114,13 +111,17 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   write(row.frame_a), write(row.frame_b);
   write(row.arm_a), write(row.arm_b), write(row.gap), write(row.pull);
   write(joint.softness.bias_rate), write(joint.softness.mass_scale), write(joint.softness.impulse_scale);
-  write(joint.rigid), write(joint.distance), write(joint.cone);
+  write(joint.rigid), write(joint.distance), write(joint.cone), write(joint.least_hit);
   for (const fathom::GenericAxis<float>& a : joint.axes) {
     write(a.locked), write(a.limited), write(a.lower), write(a.upper), write(a.target);
     write(a.approach), write(a.velocity), write(a.compliance), write(a.response), write(a.most);
+    write(a.restitution), write(a.armature);
   }
   for (const float hold : impulse.hold) write(hold);
   for (const float drive : impulse.drive) write(drive);
+  if (joint.reacts == 0) return;
+  write.field = generic_rate;
+  for (const float rate : row.rate) write(rate);
 }
 
 /// All but those whose mechanism is solved directly.
@@ -144,13 +145,15 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
     const Pose &a = view.poses[joint.a], &b = view.poses[joint.b];
     const auto unit = [](const Pose& pose) { return fathom::UnitQuat<float>{pose.rotation.w, pose.rotation.vector()}; };
     block.manifold()[lane] = refs[i];
-    fathom::GenericJointRow<float> row;
+    fathom::GenericJointRow<float> row{};
     fathom::prepare_generic_joint<float>(unit(a), unit(b), b.position - a.position, generic.on_a, generic.on_b,
                                          joint.anchor_a, joint.anchor_b, row);
     row.pull = swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a);
+    if (generic.reacts != 0) begin_rates(row, generic, view.bodies[joint.a], view.bodies[joint.b]);
     write_generic_lane(block, lane, row, generic, constrained.generic_impulses[index]);
     load_joint_bodies(block, lane, joint, view);
     h.moves = h.moves || generic.moves != 0;
+    h.reacts = h.reacts || generic.reacts != 0;
     h.lanes = static_cast<std::uint8_t>(++lane);
   }
   if (lane == 0) return;
@@ -166,6 +169,8 @@ HWY_NOINLINE void forget_generic_impulses(const Block<D>& block, const std::uint
   }
 }
 
+HWY_INLINE JointUse use_of(const BlockHeader& h) { return {h.moves, h.reacts}; }
+
 template <JointPass pass, class D>
 HWY_NOINLINE void sweep_generic_joints(const Block<D>& block, SolverBody* all, float h, bool ends_substep) {
   if (block.header().lanes == 0) return;
@@ -174,7 +179,7 @@ HWY_NOINLINE void sweep_generic_joints(const Block<D>& block, SolverBody* all, f
     bodies.load(block, all);
     GenericJointRow<hn::Vec<D>> row;
     load_generic_joint(block, row);
-    const auto sum = solve_generic_joint<pass>(row, bodies, hn::Set(D(), h), block.header().moves, ends_substep);
+    const auto sum = solve_generic_joint<pass>(row, bodies, hn::Set(D(), h), use_of(block.header()), ends_substep);
     store_generic_joint(block, row);
     store_bodies(block, bodies, sum,
                  [&](const std::uint8_t* finite) HWY_ATTR { forget_generic_impulses(block, finite); });

@@ -16,6 +16,7 @@ void JointLink::begin(const GenericJoint& joint, bool is_b, const GenericJointRo
   *this = {};
   joint_ = &joint, is_b_ = is_b, row_ = row;
   look({}, 0, true);
+  for (int i = 0; i < axis_count; ++i) rate_[i] = row.rate[i];
   for (int i = 0; i < axis_count; ++i) {
     const float total = sign() * (impulse.hold[i] + impulse.drive[i]);
     if (i < translations)
@@ -95,7 +96,7 @@ void JointLink::choose_coordinates(const LinkPair& pair) {
       if (belongs(i)) add_rotation(i, count, are_free);
   };
   add_all(false, [this](int i) { return is_held(i); });
-  add_all(true, [this](int i) { return !is_held(i) && axis(i).most > 0; });
+  add_all(true, [this](int i) { return !is_held(i) && (axis(i).most > 0 || axis(i).armature > 0); });
   for (; count < translations; ++count) {
     freedom_.about[count] = count == 0   ? Vec3{1, 0, 0}
                             : count == 1 ? any_across(freedom_.about[0])
@@ -107,19 +108,29 @@ void JointLink::choose_coordinates(const LinkPair& pair) {
   to_coordinates(freedom_, force_, torque_, before);
   for (int k = 0; k < joint_coordinates; ++k) {
     drive_[k] = error_[k] = 0;
-    if (!freedom_.has(k) || relaxes_) continue;
+    if (!freedom_.has(k)) continue;
     // What is free gets nothing, so it gives back what it had before it was.
-    drive_[k] = -before[k];
+    if (!relaxes_) drive_[k] = -before[k];
+    if (joint_->reacts != 0) resist(k, pair);
+    if (relaxes_) continue;
     const int i = axis_of_[k];
     if (i == no_axis || !is_driven(i)) continue;
     if (is_at_most(i)) {
       drive_[k] += sign() * scale_[k] * (at_minus_ >> i & 1u ? -axis(i).most : axis(i).most);
     } else {
       const float stiffness = 1 / compliance(i);
-      freedom_.stiffness[k] = scale_[k] * scale_[k] * stiffness;
+      freedom_.stiffness[k] += scale_[k] * scale_[k] * stiffness;
       drive_[k] += sign() * scale_[k] * stiffness * (drive_aim(i) - rate(i, pair));
     }
   }
+}
+
+/// A free coordinate's armature keeps it at the rate that it had.
+void JointLink::resist(int k, const LinkPair& pair) {
+  const int i = axis_of_[k];
+  if (i == no_axis) return;
+  freedom_.stiffness[k] += scale_[k] * scale_[k] * axis(i).armature;
+  drive_[k] += sign() * scale_[k] * of_armature(i, rate(i, pair));
 }
 
 void JointLink::eliminate(const TreeInertia& body, TreeInertia* parent) {
@@ -176,6 +187,7 @@ void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float most, f
   JointVector errors{};
   for (int i = 0; i < axis_count; ++i) {
     errors[i] = rate(i, pair);
+    if (relaxes_ && is_at_limit(i)) errors[i] -= bounce_[i];
     if (axis(i).locked == 0 && !is_at_limit(i)) {
       errors[i] -= drive_aim(i);
     } else if (gap_share > 0) {
@@ -219,6 +231,7 @@ bool JointLink::revise_limit(int i, float ahead, float given, float after) {
     if (ahead >= a.lower && ahead <= a.upper) return false;
     at_limit_ |= bit, at_most_ &= ~bit;
     at_upper_ = ahead > a.upper ? at_upper_ | bit : at_upper_ & ~bit;
+    note_hit(i);
     return true;
   }
   float drive = 0;
@@ -226,10 +239,16 @@ bool JointLink::revise_limit(int i, float ahead, float given, float after) {
     const float push = drive_aim(i) - after;
     drive = compliance(i) > 0 ? min(max(push / compliance(i), -a.most), a.most) : push < 0 ? -a.most : a.most;
   }
-  const float held = given - drive;
+  const float held = given - drive - of_armature(i, after);
   if (at_upper_ & bit ? held <= 0 : held >= 0) return false;
   at_limit_ &= ~bit;
+  bounce_[i] = 0;
   return true;
+}
+
+void JointLink::note_hit(int i) {
+  const float speed = at_upper_ >> i & 1u ? rate_[i] : -rate_[i];
+  bounce_[i] = speed > joint_->least_hit ? -axis(i).restitution * rate_[i] : 0.0f;
 }
 
 bool JointLink::revise_drive(int i, float given, float after) {
@@ -257,12 +276,14 @@ bool JointLink::revise(const LinkPair& pair, float h) {
     if (i == no_axis) continue;
     if (axis(i).limited != 0 && revise_limit(i, ahead[i], impulse_of(k), rate(i, pair)))
       changes = true;
-    else if (is_driven(i) && !is_at_limit(i) && axis(i).locked == 0 && revise_drive(i, impulse_of(k), rate(i, pair)))
+    else if (is_driven(i) && !is_at_limit(i) && axis(i).locked == 0 &&
+             revise_drive(i, impulse_of(k) - of_armature(i, rate(i, pair)), rate(i, pair)))
       changes = true;
   }
   // Axes without a coordinate are those that nothing holds.
   for (int i = translations; i < axis_count; ++i)
-    if (axis(i).limited != 0 && !is_at_limit(i) && !(axis(i).most > 0) && revise_limit(i, ahead[i], 0, 0))
+    if (axis(i).limited != 0 && !is_at_limit(i) && !(axis(i).most > 0 || axis(i).armature > 0) &&
+        revise_limit(i, ahead[i], 0, 0))
       changes = true;
   return changes;
 }
@@ -278,9 +299,12 @@ bool JointLink::meets(const LinkPair& pair, float h, float share) const {
   return true;
 }
 
-void JointLink::apply(bool ends) {
+void JointLink::apply(const LinkPair& pair, bool ends) {
   force_ += force_more_, torque_ += torque_more_;
-  if (ends) force_sum_ += force_, torque_sum_ += torque_;
+  for (int i = 0; joint_->reacts != 0 && i < axis_count; ++i) rate_[i] = rate(i, pair);
+  if (!ends) return;
+  force_sum_ += force_, torque_sum_ += torque_;
+  for (float& bounce : bounce_) bounce = 0;
 }
 
 GenericImpulse JointLink::impulse() const {
@@ -291,8 +315,9 @@ GenericImpulse JointLink::impulse() const {
     const float total =
         sign() * (k < translations ? dot(freedom_.along[k], force_) : dot(freedom_.about[k - translations], torque_)) /
         scale_[k];
-    (axis(i).most > 0 && !is_at_limit(i) ? impulse.drive[i] : impulse.hold[i]) =
-        axis(i).most > 0 || axis(i).locked != 0 || is_at_limit(i) ? total : 0;
+    const bool gives = axis(i).most > 0 || axis(i).armature > 0;
+    (gives && !is_at_limit(i) ? impulse.drive[i] : impulse.hold[i]) =
+        gives || axis(i).locked != 0 || is_at_limit(i) ? total : 0;
   }
   impulse.force = sign() * force_sum_, impulse.torque = sign() * torque_sum_;
   return impulse;

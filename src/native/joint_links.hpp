@@ -23,7 +23,7 @@ struct LinkPair {
 
 class JointLink {
  public:
-  /// As the step begins. Of `row` frames, arms, gap and pull are set; `is_b`: the link's body is the joint's B.
+  /// As the step begins. Of `row` frames, arms, gap, pull and rates are set; `is_b`: the link's body is the joint's B.
   void begin(const GenericJoint& joint, bool is_b, const GenericJointRow<float>& row, const GenericImpulse& impulse);
   /// On the body at the joint, in this substep: N·s and N·m·s.
   Vec3 force() const { return force_; }
@@ -57,7 +57,7 @@ class JointLink {
   Vec3 force_more() const { return force_more_; }
   Vec3 torque_more() const { return torque_more_; }
   /// The rounds' impulses count; `ends`: the substep is over.
-  void apply(bool ends);
+  void apply(const LinkPair& pair, bool ends);
   GenericImpulse impulse() const;
 
  private:
@@ -73,6 +73,10 @@ class JointLink {
   bool is_rigid_drive(int i) const { return is_driven(i) && !is_at_most(i) && !(compliance(i) > 0); }
   bool is_held(int i) const { return axis(i).locked != 0 || is_at_limit(i) || is_rigid_drive(i); }
   float drive_aim(int i) const;
+  /// What the armature gives of N·s or N·m·s where the axis gets the rate `to`.
+  float of_armature(int i, float to) const { return axis(i).armature * (rate_[i] - to); }
+  void resist(int k, const LinkPair& pair);
+  void note_hit(int i);
   /// Where what is held is to be at the substep's end.
   float wanted_value(int i, float h) const;
   float rate(int i, const LinkPair& pair) const;
@@ -96,6 +100,7 @@ class JointLink {
   JointVector drive_{}, error_{};
   EliminatedLink link_{};
   JointLoad load_{};
+  JointVector rate_{}, bounce_{};              // m/s or rad/s: as the last solution left it, and limits throw it back
   std::uint32_t at_limit_ = 0, at_upper_ = 0;  // by axis
   std::uint32_t at_most_ = 0, at_minus_ = 0;   // drives that give the most, forwards or backwards
   Vec3 force_, torque_, force_more_, torque_more_, force_sum_, torque_sum_;

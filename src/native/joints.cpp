@@ -10,11 +10,26 @@ Softness NativeSimulator::softness_of(std::uint32_t joint) const {
   return joint_softness(definition.hertz, definition.damping_ratio, h);
 }
 
-void NativeSimulator::define_joint(std::uint32_t slot) {
+static ConstraintKind kind_of(JointType type) {
+  if (type == JointType::ball) return ConstraintKind::ball_joint;
+  return type == JointType::coupling ? ConstraintKind::coupling : ConstraintKind::generic_joint;
+}
+
+void NativeSimulator::define_joint(std::uint32_t slot, std::uint32_t ignoring) {
   const JointInfo& info = joints[slot];
   if (info.def.type == JointType::ball) return;
-  graph_.define_joint(slot,
-                      make_generic_joint(info.def, info.swapped, def.dt / static_cast<float>(def.solver.substeps)));
+  // Joints to what cannot be pushed are swept after all others, and a drive there has the last word over a rigid row.
+  const auto others = [&](std::uint32_t body) { return joints.of(body).size() > 1; };
+  const bool is_free = !others(info.b) && (info.fixed_a || !others(info.a));
+  graph_.define_joint(
+      slot, make_generic_joint(info.def, {info.swapped, is_free && joints.is_alone(slot, ignoring)},
+                               def.dt / static_cast<float>(def.solver.substeps), def.solver.restitution_threshold));
+}
+
+void NativeSimulator::define_couplings_beside(std::uint32_t joint, std::uint32_t ignoring) {
+  for (const std::uint32_t body : {joints[joint].a, joints[joint].b})
+    for (const std::uint32_t other : joints.of(body))
+      if (other != joint && joints[other].def.type == JointType::coupling) define_joint(other, ignoring);
 }
 
 void NativeSimulator::wake_joined(std::uint32_t joint) {
@@ -23,11 +38,10 @@ void NativeSimulator::wake_joined(std::uint32_t joint) {
 
 void NativeSimulator::joint_added(std::uint32_t slot) {
   const JointInfo& info = joints[slot];
-  graph_.add_joint(slot,
-                   {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a, true,
-                    info.def.hertz == 0,
-                    info.def.type == JointType::ball ? ConstraintKind::ball_joint : ConstraintKind::generic_joint});
+  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a,
+                          true, info.def.hertz == 0, kind_of(info.def.type)});
   define_joint(slot);
+  define_couplings_beside(slot);
   wake_joined(slot);
   if (graph_.joint(slot).colour == no_colour) graph_.colour_joint(slot);
   for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
@@ -44,6 +58,7 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
   const JointInfo& info = joints[slot];
   wake_joined(slot);
   graph_.remove_joint(slot);
+  define_couplings_beside(slot, slot);
   in_contact_is_current_ = false;
   for (const std::uint32_t body : {info.a, info.b})
     if (joints.of(body).size() == 1) {
@@ -79,7 +94,7 @@ void NativeSimulator::restore_joints(ByteReader& in) {
     in.require(id.index < graph_.joint_slots());
     const Joint& joint = graph_.joint(id.index);
     in.require(joint.in_use && joint.a == info.a && joint.b == info.b && joint.fixed_a == info.fixed_a &&
-               (joint.kind == ConstraintKind::ball_joint) == (info.def.type == JointType::ball));
+               joint.kind == kind_of(info.def.type));
     define_joint(id.index);
     if (!info.def.collide_connected) graph_.keep_apart(info.a, info.b);
   }

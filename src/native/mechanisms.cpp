@@ -34,14 +34,28 @@ float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
-  if (colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions() || any_parted_) {
+  const bool is_current = !is_stale();
+  if (!is_current || any_parted_ || is_restored_) {
+    keeps_parted_ = is_restored_ && is_current;
     colouring_ = graph_.colouring();
     joint_definitions_ = graph_.joint_definitions();
     find();
+    is_restored_ = keeps_parted_ = false;
   } else if (!has_moved) {
     return;
   }
   if (!empty()) order_by_group(layout);
+}
+
+bool Mechanisms::is_stale() const {
+  return colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
+}
+
+void Mechanisms::restore(bool keeps_trees) {
+  is_restored_ = keeps_trees;
+  any_parted_ = !keeps_trees;
+  colouring_ = graph_.colouring();
+  joint_definitions_ = graph_.joint_definitions();
 }
 
 bool Mechanisms::is_obstacle(std::uint32_t slot) const {
@@ -51,7 +65,7 @@ bool Mechanisms::is_obstacle(std::uint32_t slot) const {
 /// A joint that holds nothing, but drives, does well in sweeps.
 bool Mechanisms::can_be_direct(std::uint32_t slot) const {
   const Joint& j = graph_.joint(slot);
-  if (!j.in_use || !j.rigid || j.colour == no_colour) return false;
+  if (!j.in_use || !j.rigid || j.colour == no_colour || j.kind == ConstraintKind::coupling) return false;
   if (j.kind == ConstraintKind::ball_joint) return true;
   return std::ranges::any_of(graph_.generic_joint(slot).axes,
                              [](const GenericAxis<float>& axis) { return axis.locked + axis.limited > 0; });
@@ -101,6 +115,7 @@ void Mechanisms::count_joints() {
     const Joint& j = graph_.joint(slot);
     if (!j.in_use || j.colour == no_colour) continue;
     for (const std::uint32_t body : {j.a, j.b}) {
+      if (j.kind == ConstraintKind::coupling) joint_colours_[body].is_coupled = true;
       if (j.colour == overflow_colour)
         ++joint_colours_[body].overflow;
       else
@@ -125,6 +140,13 @@ bool Mechanisms::leans_on_light_bodies(std::uint32_t first) const {
     if (is_in_contact(links_[i].slot)) lightest = min(lightest, of_body);
   }
   return mass > most_behind_a_contact * lightest;
+}
+
+// A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
+// two wheels come to terms in sweeps alone.
+bool Mechanisms::is_coupled(std::uint32_t first) const {
+  return std::any_of(links_.begin() + first, links_.end(),
+                     [this](const Link& link) { return joint_colours_[link.slot].is_coupled; });
 }
 
 // What sweeps have let part they draw together again: a direct solution would throw it.
@@ -173,9 +195,10 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
     }
   }
   const auto count = static_cast<std::uint32_t>(links_.size()) - first;
-  const bool parted = has_parted(first);
+  const bool parted = !keeps_parted_ && has_parted(first);
   any_parted_ = any_parted_ || parted;
-  if (count <= most_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted) {
+  if (count <= most_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted &&
+      !is_coupled(first)) {
     mechanisms_.push_back({first, first + count});
     const auto is_driven = [this](const Link& link) { return link.joint != none && graph_.is_driven(link.joint); };
     if (std::any_of(links_.begin() + first, links_.end(), is_driven))
@@ -212,6 +235,10 @@ void Mechanisms::prepare(std::uint32_t mechanism) {
     s = {};
     s.mass = 1 / state_.solver_bodies()[links_[i].slot].inverse_mass;
     if (links_[i].joint == none) continue;
+    if (links_[i].parent == none) {
+      const SolverBody& obstacle = state_.solver_bodies()[links_[i].obstacle];
+      s.obstacle = {{}, {}, obstacle.linear, obstacle.angular};
+    }
     if (links_[i].generic == none)
       prepare_ball(i);
     else
@@ -248,6 +275,10 @@ void Mechanisms::prepare_generic(std::uint32_t i) {
   prepare_generic_joint<float>(rotation(a), rotation(b), b.position - a.position, generic.on_a, generic.on_b,
                                j.anchor_a, j.anchor_b, row);
   row.pull = swing_acceleration(state_, j.b) - swing_acceleration(state_, j.a);
+  if (generic.reacts != 0) {
+    const JointBodies<SymMat3> bodies = bodies_of(i);
+    begin_rates(row, generic, bodies.a, bodies.b);
+  }
   JointLink& link = generic_[links_[i].generic];
   link.begin(generic, links_[i].is_b, row, graph_.generic_impulse(links_[i].joint));
   states_[i].arm = link.arm(), states_[i].parent_arm = link.parent_arm();
@@ -301,10 +332,17 @@ void Mechanisms::turn(LinkState& s, const Link& link) const {
 }
 
 /// Of a link's parent or of what it hangs on.
-LinkMotion Mechanisms::parent_of(const Link& link) const {
-  if (link.parent != none) return states_[link.parent].motion;
-  const SolverBody& p = state_.solver_bodies()[link.obstacle];
-  return {p.moved, p.turned, p.linear, p.angular};
+const LinkMotion& Mechanisms::parent_of(std::uint32_t i) const {
+  return links_[i].parent != none ? states_[links_[i].parent].motion : states_[i].obstacle;
+}
+
+/// On by a substep of length h (s), as bodies are.
+void Mechanisms::move_obstacles(const Mechanism& m, float h) {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    LinkMotion& obstacle = states_[i].obstacle;
+    obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
+    obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
+  }
 }
 
 /// How fast the anchors run away from each other.
@@ -374,16 +412,21 @@ void Mechanisms::stiffen_load(const Mechanism& m, float h) {
   }
 }
 
-JointBodies<SymMat3> Mechanisms::bodies_of(const Link& link) const {
+JointBodies<SymMat3> Mechanisms::bodies_of(std::uint32_t i) const {
+  const Link& link = links_[i];
   const Joint& j = graph_.joint(link.joint);
   const auto side = [&](std::uint32_t slot) {
+    if (slot != link.slot && link.parent == none) {
+      const LinkMotion& m = states_[i].obstacle;
+      return JointBodies<SymMat3>::Side{m.linear, m.angular, m.moved, m.turned, 0, 0, {}};
+    }
     const SolverBody& body = state_.solver_bodies()[slot];
     const WorldInertia& w = state_.inertia[slot];
-    const float i = body.inverse_inertia;
-    const SymMat3 response =
-        body.inverse_mass > 0 && i == 0 ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} : SymMat3{i, i, i, 0, 0, 0};
-    return JointBodies<SymMat3>::Side{body.linear, body.angular, body.moved, body.turned, body.inverse_mass,
-                                      i,           response};
+    const float inverse = body.inverse_inertia;
+    const SymMat3 response = body.inverse_mass > 0 && inverse == 0 ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz}
+                                                                   : SymMat3{inverse, inverse, inverse, 0, 0, 0};
+    return JointBodies<SymMat3>::Side{body.linear,       body.angular, body.moved, body.turned,
+                                      body.inverse_mass, inverse,      response};
   };
   return {side(j.a), side(j.b)};
 }
@@ -396,14 +439,14 @@ void Mechanisms::turn_all(const Mechanism& m, float h, bool relaxes) {
     if (link.joint == none) continue;
     if (link.generic != none) {
       JointLink& generic = generic_[link.generic];
-      generic.look(bodies_of(link), h, relaxes);
-      generic.choose_coordinates({s.motion, parent_of(link)});
+      generic.look(bodies_of(i), h, relaxes);
+      generic.choose_coordinates({s.motion, parent_of(i)});
       s.arm = generic.arm(), s.parent_arm = generic.parent_arm();
       continue;
     }
     s.arm = turned_by(s.turned, s.row.arm_b);
     s.parent_arm = turned_by(
-        link.parent != none ? states_[link.parent].turned : rotation_by<float>(parent_of(link).turned), s.row.arm_a);
+        link.parent != none ? states_[link.parent].turned : rotation_by<float>(parent_of(i).turned), s.row.arm_a);
   }
 }
 
@@ -490,7 +533,7 @@ bool Mechanisms::do_meet(const Mechanism& m, float h) const {
     const LinkState& s = states_[i];
     do_all = do_all && h * length(s.change.angular) <= most_drift;
     if (links_[i].joint == none) continue;
-    const LinkMotion parent = parent_of(links_[i]);
+    const LinkMotion parent = parent_of(i);
     const float reach = meeting_share * (length(s.arm) + length(s.parent_arm));
     do_all =
         do_all && (links_[i].generic != none ? generic_[links_[i].generic].meets({s.motion, parent}, h, meeting_share)
@@ -504,7 +547,7 @@ bool Mechanisms::revise(const Mechanism& m, float h) {
   bool any = false;
   for (std::uint32_t i = m.first; i < m.end; ++i)
     if (links_[i].generic != none)
-      any = generic_[links_[i].generic].revise({states_[i].motion, parent_of(links_[i])}, h) || any;
+      any = generic_[links_[i].generic].revise({states_[i].motion, parent_of(i)}, h) || any;
   return any;
 }
 
@@ -512,7 +555,7 @@ void Mechanisms::aim_ahead(const Mechanism& m, float h) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    const LinkMotion parent = parent_of(links_[i]);
+    const LinkMotion parent = parent_of(i);
     if (links_[i].generic != none)
       generic_[links_[i].generic].aim_ahead({s.motion, parent}, h);
     else
@@ -525,7 +568,7 @@ void Mechanisms::aim_at_rest(const Mechanism& m, float gap_share, float h) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    const LinkMotion parent = parent_of(links_[i]);
+    const LinkMotion parent = parent_of(i);
     if (links_[i].generic != none) {
       generic_[links_[i].generic].aim_at_rest({s.motion, parent}, gap_share, most, h);
       continue;
@@ -597,7 +640,7 @@ void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
     if (links_[i].generic != none) {
       JointLink& generic = generic_[links_[i].generic];
       force = generic.force_more(), torque = generic.torque_more();
-      generic.apply(!soft);
+      generic.apply({s.motion, parent_of(i)}, !soft);
     } else {
       s.row.impulse += s.impulse;
       if (!soft) s.row.total += s.row.impulse;

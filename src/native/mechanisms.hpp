@@ -50,8 +50,16 @@ class Mechanisms {
   void warm_start(std::uint32_t mechanism, bool forget);
   /// Before positions move, and after.
   void pull_together(std::uint32_t mechanism, float h) { solve<true>(mechanism, h); }
-  void relax(std::uint32_t mechanism, float h) { solve<false>(mechanism, h); }
+  void relax(std::uint32_t mechanism, float h) {
+    move_obstacles(mechanisms_[mechanism], h);
+    solve<false>(mechanism, h);
+  }
   void store(std::uint32_t mechanism);
+
+  /// Whether the next step goes on with the trees that there are, of which some may have parted since they were found.
+  /// That is all that snapshots hold of them.
+  bool keeps_trees() const { return !is_stale() && !any_parted_; }
+  void restore(bool keeps_trees);
 
   std::size_t memory_bytes() const;
 
@@ -77,6 +85,7 @@ class Mechanisms {
     UnitQuat<float> turned;   ///< since the step began
     UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
     LinkMotion motion;
+    LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
     Vec3 arm, parent_arm;        ///< m, now
     Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, to the body and, reversed, its parent
     TreeInertia of_body;
@@ -90,13 +99,16 @@ class Mechanisms {
   /// Of a body's joints.
   struct JointColours {
     std::uint32_t mask = 0, overflow = 0;
+    bool is_coupled = false;
   };
 
+  bool is_stale() const;
   void find();
   void count_joints();
   bool is_in_contact(std::uint32_t slot) const;
   bool leans_on_light_bodies(std::uint32_t first_link) const;
   bool has_parted(std::uint32_t first_link) const;
+  bool is_coupled(std::uint32_t first_link) const;
   bool can_be_direct(std::uint32_t joint) const;
   void grow_tree(std::uint32_t root_slot, std::uint32_t root_joint);
   bool is_obstacle(std::uint32_t slot) const;
@@ -111,8 +123,9 @@ class Mechanisms {
   /// Whether the pull of its joint may swing the link's body.
   bool may_swing(std::uint32_t link) const;
   void turn(LinkState& s, const Link& link) const;
-  JointBodies<SymMat3> bodies_of(const Link& link) const;
-  LinkMotion parent_of(const Link& link) const;
+  void move_obstacles(const Mechanism& m, float h);
+  JointBodies<SymMat3> bodies_of(std::uint32_t link) const;
+  const LinkMotion& parent_of(std::uint32_t link) const;
   static Vec3 speed_apart(const LinkState& s, const LinkMotion& parent);
   static Vec3 gap(const LinkState& s, const LinkMotion& parent);
   static Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h);
@@ -139,7 +152,9 @@ class Mechanisms {
   BodyState& state_;
   ContactGraph& graph_;
   std::uint64_t colouring_ = 0, joint_definitions_ = 0;
-  bool any_parted_ = false;  // of trees that would be solved directly
+  bool any_parted_ = false;   // of trees that would be solved directly
+  bool is_restored_ = false;  // the trees have to be found as they were
+  bool keeps_parted_ = false;
   std::vector<Link> links_;
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints

@@ -381,11 +381,14 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   }
 }
 
+/// m in a step; substeps at the limit add up to a little more than a step at it.
+float most_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
+
 /// Whether all lanes are finite and within the limits, and turn by no more than half a turn.
 bool is_ordinary(const Motion& m, const MoveParameters& p) {
   const auto within = [](Vec3V<V> v, float most) { return hn::Le(dot(v, v), set(std::min(most * most, 3e38f))); };
   return hn::AllTrue(D(), hn::And(hn::And(within(m.linear, p.limits.linear), within(m.angular, p.limits.angular)),
-                                  hn::And(within(m.moved, 1.01f * p.dt * p.limits.linear), within(m.turned, pi))));
+                                  hn::And(within(m.moved, most_moved(p)), within(m.turned, pi))));
 }
 
 /// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
@@ -405,7 +408,10 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   };
   m.linear = kept(finite, limited(m.linear, p.limits.linear));
   m.angular = kept(finite, limited(m.angular, p.limits.angular));
-  m.moved = kept(finite, limited(m.moved, p.dt * p.limits.linear));
+  // Not those that `is_ordinary` lets pass, or it would matter which bodies share a vector.
+  const auto too_far = hn::Gt(dot(m.moved, m.moved), set(std::min(most_moved(p) * most_moved(p), 3e38f)));
+  take(too_far, limited(m.moved, p.dt * p.limits.linear), m.moved);
+  m.moved = kept(finite, m.moved);
   m.turned = kept(finite, within_half_a_turn(m.turned));
   turn_left = kept(finite, within_half_a_turn(turn_left));
   m.rest = kept(hn::And(finite, keeps_rest), m.rest);

@@ -5,6 +5,7 @@
 #include <bit>
 #include <chrono>
 #include <cstring>
+#include <iterator>
 #include <thread>
 #include <utility>
 
@@ -210,9 +211,8 @@ void NativeSimulator::build_constraints() {
 
 void NativeSimulator::lay_out_constraints() {
   if (cell_solver_) return;
-  if (pool_.thread_count() > 1 && !solver_.may_use_domains(in_contact_))
-    neighbourhood_.update(*broad_phase_, state_.size());
-  solver_.lay_out({in_contact_, contact_sorting_}, neighbourhood_, steps + 1);
+  if (pool_.thread_count() > 1 && !solver_.may_use_domains()) neighbourhood_.update(*broad_phase_, state_.size());
+  solver_.lay_out({in_contact_, contact_sorting_, kinematic_}, neighbourhood_, steps + 1);
 }
 
 void NativeSimulator::solve() {
@@ -306,7 +306,11 @@ void NativeSimulator::divide_if_worth_while() {
 }
 
 void NativeSimulator::divide() {
-  graph_.divide(active_, pool_);
+  std::vector<std::uint32_t> dynamic;
+  dynamic.reserve(active_.size());
+  std::ranges::copy_if(active_, std::back_inserter(dynamic),
+                       [this](std::uint32_t slot) { return !(state_.flags[slot] & kinematic); });
+  graph_.divide(dynamic, pool_);
   cost_when_divided_ = cost_of_domains();
 }
 
@@ -329,10 +333,13 @@ void NativeSimulator::list_in_contact() {
   ++contact_sorting_;
   in_contact_is_current_ = true;
   in_contact_.clear();
+  kinematic_.clear();
   for (std::size_t i = 0; i < state_.to_solve.size(); ++i)
     for (std::uint64_t bits = state_.to_solve[i]; bits != 0; bits &= bits - 1) {
       const auto slot = static_cast<std::uint32_t>(64 * i) + static_cast<std::uint32_t>(std::countr_zero(bits));
-      if (state_.flags[slot] & awake) in_contact_.push_back(slot);
+      if (!(state_.flags[slot] & awake)) continue;
+      in_contact_.push_back(slot);
+      if (state_.flags[slot] & kinematic) kinematic_.push_back(slot);
     }
 }
 
@@ -455,7 +462,7 @@ std::size_t NativeSimulator::list_bytes() const {
                                first_manifolds_, begun_, ended_, hits_, pairs_to_add_) +
                       neighbourhood_.memory_bytes();
   if (!new_pairs_.empty()) bytes += bytes_of(new_pairs_[0]);
-  for (const auto* list : {&active_, &in_contact_, &changed_, &forced_, &added_})
+  for (const auto* list : {&active_, &in_contact_, &kinematic_, &changed_, &forced_, &added_})
     bytes += list->capacity() * sizeof(std::uint32_t);
   return bytes;
 }

@@ -159,7 +159,9 @@ class NativeSimulator : public Simulator {
   void wake_neighbours(std::uint32_t slot);
   /// joints.cpp
   Softness softness_of(std::uint32_t joint) const;
-  void define_joint(std::uint32_t slot);
+  void define_joint(std::uint32_t slot, std::uint32_t ignoring = none);
+  /// Whether those of its bodies are alone may have changed.
+  void define_couplings_beside(std::uint32_t joint, std::uint32_t ignoring = none);
   void wake_joined(std::uint32_t joint);
   void restore_joints(ByteReader& in);
   /// Sleepers that fixed bodies were added or moved into.
@@ -175,6 +177,7 @@ class NativeSimulator : public Simulator {
 
   std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
   std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
+  std::vector<std::uint32_t> kinematic_;   // those of these that are kinematic
   Neighbourhood neighbourhood_;
   std::atomic<std::size_t> failed_ = 0;  // bodies whose new state is not finite
   Cost cost_when_divided_;               // into domains

@@ -1,4 +1,4 @@
-// From manifolds to blocks of constraints before the sweeps, and impulses back after them.
+// From manifolds to blocks of contacts before the sweeps, and impulses back after them.
 // Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
 
 #if defined(FATHOM_PREPARE_INL) == defined(HWY_TARGET_TOGGLE)
@@ -14,6 +14,7 @@
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/overlap.hpp"
 #include "native/constraint_block-inl.hpp"
+#include "native/contact_rows-inl.hpp"
 #include "native/prefetch.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -140,8 +141,7 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
     for (int axis = 0; axis < 3; ++axis) impulse[axis][i] = m.rolling_impulse()[axis];
   }
   if (!block.header().rolls) return;
-  Frame<hn::Vec<D>> f;
-  f.load(block);
+  const auto f = ContactRows<D>{block}.axes();
   hn::Store(hn::Load(D(), length), D(), block.at(roll_length));
   const auto along_t1 = scale(hn::Load(D(), impulse[0]), f.t1);
   block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
@@ -150,8 +150,7 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
 /// `fathom::kept_impulse` goes back to the manifolds.
 template <class D>
 HWY_NOINLINE void store_rolling(const Block<D>& block, const Constrained& constrained) {
-  Frame<hn::Vec<D>> f;
-  f.load(block);
+  const auto f = ContactRows<D>{block}.axes();
   const auto impulse = block.get3(roll_x);
   HWY_ALIGN float kept[3][Block<D>::width];
   hn::Store(dot(f.t1, impulse), D(), kept[0]);
@@ -202,24 +201,25 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
     if (indices[lane] == none || !constrained.contacts[indices[lane]].ahead) continue;
     const Contact& c = constrained.contacts[indices[lane]];
     const ContactManifold& m = constrained.manifolds[c.manifold];
-    ContactFrame f;
-    PointRow points_of_lane[max_manifold_points];
-    ContactImpulses impulses;
+    fathom::ContactRows rows;
     const float nearest =
-        prepare_contact_ahead(m, view.poses[c.a], view.poses[c.b], m.step_impulse, c.round, contact_body(view, c.a),
-                              contact_body(view, c.b), f, points_of_lane, impulses);
+        prepare_contact_ahead(m, view.poses[c.a], view.poses[c.b], m.step_impulse, c.round,
+                              ContactBodies<SymMat3>{contact_body(view, c.a), contact_body(view, c.b)}, rows);
     const bool is_near = nearest <= touch_distance(c.touch_halvings, c.in_touch);
     std::uint16_t& near = block.header().near;
     near = static_cast<std::uint16_t>((near & ~(1u << lane)) | static_cast<unsigned>(is_near) << lane);
     block.header().closing |= static_cast<std::uint16_t>(1u << lane);
     const auto set = [&](int field, float value) { block.at(field)[lane] = value; };
     const auto set3 = [&](int field, Vec3 v) { set(field, v.x), set(field + 1, v.y), set(field + 2, v.z); };
+    const ContactFrame& f = rows.frame;
+    const auto& k = f.response;
+    const auto& friction_of = f.friction;
     set3(normal_x, f.normal), set3(tangent_x, f.tangent), set3(arm_a_x, f.arm_a), set3(arm_b_x, f.arm_b);
-    set(k_nn, f.nn), set(k_n1, f.n1), set(k_n2, f.n2), set(k_11, f.k11), set(k_12, f.k12), set(k_22, f.k22);
-    set(slide_11, f.slide_11), set(slide_12, f.slide_12), set(slide_22, f.slide_22);
-    set(twist_mass, f.twist_mass), set(patch_radius, f.patch_radius);
-    for (int i = 0; i < m.point_count(); ++i) {
-      const PointRow& p = points_of_lane[i];
+    set(k_nn, k.nn), set(k_n1, k.n1), set(k_n2, k.n2), set(k_11, k.k11), set(k_12, k.k12), set(k_22, k.k22);
+    set(slide_11, friction_of.slide_11), set(slide_12, friction_of.slide_12), set(slide_22, friction_of.slide_22);
+    set(twist_mass, friction_of.twist_mass), set(patch_radius, friction_of.patch_radius);
+    for (int i = 0; i < rows.count; ++i) {
+      const PointRow& p = rows.points[i];
       set(Block<D>::point(i, point_x), p.x), set(Block<D>::point(i, point_y), p.y);
       set(Block<D>::point(i, point_separation), p.separation), set(Block<D>::point(i, point_mass), p.mass);
     }
@@ -227,155 +227,117 @@ HWY_NOINLINE void prepare_ahead(const Block<D>& block, const std::uint32_t* indi
     const auto acceleration = [&](std::uint32_t slot) {
       return view.bodies[slot].inverse_mass > 0 ? view.motion[slot].acceleration : Vec3{};
     };
-    block.bounces[static_cast<std::size_t>(pull) * Block<D>::width + lane] =
+    block.bounces[static_cast<std::size_t>(BounceField::pull) * Block<D>::width + lane] =
         dot(f.normal, acceleration(c.b) - acceleration(c.a));
   }
 }
 
 /// Lanes of which a point approaches faster than a hit's threshold.
 template <class D>
-HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lanes, const Frame<hn::Vec<D>>& f,
-                               hn::Vec<D> count, float threshold) {
+HWY_NOINLINE void note_closing(const Block<D>& block, const LaneContacts<D>& lanes, float threshold) {
   const D d;
-  const auto velocity = normal_motion(f, lanes.quad(lanes.body_a, 0).xyz(), lanes.quad(lanes.body_a, 4).xyz(),
-                                      lanes.quad(lanes.body_b, 0).xyz(), lanes.quad(lanes.body_b, 4).xyz());
+  const ContactRows<D> rows{block};
+  const auto velocity = rows.axes().motion(lanes.quad(lanes.body_a, 0).xyz(), lanes.quad(lanes.body_a, 4).xyz(),
+                                           lanes.quad(lanes.body_b, 0).xyz(), lanes.quad(lanes.body_b, 4).xyz());
+  const auto count = hn::Load(d, lanes.counts);
   auto approach = hn::Zero(d);
-  for (int i = 0; i < block.header().max_points; ++i) {
+  for (int i = 0; i < rows.end(); ++i) {
     const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    const auto x = block.get(Block<D>::point(i, point_x)), y = block.get(Block<D>::point(i, point_y));
-    approach = hn::IfThenElse(used, hn::Max(approach, hn::Neg(at_point(velocity, x, y))), approach);
+    const auto p = rows.point(i);
+    approach = hn::IfThenElse(used, hn::Max(approach, hn::Neg(velocity.at(p.x, p.y))), approach);
   }
   block.header().closing = lane_bits<D>(hn::Gt(approach, hn::Set(d, threshold)));
 }
 
-/// Rows of one block: frame, arms, effective masses, impulses to start from. Returns the number of its points.
+/// The manifolds of a block's lanes between their bodies, as `prepare_contact_rows` reads them.
+template <class D>
+struct PosedManifolds {
+  using V = hn::Vec<D>;
+  const LaneContacts<D>& lanes;
+  int max_points;
+  Mat3V<V> rot_a, rot_b;
+  Vec3V<V> apart;
+  QuadV<V> normals, tangents, impulses, frictions;
+
+  HWY_INLINE PosedManifolds(const LaneContacts<D>& of, int most)
+      : lanes(of),
+        max_points(most),
+        rot_a(rotation(of.quad(of.pose_a, 4))),
+        rot_b(rotation(of.quad(of.pose_b, 4))),
+        apart(of.quad(of.pose_b, 0).xyz() - of.quad(of.pose_a, 0).xyz()),
+        normals(of.quad(of.manifold, 0)),
+        tangents(of.quad(of.manifold, 4)),
+        impulses(of.quad(of.manifold, 8)),
+        frictions(of.quad(of.manifold, 12)) {}
+
+  HWY_INLINE int end() const { return max_points; }
+  HWY_INLINE static constexpr bool has(int) { return true; }
+  HWY_INLINE auto used(int i) const { return hn::Gt(hn::Load(D(), lanes.counts), hn::Set(D(), static_cast<float>(i))); }
+  HWY_INLINE Vec3V<V> normal() const { return rot_a * normals.xyz(); }
+  HWY_INLINE Vec3V<V> tangent() const { return rot_a * tangents.xyz(); }
+  HWY_INLINE Vec3V<V> between() const { return apart; }
+  HWY_INLINE Vec3V<V> on_a(int i) const { return rot_a * anchor(i, 0).xyz(); }
+  HWY_INLINE Vec3V<V> on_b(int i) const { return apart + rot_b * anchor(i, 4).xyz(); }
+  HWY_INLINE V impulse(int i) const {
+    return i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
+  }
+  HWY_INLINE V friction() const { return normals.w; }
+  HWY_INLINE V restitution() const { return tangents.w; }
+  HWY_INLINE FrictionImpulse<V> friction_impulse() const { return {frictions.x, frictions.y, frictions.z}; }
+
+ private:
+  HWY_INLINE static Mat3V<V> rotation(const QuadV<V>& q) { return to_matrix(D(), q.x, q.y, q.z, q.w); }
+  HWY_INLINE QuadV<V> anchor(int i, std::size_t side) const {
+    return lanes.quad(lanes.manifold, 16 + side + 8 * static_cast<std::size_t>(i));
+  }
+};
+
+/// Inverse masses and inertias of a block's lanes.
+template <class D>
+struct LaneMasses {
+  using V = hn::Vec<D>;
+  V inverse_mass_a, inverse_mass_b;
+  SymMat3V<V> inertia_of_a, inertia_of_b;
+
+  HWY_INLINE explicit LaneMasses(const LaneContacts<D>& lanes)
+      : inverse_mass_a(lanes.quad(lanes.body_a, 8).w),
+        inverse_mass_b(lanes.quad(lanes.body_b, 8).w),
+        inertia_of_a(load_inertia<D>(lanes, lanes.inertia_of_a, lanes.quad(lanes.body_a, 12).w)),
+        inertia_of_b(load_inertia<D>(lanes, lanes.inertia_of_b, lanes.quad(lanes.body_b, 12).w)) {}
+
+  HWY_INLINE V inverse_mass_sum() const { return hn::Add(inverse_mass_a, inverse_mass_b); }
+  HWY_INLINE Vec3V<V> turn_a(Vec3V<V> torque) const { return inertia_of_a * torque; }
+  HWY_INLINE Vec3V<V> turn_b(Vec3V<V> torque) const { return inertia_of_b * torque; }
+  HWY_INLINE Vec3V<V> turn(Vec3V<V> torque) const { return turn_a(torque) + turn_b(torque); }
+};
+
+/// Rows of one block. Returns the number of its points.
 template <class D>
 HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32_t* indices,
                                         const Constrained& constrained, const BodiesView& view) {
-  using V = hn::Vec<D>;
   const D d;
-  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   LaneContacts<D> lanes;
   const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
-
-  // World frame of the manifold, relative to A's centre.
-  const QuadV<V> q_a = lanes.quad(lanes.pose_a, 4), q_b = lanes.quad(lanes.pose_b, 4);
-  const Mat3V<V> rot_a = to_matrix(d, q_a.x, q_a.y, q_a.z, q_a.w), rot_b = to_matrix(d, q_b.x, q_b.y, q_b.z, q_b.w);
-  const Vec3V<V> between = lanes.quad(lanes.pose_b, 0).xyz() - lanes.quad(lanes.pose_a, 0).xyz();
-  const QuadV<V> normal = lanes.quad(lanes.manifold, 0), tangent = lanes.quad(lanes.manifold, 4),
-                 impulses = lanes.quad(lanes.manifold, 8), frictions = lanes.quad(lanes.manifold, 12);
-  Frame<V> f;
-  f.n = rot_a * normal.xyz();
-  f.t1 = rot_a * tangent.xyz();
-  f.t2 = cross(f.n, f.t1);
-
-  const V count = hn::Load(d, lanes.counts), overlap = hn::Load(d, lanes.overlaps);
-  Vec3V<V> middle[max_manifold_points];
-  Vec3V<V> sum{zero, zero, zero};
-  V nearest = hn::Set(d, 1e30f);
-  const int max_points = block.header().max_points;
-  for (int i = 0; i < max_points; ++i) {
-    const QuadV<V> anchor_a = lanes.quad(lanes.manifold, 16 + 8 * static_cast<std::size_t>(i)),
-                   anchor_b = lanes.quad(lanes.manifold, 20 + 8 * static_cast<std::size_t>(i));
-    const Vec3V<V> on_a = rot_a * anchor_a.xyz();
-    const Vec3V<V> on_b = between + rot_b * anchor_b.xyz();
-    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    const V separation = hn::Add(dot(on_b - on_a, f.n), overlap);
-    block.set(Block<D>::point(i, point_separation), separation);
-    const V impulse = i == 0 ? impulses.x : i == 1 ? impulses.y : i == 2 ? impulses.z : impulses.w;
-    block.set(Block<D>::point(i, point_impulse), hn::IfThenElseZero(used, impulse));
-    middle[i] = scale(hn::Set(d, 0.5f), on_a + on_b);
-    nearest = hn::IfThenElse(used, hn::Min(nearest, separation), nearest);
-  }
-  block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, zero));
+  const PosedManifolds<D> manifolds(lanes, block.header().max_points);
+  const LaneMasses<D> masses(lanes);
+  const auto overlap = hn::Load(d, lanes.overlaps);
+  ContactRows<D> rows{block};
+  const auto nearest = prepare_contact_rows(manifolds, overlap, masses, rows);
+  block.set(step_impulse, hn::Zero(d));
+  block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, hn::Zero(d)));
   note_touch_bits(block, lanes, nearest);
-  // Friction acts at the middle of the points that touch or nearly do.
-  V weights[max_manifold_points];
-  V near_count = zero;
-  const V reach = hn::Add(nearest, hn::Set(d, friction_reach));
-  for (int i = 0; i < max_points; ++i) {
-    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    const auto near = hn::And(used, hn::Le(block.get(Block<D>::point(i, point_separation)), reach));
-    weights[i] = hn::IfThenElseZero(near, one);
-    near_count = hn::Add(near_count, weights[i]);
-    sum = mul_add(sum, weights[i], middle[i]);
-  }
-  const V share = hn::Div(one, hn::Max(near_count, one));
-  f.arm_a = scale(share, sum);
-  f.arm_b = f.arm_a - between;
-  f.lever_a = cross(f.arm_a, f.n);
-  f.lever_b = cross(f.arm_b, f.n);
-
-  const QuadV<V> a2 = lanes.quad(lanes.body_a, 8), a3 = lanes.quad(lanes.body_a, 12);
-  const QuadV<V> b2 = lanes.quad(lanes.body_b, 8), b3 = lanes.quad(lanes.body_b, 12);
-  const SymMat3V<V> i_a = load_inertia<D>(lanes, lanes.inertia_of_a, a3.w),
-                    i_b = load_inertia<D>(lanes, lanes.inertia_of_b, b3.w);
-  const V mass_sum = hn::Add(a2.w, b2.w);
-
-  // K over (n, t1, t2).
-  const Vec3V<V> la = i_a * f.lever_a, lb = i_b * f.lever_b;
-  const Vec3V<V> turn_1 = (i_a * f.t1) + (i_b * f.t1), turn_2 = (i_a * f.t2) + (i_b * f.t2);
-  const V nn = hn::Add(mass_sum, hn::Add(dot(f.lever_a, la), dot(f.lever_b, lb)));
-  const Vec3V<V> lever_turn = la + lb;
-  const V n1 = dot(f.t1, lever_turn), n2 = dot(f.t2, lever_turn);
-  const V k11 = dot(f.t1, turn_1), k12 = dot(f.t2, turn_1), k22 = dot(f.t2, turn_2);
-
-  V radius_sum = zero;
-  for (int i = 0; i < max_points; ++i) {
-    const auto used = hn::Gt(count, hn::Set(d, static_cast<float>(i)));
-    const Vec3V<V> from_c = middle[i] - f.arm_a;
-    const V x = hn::IfThenElseZero(used, dot(from_c, f.t1)), y = hn::IfThenElseZero(used, dot(from_c, f.t2));
-    const V h_n = hn::NegMulAdd(x, n2, hn::MulAdd(y, n1, nn));
-    const V h_1 = hn::NegMulAdd(x, k12, hn::MulAdd(y, k11, n1));
-    const V h_2 = hn::NegMulAdd(x, k22, hn::MulAdd(y, k12, n2));
-    const V k = hn::NegMulAdd(x, h_2, hn::MulAdd(y, h_1, h_n));
-    const auto solvable = hn::And(used, hn::Gt(k, zero));
-    block.set(Block<D>::point(i, point_x), x);
-    block.set(Block<D>::point(i, point_y), y);
-    block.set(Block<D>::point(i, point_mass),
-              hn::IfThenElseZero(solvable, hn::Div(one, hn::IfThenElse(solvable, k, one))));
-    radius_sum = hn::MulAdd(weights[i], hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y))), radius_sum);
-  }
-
-  // Sliding: 2×2 over (t1, t2) at c. Twist: about n.
-  const Vec3V<V> a1 = cross(f.arm_a, f.t1), a_2 = cross(f.arm_a, f.t2), b1 = cross(f.arm_b, f.t1),
-                 b_2 = cross(f.arm_b, f.t2);
-  const Vec3V<V> ia1 = i_a * a1, ib1 = i_b * b1;
-  const V s11 = hn::Add(mass_sum, hn::Add(dot(a1, ia1), dot(b1, ib1)));
-  const V s12 = hn::Add(dot(a_2, ia1), dot(b_2, ib1));
-  const V s22 = hn::Add(mass_sum, hn::Add(dot(a_2, i_a * a_2), dot(b_2, i_b * b_2)));
-  const V det = hn::NegMulAdd(s12, s12, hn::Mul(s11, s22));
-  const auto regular = hn::Gt(det, zero);
-  const V inverse_det = hn::IfThenElseZero(regular, hn::Div(one, hn::IfThenElse(regular, det, one)));
-  const V twist_k = dot(f.n, (i_a * f.n) + (i_b * f.n));
-  const auto twistable = hn::Gt(twist_k, zero);
-
-  block.set3(normal_x, f.n);
-  block.set3(tangent_x, f.t1);
-  block.set3(arm_a_x, f.arm_a);
-  block.set3(arm_b_x, f.arm_b);
-  block.set(k_nn, nn), block.set(k_n1, n1), block.set(k_n2, n2);
-  block.set(k_11, k11), block.set(k_12, k12), block.set(k_22, k22);
-  block.set(friction, normal.w);
-  block.set(friction_impulse_1, frictions.x);
-  block.set(friction_impulse_2, frictions.y);
-  block.set(twist_impulse, frictions.z);
-  block.set(step_impulse, zero);
-  block.set(slide_11, hn::Mul(s22, inverse_det));
-  block.set(slide_12, hn::Neg(hn::Mul(s12, inverse_det)));
-  block.set(slide_22, hn::Mul(s11, inverse_det));
-  block.set(twist_mass, hn::IfThenElseZero(twistable, hn::Div(one, hn::IfThenElse(twistable, twist_k, one))));
-  block.set(patch_radius, hn::Mul(hn::Set(d, patch_share), hn::Mul(radius_sum, share)));
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
-    block.set_inertia(inertia_a, i_a);
-    block.set_inertia(inertia_b, i_b);
+    block.set_inertia(inertia_a, masses.inertia_of_a);
+    block.set_inertia(inertia_b, masses.inertia_of_b);
   }
   if (block.header().restitution) {
-    block.set(restitution, tangent.w);
-    block.set(pull, dot(f.n, load_acceleration(block.b(), view, b2.w) - load_acceleration(block.a(), view, a2.w)));
+    block.set(BounceField::restitution, manifolds.restitution());
+    block.set(BounceField::pull,
+              dot(block.get3(normal_x), load_acceleration(block.b(), view, masses.inverse_mass_b) -
+                                            load_acceleration(block.a(), view, masses.inverse_mass_a)));
   }
-  if (view.any_fast) note_closing(block, lanes, f, count, constrained.touches.hit_threshold);
+  if (view.any_fast) note_closing(block, lanes, constrained.touches.hit_threshold);
   if (block.header().round) prepare_round(block, indices, constrained);
   if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
   return point_count;
@@ -434,9 +396,7 @@ HWY_NOINLINE void note_touches(const Block<D>& block, const std::uint32_t* indic
     Contact& c = constrained.contacts[indices[lane]];
     const auto get = [&](int field) { return block.at(field)[lane]; };
     const auto get3 = [&](int field) { return Vec3{get(field), get(field + 1), get(field + 2)}; };
-    ContactFrame frame{};
-    frame.normal = get3(normal_x), frame.tangent = get3(tangent_x);
-    frame.arm_a = get3(arm_a_x), frame.arm_b = get3(arm_b_x);
+    const ContactFrame frame{get3(normal_x), get3(tangent_x), get3(arm_a_x), get3(arm_b_x), {}, {}};
     const ContactManifold& m = constrained.manifolds[c.manifold];
     PointRow rows[max_manifold_points];
     float impulses[max_manifold_points];

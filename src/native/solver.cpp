@@ -33,6 +33,7 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
       wide_(wide_kernels()),
       single_(single_kernels()),
       layout_(state, graph, pool, static_cast<std::size_t>(wide_.width)),
+      stand_ins_(state),
       supports_(def, bodies, state, graph),
       mechanisms_(def, bodies, state, graph) {}
 
@@ -43,10 +44,16 @@ template <class Act>
 void ContactSolver::for_each_fetched(std::span<const std::uint32_t> slots, const Act& act) {
   constexpr std::size_t ahead = 8;
   const Act mine = act;  // where no other thread can see it, and the compiler knows
+  const bool turns_freely = bodies_.any_anisotropic();
   const auto fetch = [&](std::uint32_t slot) {
     prefetch_to_write(&state_.solver_bodies()[slot]);
     prefetch_to_write(&state_.warm[slot]);
     prefetch_to_read(&state_.motion[slot]);
+    if (!turns_freely) return;  // `step_torque_free_in_contact` needs more
+    prefetch_to_write(&state_.inertia[slot]);
+    prefetch_to_read(&state_.poses[slot]);
+    prefetch_to_read(&bodies_[slot].inertia);
+    prefetch_to_read(&bodies_[slot].inverse_inertia);
   };
   for (std::size_t i = 0; i < std::min(ahead, slots.size()); ++i) fetch(slots[i]);
   for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -71,6 +78,8 @@ class ContactSolver::Everything {
 
   /// Does what was put off.
   void complete() const {}
+  /// They are among the bodies themselves.
+  void move_stand_ins(float) const {}
 
   /// The overflow, then colour by colour.
   template <class Kernel>
@@ -133,6 +142,9 @@ class ContactSolver::InDomains {
   void complete() const {
     for_each_first([](const Unit&) {});
   }
+  void move_stand_ins(float h) const {
+    if (s_.stand_ins_.any()) put_off([this, h](const Unit& unit) { s_.stand_ins_.move(s_.number_of(unit), h); });
+  }
 
   /// What waits, then act(unit) for each of the first division.
   template <class Act>
@@ -194,6 +206,7 @@ class ContactSolver::OneGroup {
     for (const std::uint32_t slot : s_.layout_.bodies(group_)) mine(slot);
   }
   void complete() const {}
+  void move_stand_ins(float h) const { s_.stand_ins_.move(s_.number_of(group_), h); }
   template <class Kernel>
   void colours(const Kernel& kernel) const {
     for (const auto& stretch : s_.layout_.stretches(group_))
@@ -201,13 +214,11 @@ class ContactSolver::OneGroup {
   }
   template <class Act>
   void structures(const Act& act) const {
-    const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
-    for (const std::uint32_t structure : s_.supports_.of_group(number)) act(structure);
+    for (const std::uint32_t structure : s_.supports_.of_group(s_.number_of(group_))) act(structure);
   }
   template <class Act>
   void mechanisms(const Act& act) const {
-    const auto number = static_cast<std::size_t>(&group_ - s_.layout_.groups().data());
-    for (const std::uint32_t mechanism : s_.mechanisms_.of_group(number)) act(mechanism);
+    for (const std::uint32_t mechanism : s_.mechanisms_.of_group(s_.number_of(group_))) act(mechanism);
   }
 
  private:
@@ -231,10 +242,20 @@ void ContactSolver::for_each_group(const Act& act) {
   });
 }
 
+/// Calls act(slots) for parts of the bodies that stand-ins are of.
+template <class Act>
+void ContactSolver::for_each_part_of_kinematic(const Act& act) {
+  const std::span<const std::uint32_t> slots = layout_.kinematic();
+  if (slots.empty()) return;
+  pool_.for_each_part(slots.size(), least_bodies,
+                      [&](std::size_t begin, std::size_t end) { act(slots.subspan(begin, end - begin)); });
+}
+
 // --- build ---------------------------------------------------------------------------------------------------
 
 void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step) {
   const bool has_moved = layout_.update(in_contact, neighbourhood);
+  stand_ins_.lay_out(layout_);
   const bool bounces = wide_blocks_.bounces != nullptr;
   if (has_moved || bounces != graph_.may_bounce() || block_bytes(wide_) != wide_blocks_.stride) make_room_for_blocks();
   const bool several = pool_.thread_count() > 1;
@@ -263,10 +284,12 @@ void ContactSolver::prepare_all() {
 
 void ContactSolver::build_in_domains() {
   const InDomains work(*this);
+  load_kinematic();
   work.for_each_first([&](const Unit& unit) {
     load_group(layout_.bodies(unit));
     hold_isolated(layout_.bodies(unit));
     point_count_ += prepare(unit.blocks.begin, unit.blocks.end);
+    stand_ins_.make(number_of(unit), wide_blocks_);
   });
   const std::size_t first = layout_.units()[graph_.domains().first_unit(1)].blocks.begin;
   pool_.for_each_part(layout_.blocks() - first, least_blocks,
@@ -274,6 +297,7 @@ void ContactSolver::build_in_domains() {
 }
 
 void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
+  const bool any_anisotropic = bodies_.any_anisotropic();
   for (std::size_t i = 0; i < slots.size(); ++i) {
     constexpr std::size_t ahead = 4;
     if (i + ahead < slots.size()) {
@@ -282,9 +306,25 @@ void ContactSolver::load_group(std::span<const std::uint32_t> slots) {
       prefetch_to_read(&state_.velocities[slot]);
       prefetch_to_write(&state_.solver_bodies()[slot]);
       prefetch_to_write(&state_.motion[slot]);
+      if (any_anisotropic) {
+        prefetch_to_read(&bodies_[slot].inverse_inertia);
+        prefetch_to_read(&state_.poses[slot]);
+        prefetch_to_write(&state_.inertia[slot]);
+      }
     }
     load_body(slots[i]);
   }
+}
+
+// Stand-ins move through the step. The bodies themselves are at its end already, for those who look where they get to.
+void ContactSolver::load_kinematic() {
+  const BodyIntegration integrate = integration(def_.dt / static_cast<float>(def_.solver.substeps));
+  for_each_part_of_kinematic([&](std::span<const std::uint32_t> slots) {
+    for (const std::uint32_t slot : slots) {
+      load_body(slot);
+      for (int substep = 0; substep < def_.solver.substeps; ++substep) integrate.position(slot);
+    }
+  });
 }
 
 void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
@@ -348,8 +388,14 @@ void ContactSolver::load_body(std::uint32_t slot) {
     any_fast_.store(true, std::memory_order_relaxed);
   BodyMotion& motion = state_.motion[slot];
   motion = {};
-  if (info.motion != MotionType::dynamic) return;
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
+  if (info.motion != MotionType::dynamic) {
+    // A little less than the limits, so that no substep cuts it again: stand-ins keep the velocity they are made with.
+    const SpeedLimits limits = speed_limits(def_.solver.max_linear_speed, h);
+    body.linear = limited(v.linear, 0.99999f * limits.linear);
+    body.angular = limited(v.angular, 0.99999f * limits.angular);
+    return;
+  }
   motion.acceleration = info.gravity_scale * def_.gravity;
   motion.linear_damping = damping_factor(info.linear_damping, h);
   motion.angular_damping = damping_factor(info.angular_damping, h);
@@ -421,7 +467,8 @@ void ContactSolver::make_room_for_blocks() {
   overflow_.clear();
   graph_.for_each_of_colour(overflow_colour, [&](std::uint32_t index) { overflow_.push_back(index); });
   for (std::size_t unit = 0; unit < graph_.domains().units(); ++unit)
-    for (const ConstraintKind kind : {ConstraintKind::ball_joint, ConstraintKind::generic_joint})
+    for (const ConstraintKind kind :
+         {ConstraintKind::ball_joint, ConstraintKind::generic_joint, ConstraintKind::coupling})
       for (const std::uint32_t slot : graph_.joints_of(kind, unit, overflow_colour))
         overflow_.push_back(constraint_ref(kind, slot));
   single_count_ = overflow_.size();
@@ -460,7 +507,10 @@ BodyIntegration ContactSolver::integration(float h) {
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {
   const bool in_domains = !layout_.units().empty();
-  if (!in_domains && !layout_.groups().empty()) return solve_groups(act, isolate);
+  if (!in_domains && !layout_.groups().empty()) {
+    solve_groups(act, isolate);
+    return for_each_part_of_kinematic(act);
+  }
   while (!solve_all()) {
     isolate_failed(layout_.bodies(), isolate);
     prepare_all();
@@ -471,6 +521,7 @@ void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t
     finish_domains(act);
   else
     finish_all(act);
+  for_each_part_of_kinematic(act);
 }
 
 bool ContactSolver::solve_all() {
@@ -514,7 +565,8 @@ void ContactSolver::finish_domains(const Act& act) {
   };
   const InDomains work(*this);
   work.for_each_first([&](const Unit& unit) {
-    const auto i = static_cast<std::size_t>(&unit - units);
+    const std::size_t i = number_of(unit);
+    stand_ins_.remove(i, wide_blocks_);
     store(unit.blocks.begin, unit.blocks.end);
     store(first + i * across / count, first + (i + 1) * across / count);
   });
@@ -526,6 +578,7 @@ void ContactSolver::finish_domains(const Act& act) {
 // finite wait for the others, and are then solved again.
 template <class Act>
 void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {
+  load_kinematic();
   for_each_group([&](const Group& group) {
     point_count_ += prepare_group(group);
     substeps(OneGroup(*this, group));
@@ -547,7 +600,9 @@ void ContactSolver::solve_groups(const Act& act, const Isolate& isolate) {
 std::size_t ContactSolver::prepare_group(const Group& group) {
   load_group(layout_.bodies(group));
   hold_isolated(layout_.bodies(group));
-  return prepare(group.blocks.begin, group.blocks.end);
+  const std::size_t count = prepare(group.blocks.begin, group.blocks.end);
+  stand_ins_.make(number_of(group), wide_blocks_);
+  return count;
 }
 
 template <class Act>
@@ -555,6 +610,7 @@ void ContactSolver::finish_group(const Group& group, const Act& act) {
   const OneGroup work(*this, group);
   work.structures([this](std::uint32_t structure) { supports_.finish(structure); });
   work.mechanisms([this](std::uint32_t mechanism) { mechanisms_.store(mechanism); });
+  stand_ins_.remove(number_of(group), wide_blocks_);
   wide_.store(wide_blocks_, group.blocks.begin, group.blocks.end, layout_.lanes(), constrained(), overlap_kept(def_.dt),
               load_watch());
   act(layout_.bodies(group));
@@ -629,6 +685,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.pull_together(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    work.move_stand_ins(h);
     if constexpr (fails) fail(work, SolverStage::positions, substep);
     sweep(work, &SolverKernels::relax, soft);
     work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.relax(mechanism, h); });
@@ -661,6 +718,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
     }
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    work.move_stand_ins(h);
     if constexpr (fails) fail(work, SolverStage::positions, substep);
   }
 }

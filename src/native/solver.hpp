@@ -24,6 +24,7 @@
 #include "native/constraint_layout.hpp"
 #include "native/mechanisms.hpp"
 #include "native/solver_kernels.hpp"
+#include "native/stand_ins.hpp"
 #include "native/support_solver.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/joint_table.hpp"
@@ -55,8 +56,8 @@ class ContactSolver {
   void integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry);
   void integrate_positions(std::span<const std::uint32_t> in_contact, float h);
 
-  /// Whether these bodies' contacts are laid out by domains, which need to know no neighbours.
-  bool may_use_domains(std::span<const std::uint32_t> in_contact) const { return layout_.may_use_domains(in_contact); }
+  /// Whether contacts are laid out by domains, which need to know no neighbours.
+  bool may_use_domains() const { return layout_.may_use_domains(); }
   /// Lays out blocks of constraints, neighbours together, and finds the structures that sweeps are too soft for, in the
   /// step with this number.
   void lay_out(const BodiesInContact& in_contact, const Neighbourhood& neighbourhood, std::uint64_t step);
@@ -76,12 +77,14 @@ class ContactSolver {
   /// For snapshots.
   SupportSolver& supports() { return supports_; }
   const SupportSolver& supports() const { return supports_; }
+  Mechanisms& mechanisms() { return mechanisms_; }
+  const Mechanisms& mechanisms() const { return mechanisms_; }
 
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
   std::size_t memory_bytes() const {
     return block_memory_.capacity() + bounces_.capacity() * sizeof(float) + layout_.memory_bytes() +
-           supports_.memory_bytes() + mechanisms_.memory_bytes();
+           stand_ins_.memory_bytes() + supports_.memory_bytes() + mechanisms_.memory_bytes();
   }
 
  private:
@@ -101,6 +104,10 @@ class ContactSolver {
   void for_each_number(std::span<const std::uint32_t> numbers, const Act& act);
   template <class Act>
   void for_each_group(const Act& act);
+  std::size_t number_of(const Group& group) const { return static_cast<std::size_t>(&group - layout_.groups().data()); }
+  std::size_t number_of(const Unit& unit) const { return static_cast<std::size_t>(&unit - layout_.units().data()); }
+  template <class Act>
+  void for_each_part_of_kinematic(const Act& act);
   LoadWatch load_watch();
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
@@ -108,6 +115,7 @@ class ContactSolver {
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);
+  void load_kinematic();
   bool does_swing(std::uint32_t slot) const;
   void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
@@ -160,6 +168,7 @@ class ContactSolver {
   std::size_t single_count_ = 0;
   std::vector<std::uint32_t> overflow_;
   ConstraintLayout layout_;
+  StandIns stand_ins_;
   SupportSolver supports_;
   Mechanisms mechanisms_;
   std::vector<std::uint32_t> failed_;  // bodies

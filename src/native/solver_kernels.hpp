@@ -92,6 +92,7 @@ struct BlockHeader {
   bool rolls = false;                             ///< some lane has rolling resistance
   bool ahead = false;                             ///< some lane's manifold was made where its bodies will meet
   bool moves = false;                             ///< some lane is a joint with a limit or a drive
+  bool reacts = false;                            ///< … with an armature or restitution
   // Bits by lane.
   std::uint16_t in_touch = 0;  ///< touched until now
   std::uint16_t hits = 0;      ///< the last step's hit goes on

@@ -168,7 +168,8 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   b.mass = 1 / body.inverse_mass;
   // On the chord of the step's way.
   const Vec3 arm = state_.poses[slot].position - base.position;
-  b.target_linear = base.linear + cross(base.angular, carried_arm(arm, (0.5f * def_.dt) * base.angular));
+  b.target_linear =
+      base.linear + cross(base.angular, arm) + carried_speed<float>(arm, (0.5f * def_.dt) * base.angular, base.angular);
   b.target_angular = base.angular;
   const float inverse = body.inverse_inertia;
   if (inverse > 0) {

@@ -92,6 +92,15 @@ class AxisMarks {
   float sign_ = 1;
 };
 
+/// A rope, or the axis that a body turns about or slides along.
+void add_coupling_marks(const CouplingEnd& end, Vec3 anchor, std::vector<Mark>& marks) {
+  const Vec3 along = 0.5f * weight_length * rotate(end.from.rotation, Vec3{1, 0, 0});
+  if (end.motion == CoupledMotion::rope)
+    marks.push_back({end.from.position, 3, anchor, axis_colour});
+  else
+    marks.push_back({anchor - along, 3, anchor + along, axis_colour});
+}
+
 /// Anchors that should meet: a slider's need not.
 bool anchors_meet(const JointDef& joint) {
   if (joint.type != JointType::generic) return joint.type == JointType::ball;
@@ -113,6 +122,10 @@ void add_joint_marks(const World& world, std::vector<Mark>& marks) {
     add_arm(joint.b, anchors.b);
     if (joint.type == JointType::generic) AxisMarks(world, joint, anchors, marks).add();
     if (joint.type == JointType::distance) marks.push_back({anchors.a, 3, anchors.b, axis_colour});
+    if (joint.type == JointType::coupling) {
+      add_coupling_marks(joint.coupled_a, anchors.a, marks);
+      add_coupling_marks(joint.coupled_b, anchors.b, marks);
+    }
     if (anchors_meet(joint)) marks.push_back({anchors.a, 3, anchors.b, gap_colour});
     // The larger one first, so that both are seen where they meet.
     marks.push_back({anchors.a, 8, anchors.a, anchor_a_colour});

@@ -7,14 +7,17 @@
 namespace fathom {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, JointWord>, 8> words{{{"ball", JointWord::ball},
-                                                                       {"fixed", JointWord::fixed},
-                                                                       {"revolute", JointWord::revolute},
-                                                                       {"prismatic", JointWord::prismatic},
-                                                                       {"universal", JointWord::universal},
-                                                                       {"wheel", JointWord::wheel},
-                                                                       {"distance", JointWord::distance},
-                                                                       {"generic", JointWord::generic}}};
+constexpr std::array<std::pair<std::string_view, JointWord>, 11> words{{{"ball", JointWord::ball},
+                                                                        {"fixed", JointWord::fixed},
+                                                                        {"revolute", JointWord::revolute},
+                                                                        {"prismatic", JointWord::prismatic},
+                                                                        {"universal", JointWord::universal},
+                                                                        {"wheel", JointWord::wheel},
+                                                                        {"distance", JointWord::distance},
+                                                                        {"generic", JointWord::generic},
+                                                                        {"gear", JointWord::gear},
+                                                                        {"rack", JointWord::rack},
+                                                                        {"pulley", JointWord::pulley}}};
 constexpr std::array<std::pair<std::string_view, AxisMode>, 3> modes{
     {{"free", AxisMode::free}, {"limited", AxisMode::limited}, {"locked", AxisMode::locked}}};
 constexpr std::array<std::string_view, joint_axis_count> axis_keys{"x", "y", "z", "twist", "swing_y", "swing_z"};
@@ -25,10 +28,21 @@ struct KeyUse {
   unsigned types = 0;  ///< a bit for each JointWord
 };
 constexpr unsigned bit(JointWord word) { return 1u << static_cast<unsigned>(word); }
+constexpr unsigned gear = bit(JointWord::gear), rack = bit(JointWord::rack), pulley = bit(JointWord::pulley);
 constexpr unsigned not_generic = bit(JointWord::ball) | bit(JointWord::distance), generic = 0xffu & ~not_generic;
 constexpr unsigned driven = bit(JointWord::revolute) | bit(JointWord::prismatic) | bit(JointWord::wheel);
 constexpr KeyUse key_uses[] = {
-    {"axis", generic},
+    {"axis", generic | gear | rack},
+    {"anchor_a", 0xffu | pulley},
+    {"anchor_b", 0xffu | pulley},
+    {"axis_a", gear},
+    {"axis_b", gear},
+    {"ratio", gear | pulley},
+    {"direction", rack},
+    {"radius", rack},
+    {"wheel_a", pulley},
+    {"wheel_b", pulley},
+    {"repeat", 0xffu},
     {"frame_a", generic},
     {"frame_b", generic},
     {"x", generic},
@@ -42,8 +56,8 @@ constexpr KeyUse key_uses[] = {
     {"suspension", bit(JointWord::wheel)},
     {"steering", bit(JointWord::wheel)},
     {"point", 0xffu & ~bit(JointWord::distance)},
-    {"length", bit(JointWord::distance)},
-    {"lower", bit(JointWord::distance)},
+    {"length", bit(JointWord::distance) | pulley},
+    {"lower", bit(JointWord::distance) | pulley},
     {"upper", bit(JointWord::distance)},
     {"drive", bit(JointWord::distance)},
 };
@@ -135,11 +149,22 @@ JointDrive read_drive(const TomlTable& outer, const toml::node& node) {
   return drive;
 }
 
+/// What an axis does at its limits, and what turns with it.
+void read_reactions(const TomlTable& table, JointAxis& axis) {
+  table.read("restitution", axis.restitution, Range::not_negative);
+  table.read("armature", axis.armature, Range::not_negative);
+  if (axis.restitution > 1) table.fail(*table.find("restitution"), "'restitution' must be at most 1");
+  if (axis.restitution > 0 && axis.mode != AxisMode::limited)
+    table.fail(*table.find("restitution"), "an axis without limits has no restitution; give 'lower' and 'upper'");
+  if (axis.armature > 0 && is_locked(axis))
+    table.fail(*table.find("armature"), "an axis that is locked has no armature; remove it");
+}
+
 void read_axis(const TomlTable& joint, std::size_t index, JointAxis& axis) {
   const std::string_view key = axis_keys[index];
   const toml::node* node = joint.find(key);
   if (!node) return;
-  const TomlTable table = inner(joint, *node, key, {"mode", "lower", "upper", "drive"});
+  const TomlTable table = inner(joint, *node, key, {"mode", "lower", "upper", "drive", "restitution", "armature"});
   table.read_choice<AxisMode>("mode", axis.mode, modes);
   const toml::node *mode = table.find("mode"), *drive = table.find("drive");
   const bool has_bounds = table.has("lower") || table.has("upper");
@@ -148,6 +173,7 @@ void read_axis(const TomlTable& joint, std::size_t index, JointAxis& axis) {
   if (mode && !has_bounds && axis.mode == AxisMode::limited)
     table.fail(*mode, "a limited axis needs 'lower' and 'upper' (" + std::string(reach_of(index).unit) + ")");
   read_bounds(table, key, axis, reach_of(index));
+  read_reactions(table, axis);
   if (!drive) return;
   check_can_move(table, *drive, key, axis);
   axis.drive = read_drive(table, *drive);
@@ -242,13 +268,6 @@ JointDef generic_of(JointWord word) {
   }
 }
 
-/// The vector of a key that must have a length, as a unit vector.
-Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise) {
-  table.read(key, otherwise);
-  if (!(length_squared(otherwise) > 1e-12f)) table.fail(*table.find(key), "'" + std::string(key) + "' has no length");
-  return normalize(otherwise);
-}
-
 /// The shortest rotation that takes the axis x to a unit vector; half a turn is about z.
 Quat shortest_turn_to(Vec3 v) {
   const float off = v.y * v.y + v.z * v.z;
@@ -276,11 +295,17 @@ Quat rotation_to(Vec3 x, Vec3 z) {
 
 }  // namespace
 
+Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise) {
+  table.read(key, otherwise);
+  if (!(length_squared(otherwise) > 1e-12f)) table.fail(*table.find(key), "'" + std::string(key) + "' has no length");
+  return normalize(otherwise);
+}
+
 JointWord read_joint_word(const TomlTable& table) {
   JointWord word = JointWord::ball;
   table.required("type",
                  "write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", \"universal\", \"wheel\", "
-                 "\"distance\" or \"generic\"");
+                 "\"distance\", \"generic\", \"gear\", \"rack\" or \"pulley\"");
   table.read_choice<JointWord>("type", word, words);
   return word;
 }

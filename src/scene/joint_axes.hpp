@@ -7,8 +7,21 @@
 
 namespace fathom {
 
-/// A type as files name it: all but ball and distance are generic joints whose axes are set beforehand.
-enum class JointWord : std::uint8_t { ball, fixed, revolute, prismatic, universal, wheel, distance, generic };
+/// A type as files name it: all but ball and distance are generic joints whose axes are set beforehand, or couplings.
+enum class JointWord : std::uint8_t {
+  ball,
+  fixed,
+  revolute,
+  prismatic,
+  universal,
+  wheel,
+  distance,
+  generic,
+  gear,
+  rack,
+  pulley
+};
+inline bool is_coupling(JointWord word) { return word >= JointWord::gear; }
 
 JointWord read_joint_word(const TomlTable& table);
 /// Fails at the first key that joints of this type do not have.
@@ -17,5 +30,7 @@ void check_joint_keys(const TomlTable& table, JointWord word);
 void read_joint_axes(const TomlTable& table, JointWord word, JointDef& def);
 /// Where the frames' axes point in the world at the start: x along 'axis', and z along a suspension.
 Quat read_joint_rotation(const TomlTable& table, JointWord word);
+/// The vector of a key that must have a length, as a unit vector; `otherwise` where the key is missing.
+Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise);
 
 }  // namespace fathom

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <map>
 
+#include "scene/couplings.hpp"
 #include "scene/joint_axes.hpp"
 #include "scene/suggest.hpp"
 
@@ -35,30 +36,40 @@ class JointReader {
   }
 
   void read(const toml::table& node) {
-    const TomlTable table(node, "[[joint]]", root_.file(), {"type",      "a",
-                                                            "b",         "point",
-                                                            "anchor_a",  "anchor_b",
-                                                            "hertz",     "damping_ratio",
-                                                            "axis",      "frame_a",
-                                                            "frame_b",   "x",
-                                                            "y",         "z",
-                                                            "twist",     "swing_y",
-                                                            "swing_z",   "cone_angle",
-                                                            "motor",     "suspension",
-                                                            "steering",  "length",
-                                                            "lower",     "upper",
-                                                            "drive",     "collide_connected",
-                                                            "user_data", "repeat"});
+    const TomlTable table(node, "[[joint]]", root_.file(), {"type",        "a",
+                                                            "b",           "point",
+                                                            "anchor_a",    "anchor_b",
+                                                            "hertz",       "damping_ratio",
+                                                            "axis",        "frame_a",
+                                                            "frame_b",     "x",
+                                                            "y",           "z",
+                                                            "twist",       "swing_y",
+                                                            "swing_z",     "cone_angle",
+                                                            "motor",       "suspension",
+                                                            "steering",    "length",
+                                                            "lower",       "upper",
+                                                            "drive",       "collide_connected",
+                                                            "user_data",   "repeat",
+                                                            "axis_a",      "axis_b",
+                                                            "ratio",       "direction",
+                                                            "radius",      "wheel_a",
+                                                            "wheel_b",     "break_force",
+                                                            "break_torque"});
     SceneJoint joint;
     const JointWord word = read_joint_word(table);
     check_joint_keys(table, word);
     const std::string a = read_body(table, "a", joint.a), b = read_body(table, "b", joint.b);
     check_pair(table, joint);
     read_spring(table, joint.def);
-    read_joint_axes(table, word, joint.def);
+    if (is_coupling(word))
+      read_coupling(table, word, scene_, joint);
+    else
+      read_joint_axes(table, word, joint.def);
+    table.read("break_force", joint.def.break_force, Range::not_negative);
+    table.read("break_torque", joint.def.break_torque, Range::not_negative);
     table.read("collide_connected", joint.def.collide_connected);
     table.read("user_data", joint.def.user_data);
-    const WorldFrame frame = read_frames(table, word, joint);
+    const WorldFrame frame = is_coupling(word) ? WorldFrame{} : read_frames(table, word, joint);
     scene_.joints.push_back(joint);
     repeat(table, joint, frame, a, b);
   }

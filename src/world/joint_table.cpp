@@ -29,6 +29,8 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
 JointDef normalised(JointDef def) {
   def.frame_a.rotation = normalize(def.frame_a.rotation);
   def.frame_b.rotation = normalize(def.frame_b.rotation);
+  if (def.type != JointType::coupling) return def;
+  for (CouplingEnd* end : {&def.coupled_a, &def.coupled_b}) end->from.rotation = normalize(end->from.rotation);
   return def;
 }
 bool is_normalised(Quat q) { return abs(dot(q, q) - 1) < 1e-5f; }
@@ -57,13 +59,16 @@ JointId JointTable::add(const JointDef& def, const BodyTable& bodies) {
   infos_[slot] = make_info(normalised(def), bodies);
   ++generations_[slot];
   ++count_;
+  breakable_count_ += def.can_break();
   list(slot);
   living_is_current_ = false;
   return id(slot);
 }
 
 void JointTable::change(std::uint32_t slot, const JointDef& def, const BodyTable& bodies) {
+  breakable_count_ -= infos_[slot].def.can_break();
   infos_[slot] = make_info(normalised(def), bodies);
+  breakable_count_ += def.can_break();
 }
 
 void JointTable::list(std::uint32_t slot) {
@@ -76,6 +81,7 @@ void JointTable::list(std::uint32_t slot) {
 
 void JointTable::remove(std::uint32_t slot) {
   for (const std::uint32_t body : {infos_[slot].a, infos_[slot].b}) std::erase(of_body_[body], slot);
+  breakable_count_ -= infos_[slot].def.can_break();
   infos_[slot] = {};
   ++generations_[slot];
   free_slots_.push_back(slot);
@@ -110,6 +116,15 @@ bool JointTable::keeps_apart(std::uint32_t body_a, std::uint32_t body_b) const {
   });
 }
 
+bool JointTable::is_alone(std::uint32_t slot, std::uint32_t ignoring) const {
+  const auto counts = [&](std::uint32_t other) {
+    const JointInfo& joint = infos_[other];
+    return other != slot && other != ignoring && (!joint.fixed_a || joint.def.type == JointType::coupling);
+  };
+  const JointInfo& joint = infos_[slot];
+  return std::ranges::none_of(of(joint.b), counts) && (joint.fixed_a || std::ranges::none_of(of(joint.a), counts));
+}
+
 std::size_t JointTable::memory_bytes() const {
   std::size_t bytes = infos_.capacity() * sizeof(JointInfo) +
                       (generations_.capacity() + free_slots_.capacity()) * sizeof(std::uint32_t) +
@@ -140,7 +155,8 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
     in(a, b);
     JointDef def = read_joint(in);
     def.a.index = a, def.b.index = b;
-    in.require(a != b && is_normalised(def.frame_a.rotation) && is_normalised(def.frame_b.rotation));
+    in.require(a != b && is_normalised(def.frame_a.rotation) && is_normalised(def.frame_b.rotation) &&
+               is_normalised(def.coupled_a.from.rotation) && is_normalised(def.coupled_b.from.rotation));
     for (BodyId* body : {&def.a, &def.b}) {
       in.require(body->index < bodies.slot_count() && bodies.alive(body->index));
       *body = bodies.id(body->index);
@@ -148,6 +164,7 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
     in.require(is_valid(def));
     infos_[joint.index] = make_info(def, bodies);
     in.require(bodies[infos_[joint.index].b].motion == MotionType::dynamic);
+    breakable_count_ += def.can_break();
     list(joint.index);
   }
 }

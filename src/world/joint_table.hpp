@@ -41,6 +41,8 @@ class JointTable {
   JointId id(std::uint32_t slot) const { return {slot, generations_[slot]}; }
   std::uint32_t slot_count() const { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t count() const { return count_; }
+  /// How many of them can break.
+  std::uint32_t breakable_count() const { return breakable_count_; }
   /// Living joints in ascending order of slot.
   std::span<const JointId> living() const;
 
@@ -53,6 +55,10 @@ class JointTable {
   }
   /// Whether some joint keeps the two bodies from making contacts.
   bool keeps_apart(std::uint32_t body_a, std::uint32_t body_b) const;
+
+  /// Whether the joint's bodies have no others but such that hold them to what cannot be pushed; `ignoring` is one that
+  /// does not count.
+  bool is_alone(std::uint32_t slot, std::uint32_t ignoring = 0xffffffffu) const;
 
   std::size_t memory_bytes() const;
 
@@ -67,7 +73,7 @@ class JointTable {
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::vector<std::vector<std::uint32_t>> of_body_;  // as long as the highest body that ever had a joint
-  std::uint32_t count_ = 0;
+  std::uint32_t count_ = 0, breakable_count_ = 0;
   mutable std::vector<JointId> living_;
   mutable bool living_is_current_ = true;
 };

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "world/body_table.hpp"
+#include "world/event_list.hpp"
 #include "world/joint_table.hpp"
 
 namespace fathom {
@@ -24,6 +25,7 @@ class Simulator {
   JointTable joints;
   std::uint64_t steps = 0;
   Profile profile;
+  EventList<JointBreak> broken;
   bool told_of_limits = false;  ///< `def.log` was, that velocities are cut
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
@@ -59,6 +61,8 @@ class Simulator {
   virtual void joint_changed(std::uint32_t slot) = 0;
   /// N·s and N·m·s on B of the JointInfo at its anchor, in world axes, over the last step.
   virtual JointReaction joint_impulse(std::uint32_t slot) const = 0;
+  /// N and N·m on the definition's B, of a simulator that has been synchronised.
+  JointReaction reaction(std::uint32_t slot) const;
 
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;
@@ -70,6 +74,8 @@ class Simulator {
   virtual std::string hardware() const { return {}; }
 
   virtual void step() = 0;
+  /// After a step: removes the joints whose reaction was too large, and tells of them.
+  void break_joints();
   /// Returns when the newest step asked for is the one that is read.
   virtual void synchronise() const {}
   /// Of the step that is read.

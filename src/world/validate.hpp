@@ -10,6 +10,7 @@ void check_body(const BodyDef& def);
 /// All but whether its bodies are there and one of them is dynamic.
 void check_joint(const JointDef& def, const char* action = "add joint");
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action);
+void check_joint_break(float force, float torque, const char* action);
 void check_joint_spring(float hertz, float damping_ratio, const char* action);
 void check_pose(const Pose& pose, const char* action);
 void check_finite(Vec3 value, const char* action, const char* name);

@@ -309,13 +309,18 @@ void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_
   change_joint(*simulator_, slot, def);
 }
 
+void World::set_joint_break(JointId id, float force, float torque) {
+  const std::uint32_t slot = simulator_->joints.slot(id, "set joint break");
+  check_joint_break(force, torque, "set joint break");
+  JointDef def = simulator_->joints[slot].def;
+  def.break_force = force, def.break_torque = torque;
+  change_joint(*simulator_, slot, def);
+}
+
 JointReaction World::reaction(JointId id) const {
   const std::uint32_t slot = simulator_->joints.slot(id, "read reaction");
   simulator_->synchronise();
-  const float rate = 1 / simulator_->def.dt;
-  const float on_b = simulator_->joints[slot].swapped ? -rate : rate;
-  const JointReaction impulse = simulator_->joint_impulse(slot);
-  return {on_b * impulse.force, on_b * impulse.torque};
+  return simulator_->reaction(slot);
 }
 
 JointPositions World::joint_positions(JointId id) const {
@@ -374,6 +379,7 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 void World::step() {
   if constexpr (check::asserts) check::current_step = simulator_->steps + 1;
   simulator_->step();
+  simulator_->break_joints();
   if (!simulator_->def.log) return;
   for (const Quarantine& q : simulator_->quarantined())
     simulator_->def.log("step " + std::to_string(q.step) + ": the state of body {index " +
@@ -408,6 +414,7 @@ const Profile& World::profile() const { return simulator_->current_profile(); }
 std::span<const ContactEvent> World::contacts_begun() const { return simulator_->contacts_begun(); }
 std::span<const ContactEvent> World::contacts_ended() const { return simulator_->contacts_ended(); }
 std::span<const HitEvent> World::hits() const { return simulator_->hits(); }
+std::span<const JointBreak> World::joints_broken() const { return simulator_->broken.read(); }
 std::span<const Quarantine> World::quarantined() const { return simulator_->quarantined(); }
 
 void World::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace fathom::device {
+namespace fathom {
 
 /// Of a list that nobody reads the oldest events are dropped, so that it does not grow for ever.
 inline constexpr std::size_t most_unread_events = std::size_t{1} << 18;
@@ -51,4 +51,4 @@ class EventList {
   bool was_read_ = false;
 };
 
-}  // namespace fathom::device
+}  // namespace fathom

@@ -1,0 +1,406 @@
+// The rows of a contact and the sweeps over them, over a lane type L: `float`, or a vector of as many contacts as it
+// has lanes. Included like the laws of joints (dynamics/ball_joint-inl.hpp).
+//
+// A manifold's points share one normal, so their rows are written about one reference point c in the frame
+// (t1, t2, n): with u the relative velocity of the bodies at c and ω the relative angular velocity, a point at (x, y)
+// in that frame approaches with
+//     vn = u·n + y (ω·t1) − x (ω·t2),
+// two numbers a point instead of two anchors. Point impulses act on the three numbers (u·n, ω·t1, ω·t2) through
+// a symmetric 3×3 matrix K, and only their sum (P along n, torques T1, T2) is applied to the bodies. The same rows
+// applied to the bodies' movement since the step began give the separation in later substeps (first order in the
+// rotation of one step; for a sphere exact, since its contact stays under the centre).
+//
+// Order within a sweep (Box2D v3, Box3D `contact_solver.c`): the soft sweep solves penetration alone; the relax sweep
+// first the points without bias, then friction, whose limit is then the impulse that carries the load.
+//
+// `Rows` is one contact's memory, wherever that is:
+//     ContactAxesOf<L> axes();  ContactResponse<L> response();  ContactFriction<L> friction();
+//     int end();  bool has(i);  ContactPoint<L> point(i);  L impulse(i);  void set_impulse(i, L);
+//     FrictionImpulse<L> friction_impulse();  void set_friction_impulse(FrictionImpulse<L>);
+//     bool may_bounce();  L restitution();  L pull();
+// `Bodies` has sides `a` and `b` (linear, angular, moved, turned, inverse_mass), turn_a, turn_b, turn, push and twist.
+
+enum class ContactPass {
+  soft,     ///< before positions move, with bias and push-out
+  relax,    ///< after it, without
+  iterate,  ///< of the `impulse` solver: a plain velocity bias
+};
+
+/// `a`, no farther from zero than `most`.
+template <class L>
+FATHOM_LANE_FUNCTION L within(L a, L most) {
+  return larger(splat<L>(0.0f) - most, smaller(a, most));
+}
+
+/// (n·u, t1·ω, t2·ω) of velocities or of movements.
+template <class L>
+struct NormalMotionOf {
+  L n, t1, t2;
+
+  FATHOM_LANE_FUNCTION L at(L x, L y) const { return mul_sub(mul_add(n, y, t1), x, t2); }
+};
+
+/// K over (n, t1, t2).
+template <class L>
+struct ContactResponse {
+  L nn, n1, n2, k11, k12, k22;
+};
+
+template <class L>
+struct ContactFriction {
+  L coefficient;                   ///< Coulomb's
+  L patch_radius;                  ///< mean distance of the patch from c (m)
+  L slide_11, slide_12, slide_22;  ///< inverse of the 2×2 matrix of sliding at c (kg)
+  L twist_mass;                    ///< kg·m²
+};
+
+/// What all points of a contact share.
+template <class L>
+struct ContactFrameOf {
+  VecOf<L> normal;   ///< unit, world axes, from A to B
+  VecOf<L> tangent;  ///< unit, perpendicular to the normal
+  VecOf<L> arm_a;    ///< from A's centre to c (m)
+  VecOf<L> arm_b;    ///< from B's centre to c (m)
+  ContactResponse<L> response;
+  ContactFriction<L> friction;
+};
+
+template <class L>
+struct ContactPoint {
+  L x, y;        ///< along t1 and t2, from c (m)
+  L separation;  ///< m, when the step began
+  L mass;        ///< effective mass (kg)
+};
+
+/// Accumulated over a substep.
+template <class L>
+struct FrictionImpulse {
+  L slide_1, slide_2;  ///< N·s along t1 and t2 = n × t1
+  L twist;             ///< N·m·s about the normal
+};
+
+/// The frame as sweeps use it.
+template <class L>
+struct ContactAxesOf {
+  VecOf<L> n, t1, t2, arm_a, arm_b, lever_a, lever_b;
+
+  ContactAxesOf() = default;
+  FATHOM_LANE_FUNCTION ContactAxesOf(VecOf<L> normal, VecOf<L> tangent, VecOf<L> on_a, VecOf<L> on_b)
+      : n(normal),
+        t1(tangent),
+        t2(cross(normal, tangent)),
+        arm_a(on_a),
+        arm_b(on_b),
+        lever_a(cross(on_a, normal)),
+        lever_b(cross(on_b, normal)) {}
+  FATHOM_LANE_FUNCTION explicit ContactAxesOf(const ContactFrameOf<L>& f)
+      : ContactAxesOf(f.normal, f.tangent, f.arm_a, f.arm_b) {}
+
+  FATHOM_LANE_FUNCTION NormalMotionOf<L> motion(VecOf<L> linear_a, VecOf<L> angular_a, VecOf<L> linear_b,
+                                                VecOf<L> angular_b) const {
+    const VecOf<L> spin = angular_b - angular_a;
+    return {dot(n, linear_b - linear_a) + (dot(lever_b, angular_b) - dot(lever_a, angular_a)), dot(t1, spin),
+            dot(t2, spin)};
+  }
+  /// Of the bodies' velocities.
+  template <class Bodies>
+  FATHOM_LANE_FUNCTION NormalMotionOf<L> velocity(const Bodies& bodies) const {
+    return motion(bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular);
+  }
+  /// Since the step began.
+  template <class Bodies>
+  FATHOM_LANE_FUNCTION NormalMotionOf<L> movement(const Bodies& bodies) const {
+    return motion(bodies.a.moved, bodies.a.turned, bodies.b.moved, bodies.b.turned);
+  }
+};
+
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void push_normal(Bodies& bodies, const ContactAxesOf<L>& f, const NormalMotionOf<L>& sum) {
+  const VecOf<L> torque = mul_add(scale(sum.t1, f.t1), sum.t2, f.t2);
+  bodies.push(scale(sum.n, f.n), mul_add(torque, sum.n, f.lever_a), mul_add(torque, sum.n, f.lever_b));
+}
+
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void push_tangential(Bodies& bodies, const ContactAxesOf<L>& f,
+                                          const FrictionImpulse<L>& impulse) {
+  const VecOf<L> slide = mul_add(scale(impulse.slide_1, f.t1), impulse.slide_2, f.t2);
+  const VecOf<L> torque = scale(impulse.twist, f.n);
+  bodies.push(slide, torque + cross(f.arm_a, slide), torque + cross(f.arm_b, slide));
+}
+
+template <class L, class Rows>
+FATHOM_LANE_FUNCTION L total_impulse(const Rows& rows) {
+  L sum = rows.impulse(0);
+  for (int i = 1; i < rows.end(); ++i) sum = sum + rows.impulse(i);
+  return sum;
+}
+
+/// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
+template <class L, class Rows, class Bodies>
+FATHOM_LANE_FUNCTION void warm_start_contact(const Rows& rows, Bodies& bodies) {
+  const ContactAxesOf<L> axes = rows.axes();
+  const L zero = splat<L>(0.0f);
+  NormalMotionOf<L> sum{zero, zero, zero};
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    const L impulse = rows.impulse(i);
+    const ContactPoint<L> p = rows.point(i);
+    sum.n = sum.n + impulse;
+    sum.t1 = mul_add(sum.t1, p.y, impulse);
+    sum.t2 = mul_sub(sum.t2, p.x, impulse);
+  }
+  push_normal(bodies, axes, sum);
+  push_tangential(bodies, axes, rows.friction_impulse());
+}
+
+/// Accumulates the points' impulses of one sweep and carries their effect on the relative motion.
+template <class L>
+struct NormalSweep {
+  ContactResponse<L> k;
+  NormalMotionOf<L> motion, sum;
+
+  FATHOM_LANE_FUNCTION NormalSweep(const ContactResponse<L>& response, const NormalMotionOf<L>& velocity)
+      : k(response), motion(velocity) {
+    sum.n = sum.t1 = sum.t2 = splat<L>(0.0f);
+  }
+  FATHOM_LANE_FUNCTION void add(L impulse, L x, L y) {
+    const L torque_1 = y * impulse, torque_2 = splat<L>(0.0f) - x * impulse;
+    sum.n = sum.n + impulse;
+    sum.t1 = sum.t1 + torque_1;
+    sum.t2 = sum.t2 + torque_2;
+    motion.n = mul_add(mul_add(mul_add(motion.n, k.nn, impulse), k.n1, torque_1), k.n2, torque_2);
+    motion.t1 = mul_add(mul_add(mul_add(motion.t1, k.n1, impulse), k.k11, torque_1), k.k12, torque_2);
+    motion.t2 = mul_add(mul_add(mul_add(motion.t2, k.n2, impulse), k.k12, torque_1), k.k22, torque_2);
+  }
+};
+
+/// What a sweep over the points needs beside rows and bodies.
+template <class L>
+struct ContactStepOf {
+  L inverse_substep;  ///< 1/s
+  L bias_rate, mass_scale, impulse_scale;
+  L push_out_velocity;  ///< m/s
+  L slop;               ///< m within which points are as if they just touched (`support_slop`)
+};
+
+/// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
+/// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.
+template <class L>
+FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
+  const L one = splat<L>(1.0f), soft = one - held, rate = splat<L>(support_push_out_rate);
+  const auto is_held = is_above(held, splat<L>(0.0f));
+  step.bias_rate = select(is_held, mul_add(rate, soft, step.bias_rate - rate), step.bias_rate);
+  step.mass_scale = select(is_held, mul_add(one, soft, step.mass_scale - one), step.mass_scale);
+  step.impulse_scale = select(is_held, soft * step.impulse_scale, step.impulse_scale);
+}
+
+/// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of
+/// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
+template <class L>
+FATHOM_LANE_FUNCTION L support_slop(L patch_radius) {
+  return smaller(splat<L>(most_support_slop), splat<L>(patch_radius_slop) * patch_radius);
+}
+
+/// Of two bodies that can be pushed, one more than eight times as heavy as the other, a contact gives back half as much
+/// of its impulse: the light body's spring carries the heavy one's weight and would give way too far.
+template <class L>
+FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, ContactStepOf<L>& step) {
+  const L least = smaller(inverse_mass_a, inverse_mass_b), most = larger(inverse_mass_a, inverse_mass_b);
+  const auto is_uneven = both(is_above(least, splat<L>(0.0f)), is_above(most, splat<L>(uneven_ratio) * least));
+  step.impulse_scale = select(is_uneven, splat<L>(uneven_share) * step.impulse_scale, step.impulse_scale);
+}
+
+/// One sweep over the points; `held`: some may be within the step's slop. Returns the bodies' approach afterwards,
+/// which is finite only if their velocities were and the impulses are.
+template <ContactPass pass, bool held, class L, class Rows, class Bodies>
+FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bodies& bodies,
+                                    const ContactStepOf<L>& step) {
+  const L zero = splat<L>(0.0f), push_out = zero - step.push_out_velocity;
+  NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
+  const NormalMotionOf<L> moved = axes.movement(bodies);
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    const ContactPoint<L> p = rows.point(i);
+    const L old = rows.impulse(i);
+    L separation = p.separation + moved.at(p.x, p.y);
+    if constexpr (held) separation = separation - within(separation, step.slop);
+    const L speed = sweep.motion.at(p.x, p.y);
+    const auto apart = is_above(separation, zero);
+    // A point still apart may close its gap within the substep and no more: a speculative contact.
+    const L gap_speed = separation * step.inverse_substep;
+    L bias = zero, mass = p.mass, kept = old;
+    if constexpr (pass == ContactPass::relax)
+      bias = select(apart, gap_speed, zero);
+    else
+      bias = select(apart, gap_speed, larger(step.bias_rate * separation, push_out));
+    if constexpr (pass == ContactPass::soft) {
+      mass = mass * select(apart, splat<L>(1.0f), step.mass_scale);
+      kept = mul_sub(old, select(apart, zero, step.impulse_scale), old);
+    }
+    L impulse = larger(mul_sub(kept, mass, speed + bias), zero);
+    // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
+    if (pass == ContactPass::relax && rows.may_bounce())
+      impulse = select(both(apart, is_above(rows.restitution(), zero)), smaller(impulse, old), impulse);
+    rows.set_impulse(i, impulse);
+    sweep.add(impulse - old, p.x, p.y);
+  }
+  push_normal(bodies, axes, sweep.sum);
+  return sweep.motion.n;
+}
+
+/// What an arm (m) of a body adds to the speed of the point at its end, to second order, once the body has turned by
+/// the rotation vector `turned`. What rests on a body that turns as it is told has to go round with it within the step:
+/// on a tangent it would get half of (ω Δt)² of its radius farther out in every step, and so would what it touches
+/// with.
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf<L> angular) {
+  const VecOf<L> along = cross(turned, arm);
+  return cross(angular, mul_add(along, splat<L>(0.5f), cross(turned, along)));
+}
+
+/// How far (kg) friction follows a slip: no more than any direction of sliding or twisting has mass for.
+template <class L>
+FATHOM_LANE_FUNCTION L slip_mass(const ContactFriction<L>& row, L inverse_radius) {
+  const L half = splat<L>(0.5f), mean = half * (row.slide_11 + row.slide_22),
+          off = half * (row.slide_11 - row.slide_22);
+  const L least = larger(mean - root(mul_add(off * off, row.slide_12, row.slide_12)), splat<L>(0.0f));
+  const L twisting = row.twist_mass * inverse_radius * inverse_radius;
+  return half * select(is_above(inverse_radius, splat<L>(0.0f)), smaller(least, twisting), least);
+}
+
+/// Friction over the patch around c, limited by µ times `load`, the points' impulses; returns `old` brought up to date.
+/// What a patch can give by sliding and by twisting together lies in an ellipsoid, and what slips is opposed along its
+/// normal there, which is least work's (Goyal, Ruina, Papadopoulos, "Planar sliding with dry friction", Wear 143,
+/// 1991): a box that spins fast slides as if there were hardly friction. With R the patch's radius that is a ball of
+/// (F, T/R) and the slip (v, R ω), for which one projects `old − m slip`. A patch that sticks gets what stops it, twist
+/// first. `carried` adds to the sliding velocity what arms carry along (`carried_speed`).
+template <class L, class Bodies, class Carried>
+FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
+                                                       Bodies& bodies, L load, const FrictionImpulse<L>& old,
+                                                       const Carried& carried) {
+  const L limit = row.coefficient * load, limit_squared = limit * limit, twist_limit = limit * row.patch_radius;
+  // Of points there is no twist.
+  const L inverse_radius =
+      inverse_or_zero(select(is_above(row.patch_radius, splat<L>(1e-9f)), row.patch_radius, splat<L>(0.0f)));
+  const L mass = slip_mass(row, inverse_radius);
+  const auto slide = [&]() FATHOM_LANE_LAMBDA {
+    return carried((bodies.b.linear + cross(bodies.b.angular, axes.arm_b)) -
+                   (bodies.a.linear + cross(bodies.a.angular, axes.arm_a)));
+  };
+  const L twist_speed = dot(axes.n, bodies.b.angular - bodies.a.angular);
+  const VecOf<L> slip = slide();
+  const L slip_1 = mul_sub(old.slide_1, mass, dot(axes.t1, slip));
+  const L slip_2 = mul_sub(old.slide_2, mass, dot(axes.t2, slip));
+  // A patch that shrinks between steps keeps no more twist than it can give.
+  const L slip_3 = mul_sub(inverse_radius * within(old.twist, twist_limit), mass * row.patch_radius, twist_speed);
+  const L slip_squared = mul_add(mul_add(slip_3 * slip_3, slip_2, slip_2), slip_1, slip_1);
+  const auto slips = is_above(slip_squared, limit_squared);
+  const L onto = limit / root(larger(slip_squared, splat<L>(1e-30f)));
+  const L stopping = mul_sub(old.twist, row.twist_mass, twist_speed);
+  const L twist = select(slips, onto * slip_3 * row.patch_radius, within(stopping, twist_limit));
+  // The twist's effect on sliding at c comes through the bodies' velocities, which are updated first.
+  bodies.twist(scale(twist - old.twist, axes.n));
+  const VecOf<L> left = slide();
+  const L v1 = dot(axes.t1, left), v2 = dot(axes.t2, left);
+  const L wanted_1 = select(slips, onto * slip_1, old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1));
+  const L wanted_2 = select(slips, onto * slip_2, old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1));
+  const L spread = inverse_radius * twist;
+  const L squared = mul_add(mul_add(spread * spread, wanted_2, wanted_2), wanted_1, wanted_1);
+  // Without a load there is none, however small a slip is: its square may be zero.
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const L beyond = select(is_above(squared, limit_squared), limit / root(larger(squared, splat<L>(1e-30f))), one);
+  const L shrink = select(is_above(limit, zero), beyond, zero);
+  const FrictionImpulse<L> now{wanted_1 * shrink, wanted_2 * shrink, twist * shrink};
+  push_tangential(bodies, axes,
+                  FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, now.twist - twist});
+  return now;
+}
+
+/// The same of a sweep, with the impulses accumulated in the rows. Returns their sum, which tells whether all are
+/// finite.
+template <class L, class Rows, class Bodies, class Carried>
+FATHOM_LANE_FUNCTION L sweep_friction(Rows& rows, const ContactAxesOf<L>& axes, Bodies& bodies,
+                                      const Carried& carried) {
+  const FrictionImpulse<L> now =
+      solve_friction(rows.friction(), axes, bodies, total_impulse<L>(rows), rows.friction_impulse(), carried);
+  rows.set_friction_impulse(now);
+  return now.twist + (now.slide_1 + now.slide_2);
+}
+
+/// Rounds over the points of a contact that strike together.
+inline constexpr int strike_rounds = 8;
+
+/// What a strike has given.
+template <class L>
+struct Strike {
+  bool any;   ///< whether any lane struck; without, nothing has changed
+  L impulse;  ///< N·s along the normal
+  L sum;      ///< finite only if all that it leaves is
+};
+
+/// Speed (m/s) at which two points part that approach with the relative speed `speed` < 0 under the relative
+/// acceleration `pull` (m/s²) and, if nothing else happens, meet within a substep of length h: what makes them part
+/// with e times the speed at which they meet, seen from where they are. Points that bounce before they meet keep their
+/// energy to the last bit of it, wherever in the substep that is: a body that falls through the gap gains this energy
+/// before it bounces, v² − 2 a s, and without it every bounce would lose m g times the gap. Negative: they do not meet,
+/// or more slowly than `threshold`.
+template <class L>
+FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L threshold) {
+  const L zero = splat<L>(0.0f), no = splat<L>(-1.0f);
+  const auto misses = is_above(mul_add(separation, h, mul_add(speed, h, pull)), zero);
+  const L gap = larger(separation, zero);
+  const L squared = mul_add(speed * speed, splat<L>(-2.0f) * pull, gap);
+  const L meeting = select(is_above(zero, speed), zero - root(larger(squared, zero)), speed);
+  const L e_meeting = e * meeting;
+  const L left = mul_add(e_meeting * e_meeting, splat<L>(2.0f) * pull, gap);
+  const L leaving = select(is_above(zero - threshold, meeting), root(larger(left, zero)), no);
+  return select(misses, no, leaving);
+}
+
+/// Points that would meet within the substep of `h` seconds, faster than `threshold` (m/s), leave with e times that
+/// speed, at once: Newton's law, before velocities are integrated, one contact after the other.
+template <class L, class Rows, class Bodies>
+FATHOM_LANE_FUNCTION Strike<L> strike_contact(Rows& rows, Bodies& bodies, L h, L threshold) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const ContactAxesOf<L> axes = rows.axes();
+  NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
+  const NormalMotionOf<L> moved = axes.movement(bodies);
+  const L e = rows.restitution(), pull = rows.pull();
+  L leaving[max_manifold_points], hit[max_manifold_points];
+  L struck = zero;
+  for (int i = 0; i < rows.end(); ++i) {
+    leaving[i] = splat<L>(-1.0f), hit[i] = zero;
+    if (!rows.has(i)) continue;
+    const ContactPoint<L> p = rows.point(i);
+    const L separation = p.separation + moved.at(p.x, p.y);
+    const L speed = leaving_speed(sweep.motion.at(p.x, p.y), separation, e, pull, h, threshold);
+    leaving[i] = select(both(is_above(e, zero), is_above(p.mass, zero)), speed, leaving[i]);
+    struck = struck + select(is_above(zero, leaving[i]), zero, one);
+  }
+  if (!any_above(struck, zero)) return {false, zero, zero};
+  // Several points at once: begin with equal shares, so that what falls flat rises flat.
+  const auto several = is_above(struck, one);
+  const L share = one / select(several, sweep.k.nn * struck, one);
+  for (int i = 0; i < rows.end(); ++i) {
+    if (!rows.has(i)) continue;
+    const ContactPoint<L> p = rows.point(i);
+    const L first = select(several, share, p.mass) * (leaving[i] - sweep.motion.at(p.x, p.y));
+    hit[i] = select(is_above(zero, leaving[i]), zero, first);
+  }
+  for (int i = 0; i < rows.end(); ++i)
+    if (rows.has(i)) sweep.add(hit[i], rows.point(i).x, rows.point(i).y);
+  for (int round = 0; any_above(struck, one) && round < strike_rounds; ++round)
+    for (int i = 0; i < rows.end(); ++i) {
+      if (!rows.has(i)) continue;
+      const ContactPoint<L> p = rows.point(i);
+      const L wanted = larger(mul_add(hit[i], p.mass, leaving[i] - sweep.motion.at(p.x, p.y)), zero);
+      const L impulse = select(several, select(is_above(zero, leaving[i]), hit[i], wanted), hit[i]);
+      sweep.add(impulse - hit[i], p.x, p.y);
+      hit[i] = impulse;
+    }
+  push_normal(bodies, axes, sweep.sum);
+  const auto still = [](VecOf<L> slide) FATHOM_LANE_LAMBDA { return slide; };
+  const FrictionImpulse<L> slid =
+      solve_friction(rows.friction(), axes, bodies, sweep.sum.n, FrictionImpulse<L>{zero, zero, zero}, still);
+  return {true, sweep.sum.n, (sweep.motion.n + slid.twist) + (slid.slide_1 + slid.slide_2)};
+}

@@ -1,0 +1,112 @@
+// How the rows of a contact are made of its manifold, over a lane type L; included after dynamics/contact-inl.hpp.
+//
+// `Manifold` reads one: VecOf<L> normal(), tangent() (world axes); VecOf<L> on_a(i), on_b(i), where point i is on each
+// body, from A's centre (m, world axes); VecOf<L> between(), from A's centre to B's; L impulse(i); L friction();
+// FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i).
+// `Rows` has set_frame(ContactAxesOf<L>), set_response, set_friction, set_point and set_friction_impulse.
+
+/// Mean distance of a patch's area from its centre over that of its corners, which are the contact's points: pressure
+/// is spread over the patch. For a square (√2 + ln(1 + √2)) / (3 √2) = 0.541, for a rectangle of 2 to 1 0.53, for a
+/// line 0.5. A little more, because towers of narrow blocks turn on each other below 0.55 (docs/validation.md, Kapla).
+inline constexpr float patch_share = 0.56f;
+
+/// Points farther apart than the nearest one by more than this (m) are only expected to touch: friction does not act
+/// there.
+inline constexpr float friction_reach = 0.02f;
+
+/// K over (n, t1, t2) for impulses at c.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION ContactResponse<L> contact_response(const ContactAxesOf<L>& axes, const Bodies& bodies) {
+  const VecOf<L> la = bodies.turn_a(axes.lever_a), lb = bodies.turn_b(axes.lever_b), turned = la + lb;
+  const VecOf<L> turn_1 = bodies.turn(axes.t1), turn_2 = bodies.turn(axes.t2);
+  ContactResponse<L> k;
+  k.nn = bodies.inverse_mass_sum() + (dot(axes.lever_a, la) + dot(axes.lever_b, lb));
+  k.n1 = dot(axes.t1, turned);
+  k.n2 = dot(axes.t2, turned);
+  k.k11 = dot(axes.t1, turn_1);
+  k.k12 = dot(axes.t2, turn_1);
+  k.k22 = dot(axes.t2, turn_2);
+  return k;
+}
+
+/// Effective mass (kg) of a point at (x, y).
+template <class L>
+FATHOM_LANE_FUNCTION L mass_at(const ContactResponse<L>& k, L x, L y) {
+  const L h_n = mul_sub(mul_add(k.nn, y, k.n1), x, k.n2);
+  const L h_1 = mul_sub(mul_add(k.n1, y, k.k11), x, k.k12);
+  const L h_2 = mul_sub(mul_add(k.n2, y, k.k12), x, k.k22);
+  return inverse_or_zero(mul_sub(mul_add(h_n, y, h_1), x, h_2));
+}
+
+/// Masses of sliding at c and of twisting about the normal.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, const Bodies& bodies,
+                                              ContactFriction<L>& row) {
+  const VecOf<L> a1 = cross(axes.arm_a, axes.t1), a2 = cross(axes.arm_a, axes.t2);
+  const VecOf<L> b1 = cross(axes.arm_b, axes.t1), b2 = cross(axes.arm_b, axes.t2);
+  const VecOf<L> ia1 = bodies.turn_a(a1), ib1 = bodies.turn_b(b1);
+  const L mass_sum = bodies.inverse_mass_sum();
+  const L s11 = mass_sum + (dot(a1, ia1) + dot(b1, ib1));
+  const L s12 = dot(a2, ia1) + dot(b2, ib1);
+  const L s22 = mass_sum + (dot(a2, bodies.turn_a(a2)) + dot(b2, bodies.turn_b(b2)));
+  const L inverse_det = inverse_or_zero(mul_sub(s11 * s22, s12, s12));
+  row.slide_11 = s22 * inverse_det;
+  row.slide_12 = splat<L>(0.0f) - s12 * inverse_det;
+  row.slide_22 = s11 * inverse_det;
+  row.twist_mass = inverse_or_zero(dot(axes.n, bodies.turn(axes.n)));
+}
+
+/// Frame, points and impulses to start from, with `overlap` (m) of the depth counted as touching. Returns the nearest
+/// points' separation (m), the overlap added.
+template <class L, class Manifold, class Rows, class Bodies>
+FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const Bodies& bodies, Rows& rows) {
+  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+  const VecOf<L> normal = m.normal();
+  VecOf<L> middle[max_manifold_points];
+  L separation[max_manifold_points], weight[max_manifold_points];
+  L nearest = splat<L>(1e30f);
+  for (int i = 0; i < m.end(); ++i) {
+    if (!m.has(i)) continue;
+    const VecOf<L> on_a = m.on_a(i), on_b = m.on_b(i);
+    separation[i] = dot(on_b - on_a, normal) + overlap;
+    rows.set_impulse(i, select(m.used(i), m.impulse(i), zero));
+    middle[i] = scale(splat<L>(0.5f), on_a + on_b);
+    nearest = select(m.used(i), smaller(nearest, separation[i]), nearest);
+  }
+  // c is the middle of the load in the last step; where there was none, of the points that touch or nearly do.
+  L near_count = zero, load = zero;
+  const L reach = nearest + splat<L>(friction_reach);
+  for (int i = 0; i < m.end(); ++i) {
+    if (!m.has(i)) continue;
+    weight[i] = select(m.used(i), select(is_above(separation[i], reach), zero, one), zero);
+    near_count = near_count + weight[i];
+    load = mul_add(load, weight[i], m.impulse(i));
+  }
+  const auto loaded = is_above(load, splat<L>(1e-30f));
+  const L share = one / select(loaded, load, larger(near_count, one));
+  VecOf<L> c{zero, zero, zero};
+  for (int i = 0; i < m.end(); ++i) {
+    if (!m.has(i)) continue;
+    weight[i] = weight[i] * share * select(loaded, m.impulse(i), one);
+    c = mul_add(c, weight[i], middle[i]);
+  }
+  const ContactAxesOf<L> axes(normal, m.tangent(), c, c - m.between());
+  const ContactResponse<L> response = contact_response(axes, bodies);
+  L radius_sum = zero;
+  for (int i = 0; i < m.end(); ++i) {
+    if (!m.has(i)) continue;
+    const VecOf<L> from_c = middle[i] - c;
+    const L x = select(m.used(i), dot(from_c, axes.t1), zero), y = select(m.used(i), dot(from_c, axes.t2), zero);
+    rows.set_point(i, {x, y, separation[i], select(m.used(i), mass_at(response, x, y), zero)});
+    radius_sum = mul_add(radius_sum, weight[i], root(mul_add(y * y, x, x)));
+  }
+  ContactFriction<L> friction;
+  friction.coefficient = m.friction();
+  friction.patch_radius = splat<L>(patch_share) * radius_sum;
+  set_friction_masses(axes, bodies, friction);
+  rows.set_frame(axes);
+  rows.set_response(response);
+  rows.set_friction(friction);
+  rows.set_friction_impulse(m.friction_impulse());
+  return nearest;
+}

@@ -1,0 +1,36 @@
+// What laws over a lane type L ask of L, for one lane: a float. Vectors of lanes have the same functions in
+// native/lane_functions-inl.hpp. A mask is a bool here.
+#pragma once
+
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+template <class L>
+using VecOf = Vec3;
+template <class L>
+FATHOM_HD L splat(float value) {
+  return value;
+}
+FATHOM_HD Vec3 scale(float s, Vec3 a) { return s * a; }
+/// a + s·b and a − s·b, one rounding.
+FATHOM_HD float mul_add(float a, float s, float b) { return fma(s, b, a); }
+FATHOM_HD float mul_sub(float a, float s, float b) { return fma(-s, b, a); }
+FATHOM_HD Vec3 mul_sub(Vec3 a, float s, Vec3 b) { return mul_add(a, -s, b); }
+FATHOM_HD float root(float a) { return fathom::sqrt(a); }
+FATHOM_HD float larger(float a, float b) { return max(a, b); }
+FATHOM_HD float smaller(float a, float b) { return min(a, b); }
+FATHOM_HD float inverse_or_zero(float a) { return a > 0 ? 1.0f / a : 0.0f; }
+FATHOM_HD float one_where_zero(float a) { return a == 0 ? 1.0f : 0.0f; }
+
+FATHOM_HD bool is_above(float a, float b) { return a > b; }
+FATHOM_HD bool both(bool a, bool b) { return a && b; }
+/// Whether any lane has a > b.
+FATHOM_HD bool any_above(float a, float b) { return a > b; }
+FATHOM_HD float select(bool mask, float a, float b) { return mask ? a : b; }
+
+/// 1 or 0, for conditions that are stored.
+FATHOM_HD float is_less(float a, float b) { return a < b ? 1.0f : 0.0f; }
+FATHOM_HD float choose(float condition, float a, float b) { return condition != 0 ? a : b; }
+
+}  // namespace fathom

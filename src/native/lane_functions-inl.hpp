@@ -1,0 +1,88 @@
+// What laws over a lane type L ask of L, for vectors of lanes; one lane has the same in dynamics/lane_scalar.hpp.
+// Included once per instruction set by solver_kernels.cpp (Highway's foreach_target).
+
+#if defined(FATHOM_LANE_FUNCTIONS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef FATHOM_LANE_FUNCTIONS_INL
+#undef FATHOM_LANE_FUNCTIONS_INL
+#else
+#define FATHOM_LANE_FUNCTIONS_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "native/lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace fathom::native::HWY_NAMESPACE {
+
+template <class L>
+using VecOf = Vec3V<L>;
+template <class L>
+HWY_INLINE L splat(float value) {
+  return hn::Set(hn::DFromV<L>(), value);
+}
+template <class V>
+HWY_INLINE V mul_add(V a, V s, V b) {
+  return hn::MulAdd(s, b, a);
+}
+template <class V>
+HWY_INLINE V mul_sub(V a, V s, V b) {
+  return hn::NegMulAdd(s, b, a);
+}
+template <class V>
+HWY_INLINE V root(V a) {
+  return hn::Sqrt(a);
+}
+template <class V>
+HWY_INLINE V larger(V a, V b) {
+  return hn::Max(a, b);
+}
+template <class V>
+HWY_INLINE V smaller(V a, V b) {
+  return hn::Min(a, b);
+}
+template <class V>
+HWY_INLINE V inverse_or_zero(V a) {
+  const hn::DFromV<V> d;
+  const V one = hn::Set(d, 1.0f);
+  const auto positive = hn::Gt(a, hn::Zero(d));
+  return hn::IfThenElseZero(positive, hn::Div(one, hn::IfThenElse(positive, a, one)));
+}
+template <class V>
+HWY_INLINE V one_where_zero(V a) {
+  const hn::DFromV<V> d;
+  return hn::IfThenElseZero(hn::Eq(a, hn::Zero(d)), hn::Set(d, 1.0f));
+}
+
+template <class V>
+HWY_INLINE auto is_above(V a, V b) {
+  return hn::Gt(a, b);
+}
+/// Whether any lane has a > b.
+template <class V>
+HWY_INLINE bool any_above(V a, V b) {
+  return !hn::AllFalse(hn::DFromV<V>(), hn::Gt(a, b));
+}
+template <class M>
+HWY_INLINE M both(M a, M b) {
+  return hn::And(a, b);
+}
+template <class V, class M>
+HWY_INLINE V select(M mask, V a, V b) {
+  return hn::IfThenElse(mask, a, b);
+}
+
+/// 1 or 0, for conditions that are stored.
+template <class V>
+HWY_INLINE V is_less(V a, V b) {
+  return hn::IfThenElseZero(hn::Lt(a, b), hn::Set(hn::DFromV<V>(), 1.0f));
+}
+template <class V>
+HWY_INLINE V choose(V condition, V a, V b) {
+  return hn::IfThenElse(hn::Ne(condition, hn::Zero(hn::DFromV<V>())), a, b);
+}
+
+}  // namespace fathom::native::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

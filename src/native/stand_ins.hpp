@@ -1,0 +1,59 @@
+// Kinematic bodies where groups and domains (constraint_layout.hpp) are solved.
+//
+// Nothing pushes a kinematic body, so it bounds islands and domains as fixed bodies do. But it moves on from substep to
+// substep, and groups and domains do not keep step with each other. So each of these *parts* has stand-ins for those
+// kinematic bodies that its constraints touch, and moves them on with its own bodies: all by the same operations, so
+// that they are where the body itself would be.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/constraint_layout.hpp"
+#include "native/solver_kernels.hpp"
+
+namespace fathom::native {
+
+class StandIns {
+ public:
+  explicit StandIns(BodyState& state) : state_(state) {}
+
+  /// Makes room for those of each part: groups, or domains of the first division. They are entries of
+  /// `BodyState::solver` behind those of the slots.
+  void lay_out(const ConstraintLayout& layout);
+  bool any() const { return !parts_.empty(); }
+
+  // By whoever has the part.
+
+  /// Makes stand-ins of the bodies that move, as they are loaded, and puts them into the part's blocks, which have just
+  /// been prepared.
+  void make(std::size_t part, BlockArray blocks);
+  /// Moves them on by a substep of length h (s).
+  void move(std::size_t part, float h);
+  /// Puts the bodies themselves back into the blocks.
+  void remove(std::size_t part, BlockArray blocks);
+
+  std::size_t memory_bytes() const {
+    return parts_.capacity() * sizeof(Part) + slots_.capacity() * sizeof(std::uint32_t);
+  }
+
+ private:
+  struct Part {
+    ConstraintLayout::Range blocks;
+    std::size_t first, end;  ///< of `slots_`; `end` grows as stand-ins are made
+  };
+
+  template <class Act>
+  void for_each_moving(const Part& part, BlockArray blocks, const Act& act) const;
+  std::uint32_t entry(std::size_t stand_in) const { return static_cast<std::uint32_t>(state_.size() + stand_in); }
+  std::uint32_t stand_in_for(Part& part, std::uint32_t slot);
+
+  BodyState& state_;
+  std::size_t width_ = 0;
+  std::vector<Part> parts_;           // none where no body is kinematic
+  std::vector<std::uint32_t> slots_;  // of the bodies, by stand-in
+};
+
+}  // namespace fathom::native

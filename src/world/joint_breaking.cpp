@@ -1,0 +1,37 @@
+// Joints that break: after each step, in the order of slots.
+#include "world/simulator.hpp"
+
+namespace fathom {
+
+// What a coupling does to its bodies is not one the reverse of the other; its simulators tell of the definition's B.
+JointReaction Simulator::reaction(std::uint32_t slot) const {
+  const JointInfo& info = joints[slot];
+  const float rate = info.swapped && info.def.type != JointType::coupling ? -1 / def.dt : 1 / def.dt;
+  const JointReaction impulse = joint_impulse(slot);
+  return {rate * impulse.force, rate * impulse.torque};
+}
+
+// The joints that go are known before any goes: removing one changes no reaction of another.
+void Simulator::break_joints() {
+  if (def.ahead == 0 || def.simulator != SimulatorKind::device)
+    broken.clear();
+  else
+    broken.begin_step();
+  if (joints.breakable_count() == 0) return;
+  synchronise();
+  std::vector<JointBreak> breaks;
+  for (const JointId id : joints.living()) {
+    const JointDef& joint = joints[id.index].def;
+    if (!joint.can_break()) continue;
+    const JointReaction r = reaction(id.index);
+    if (length(r.force) > joint.break_force || length(r.torque) > joint.break_torque)
+      breaks.push_back({id, joint.a, joint.b, r.force, r.torque, joint.user_data, steps});
+  }
+  for (const JointBreak& b : breaks) {
+    joint_removed(b.joint.index);
+    joints.remove(b.joint.index);
+  }
+  broken.add(breaks);
+}
+
+}  // namespace fathom
