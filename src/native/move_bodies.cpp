@@ -426,6 +426,14 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   return count;
 }
 
+/// Not those that have nothing left, which rounding would turn: it would matter which bodies share a vector.
+void turn_further(Vec3V<V> turn, Motion& m) {
+  const auto turns = hn::Gt(dot(turn, turn), hn::Zero(D()));
+  const QuatV q = normalised(product(exponential(turn), m.rotation));
+  m.rotation = {hn::IfThenElse(turns, q.w, m.rotation.w), hn::IfThenElse(turns, q.x, m.rotation.x),
+                hn::IfThenElse(turns, q.y, m.rotation.y), hn::IfThenElse(turns, q.z, m.rotation.z)};
+}
+
 template <bool in_contact>
 std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p) {
   Motion before, m;
@@ -458,7 +466,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   m.position = m.position + m.moved;
   m.rotation = normalised(product(exponential(m.turned), m.rotation));
   turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
-  if (forced) m.rotation = normalised(product(exponential(turn_left), m.rotation));
+  if (forced) turn_further(turn_left, m);
   m.rest = without_negative_zeros(m.rest);
   m.linear = without_negative_zeros(m.linear);
   m.angular = without_negative_zeros(m.angular);
