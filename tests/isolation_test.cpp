@@ -142,7 +142,7 @@ TEST_P(Isolation, NoBodyIsChangedByWhatHappensElsewhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Simulators, Isolation, testing::Values("soft", "impulse", "hybrid", "device"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& of) { return std::string(of.param); });
 
 }  // namespace
 }  // namespace fathom::test
