@@ -4,14 +4,12 @@
 // dynamics/contact_rows.hpp: warm starting once a step, later substeps carrying it in the bodies.
 #pragma once
 
-#include <fathom/world.hpp>
-
 #include "check/check.hpp"
 #include "device/constraint_rows.hpp"
 #include "device/joint_arrays.hpp"
-#include "device/overload.hpp"
+#include "device/joint_sweeps.hpp"
+#include "device/solve_parameters.hpp"
 #include "dynamics/body_fault.hpp"
-#include "dynamics/overlap.hpp"
 #include "dynamics/rotation.hpp"
 #include "dynamics/support.hpp"
 #include "exec/atomic.hpp"
@@ -19,45 +17,6 @@
 #include "exec/load.hpp"
 
 namespace fathom::device {
-
-struct SolveParameters {
-  float h = 0;  ///< s, a substep
-  std::uint32_t substeps = 4;
-  std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
-  std::uint32_t sweeps_after = 1;   ///< and after
-  bool soft = true;
-  bool warm_start = true;  ///< else every substep begins without impulses
-  ContactSoftness contacts;
-  float stiffness = 0;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is solved directly
-  float push_out_velocity = 0, restitution_threshold = 0;
-  float friction_lead = 0;  ///< s
-  SpeedLimits limits;
-};
-
-/// Coefficients of both solvers, as the native simulator has them.
-inline SolveParameters solve_parameters(const WorldDef& def) {
-  constexpr float baumgarte = 0.2f;  // Catto, "Iterative Dynamics with Temporal Coherence", 2005
-  const SolverSettings& s = def.solver;
-  SolveParameters p;
-  p.substeps = static_cast<std::uint32_t>(s.substeps);
-  p.h = def.dt / static_cast<float>(s.substeps);
-  p.push_out_velocity = s.push_out_velocity;
-  p.limits = speed_limits(s.max_linear_speed, p.h);
-  p.restitution_threshold = strike_threshold(def, p.h);
-  p.friction_lead = friction_lead(s, p.h);
-  p.soft = s.method == Solver::soft;
-  p.warm_start = s.warm_start;
-  if (p.soft) {
-    p.contacts = contact_softness(s, p.h);
-    const float omega = 2 * pi * contact_hertz(s, p.h);
-    if (def.partition == Partition::colours) p.stiffness = omega * omega;
-  } else {
-    p.sweeps_before = static_cast<std::uint32_t>(s.iterations);
-    p.sweeps_after = 0;
-    p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / p.h;
-  }
-  return p;
-}
 
 /// The phases of a step, each over one colour or over all bodies:
 ///
@@ -288,9 +247,9 @@ struct SolveConstraints {
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
     if constexpr (kinds == JointKinds::all)
-      if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic_joint(place, k, f);
+      if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic(place, k, f);
     if constexpr (kinds != JointKinds::absent)
-      if (is_joint(f.head.bits)) return sweep_joint(place, k, f);
+      if (is_joint(f.head.bits)) return sweep_joint(place, k, f, BallJointSweep(f.rows));
     if (place.what == push || place.what == push_first)
       sweep_as<push>(place, k, f);
     else if (place.what == relax)
@@ -434,20 +393,31 @@ struct SolveConstraints {
     return side;
   }
 
-  FATHOM_HD_INLINED void sweep_joint(Place place, std::uint32_t k, const Fetched& f) const {
-    if (place.what == push || place.what == push_first)
-      sweep_joint_as<push>(place, k, f);
-    else if (place.what == relax)
-      sweep_joint_as<relax>(place, k, f);
-    else if (place.what == warm)
-      sweep_joint_as<warm>(place, k, f);
-  }
-  template <What what>
-  FATHOM_HD_INLINED void sweep_joint_as(Place place, std::uint32_t k, const Fetched& f) const {
-    if (f.head.bits & anisotropic_bit)
-      sweep_joint_with<what, SymMat3>(place, k, f);
+  /// Apart from the others, which would pay for it in registers.
+  FATHOM_HD void sweep_generic(Place place, std::uint32_t k, const Fetched& f) const {
+    const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
+    const GenericJoint& joint = generic_joints[slot];
+    if (joint.couples != 0)
+      sweep_joint(place, k, f, CouplingSweep(f.rows, joint, reactions[slot]));
     else
-      sweep_joint_with<what, float>(place, k, f);
+      sweep_joint(place, k, f, GenericJointSweep(f.rows, joint, reactions[slot]));
+  }
+
+  template <class Law>
+  FATHOM_HD_INLINED void sweep_joint(Place place, std::uint32_t k, const Fetched& f, Law law) const {
+    if (place.what == push || place.what == push_first)
+      sweep_joint_as<push>(place, k, f, law);
+    else if (place.what == relax)
+      sweep_joint_as<relax>(place, k, f, law);
+    else if (place.what == warm)
+      sweep_joint_as<warm>(place, k, f, law);
+  }
+  template <What what, class Law>
+  FATHOM_HD_INLINED void sweep_joint_as(Place place, std::uint32_t k, const Fetched& f, Law& law) const {
+    if (Law::by_inertia && !(f.head.bits & anisotropic_bit))
+      sweep_joint_with<what, float>(place, k, f, law);
+    else
+      sweep_joint_with<what, SymMat3>(place, k, f, law);
   }
 
   template <What what, class Inertia>
@@ -463,134 +433,37 @@ struct SolveConstraints {
     return side;
   }
 
-  template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_joint_with(Place place, std::uint32_t k, const Fetched& fetched) const {
+  template <What what, class Inertia, class Law>
+  FATHOM_HD_INLINED void sweep_joint_with(Place place, std::uint32_t k, const Fetched& fetched, Law& law) const {
     const ConstraintHead& head = fetched.head;
     const Quad masses = fetched.rows[mass_row];
+    if (place.what == push_first) law.begin_without_impulses();
     Pair pair;
     load_pair<what>(place, fetched, pair);
     JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
                               joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
-    BallJointRow<float> row = joint_of(fetched.rows);
-    if (place.what == push_first) row.impulse = row.spun_a = row.spun_b = {};
-    float sum;
     const bool ends = ends_substep(place);
+    float sum;
     if constexpr (what == warm) {
-      warm_start_ball_joint(row, both);
+      law.warm_start(both);
       const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
       sum = all.x + (all.y + all.z);
     } else if constexpr (what == relax) {
-      sum = solve_ball_joint<JointPass::relax>(row, both, p.h, ends);
+      sum = law.template solve<JointPass::relax>(both, p.h, ends);
     } else if (p.soft) {
-      sum = solve_ball_joint<JointPass::soft>(row, both, p.h, ends);
+      sum = law.template solve<JointPass::soft>(both, p.h, ends);
     } else {
-      sum = solve_ball_joint<JointPass::iterate>(row, both, p.h, ends);
+      sum = law.template solve<JointPass::iterate>(both, p.h, ends);
     }
     if (!is_finite(sum)) {
-      row.impulse = row.total = row.spun_a = row.spun_b = {};
+      law.forget();
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
     // Velocities first: others wait for them.
     if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
-    Quad* const rows = rows_of(constraints, k);
-    store_joint_impulse(rows, row);
-    if (ends) store_joint_total(rows, row);
-  }
-
-  FATHOM_HD void sweep_generic_joint(Place place, std::uint32_t k, const Fetched& f) const {
-    if (place.what == push || place.what == push_first)
-      sweep_generic_joint_as<push>(place, k, f);
-    else if (place.what == relax)
-      sweep_generic_joint_as<relax>(place, k, f);
-    else if (place.what == warm)
-      sweep_generic_joint_as<warm>(place, k, f);
-  }
-
-  /// One code for all bodies: beside the rest of a sweep it hardly matters whether their inertia has directions.
-  template <What what>
-  FATHOM_HD void sweep_generic_joint_as(Place place, std::uint32_t k, const Fetched& fetched) const {
-    const ConstraintHead& head = fetched.head;
-    const Quad masses = fetched.rows[mass_row];
-    const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
-    const GenericJoint& joint = generic_joints[slot];
-    if (joint.couples != 0) return sweep_coupling_as<what>(place, k, fetched, slot);
-    GenericJointRow<float> row = generic_joint_of(fetched.rows, joint);
-    const JointUse use = joint.use();
-    if (use.reacts) load_reactions(reactions[slot], joint.least_hit, row);
-    if (place.what == push_first) forget_impulses(row);
-    Pair pair;
-    load_pair<what>(place, fetched, pair);
-    JointBodies<SymMat3> both{joint_side<what, SymMat3>(bodies, head.a, pair.a, masses.x, masses.y),
-                              joint_side<what, SymMat3>(bodies, head.b, pair.b, masses.z, masses.w)};
-    float sum;
-    const bool ends = ends_substep(place);
-    if constexpr (what == warm) {
-      warm_start_generic_joint(row, both);
-      const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
-      sum = all.x + (all.y + all.z);
-    } else if constexpr (what == relax) {
-      sum = solve_generic_joint<JointPass::relax>(row, both, p.h, use, ends);
-    } else if (p.soft) {
-      sum = solve_generic_joint<JointPass::soft>(row, both, p.h, use, ends);
-    } else {
-      sum = solve_generic_joint<JointPass::iterate>(row, both, p.h, use, ends);
-    }
-    if (!is_finite(sum)) {
-      forget_impulses(row);
-      row.force = row.torque = {};
-      reload_velocity(head.a, both.a.linear, both.a.angular);
-      reload_velocity(head.b, both.b.linear, both.b.angular);
-    }
-    // Velocities first: others wait for them.
-    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
-    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
-    store_generic_impulses(rows_of(constraints, k), row);
-    if (use.reacts) store_reactions(reactions[slot], row);
-  }
-
-  template <What what>
-  FATHOM_HD void sweep_coupling_as(Place place, std::uint32_t k, const Fetched& fetched, std::uint32_t slot) const {
-    const ConstraintHead& head = fetched.head;
-    const Quad masses = fetched.rows[mass_row];
-    CouplingRow<float> row = coupling_of(fetched.rows, generic_joints[slot], reactions[slot]);
-    if (place.what == push_first) forget_impulses(row);
-    Pair pair;
-    load_pair<what>(place, fetched, pair);
-    JointBodies<SymMat3> both{joint_side<what, SymMat3>(bodies, head.a, pair.a, masses.x, masses.y),
-                              joint_side<what, SymMat3>(bodies, head.b, pair.b, masses.z, masses.w)};
-    float sum;
-    const bool ends = ends_substep(place);
-    if constexpr (what == warm) {
-      warm_start_coupling(row, both);
-      const Vec3 all = (both.a.linear + both.a.angular) + (both.b.linear + both.b.angular);
-      sum = all.x + (all.y + all.z);
-    } else if constexpr (what == relax) {
-      sum = solve_coupling<JointPass::relax>(row, both, p.h, ends);
-    } else if (p.soft) {
-      sum = solve_coupling<JointPass::soft>(row, both, p.h, ends);
-    } else {
-      sum = solve_coupling<JointPass::iterate>(row, both, p.h, ends);
-    }
-    if (!is_finite(sum)) {
-      forget_impulses(row);
-      row.force = row.torque = {};
-      reload_velocity(head.a, both.a.linear, both.a.angular);
-      reload_velocity(head.b, both.b.linear, both.b.angular);
-    }
-    // Velocities first: others wait for them.
-    if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
-    if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
-    store_coupling_impulses(rows_of(constraints, k), row);
-  }
-  FATHOM_HD static void forget_impulses(CouplingRow<float>& row) {
-    row.impulse = 0;
-    row.given_a = row.given_b = row.spun_a = row.spun_b = {};
-  }
-  FATHOM_HD static void forget_impulses(GenericJointRow<float>& row) {
-    for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;
-    row.given = row.spun_a = row.spun_b = {};
+    law.store(rows_of(constraints, k), ends);
   }
 
   /// Whether a sweep asks how far the bodies have moved.
@@ -758,124 +631,6 @@ struct SolveConstraints {
     const Vec3 v = limited(body.linear.xyz(), p.limits.linear), w = limited(body.angular.xyz(), p.limits.angular);
     body.moved = quad(mul_add(body.moved.xyz(), p.h, v), body.moved.w);
     body.turned = quad(mul_add(body.turned.xyz(), p.h, w), body.turned.w);
-  }
-};
-
-/// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what
-/// was overloaded, tells of touches and hits, which takes the velocities that bodies began the step with. An impulse
-/// that is not finite is forgotten.
-struct StoreImpulses {
-  BodyArrays bodies;
-  ContactArrays contacts;
-  JointArrays joints;
-  ConstraintArrays constraints;
-  Counters* counters;
-  float hit_threshold;      ///< m/s
-  float dt;                 ///< s
-  float overlap_kept;       ///< a step
-  bool ends_with_friction;  ///< every constraint, and the step
-  MarkOverload mark_overload;
-
-  FATHOM_HD void operator()(std::uint32_t k) const {
-    if (counters->stopped) return;
-    const ConstraintHead head = constraints.heads[k];
-    if (is_joint(head.bits)) return head.bits & generic_bit ? store_generic_joint(k) : store_joint(k);
-    if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
-    ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
-    const Quad* const rows = rows_of(constraints, k);
-    const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
-    const float sum = ((n.x + n.y) + (n.z + n.w)) + ((f.x + f.y) + (f.z + f.w));
-    const bool ok = is_finite(sum);
-    FATHOM_VALIDATE(n.x >= 0 && n.y >= 0 && n.z >= 0 && n.w >= 0, constraints.bodies[k].b);
-    m.impulses[0] = ok ? n.x : 0, m.impulses[1] = ok ? n.y : 0;
-    m.impulses[2] = ok ? n.z : 0, m.impulses[3] = ok ? n.w : 0;
-    m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
-    m.twist_impulse = ok ? f.z : 0;
-    m.step_impulse = ok ? f.w : 0;
-    if (head.has(rolls_extra)) store_rolling(k, m);
-    // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
-    // away leaves some of the cone to rounding.
-    [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
-    FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
-                                               beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
-                    constraints.bodies[k].b);
-    mark_overload(k, m.step_impulse);
-    look_at_touch(k, m, m.step_impulse > 0);
-  }
-
- private:
-  FATHOM_HD void look_at_touch(std::uint32_t k, const ContactManifold& m, bool pressed) const {
-    Contact& c = contacts.contacts[constraints.contact[k]];
-    const bool touches = pressed || c.bits & near_bit;
-    if (touches != c.in_touch()) contacts.note_touch(c, touches, *counters);
-    if (!(pressed && c.bits & closing_bit) && !(c.bits & hits_bit)) return;
-    const Hit hit = pressed ? hit_of(k, c, m) : Hit{};
-    if (hit.speed > 0 && !(c.bits & hits_bit))
-      contacts.hits[contacts.event(counters->step + 1, exec::atomic_add(counters->hits, 1u))] = {c.a, c.b, hit.point,
-                                                                                                 hit.normal, hit.speed};
-    c.bits = hit.is_closing ? c.bits | hits_bit : c.bits & ~hits_bit;
-  }
-
-  FATHOM_HD Hit hit_of(std::uint32_t k, const Contact& c, const ContactManifold& m) const {
-    const Quad* const rows = rows_of(constraints, k);
-    Quad frame[row_count];
-    for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
-    PointRow points[max_manifold_points];
-    for (int i = 0; i < max_manifold_points; ++i)
-      points[i] = point_of(frame[first_point_row + static_cast<std::uint32_t>(i)]);
-    const auto body = [&](std::uint32_t i) {
-      return Stepped{bodies.poses[i].position, bodies.velocities[i].linear, bodies.velocities[i].angular,
-                     bodies.poses[i].rotation, bodies.solver[i].body()};
-    };
-    return fastest_hit(m, frame_of(frame), points, m.impulses, body(c.a), body(c.b), c.ahead(),
-                       {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
-  }
-
-  FATHOM_HD void fade_overlap(std::uint32_t k, int count) const {
-    Contact& c = contacts.contacts[constraints.contact[k]];
-    const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
-    float nearest = 1e30f;
-    for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
-    c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
-  }
-
-  FATHOM_HD void store_joint(std::uint32_t k) const {
-    const Quad* const rows = rows_of(constraints, k);
-    const Vec3 impulse = rows[joint_impulse_row * tile_width].xyz(), total = rows[joint_total_row * tile_width].xyz();
-    JointRecord& joint = joints.records[constraints.contact[k] & ~joint_tag];
-    const bool ok = is_finite(impulse) && is_finite(total);
-    joint.impulse = ok ? impulse : Vec3{};
-    joint.total = ok ? total : Vec3{};
-  }
-
-  FATHOM_HD void store_generic_joint(std::uint32_t k) const {
-    const Quad* const rows = rows_of(constraints, k);
-    Quad q[impulse_row + 2];
-    for (std::uint32_t r = generic_written_row; r < impulse_row + 2; ++r) q[r] = rows[r * tile_width];
-    const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
-    GenericImpulse impulse;
-    if (joints.generic[slot].couples != 0) {
-      CouplingRow<float> row{};
-      load_coupling_impulses(q, row);
-      impulse = impulse_of(row);
-    } else {
-      const Quad* const more = q + generic_written_row + 3;
-      load_generic_impulses(q, impulse.hold, impulse.drive);
-      impulse.force = {more[0].w, more[1].w, more[2].w};
-      impulse.torque = more[3].xyz();
-    }
-    float sum = 0;
-    for (int i = 0; i < axis_count; ++i) sum += impulse.hold[i] + impulse.drive[i];
-    const bool ok = is_finite(sum) && is_finite(impulse.force) && is_finite(impulse.torque);
-    joints.generic_impulses[slot] = ok ? impulse : GenericImpulse{};
-  }
-
-  FATHOM_HD void store_rolling(std::uint32_t k, ContactManifold& m) const {
-    const Quad* const rows = rows_of(constraints, k);
-    Quad frame[row_count];
-    for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
-    const Vec3 rolling = kept_impulse(constraints.rolls[k], ContactAxes(frame_of(frame)));
-    m.set_rolling_impulse(is_finite(rolling) ? rolling : Vec3{});
   }
 };
 

@@ -15,6 +15,7 @@
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
 #include "device/solve_supports.hpp"
+#include "device/store_impulses.hpp"
 #include "device/update_manifolds.hpp"
 #include "exec/device.hpp"
 
