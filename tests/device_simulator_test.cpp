@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fathom/error.hpp"
+#include "late_device.hpp"
 #include "scene/environments.hpp"
 #include "scene/scene.hpp"
 #include "world_fixture.hpp"
@@ -47,6 +48,7 @@ TEST(DeviceSimulator, SameStatesForAnyNumberOfThreadsAndStepsAhead) {
   for (const Scene& scene : {drift(200), layers(300), pyramid(6)}) {
     const std::uint64_t one = hash_after(scene, 120, [](WorldDef& def) { def.threads = 1; });
     EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.threads = 4; })) << scene.name;
+    const test::LateDevice late;
     EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.ahead = 2; })) << scene.name;
     EXPECT_EQ(one, hash_after(scene, 120, [](WorldDef& def) { def.ahead = 5, def.copy_results = false; }))
         << scene.name;

@@ -89,6 +89,9 @@ class DeviceSimulator final : public Simulator {
   /// A step in flight, and the edits that went before it.
   struct Flight {
     std::uint64_t number = 0;
+    // When the step was asked for; it may be submitted again when the application has added more.
+    std::uint32_t indices = 0;
+    std::size_t slots = 0;
     std::vector<Edit> edits;
     std::vector<BodyData> data;
     std::vector<JointEdit> joint_edits;
@@ -170,18 +173,18 @@ class DeviceSimulator final : public Simulator {
   /// `resumes`: what is left of a step that stopped half way.
   /// `after`: why the step stopped, of which only what is left is submitted.
   void submit(Flight& flight, bool with_edits, Stop after = no_stop);
-  void reserve_results(Lane& lane);
-  void submit_results(Lane& lane);
+  void reserve_results(const Flight& flight);
+  void submit_results(const Flight& flight);
   void reserve_events(Lane& lane, std::size_t room);
   CopyEvents copy_of_events(Lane& lane, std::uint64_t number);
-  SlotResults& publish(SlotResults& results);
+  SlotResults& publish(SlotResults& results, std::uint32_t indices);
   void stage_edits(Flight& flight);
   template <class T>
   std::size_t stage(exec::PinnedBuffer<T>& staging, exec::Buffer<T>& buffer, const std::vector<T>& list,
                     std::size_t done);
   void upload_edits(const Flight& flight);
   void upload_ahead();
-  void change_gravity(const GravityChange& change);
+  void change_gravity(const Flight& flight);
   void add_edit(Edit edit);
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);

@@ -70,6 +70,8 @@ void DeviceSimulator<D>::step() {
   if (!lanes_.front()->graph) record();
   Flight& flight = flights_.emplace_back(std::move(next));
   flight.number = ++submitted_;
+  flight.indices = indices_.size();
+  flight.slots = bodies.slot_count();
   flight.gravity = std::exchange(gravity_change_, {});
   flight.edits = std::move(edits_);
   flight.data = std::move(data_);
@@ -230,15 +232,15 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   Lane& lane = lane_of(flight.number);
   if (with_edits) stage_edits(flight);
   if (with_edits) stage_joint_edits(flight);
-  if (copies_results()) reserve_results(lane);
+  if (copies_results()) reserve_results(flight);
   if (def.ahead > 0) reserve_events(lane, first_events);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
-  if (with_edits) change_gravity(flight.gravity);
+  if (with_edits) change_gravity(flight);
   if (with_edits) upload_edits(flight);
   if (with_edits) upload_joint_edits(flight);
   if (body_fault.is_due(SolverStage::before_step, 0))
-    device_.parallel_for(indices_.size(),
+    device_.parallel_for(flight.indices,
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
   if (after != no_stop) {
     lane.rest_graph.emplace(device_.record([step = step_of(lane), after]() mutable {
@@ -251,7 +253,7 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   } else {
     device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
   }
-  if (copies_results()) submit_results(lane);
+  if (copies_results()) submit_results(flight);
   if (def.ahead > 0)
     device_.parallel_for(static_cast<std::uint32_t>(lane.begun.size()),
                          CopyNewestEvents{copy_of_events(lane, flight.number), counters_.data()});
@@ -262,21 +264,22 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
 
 /// Memory for results, asked for while nothing of the step has been submitted.
 template <exec::Device D>
-void DeviceSimulator<D>::reserve_results(Lane& lane) {
+void DeviceSimulator<D>::reserve_results(const Flight& flight) {
+  Lane& lane = lane_of(flight.number);
   const std::size_t room = body_memory_.capacity();
   lane.results.reserve(room);
   const auto reserve = [&](auto& buffer) {
-    if (buffer.size() < bodies.slot_count()) buffer = std::decay_t<decltype(buffer)>(device_, room);
+    if (buffer.size() < flight.slots) buffer = std::decay_t<decltype(buffer)>(device_, room);
   };
   reserve(lane.poses), reserve(lane.velocities), reserve(lane.flags);
 }
 
 /// Copies of one step's results run beside the kernels of the next, from memory that only they read until then.
 template <exec::Device D>
-void DeviceSimulator<D>::submit_results(Lane& lane) {
-  const std::size_t n = bodies.slot_count();
-  lane.slots = n;
-  SlotResults& results = publish(lane.results);
+void DeviceSimulator<D>::submit_results(const Flight& flight) {
+  Lane& lane = lane_of(flight.number);
+  const std::size_t n = lane.slots = flight.slots;
+  SlotResults& results = publish(lane.results, flight.indices);
   device_.copy_to_host_aside(lane.poses.data(), results.poses.data(), n);
   device_.copy_to_host_aside(lane.velocities.data(), results.velocities.data(), n);
   device_.copy_to_host_aside(lane.flags.data(), results.flags.data(), n);
@@ -284,9 +287,9 @@ void DeviceSimulator<D>::submit_results(Lane& lane) {
 }
 
 template <exec::Device D>
-SlotResults& DeviceSimulator<D>::publish(SlotResults& results) {
+SlotResults& DeviceSimulator<D>::publish(SlotResults& results, std::uint32_t indices) {
   results.reserve(body_memory_.capacity());
-  device_.parallel_for(indices_.size(), PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
+  device_.parallel_for(indices, PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
                                                       results.velocities.data(), results.flags.data()});
   return results;
 }
@@ -322,8 +325,7 @@ void DeviceSimulator<D>::upload_edits(const Flight& flight) {
                                flight.edits.size() - flight.uploaded);
   if (!flight.data.empty()) device_.copy_to_device_aside(lane.data.data(), lane.staged_data.data(), flight.data.size());
   // Looking at every body pays where many are edited.
-  const auto bodies_count = indices_.size();
-  const bool follows = 8 * flight.edits.size() > bodies_count;
+  const bool follows = 8 * flight.edits.size() > flight.indices;
   const ApplyEdits apply{body_memory_.arrays(),
                          grid_memory_.grid(grid_base_),
                          counters_.data(),
@@ -332,15 +334,16 @@ void DeviceSimulator<D>::upload_edits(const Flight& flight) {
                          def.dt,
                          follows};
   device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()), apply);
-  if (follows) device_.parallel_for(bodies_count, FollowEdits{apply});
+  if (follows) device_.parallel_for(flight.indices, FollowEdits{apply});
 }
 
 /// Before the step's edits, and like them not while the simulator is stopped.
 template <exec::Device D>
-void DeviceSimulator<D>::change_gravity(const GravityChange& change) {
+void DeviceSimulator<D>::change_gravity(const Flight& flight) {
+  const GravityChange& change = flight.gravity;
   if (!change.is_new) return;
   device_.parallel_for(1, SetGravity{counters_.data(), change.gravity});
-  if (change.wakes) device_.parallel_for(indices_.size(), WakeByGravity{body_memory_.arrays(), counters_.data()});
+  if (change.wakes) device_.parallel_for(flight.indices, WakeByGravity{body_memory_.arrays(), counters_.data()});
 }
 
 }  // namespace fathom::device

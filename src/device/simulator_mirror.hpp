@@ -51,7 +51,7 @@ std::size_t DeviceSimulator<D>::fetch_results(std::size_t slots) {
     return known;
   }
   make_room();
-  const SlotResults& results = publish(results_);
+  const SlotResults& results = publish(results_, indices_.size());
   device_.copy_to_host(poses_.data(), results.poses.data(), slots);
   device_.copy_to_host(velocities_.data(), results.velocities.data(), slots);
   device_.copy_to_host(flags_.data(), results.flags.data(), slots);
@@ -66,7 +66,7 @@ std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
     retire_all();
     if (newest_.step == 0) return {};
     make_room();
-    return DevicePoses{publish(results_).poses.data(), bodies.slot_count(), device_.stream(),
+    return DevicePoses{publish(results_, indices_.size()).poses.data(), bodies.slot_count(), device_.stream(),
                        static_cast<int>(device_.info().index)};
   } else {
     return {};

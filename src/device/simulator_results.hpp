@@ -75,7 +75,9 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
     device_.parallel_for(most, copy);
     device_.wait();
   }
-  const auto isolated_in = download(body_memory_.arrays().isolated_in, report.quarantined ? indices_.size() : 0);
+  // Bodies that came since may have no memory yet.
+  const std::size_t stepped = std::min<std::size_t>(indices_.size(), body_memory_.capacity());
+  const auto isolated_in = download(body_memory_.arrays().isolated_in, report.quarantined ? stepped : 0);
 
   const auto former = indices_.former(number);
   const auto id_of = [&](std::uint32_t index) {

@@ -162,8 +162,10 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   upload(body_memory_.arrays().slots, indices_.slots());
   device_.mark(end_of(submitted_));  // the next step is timed from here
   if (copies_results()) {
-    reserve_results(lane_of(newest_.step));
-    submit_results(lane_of(newest_.step));
+    Flight newest;
+    newest.number = newest_.step, newest.indices = indices_.size(), newest.slots = bodies.slot_count();
+    reserve_results(newest);
+    submit_results(newest);
   }
   device_.wait();
 }

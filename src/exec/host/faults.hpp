@@ -1,4 +1,5 @@
-// Faults on request, so that tests see what a simulator does when its device runs out of memory or is lost.
+// Faults on request, so that tests see what a simulator does when its device runs out of memory, is
+// lost, or is slow.
 #pragma once
 
 #include <atomic>
@@ -12,6 +13,9 @@ struct HostFaults {
   std::atomic<std::int64_t> allocations{-1};
   /// Calls that still succeed; all after them fail, as those of a device that was unplugged.
   std::atomic<std::int64_t> calls{-1};
+  /// Events are not done before somebody waits for them, as if a slow device had not got there: steps stay in flight
+  /// as long as they may.
+  std::atomic<bool> late{false};
 };
 
 inline HostFaults host_faults;
