@@ -1,4 +1,4 @@
-// Friction over a patch: it acts where the load is, and sliding and spinning share it.
+// Friction over a patch: it acts where the load is, and holds what is gripped.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -60,7 +60,7 @@ TEST_P(FrictionPatch, ALoadOnOneEndDoesNotTurnAPlank) {
     for (int i = 0; i < steps; ++i) world.step();
     const double way = speed * speed / (2 * mu * 9.81f);
     // A substep's error at the start and at the end.
-    const double slack = 0.02 * way + static_cast<double>(speed * def.dt);
+    const double slack = 0.04 * way + static_cast<double>(speed * def.dt);
     EXPECT_NEAR(length(world.pose(ids[0]).position - start), way, slack) << "trial " << trial;
     EXPECT_NEAR(turned(world, ids[0]), 0, 0.02) << "trial " << trial << ", load " << load << " at " << end;
   }
@@ -89,9 +89,9 @@ std::array<double, 2> slid_and_spun(double half, double speed, double spin, doub
   return way;
 }
 
-// What slides and spins is braked less along its way than what only slides, and turns farther than what only spins. An
-// ellipsoid is not quite the limit of a square patch: ways and angles come out up to a sixth short.
-TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
+// What slides and spins is braked less along its way than what only slides. Limits apart brake it too much, never too
+// little (docs/solver.md).
+TEST_P(FrictionPatch, SlidingAndSpinningAreBrakedAtLeastAsMuchAsOverAnArea) {
   constexpr double mu = 0.5;
   for (const auto& [speed, spin] : {std::tuple(3.0, 0.0), {3.0, 3.0}, {3.0, 8.0}, {1.0, 8.0}, {0.2, 8.0}}) {
     WorldDef def = world_of(GetParam());
@@ -112,8 +112,67 @@ TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
     }
     const auto [way, turn] = slid_and_spun(0.5, speed, spin, mu);
     const double got = length(world.pose(id).position - start);
-    EXPECT_NEAR(got, way, (spin == 0 ? 0.01 : 0.18) * way + 0.01) << speed << " m/s, " << spin << " rad/s";
-    EXPECT_NEAR(angle, turn, 0.2 * std::abs(turn) + 0.01) << speed << " m/s, " << spin << " rad/s";
+    if (spin == 0) {
+      EXPECT_NEAR(got, way, 0.01 * way + 0.01) << speed << " m/s";
+    }
+    EXPECT_LT(got, 1.01 * way + 0.01) << speed << " m/s, " << spin << " rad/s";
+    EXPECT_LT(angle, 1.02 * turn + 0.01) << speed << " m/s, " << spin << " rad/s";
+  }
+}
+
+/// A box that something holds at `speed` (m/s, upward).
+BodyDef finger(float x, float speed, MotionType motion, float friction) {
+  BodyDef def = dynamic(box({0.02f, 0.1f, 0.1f}), {x, 0, 2}, 0.2f);
+  def.motion = motion;
+  def.velocity.linear = {0, 0, speed};
+  def.material.friction = friction;
+  def.gravity_scale = 0;
+  return def;
+}
+
+// A plank is pressed with 15 N against a wall that begins to rise: what slips a little at first has to stick again.
+TEST_P(FrictionPatch, AWallTakesAlongWhatIsPressedAgainstIt) {
+  for (const float off : {0.0f, 0.02f, 0.05f}) {
+    World world(world_of(GetParam()));
+    const BodyId wall = world.add(finger(-0.07f, 0.1f, MotionType::kinematic, 1));
+    BodyDef def = dynamic(box({0.05f, 0.5f, 0.05f}), {0, off, 2});
+    def.material.friction = 1;
+    const BodyId plank = world.add(def);
+    const auto lead = [&] { return world.pose(wall).position.z - world.pose(plank).position.z; };
+    const auto press = [&](int steps) {
+      for (int i = 0; i < steps; ++i) {
+        world.apply_force(plank, {-15, 0, 0});
+        world.step();
+      }
+    };
+    press(60);
+    const float early = lead();
+    press(120);
+    EXPECT_LT(early, 0.01f) << off;
+    EXPECT_NEAR(lead(), early, 0.001f) << off;
+  }
+}
+
+// Two fingers that rise with a plank between them, its centre beside them. One presses with 15 N: the weight takes a
+// half of what both can give, the twist a quarter.
+TEST_P(FrictionPatch, AGripHolds) {
+  if (GetParam() == std::string("cells")) GTEST_SKIP() << "has no joints";
+  for (const float off : {0.0f, 0.03f, 0.06f}) {
+    World world(world_of(GetParam()));
+    const BodyId fixed = world.add(finger(-0.07f, 0.1f, MotionType::kinematic, 0.7f));
+    const BodyId moving = world.add(finger(0.07f, 0, MotionType::dynamic, 0.7f));
+    JointDef guide = generic_joint(fixed, moving, {.position = {0.07f, 0, 0}}, {.position = {-0.07f, 0, 0}});
+    guide.axis(JointAxisName::x).mode = AxisMode::free;
+    world.add_joint(guide);
+    BodyDef def = dynamic(box({0.05f, 0.5f, 0.05f}), {0, off, 2});
+    def.material.friction = 0.7f;
+    const BodyId plank = world.add(def);
+    for (int i = 0; i < 240; ++i) {
+      world.apply_force(moving, {-15, 0, 0});
+      world.step();
+    }
+    EXPECT_NEAR(world.pose(plank).position.z, 2.4f, 0.02f) << off;
+    EXPECT_NEAR(world.velocity(plank).linear.z, 0.1f, 0.005f) << off;
   }
 }
 

@@ -186,6 +186,9 @@ TEST_P(BreakingJoints, RefuseWhatIsNoStrength) {
   const JointId joint = world.add_joint(def);
   EXPECT_THROW(world.set_joint_break(joint, -1, 1), Error);
   EXPECT_EQ(world.joint(joint).break_force, 1);
+  const float inf = std::numeric_limits<float>::infinity();
+  world.set_joint_break(joint, inf, inf);
+  EXPECT_FALSE(world.joint(joint).can_break());
 }
 
 }  // namespace

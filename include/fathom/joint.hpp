@@ -61,10 +61,10 @@ struct JointAxis {
   float lower = 0, upper = 0;
   JointDrive drive{};
   /// 0 to 1: the part of its speed with which an axis comes back from a limit that it hit faster than
-  /// `SolverSettings::restitution_threshold` (m/s or rad/s).
+  /// `SolverSettings::restitution_threshold` (m/s or rad/s). The solver `impulse` knows none.
   float restitution = 0;
   /// kg or kg·m² that the motion along the axis feels besides the bodies' inertia, of a motor's rotor behind its gear.
-  /// Of axes that are not locked. It resists `World::set_velocity` too.
+  /// Of axes that are not locked. Velocities and impulses of the application act on the bodies alone.
   float armature = 0;
 
   JointAxis& limit(float from, float to) {
@@ -127,8 +127,8 @@ struct JointDef {
   /// Of a coupling: it holds the motion of A + ratio times that of B within the bounds of its axis x.
   CouplingEnd coupled_a{}, coupled_b{};
   float ratio = 1;
-  /// The joint is removed at the end of a step in which its mean reaction is larger (N; N·m), and told of by
-  /// `World::joints_broken`.
+  /// The joint is removed at the end of a step in which its mean reaction is larger (N; N·m; of a coupling that on B),
+  /// and `World::joints_broken` lists it. Infinity is `unbreakable` too.
   float break_force = unbreakable, break_torque = unbreakable;
   /// False: the two bodies make no contacts with each other.
   bool collide_connected = false;

@@ -49,7 +49,7 @@ struct ContactResponse {
 template <class L>
 struct ContactFriction {
   L coefficient;                   ///< Coulomb's
-  L patch_radius;                  ///< mean distance of the patch from c (m)
+  L patch_radius;                  ///< of the patch's load: `patch_share` of the points' mean distance from c (m)
   L slide_11, slide_12, slide_22;  ///< inverse of the 2×2 matrix of sliding at c (kg)
   L twist_mass;                    ///< kg·m²
 };
@@ -258,61 +258,32 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf
   return cross(angular, mul_add(along, splat<L>(0.5f), cross(turned, along)));
 }
 
-/// How far (kg) friction follows a slip: no more than any direction of sliding or twisting has mass for.
-template <class L>
-FATHOM_LANE_FUNCTION L slip_mass(const ContactFriction<L>& row, L inverse_radius) {
-  const L half = splat<L>(0.5f), mean = half * (row.slide_11 + row.slide_22),
-          off = half * (row.slide_11 - row.slide_22);
-  const L least = larger(mean - root(mul_add(off * off, row.slide_12, row.slide_12)), splat<L>(0.0f));
-  const L twisting = row.twist_mass * inverse_radius * inverse_radius;
-  return half * select(is_above(inverse_radius, splat<L>(0.0f)), smaller(least, twisting), least);
-}
-
-/// Friction over the patch around c, limited by µ times `load`, the points' impulses; returns `old` brought up to date.
-/// What a patch can give by sliding and by twisting together lies in an ellipsoid, and what slips is opposed along its
-/// normal there, which is least work's (Goyal, Ruina, Papadopoulos, "Planar sliding with dry friction", Wear 143,
-/// 1991): a box that spins fast slides as if there were hardly friction. With R the patch's radius that is a ball of
-/// (F, T/R) and the slip (v, R ω), for which one projects `old − m slip`. A patch that sticks gets what stops it, twist
-/// first. `carried` adds to the sliding velocity what arms carry along (`carried_speed`).
+/// Friction over the patch around c; returns `old` brought up to date: what stops the twist about the normal, then the
+/// sliding, each within its own limit: µ times `load`, the points' impulses, for the twist times the patch's radius.
+/// One limit for both would be nearer to Coulomb's law over an area, but what is gripped then slips away: opposite
+/// twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds to the sliding velocity
+/// what arms carry along (`carried_speed`).
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,
                                                        const Carried& carried) {
-  const L limit = row.coefficient * load, limit_squared = limit * limit, twist_limit = limit * row.patch_radius;
-  // Of points there is no twist.
-  const L inverse_radius =
-      inverse_or_zero(select(is_above(row.patch_radius, splat<L>(1e-9f)), row.patch_radius, splat<L>(0.0f)));
-  const L mass = slip_mass(row, inverse_radius);
-  const auto slide = [&]() FATHOM_LANE_LAMBDA {
-    return carried((bodies.b.linear + cross(bodies.b.angular, axes.arm_b)) -
-                   (bodies.a.linear + cross(bodies.a.angular, axes.arm_a)));
-  };
-  const L twist_speed = dot(axes.n, bodies.b.angular - bodies.a.angular);
-  const VecOf<L> slip = slide();
-  const L slip_1 = mul_sub(old.slide_1, mass, dot(axes.t1, slip));
-  const L slip_2 = mul_sub(old.slide_2, mass, dot(axes.t2, slip));
-  // A patch that shrinks between steps keeps no more twist than it can give.
-  const L slip_3 = mul_sub(inverse_radius * within(old.twist, twist_limit), mass * row.patch_radius, twist_speed);
-  const L slip_squared = mul_add(mul_add(slip_3 * slip_3, slip_2, slip_2), slip_1, slip_1);
-  const auto slips = is_above(slip_squared, limit_squared);
-  const L onto = limit / root(larger(slip_squared, splat<L>(1e-30f)));
-  const L stopping = mul_sub(old.twist, row.twist_mass, twist_speed);
-  const L twist = select(slips, onto * slip_3 * row.patch_radius, within(stopping, twist_limit));
+  const L limit = row.coefficient * load;
+  const L stopping = mul_sub(old.twist, row.twist_mass, dot(axes.n, bodies.b.angular - bodies.a.angular));
+  const L twist = within(stopping, limit * row.patch_radius);
   // The twist's effect on sliding at c comes through the bodies' velocities, which are updated first.
   bodies.twist(scale(twist - old.twist, axes.n));
-  const VecOf<L> left = slide();
-  const L v1 = dot(axes.t1, left), v2 = dot(axes.t2, left);
-  const L wanted_1 = select(slips, onto * slip_1, old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1));
-  const L wanted_2 = select(slips, onto * slip_2, old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1));
-  const L spread = inverse_radius * twist;
-  const L squared = mul_add(mul_add(spread * spread, wanted_2, wanted_2), wanted_1, wanted_1);
-  // Without a load there is none, however small a slip is: its square may be zero.
+  const VecOf<L> slip = carried((bodies.b.linear + cross(bodies.b.angular, axes.arm_b)) -
+                                (bodies.a.linear + cross(bodies.a.angular, axes.arm_a)));
+  const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);
+  const L wanted_1 = old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1);
+  const L wanted_2 = old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1);
+  const L squared = mul_add(wanted_2 * wanted_2, wanted_1, wanted_1);
+  // Without load there is no friction, even where the square underflows.
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
-  const L beyond = select(is_above(squared, limit_squared), limit / root(larger(squared, splat<L>(1e-30f))), one);
-  const L shrink = select(is_above(limit, zero), beyond, zero);
-  const FrictionImpulse<L> now{wanted_1 * shrink, wanted_2 * shrink, twist * shrink};
-  push_tangential(bodies, axes,
-                  FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, now.twist - twist});
+  const L beyond = select(is_above(squared, limit * limit), limit / root(larger(squared, splat<L>(1e-30f))), one);
+  const L kept = select(is_above(limit, zero), beyond, zero);
+  const FrictionImpulse<L> now{wanted_1 * kept, wanted_2 * kept, twist};
+  push_tangential(bodies, axes, FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, zero});
   return now;
 }
 

@@ -152,7 +152,7 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
 }
 
 /// Part of its error that a coupling closes in a substep whose bodies have no other couplings, and no joints but to
-/// what cannot be pushed. Its one row knows then what it moves, so it needs not be soft, as rows in chains
+/// what cannot be pushed. Its one row knows then what it moves, so it need not be soft as rows in chains are
 /// (`joint_softness`).
 inline constexpr float alone_coupling_rate = 0.5f;
 

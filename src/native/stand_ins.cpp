@@ -45,7 +45,7 @@ void StandIns::make(std::size_t part, BlockArray blocks) {
   std::uint32_t last = none, of_last = none;
   for_each_moving(p, blocks, [&](std::uint32_t& a) {
     const SolverBody& body = state_.solver_bodies()[a];
-    if (length_squared(body.linear) + length_squared(body.angular) == 0) return;  // fixed, or as good as that
+    if (length_squared(body.linear) + length_squared(body.angular) == 0) return;  // it does not move
     if (a != last) last = a, of_last = stand_in_for(p, a);
     a = of_last;
   });

@@ -17,7 +17,7 @@ float read_ratio(const TomlTable& table) {
 }
 
 JointDef read_gear(const TomlTable& table, const Pose& a, const Pose& b) {
-  table.required("ratio", "by how much more A turns than B, backwards");
+  table.required("ratio", "how often A turns, backwards, for one turn of B");
   if (!table.has("axis_a") || !table.has("axis_b"))
     table.required("axis", "about which both wheels turn, in the world; or write 'axis_a' and 'axis_b'");
   const Vec3 axis = table.has("axis") ? read_direction(table, "axis", {}) : Vec3{1, 0, 0};

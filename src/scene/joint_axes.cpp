@@ -69,15 +69,6 @@ TomlTable inner(const TomlTable& outer, const toml::node& node, std::string_view
   return {outer.as_table(node, key), std::string(key), outer.file(), known};
 }
 
-/// A number that may be `inf`, which is then `most`.
-void read_or_infinite(const TomlTable& table, std::string_view key, float& value, float most) {
-  const toml::node* node = table.find(key);
-  if (node && node->value<double>() == std::numeric_limits<double>::infinity())
-    value = most;
-  else
-    table.read(key, value, Range::not_negative);
-}
-
 /// By how far an axis may be from 0, and in which unit.
 struct Reach {
   float most = 3e38f;
@@ -294,6 +285,14 @@ Quat rotation_to(Vec3 x, Vec3 z) {
 }
 
 }  // namespace
+
+void read_or_infinite(const TomlTable& table, std::string_view key, float& value, float most) {
+  const toml::node* node = table.find(key);
+  if (node && node->value<double>() == std::numeric_limits<double>::infinity())
+    value = most;
+  else
+    table.read(key, value, Range::not_negative);
+}
 
 Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise) {
   table.read(key, otherwise);

@@ -30,6 +30,8 @@ void check_joint_keys(const TomlTable& table, JointWord word);
 void read_joint_axes(const TomlTable& table, JointWord word, JointDef& def);
 /// Where the frames' axes point in the world at the start: x along 'axis', and z along a suspension.
 Quat read_joint_rotation(const TomlTable& table, JointWord word);
+/// A number that may be `inf`, which is then `most`.
+void read_or_infinite(const TomlTable& table, std::string_view key, float& value, float most);
 /// The vector of a key that must have a length, as a unit vector; `otherwise` where the key is missing.
 Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise);
 

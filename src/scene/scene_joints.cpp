@@ -65,8 +65,8 @@ class JointReader {
       read_coupling(table, word, scene_, joint);
     else
       read_joint_axes(table, word, joint.def);
-    table.read("break_force", joint.def.break_force, Range::not_negative);
-    table.read("break_torque", joint.def.break_torque, Range::not_negative);
+    read_or_infinite(table, "break_force", joint.def.break_force, unbreakable);
+    read_or_infinite(table, "break_torque", joint.def.break_torque, unbreakable);
     table.read("collide_connected", joint.def.collide_connected);
     table.read("user_data", joint.def.user_data);
     const WorldFrame frame = is_coupling(word) ? WorldFrame{} : read_frames(table, word, joint);

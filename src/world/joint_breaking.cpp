@@ -1,4 +1,6 @@
 // Joints that break: after each step, in the order of slots.
+#include <cmath>
+
 #include "world/simulator.hpp"
 
 namespace fathom {
@@ -9,6 +11,12 @@ JointReaction Simulator::reaction(std::uint32_t slot) const {
   const float rate = info.swapped && info.def.type != JointType::coupling ? -1 / def.dt : 1 / def.dt;
   const JointReaction impulse = joint_impulse(slot);
   return {rate * impulse.force, rate * impulse.torque};
+}
+
+/// In double precision, whose squares do not overflow.
+static bool exceeds(Vec3 v, float most) {
+  const double x = static_cast<double>(v.x), y = static_cast<double>(v.y), z = static_cast<double>(v.z);
+  return std::sqrt(x * x + y * y + z * z) > static_cast<double>(most);
 }
 
 // The joints that go are known before any goes: removing one changes no reaction of another.
@@ -24,7 +32,7 @@ void Simulator::break_joints() {
     const JointDef& joint = joints[id.index].def;
     if (!joint.can_break()) continue;
     const JointReaction r = reaction(id.index);
-    if (length(r.force) > joint.break_force || length(r.torque) > joint.break_torque)
+    if (exceeds(r.force, joint.break_force) || exceeds(r.torque, joint.break_torque))
       breaks.push_back({id, joint.a, joint.b, r.force, r.torque, joint.user_data, steps});
   }
   for (const JointBreak& b : breaks) {

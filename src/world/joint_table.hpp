@@ -56,8 +56,8 @@ class JointTable {
   /// Whether some joint keeps the two bodies from making contacts.
   bool keeps_apart(std::uint32_t body_a, std::uint32_t body_b) const;
 
-  /// Whether the joint's bodies have no others but such that hold them to what cannot be pushed; `ignoring` is one that
-  /// does not count.
+  /// Whether the joint's bodies have only joints to fixed or kinematic bodies besides; `ignoring` is one that does not
+  /// count.
   bool is_alone(std::uint32_t slot, std::uint32_t ignoring = 0xffffffffu) const;
 
   std::size_t memory_bytes() const;

@@ -157,8 +157,11 @@ static void check_coupling(const JointDef& def, const char* action) {
 }
 
 void check_joint_break(float force, float torque, const char* action) {
-  require_not_negative(force, action, "the force at which it breaks");
-  require_not_negative(torque, action, "the torque at which it breaks");
+  const auto check = [&](float most, const char* name) {
+    if (!(most >= 0)) refuse(std::string(action) + ": " + name + " is " + text(most) + "; it must be at least 0");
+  };
+  check(force, "the force at which it breaks");
+  check(torque, "the torque at which it breaks");
 }
 
 void check_joint(const JointDef& def, const char* action) {
