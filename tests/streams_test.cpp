@@ -169,7 +169,7 @@ TEST(Streams, EveryEventIsToldOnceWithItsStep) {
       ASSERT_GT(expected.hits.size(), enough);
       EXPECT_TRUE(std::ranges::is_sorted(expected.begun, {}, [](const Touch& t) { return std::get<0>(t); }));
       if (def.simulator != SimulatorKind::device) continue;
-      const LateDevice late;
+      const test::LateDevice late;
       for (def.ahead = 1; def.ahead <= 3; ++def.ahead)
         for (const int every : {1, 3, 100})
           EXPECT_TRUE(told(seed, a_step, def, every) == expected) << "ahead " << def.ahead << ", every " << every;

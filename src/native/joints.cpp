@@ -20,14 +20,8 @@ static ConstraintKind kind_of(JointType type) {
 void NativeSimulator::define_joint(std::uint32_t slot, std::uint32_t ignoring) {
   const JointInfo& info = joints[slot];
   if (info.def.type == JointType::ball) return;
-  // Joints to what cannot be pushed are swept after all others, and a drive there has the last word over a rigid row.
-  const auto has_others = [&](std::uint32_t body) {
-    return std::ranges::any_of(joints.of(body),
-                               [&](std::uint32_t other) { return other != slot && other != ignoring; });
-  };
-  const bool is_free = !has_others(info.b) && (info.fixed_a || !has_others(info.a));
   graph_.define_joint(
-      slot, make_generic_joint(info.def, {info.swapped, is_free && joints.is_alone(slot, ignoring)},
+      slot, make_generic_joint(info.def, {info.swapped, joints.is_alone(slot, ignoring)},
                                def.dt / static_cast<float>(def.solver.substeps), def.solver.restitution_threshold));
 }
 

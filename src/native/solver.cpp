@@ -673,6 +673,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.push_out_velocity = settings.push_out_velocity;
   soft.restitution_threshold = strike_threshold(def_, h);
   soft.friction_lead = friction_lead(settings, h);
+  soft.couplings_follow = couplings_follow();
   const BodyIntegration integrate = integration(h);
   work.structures([&](std::uint32_t structure) { supports_.prepare(structure, wide_, wide_blocks_, h); });
   work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.prepare(mechanism); });
@@ -682,12 +683,14 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     begin_impulses(work, substep == 0);
     if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     sweep(work, &SolverKernels::solve, soft);
+    if (soft.couplings_follow) sweep(work, &SolverKernels::solve_couplings, soft);
     work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.pull_together(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
     work.move_stand_ins(h);
     if constexpr (fails) fail(work, SolverStage::positions, substep);
     sweep(work, &SolverKernels::relax, soft);
+    if (soft.couplings_follow) sweep(work, &SolverKernels::relax_couplings, soft);
     work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.relax(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::relaxes, substep);
     work.structures([this](std::uint32_t structure) { supports_.solve(structure); });
@@ -706,6 +709,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   p.push_out_velocity = def_.solver.push_out_velocity;
   p.restitution_threshold = strike_threshold(def_, h);
   p.friction_lead = friction_lead(def_.solver, h);
+  p.couplings_follow = couplings_follow();
   const BodyIntegration integrate = integration(h);
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     begin_substep(work, integrate, p, substep == 0 || !def_.solver.warm_start);
@@ -715,6 +719,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
       sweep(work, &SolverKernels::iterate, p);
+      if (p.couplings_follow) sweep(work, &SolverKernels::iterate_couplings, p);
     }
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
     work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });

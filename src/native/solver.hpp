@@ -112,6 +112,9 @@ class ContactSolver {
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();
   BodiesView view();
+  /// Joints to fixed bodies come after those between moving ones in a sweep, axles with their drives after gears.
+  /// Without the last word a gear gives way to them, and what is driven through it never comes to an even speed.
+  bool couplings_follow() const { return joints_.coupling_count() > 0; }
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
   void load_rest(std::uint32_t slot);

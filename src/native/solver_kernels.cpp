@@ -204,12 +204,27 @@ HWY_INLINE void clear_joints_of_kind(const Block<D>& block) {
   clear_generic_joints(block);
 }
 
+template <ContactPass pass>
+bool ends_substep(const SweepParameters& p) {
+  return pass == ContactPass::relax || p.ends_substep;
+}
+
+template <ContactPass pass, class D>
+void sweep_only_couplings(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all,
+                          const SweepParameters& p) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const Block<D> block = block_at<D>(blocks, i);
+    if (block.header().kind == ConstraintKind::coupling)
+      sweep_couplings<joint_pass(pass)>(block, all, p.substep, ends_substep<pass>(p));
+  }
+}
+
 template <ContactPass pass, class D>
 void sweep(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (HWY_UNLIKELY(block.header().kind != ConstraintKind::contact)) {
-      const bool ends_substep = pass == ContactPass::relax || p.ends_substep;
-      return sweep_joints_of_kind<joint_pass(pass)>(block, all, p.substep, ends_substep);
+      const bool has_more = p.couplings_follow && block.header().kind == ConstraintKind::coupling;
+      return sweep_joints_of_kind<joint_pass(pass)>(block, all, p.substep, ends_substep<pass>(p) && !has_more);
     }
     if (pass != ContactPass::iterate && HWY_UNLIKELY(block.header().held)) {
       sweep_held<pass>(block, all, p);
@@ -325,6 +340,9 @@ SolverKernels make_kernels(const char* name) {
           sweep<ContactPass::relax, D>,
           strike<D>,
           sweep<ContactPass::iterate, D>,
+          sweep_only_couplings<ContactPass::soft, D>,
+          sweep_only_couplings<ContactPass::relax, D>,
+          sweep_only_couplings<ContactPass::iterate, D>,
           store<D>};
 }
 

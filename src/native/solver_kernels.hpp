@@ -23,6 +23,7 @@ struct SweepParameters {
   float restitution_threshold = 0;
   float friction_lead = 0;              ///< s
   bool ends_substep = false;            ///< of `iterate`: the last sweep of a substep
+  bool couplings_follow = false;        ///< a sweep over couplings alone comes after this one
   std::atomic<bool>* struck = nullptr;  ///< of `strike`: set where something did
 };
 
@@ -122,6 +123,13 @@ struct SolverKernels {
   void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  /// Over couplings alone, after the same pass over everything.
+  void (*solve_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
+                          const SweepParameters& p);
+  void (*relax_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
+                          const SweepParameters& p);
+  void (*iterate_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
+                            const SweepParameters& p);
   /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
   /// the contacts; notes touches and hits. Bodies must not have been moved.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,

@@ -59,16 +59,21 @@ JointId JointTable::add(const JointDef& def, const BodyTable& bodies) {
   infos_[slot] = make_info(normalised(def), bodies);
   ++generations_[slot];
   ++count_;
-  breakable_count_ += def.can_break();
+  tally(def, 1);
   list(slot);
   living_is_current_ = false;
   return id(slot);
 }
 
 void JointTable::change(std::uint32_t slot, const JointDef& def, const BodyTable& bodies) {
-  breakable_count_ -= infos_[slot].def.can_break();
+  tally(infos_[slot].def, -1);
   infos_[slot] = make_info(normalised(def), bodies);
-  breakable_count_ += def.can_break();
+  tally(def, 1);
+}
+
+void JointTable::tally(const JointDef& def, int change) {
+  if (def.can_break()) breakable_count_ += static_cast<std::uint32_t>(change);
+  if (def.type == JointType::coupling) coupling_count_ += static_cast<std::uint32_t>(change);
 }
 
 void JointTable::list(std::uint32_t slot) {
@@ -81,7 +86,7 @@ void JointTable::list(std::uint32_t slot) {
 
 void JointTable::remove(std::uint32_t slot) {
   for (const std::uint32_t body : {infos_[slot].a, infos_[slot].b}) std::erase(of_body_[body], slot);
-  breakable_count_ -= infos_[slot].def.can_break();
+  tally(infos_[slot].def, -1);
   infos_[slot] = {};
   ++generations_[slot];
   free_slots_.push_back(slot);
@@ -164,7 +169,7 @@ void JointTable::restore(ByteReader& in, const BodyTable& bodies) {
     in.require(is_valid(def));
     infos_[joint.index] = make_info(def, bodies);
     in.require(bodies[infos_[joint.index].b].motion == MotionType::dynamic);
-    breakable_count_ += def.can_break();
+    tally(def, 1);
     list(joint.index);
   }
 }

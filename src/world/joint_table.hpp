@@ -43,6 +43,7 @@ class JointTable {
   std::uint32_t count() const { return count_; }
   /// How many of them can break.
   std::uint32_t breakable_count() const { return breakable_count_; }
+  std::uint32_t coupling_count() const { return coupling_count_; }
   /// Living joints in ascending order of slot.
   std::span<const JointId> living() const;
 
@@ -68,12 +69,13 @@ class JointTable {
 
  private:
   void list(std::uint32_t slot);
+  void tally(const JointDef& def, int change);
 
   std::vector<JointInfo> infos_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::vector<std::vector<std::uint32_t>> of_body_;  // as long as the highest body that ever had a joint
-  std::uint32_t count_ = 0, breakable_count_ = 0;
+  std::uint32_t count_ = 0, breakable_count_ = 0, coupling_count_ = 0;
   mutable std::vector<JointId> living_;
   mutable bool living_is_current_ = true;
 };
