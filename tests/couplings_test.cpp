@@ -73,7 +73,7 @@ TEST_P(Couplings, DrivenGearsComeToAnEvenSpeed) {
     World world(weightless());
     Wheel fast(world, {0, 0, 5}, 0.1f, 1, 12, torque), slow(world, {0, 0.5f, 5}, 0.3f, mass);
     world.add_joint(geared(world, fast, slow, 3));
-    run(world, 300);
+    run(world, 900);
     for (int i = 0; i < 60; ++i) {
       world.step();
       ASSERT_NEAR(world.velocity(slow.body).angular.x, -4, 1e-3f) << mass << " kg, " << torque << " N·m";

@@ -425,7 +425,7 @@ TEST(SceneJoints, Couplings) {
 TEST(SceneJoints, CouplingMistakes) {
   const Mistake mistakes[] = {
       {coupling_of("gear", "axis = [1, 0, 0]"),
-       "scene.toml:16:1: [[joint]] needs 'ratio': by how much more A turns than B, backwards"},
+       "scene.toml:16:1: [[joint]] needs 'ratio': how often A turns, backwards, for one turn of B"},
       {coupling_of("gear", "axis = [1, 0, 0]\nratio = 0"), "scene.toml:21:9: 'ratio' must not be 0"},
       {coupling_of("gear", "axis = [0, 0, 0]\nratio = 2"), "scene.toml:20:8: 'axis' has no length"},
       {coupling_of("rack", "axis = [1, 0, 0]\ndirection = [0, 1, 0]\nradius = 0"),

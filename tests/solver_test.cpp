@@ -98,39 +98,24 @@ struct Textbook {
     const Vec3d n = pair.normal, t1 = pair.tangent, t2 = cross(n, t1);
 
     const double k_twist = dot(n, turn(pair.a, n)) + dot(n, turn(pair.b, n));
+    const double spin = dot(n, pair.b.angular - pair.a.angular), old_twist = twist;
+    twist = std::clamp(twist - spin / k_twist, -limit * radius, limit * radius);
+    pair.b.angular = pair.b.angular + (twist - old_twist) * turn(pair.b, n);
+    pair.a.angular = pair.a.angular - (twist - old_twist) * turn(pair.a, n);
+
+    const Vec3d slide = relative_velocity(centre_a, centre_b);
     const double k11 = effective_k(centre_a, centre_b, t1, t1), k12 = effective_k(centre_a, centre_b, t1, t2),
                  k22 = effective_k(centre_a, centre_b, t2, t2);
-    const double det = k11 * k22 - k12 * k12, old_twist = twist, old_1 = friction[0], old_2 = friction[1];
-    const double spin = dot(n, pair.b.angular - pair.a.angular);
-    // What slips: a point of the ball of (F, T/R) along the slip.
-    const double largest_k = 0.5 * (k11 + k22) + std::hypot(0.5 * (k11 - k22), k12);
-    const double mass = 0.5 * (radius > 0 ? std::min(1 / largest_k, 1 / (k_twist * radius * radius)) : 1 / largest_k);
-    const Vec3d slip = relative_velocity(centre_a, centre_b);
-    const double q1 = old_1 - mass * dot(t1, slip), q2 = old_2 - mass * dot(t2, slip);
-    const double kept = std::clamp(old_twist, -limit * radius, limit * radius);
-    const double q3 = radius > 0 ? kept / radius - mass * radius * spin : 0;
-    const double slip_size = std::sqrt(q1 * q1 + q2 * q2 + q3 * q3);
-    const bool slips = slip_size > limit;
-    const auto twist_to = [&](double to) {
-      pair.b.angular = pair.b.angular + (to - twist) * turn(pair.b, n);
-      pair.a.angular = pair.a.angular - (to - twist) * turn(pair.a, n);
-      twist = to;
-    };
-    if (slips) {
-      twist_to(q3 * radius * limit / slip_size);
-      friction[0] = q1 * limit / slip_size, friction[1] = q2 * limit / slip_size;
-    } else {
-      // What sticks is stopped, twist first, as far as the ball allows.
-      twist_to(std::clamp(old_twist - spin / k_twist, -limit * radius, limit * radius));
-      const Vec3d left = relative_velocity(centre_a, centre_b);
-      const double v1 = dot(t1, left), v2 = dot(t2, left);
-      friction[0] = old_1 - (k22 * v1 - k12 * v2) / det, friction[1] = old_2 - (k11 * v2 - k12 * v1) / det;
-      const double size = std::hypot(friction[0], friction[1], radius > 0 ? twist / radius : 0);
-      const double shrink = size > limit ? limit / size : 1;
-      friction[0] *= shrink, friction[1] *= shrink;
-      twist_to(twist * shrink);
-    }
-    push(centre_a, centre_b, (friction[0] - old_1) * t1 + (friction[1] - old_2) * t2);
+    const double det = k11 * k22 - k12 * k12, mass = 0.5 * (k11 + k22) / det;
+    const double v1 = dot(t1, slide), v2 = dot(t2, slide);
+    double f1 = friction[0] - (k22 * v1 - k12 * v2) / det, f2 = friction[1] - (k11 * v2 - k12 * v1) / det;
+    // Of a patch that spins little is left for sliding.
+    const double along = std::hypot(mass * v1, mass * v2, limit);
+    const double most = along > 0 ? limit * along / std::hypot(along, mass * radius * spin) : 0;
+    const double size = std::hypot(f1, f2);
+    if (size > most) f1 *= most / size, f2 *= most / size;
+    push(centre_a, centre_b, (f1 - friction[0]) * t1 + (f2 - friction[1]) * t2);
+    friction[0] = f1, friction[1] = f2;
 
     for (int i = 0; i < count; ++i) {
       const double bias = separation[i] > 0

@@ -259,17 +259,20 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf
 }
 
 /// Friction over the patch around c; returns `old` brought up to date: what stops the twist about the normal, then the
-/// sliding, each within its own limit: µ times `load`, the points' impulses, for the twist times the patch's radius.
-/// One limit for both would be nearer to Coulomb's law over an area, but what is gripped then slips away: opposite
-/// twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds to the sliding velocity
-/// what arms carry along (`carried_speed`).
+/// sliding, each within its own limit: µ times `load`, the points' impulses, for the twist times the patch's radius R.
+/// Over an area that slides with v and spins with ω both point along the slip: where R ω is much more than v, little of
+/// friction is left for sliding, v / √(v² + R² ω²). Without that a spinning box is stopped wherever its load's middle
+/// happens to be, which rocks it and moves the load. v counts for at least what friction stops in a substep, so that
+/// what is gripped has its whole limit. One limit for both would be nearer to Coulomb's law, but lets go of grips,
+/// where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds to the
+/// sliding velocity what arms carry along (`carried_speed`).
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,
                                                        const Carried& carried) {
-  const L limit = row.coefficient * load;
-  const L stopping = mul_sub(old.twist, row.twist_mass, dot(axes.n, bodies.b.angular - bodies.a.angular));
-  const L twist = within(stopping, limit * row.patch_radius);
+  const L limit = row.coefficient * load, least = splat<L>(1e-37f);
+  const L twist_speed = dot(axes.n, bodies.b.angular - bodies.a.angular);
+  const L twist = within(mul_sub(old.twist, row.twist_mass, twist_speed), limit * row.patch_radius);
   // The twist's effect on sliding at c comes through the bodies' velocities, which are updated first.
   bodies.twist(scale(twist - old.twist, axes.n));
   const VecOf<L> slip = carried((bodies.b.linear + cross(bodies.b.angular, axes.arm_b)) -
@@ -277,10 +280,13 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);
   const L wanted_1 = old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1);
   const L wanted_2 = old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1);
+  const L mass = splat<L>(0.5f) * (row.slide_11 + row.slide_22), spin = mass * row.patch_radius * twist_speed;
+  const L slide = mul_add(limit * limit, mass * mass, mul_add(v2 * v2, v1, v1));
+  const L most_squared = limit * limit * (slide / larger(mul_add(slide, spin, spin), least));
   const L squared = mul_add(wanted_2 * wanted_2, wanted_1, wanted_1);
   // Without load there is no friction, even where the square underflows.
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
-  const L beyond = select(is_above(squared, limit * limit), limit / root(larger(squared, splat<L>(1e-30f))), one);
+  const L beyond = select(is_above(squared, most_squared), root(most_squared / larger(squared, least)), one);
   const L kept = select(is_above(limit, zero), beyond, zero);
   const FrictionImpulse<L> now{wanted_1 * kept, wanted_2 * kept, twist};
   push_tangential(bodies, axes, FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, zero});
