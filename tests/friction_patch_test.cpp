@@ -89,9 +89,9 @@ std::array<double, 2> slid_and_spun(double half, double speed, double spin, doub
   return way;
 }
 
-// What slides and spins is braked less along its way than what only slides. Limits apart brake it too much, never too
-// little (docs/solver.md).
-TEST_P(FrictionPatch, SlidingAndSpinningAreBrakedAtLeastAsMuchAsOverAnArea) {
+// What slides and spins is braked less along its way than what only slides. Its twist has the whole limit, so it turns
+// less far than it should (docs/solver.md).
+TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
   constexpr double mu = 0.5;
   for (const auto& [speed, spin] : {std::tuple(3.0, 0.0), {3.0, 3.0}, {3.0, 8.0}, {1.0, 8.0}, {0.2, 8.0}}) {
     WorldDef def = world_of(GetParam());
@@ -112,10 +112,7 @@ TEST_P(FrictionPatch, SlidingAndSpinningAreBrakedAtLeastAsMuchAsOverAnArea) {
     }
     const auto [way, turn] = slid_and_spun(0.5, speed, spin, mu);
     const double got = length(world.pose(id).position - start);
-    if (spin == 0) {
-      EXPECT_NEAR(got, way, 0.01 * way + 0.01) << speed << " m/s";
-    }
-    EXPECT_LT(got, 1.01 * way + 0.01) << speed << " m/s, " << spin << " rad/s";
+    EXPECT_NEAR(got, way, (spin == 0 ? 0.01 : 0.18) * way + 0.01) << speed << " m/s, " << spin << " rad/s";
     EXPECT_LT(angle, 1.02 * turn + 0.01) << speed << " m/s, " << spin << " rad/s";
   }
 }

@@ -290,7 +290,7 @@ template <exec::Device D>
 SlotResults& DeviceSimulator<D>::publish(SlotResults& results, std::uint32_t indices) {
   results.reserve(body_memory_.capacity());
   device_.parallel_for(indices, PublishBodies{body_memory_.arrays(), counters_.data(), results.poses.data(),
-                                                      results.velocities.data(), results.flags.data()});
+                                              results.velocities.data(), results.flags.data()});
   return results;
 }
 
