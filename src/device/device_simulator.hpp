@@ -232,7 +232,18 @@ class DeviceSimulator final : public Simulator {
   std::uint32_t ordered_overflow(const Counters& counters) const {
     return def.partition == Partition::cells ? 0 : counters.overflow;
   }
+  bool is_on_device() const;
+  template <class T, class Check>
+  void read_into(ByteReader& in, T* to, std::size_t room, std::size_t count, const Check& check);
+  void restore_hulls();
+  void make_room_for_restored(ByteReader& in, const Counters& counters);
+  void restore_bodies(ByteReader& in, const Counters& counters);
+  void restore_contacts(ByteReader& in, const Counters& counters);
+  void restore_layout(ByteReader& in, const Counters& counters);
+  void restore_joints(ByteReader& in, const Counters& counters);
   void restore_generic_joints(ByteReader& in, std::uint32_t count);
+  void restore_list(ByteReader& in, const Counters& counters);
+  void publish_restored();
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
 

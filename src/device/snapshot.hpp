@@ -70,8 +70,27 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   in(counters);
   check_indices(in, counters);
   joint_mirror_.rebuild();
+  restore_hulls();
+  list_last_edits();
+  if (is_on_device()) make_room_for_restored(in, counters);
+  restore_bodies(in, counters);
+  restore_contacts(in, counters);
+  restore_layout(in, counters);
+  restore_joints(in, counters);
+  restore_list(in, counters);
+  profile_is_current_ = true;
+  if (is_on_device()) publish_restored();
+}
 
-  // Hulls by the order of slots; constants name them.
+/// Whether the saved world had made a step: before its first a device holds nothing.
+template <exec::Device D>
+bool DeviceSimulator<D>::is_on_device() const {
+  return submitted_ > 0;
+}
+
+/// By the order of slots; constants name them.
+template <exec::Device D>
+void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
     if (bodies[id.index].shape.hull) hull_memory_.begin_use(bodies[id.index].shape.hull);
   for (const Edit& e : edits_)
@@ -79,86 +98,112 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
       give_hull(data_[e.data].constants, e.index);
       data_[e.data].slot = indices_.slot(e.index);
     }
-  list_last_edits();
+}
 
-  const bool on_device = submitted_ > 0;
-  const auto read_into = [&]<class T>(T* to, std::size_t room, std::size_t count, const auto& adjust) {
-    std::vector<T> host;
-    in(host);
-    in.require(host.size() == count && count <= room);
-    adjust(host);
-    upload(to, host);
-  };
-  if (on_device) {
-    in.require(counters.contacts <= in.left() / sizeof(Contact) &&
-               counters.manifolds <= in.left() / sizeof(ContactManifold));
-    in.require(counters.joints <= joints.slot_count());
-    wanted_contacts_ = counters.contacts;
-    wanted_manifolds_ = counters.manifolds;
-    make_room();
-    upload(counters_.data(), {counters});
-  }
+template <exec::Device D>
+void DeviceSimulator<D>::make_room_for_restored(ByteReader& in, const Counters& counters) {
+  in.require(counters.contacts <= in.left() / sizeof(Contact) &&
+             counters.manifolds <= in.left() / sizeof(ContactManifold));
+  in.require(counters.joints <= joints.slot_count());
+  wanted_contacts_ = counters.contacts;
+  wanted_manifolds_ = counters.manifolds;
+  make_room();
+  upload(counters_.data(), {counters});
+}
+
+/// An array of `count` elements into memory with room for `room`, once `check` has seen it.
+template <exec::Device D>
+template <class T, class Check>
+void DeviceSimulator<D>::read_into(ByteReader& in, T* to, std::size_t room, std::size_t count, const Check& check) {
+  std::vector<T> host;
+  in(host);
+  in.require(host.size() == count && count <= room);
+  check(host);
+  upload(to, host);
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters) {
   body_memory_.for_each_lasting([&](auto& buffer) {
-    const std::size_t count = on_device ? counters.bodies : 0;
-    read_into(buffer.data(), buffer.size(), count, [&](auto& host) {
+    read_into(in, buffer.data(), buffer.size(), is_on_device() ? counters.bodies : 0, [&](auto& host) {
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>)
         for (std::uint32_t i = 0; i < host.size(); ++i) give_hull(host[i], i);
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodySupport>>)
         for (const BodySupport& s : host) in.require(s.level <= most_levels);
     });
   });
-  if (on_device) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
+  if (is_on_device()) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
+}
+
+/// Requires that all are below `limit`.
+inline auto are_below(ByteReader& in, std::uint32_t limit) {
+  return [&in, limit](const std::vector<std::uint32_t>& places) {
+    for (const std::uint32_t place : places) in.require(place < limit);
+  };
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::restore_contacts(ByteReader& in, const Counters& counters) {
   const ContactArrays arrays = contact_memory_.contacts();
-  const std::size_t room = contact_memory_.capacity();
-  read_into(arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
+  const std::size_t room = contact_memory_.capacity(), manifold_room = contact_memory_.manifold_capacity();
+  read_into(in, arrays.contacts, room, counters.contacts, [&](const std::vector<Contact>& contacts) {
     for (const Contact& c : contacts) {
       in.require(!c.in_use() || (c.a < counters.bodies && c.b < counters.bodies));
       in.require(c.touching() ? c.manifold < counters.manifolds : c.manifold == none);
     }
   });
-  const auto are_below = [&](std::uint32_t limit) {
-    return [&in, limit](const std::vector<std::uint32_t>& places) {
-      for (const std::uint32_t place : places) in.require(place < limit);
-    };
-  };
-  read_into(arrays.free, room, counters.free_contacts, are_below(counters.contacts));
-  const std::size_t manifold_room = contact_memory_.manifold_capacity();
-  const std::size_t constraint_room = contact_memory_.constraint_capacity();
-  read_into(arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
-  read_into(arrays.free_manifolds, manifold_room, counters.free_manifolds, are_below(counters.manifolds));
+  read_into(in, arrays.free, room, counters.free_contacts, are_below(in, counters.contacts));
+  read_into(in, arrays.manifolds, manifold_room, counters.manifolds, [](const auto&) {});
+  read_into(in, arrays.free_manifolds, manifold_room, counters.free_manifolds, are_below(in, counters.manifolds));
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::restore_layout(ByteReader& in, const Counters& counters) {
   const ConstraintArrays layout = contact_memory_.constraints();
-  read_into(layout.bodies, constraint_room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
+  const std::size_t room = contact_memory_.constraint_capacity();
+  read_into(in, layout.bodies, room, counters.constraints, [&](const std::vector<PairRecord>& pairs) {
     for (const PairRecord pair : pairs) in.require(pair.a < counters.bodies && pair.b < counters.bodies);
   });
-  read_into(layout.contact, constraint_room, counters.constraints, [&](const std::vector<std::uint32_t>& numbers) {
+  read_into(in, layout.contact, room, counters.constraints, [&](const std::vector<std::uint32_t>& numbers) {
     for (const std::uint32_t number : numbers)
       in.require(number & joint_tag ? (number & ~joint_tag) < counters.joints : number < counters.contacts);
   });
   // Of a joint it is 0, be there manifolds or not.
-  read_into(layout.manifold, constraint_room, counters.constraints, are_below(std::max(counters.manifolds, 1u)));
-  read_into(layout.overflow_order, constraint_room, ordered_overflow(counters), are_below(counters.constraints));
-  read_into(joint_memory_.arrays().records, joint_memory_.capacity(), counters.joints,
+  read_into(in, layout.manifold, room, counters.constraints, are_below(in, std::max(counters.manifolds, 1u)));
+  read_into(in, layout.overflow_order, room, ordered_overflow(counters), are_below(in, counters.constraints));
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::restore_joints(ByteReader& in, const Counters& counters) {
+  read_into(in, joint_memory_.arrays().records, joint_memory_.capacity(), counters.joints,
             [&](const std::vector<JointRecord>& records) {
               for (const JointRecord& r : records)
                 in.require(!r.in_use() || (r.a < counters.bodies && r.b < counters.bodies &&
                                            (r.colour < dynamic_colours || r.colour == overflow_colour) &&
                                            r.is_generic <= joint_mirror_.had_generic()));
             });
-  restore_generic_joints(in, on_device ? counters.joints : 0);
-  if (on_device) upload(joint_memory_.arrays().apart.pairs, joint_mirror_.apart().pairs());
+  restore_generic_joints(in, is_on_device() ? counters.joints : 0);
+  if (is_on_device()) upload(joint_memory_.arrays().apart.pairs, joint_mirror_.apart().pairs());
+}
+
+/// The sweep's list.
+template <exec::Device D>
+void DeviceSimulator<D>::restore_list(ByteReader& in, const Counters& counters) {
   std::vector<std::uint64_t> list;
   in(set_changed_, wanted_slots_, list);
   for (const std::uint64_t element : list) in.require(static_cast<std::uint32_t>(element) < list.size());
-  if (on_device) {
-    make_room();
-    const bool has_list = published_settings().sweep && !set_changed_;
-    in.require(has_list ? list.size() == list_size(counters.bodies) && list.size() <= published_memory_.order.size()
-                        : list.empty());
-    upload(published_memory_.order.data(), list);
-  }
-  profile_is_current_ = true;
-  if (!on_device) return;
-  // Those of the saved world have been checked; bodies that wait for being added lie behind.
+  if (!is_on_device()) return;
+  make_room();
+  const bool has_list = published_settings().sweep && !set_changed_;
+  in.require(has_list ? list.size() == list_size(counters.bodies) && list.size() <= published_memory_.order.size()
+                      : list.empty());
+  upload(published_memory_.order.data(), list);
+}
+
+/// Makes the newest step's results what a finished step leaves.
+template <exec::Device D>
+void DeviceSimulator<D>::publish_restored() {
+  // Slots of the saved world have been checked; bodies that wait for being added lie behind.
   upload(body_memory_.arrays().slots, indices_.slots());
   device_.mark(end_of(submitted_));  // the next step is timed from here
   if (copies_results()) {
