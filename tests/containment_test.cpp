@@ -2,6 +2,7 @@
 // the body had been taken out before the step.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -86,6 +87,7 @@ struct Outcome {
   std::vector<Pose> poses[2];
   std::vector<Velocity> velocities[2];
   std::vector<Quarantine> quarantined;
+  std::vector<ContactInfo> contacts;  ///< after the step
 };
 
 Outcome run_on(const Variant& v, const std::vector<std::byte>& start, SolverStage stage, std::uint32_t substep,
@@ -99,6 +101,7 @@ Outcome run_on(const Variant& v, const std::vector<std::byte>& start, SolverStag
       world.step();
       world.wait();
       outcome.quarantined.assign(world.quarantined().begin(), world.quarantined().end());
+      world.for_each_contact([&](const ContactInfo& c) { outcome.contacts.push_back(c); });
     } else {
       run(world, 20);
       world.wait();
@@ -117,6 +120,15 @@ bool all_finite(const Outcome& a) {
     if (!is_finite(a.poses[1][i]) || !is_finite(a.velocities[1][i].linear) || !is_finite(a.velocities[1][i].angular))
       return false;
   return true;
+}
+
+/// Whether the step had the same constraints in the same order. A device has made them by the time bodies fail: where
+/// those go counts for their manifolds, and they for the colours that contacts choose.
+bool have_same_constraints(const Outcome& a, const Outcome& b) {
+  return std::ranges::equal(a.contacts, b.contacts, [](const ContactInfo& x, const ContactInfo& y) {
+    return x.a == y.a && x.b == y.b && x.colour == y.colour && x.point_count == y.point_count &&
+           length(x.normal - y.normal) < 1e-3f;
+  });
 }
 
 /// Bodies whose states differ after the step, as text. Later steps may differ: the step's manifolds are those of a body
@@ -146,18 +158,26 @@ std::vector<SolverStage> stages_of(const Variant& v) {
 class Containment : public testing::TestWithParam<Variant> {
  protected:
   /// Fails at every stage of the first and the last substep, and compares with a world where the bodies were isolated
-  /// before the step.
+  /// before the step. Where that had other constraints on a device it is a later step that is looked at.
   static void expect_contained(int heap, int islands, int settling) {
     const Variant v = GetParam();
-    std::vector<std::byte> start;
-    std::size_t failing_bodies = 0;
-    {
-      World world(definition(v, false));
-      failing_bodies = fill(world, heap, islands);
-      run(world, settling);
+    World world(definition(v, false));
+    const std::size_t failing_bodies = fill(world, heap, islands);
+    run(world, settling);
+    for (int later = 0; later < 20; ++later, world.step()) {
+      std::vector<std::byte> start;
       world.save(start);
+      const Outcome expected = run_on(v, start, SolverStage::before_step, 0, false);
+      const Outcome first = run_on(v, start, SolverStage::velocities, 0, false);
+      if (v.simulator == SimulatorKind::device && !have_same_constraints(first, expected)) continue;
+      return expect_contained_from(start, expected, failing_bodies);
     }
-    const Outcome expected = run_on(v, start, SolverStage::before_step, 0, false);
+    FAIL() << "constraints never agree";
+  }
+
+  static void expect_contained_from(const std::vector<std::byte>& start, const Outcome& expected,
+                                    std::size_t failing_bodies) {
+    const Variant v = GetParam();
     const bool on_device = v.simulator == SimulatorKind::device;
     for (const SolverStage stage : stages_of(v))
       for (const std::uint32_t substep : {0u, 3u})
