@@ -45,8 +45,10 @@ struct StoreImpulses {
     // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
     // away leaves some of the cone to rounding.
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
+    // What is left of a load that ended within the step is as good as its rounding.
+    [[maybe_unused]] const float rounding = 1e-6f * m.step_impulse + 1e-20f;
     FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
-                                               beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + 1e-20f,
+                                               beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + rounding,
                     constraints.bodies[k].b);
     mark_overload(k, m.step_impulse);
     look_at_touch(k, m, m.step_impulse > 0);
