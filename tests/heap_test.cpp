@@ -131,6 +131,9 @@ TEST_P(Heaps, AreSound) {
 }
 INSTANTIATE_TEST_SUITE_P(Native, Heaps, testing::Range(std::uint64_t{1}, std::uint64_t{61}, native_seeds));
 
+// A speck of 29 g between drums of up to 16 t: a patch whose points differ by hardly more than rounding.
+TEST(Heap, SharesOutLoadsOfPatchesThatAreNearlyPoints) { expect_sound(3079, {.threads = 1}); }
+
 class HeapsOnTheDevice : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(HeapsOnTheDevice, AreSound) {

@@ -126,9 +126,11 @@ FATHOM_HD void share_out(ContactManifold& m, Vec3 at, float sum) {
       total += m.impulses[i];
       if (carries[i] && share < 0) carries[i] = false, any_pulls = true;
     }
+    // A patch that is a point but for rounding may seem to pull everywhere.
+    const bool is_sound = total > 0 && total < 1e30f;
     for (int i = 0; i < max_manifold_points; ++i)
-      if (i < count) m.impulses[i] *= sum / total;
-    if (!any_pulls) return;
+      if (i < count) m.impulses[i] = is_sound ? m.impulses[i] * (sum / total) : sum / static_cast<float>(count);
+    if (!any_pulls || !is_sound) return;
   }
 }
 
