@@ -280,11 +280,11 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);
   const L wanted_1 = old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1);
   const L wanted_2 = old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1);
-  // Masses of what is light and oblong may be anything: only speeds are squared.
-  const L mass = splat<L>(0.5f) * (row.slide_11 + row.slide_22), spin = row.patch_radius * twist_speed;
-  const L stopped = smaller(limit / larger(mass, least), splat<L>(1e15f));
-  const L along = mul_add(mul_add(v2 * v2, v1, v1), stopped, stopped);
-  const L most_squared = limit * limit * (along / larger(mul_add(along, spin, spin), least));
+  // Masses of what is oblong and hardly turns may be anything, and are squared.
+  const L mass = smaller(splat<L>(0.5f) * (row.slide_11 + row.slide_22), splat<L>(1e12f));
+  const L spin = mass * row.patch_radius * twist_speed;
+  const L slide = mul_add(limit * limit, mass * mass, mul_add(v2 * v2, v1, v1));
+  const L most_squared = limit * limit * (slide / larger(mul_add(slide, spin, spin), least));
   const L squared = mul_add(wanted_2 * wanted_2, wanted_1, wanted_1);
   // Without load there is no friction, even where the square underflows.
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
