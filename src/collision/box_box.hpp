@@ -138,8 +138,7 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
   } else {
     box_face_contact(pair, reference.axis, nullptr, margin, load, cache, manifold);
   }
-  if (manifold.count == 0 && face <= 0) {
-    // Overlapping, yet not over this face: edges within the tolerance of it are what touches.
+  if (hides_overlap(manifold, face, tolerance)) {
     const BoxEdges nearest = best_edges(pair, -1e18f);
     if (nearest.i >= 0) box_edge_contact(pair, nearest.i, nearest.j, margin, manifold);
   }

@@ -27,6 +27,16 @@ struct Manifold {
   FATHOM_HD Manifold() {}
 };
 
+/// Whether the points over a face show less than half of an overlap that a face's axis has, by the `separation` along
+/// it: what touches deepest is beside that face, whose axis is the best within `tolerance` (m) only.
+FATHOM_HD bool hides_overlap(const Manifold& m, float separation, float tolerance) {
+  if (m.count == 0) return separation <= 0;
+  float deepest = m.points[0].separation;
+  for (int i = 1; i < max_manifold_points; ++i)
+    if (i < m.count) deepest = min(deepest, m.points[i].separation);
+  return separation < -4 * tolerance && deepest > 0.5f * separation;
+}
+
 /// What the last call learned of the pair: the axis to try first. Zero means nothing is known. Two boxes name axes
 /// 0 … 2 instead of faces and edges; of a polyhedron and a round shape `a` is a face of the polyhedron, whichever it
 /// is.

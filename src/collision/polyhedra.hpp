@@ -158,11 +158,10 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   }
   cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
   hull_face_contact(p, face, flipped, margin, load, cache, manifold);
-  if (manifold.count == 0 && face_separation <= 0) {
-    // Overlapping, yet not over this face: what touches is within the tolerance of it.
+  if (hides_overlap(manifold, face_separation, tolerance)) {
     const NearEdges all_a(a), all_b(b);
     const EdgesAxis nearest = best_edges(a, b, p.b_in_a, all_a, all_b, p.tolerance.noise, no_separation, margin);
-    if (nearest.a >= 0) {
+    if (nearest.a >= 0 && nearest.separation > face_separation - tolerance) {
       hull_edge_contact(p, nearest, margin, manifold);
     } else {
       hull_vertex_contact(p, face, flipped, manifold);

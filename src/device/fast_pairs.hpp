@@ -66,18 +66,33 @@ struct HoldBackFast {
     if (bodies.fast_pair[i] != k) return;
     bodies.fast_pair[i] = none;
     if ((bodies.flags[i] & (awake_flag | isolated_flag)) != awake_flag) return;
-    FreeWay least;
-    std::uint32_t by = none;
-    for (std::uint32_t other = k; other != none; other = contacts.fast[other].next) {
-      const Contact& c = contacts.contacts[contacts.fast[other].contact];
+    bool is_free = true;
+    // In the order of what they meet: that of the list is any.
+    for (std::uint32_t pair = next_after(none, k); pair != none;) {
+      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
       const FreeWay way = free_way_of(c);
-      if (way.part < 1 && c.touching()) contacts.manifolds[c.manifold].forget_build();
-      if (way.part < least.part || (way.part < 1 && way.part == least.part && c.a < by)) least = way, by = c.a;
+      if (!way.is_free) {
+        is_free = false;
+        if (c.touching()) contacts.manifolds[c.manifold].forget_build();
+        bodies.poses[i] = end_of(way, bodies.before[i], bodies.poses[i], move.p.dt);
+        bodies.velocities[i].linear = limited(way.linear, move.p.limits.linear);
+      }
+      pair = next_after(c.a, k);
     }
-    if (least.part < 1) hold_back(i, least);
+    if (!is_free) put_box(i);
   }
 
  private:
+  /// The pair, of those from the k-th on, with the lowest A above `last` (`none`: any).
+  FATHOM_HD std::uint32_t next_after(std::uint32_t last, std::uint32_t k) const {
+    std::uint32_t best = none, lowest = none;
+    for (std::uint32_t pair = k; pair != none; pair = contacts.fast[pair].next) {
+      const std::uint32_t a = contacts.contacts[contacts.fast[pair].contact].a;
+      if ((last == none || a > last) && a < lowest) best = pair, lowest = a;
+    }
+    return best;
+  }
+
   FATHOM_HD FreeWay free_way_of(const Contact& c) const {
     const BodyArrays& bodies = move.bodies;
     const Mover a = mover(bodies, c.a, bodies.before[c.a]), b = mover(bodies, c.b, bodies.before[c.b]);
@@ -94,15 +109,11 @@ struct HoldBackFast {
     return free_way(a, b, end_a, end_b, first, half, move.p.dt);
   }
 
-  FATHOM_HD void hold_back(std::uint32_t i, const FreeWay& way) const {
+  /// What the body's new pose leaves its boxes.
+  FATHOM_HD void put_box(std::uint32_t i) const {
     const BodyArrays& bodies = move.bodies;
-    const Pose before = bodies.before[i], end = bodies.poses[i];
-    Pose pose = advanced(before, velocity_between(before, end, move.p.dt), way.part * move.p.dt);
-    pose.reserved = end.reserved;
-    Velocity v = bodies.velocities[i];
-    if (way.stops) v.linear = way.slowed;
-    bodies.poses[i] = pose;
-    bodies.velocities[i] = v;
+    const Pose& pose = bodies.poses[i];
+    const Velocity& v = bodies.velocities[i];
     const float radius = bodies.constants[i].radius;
     const Aabb box = motion_box(bodies.geometry(i), radius, pose, v, move.p.dt);
     bodies.boxes[i] = box;

@@ -370,16 +370,12 @@ struct SolveConstraints {
     stiffen_uneven(both.a.inverse_mass, both.b.inverse_mass, step);
     // Something above zero is all that a sweep asks of it.
     contact.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
-    if constexpr (what == relax) {
-      // Here friction comes last: its limit is the impulse that carries the load, not the spring's.
-      solve_points<ContactPass::relax, true>(contact, axes, both, step);
-      sweep_friction(contact, axes, both, carried);
-    } else if (p.soft) {
-      solve_points<ContactPass::soft, true>(contact, axes, both, step);
-    } else {
-      sweep_friction(contact, axes, both, carried);
-      solve_points<ContactPass::iterate, true>(contact, axes, both, step);
-    }
+    if constexpr (what == relax)
+      fathom::sweep_contact<ContactPass::relax, true>(contact, axes, both, step, carried);
+    else if (p.soft)
+      fathom::sweep_contact<ContactPass::soft, true>(contact, axes, both, step, carried);
+    else
+      fathom::sweep_contact<ContactPass::iterate, true>(contact, axes, both, step, carried);
   }
 
   /// Warm starting is done before anything has moved.

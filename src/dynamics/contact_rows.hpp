@@ -178,6 +178,16 @@ struct CarriedBySides {
   }
 };
 
+/// One sweep over a contact's points and friction, in the order of the pass; `held`: see `solve_points`.
+template <ContactPass pass, bool held, class Inertia>
+FATHOM_HD_INLINED void sweep_contact(ContactRows& rows, const ContactAxes& axes, ContactBodies<Inertia>& bodies,
+                                     const ContactStep& step, const CarriedBySides<Inertia>& carried) {
+  if constexpr (pass == ContactPass::iterate) sweep_friction(rows, axes, bodies, carried);
+  solve_points<pass, held>(rows, axes, bodies, step);
+  // Friction comes last where relaxing has left what carries the load, without the spring's part.
+  if constexpr (pass == ContactPass::relax) sweep_friction(rows, axes, bodies, carried);
+}
+
 /// Whether all is finite that a sweep leaves of a contact. Where it is not, both bodies stay as they were and the
 /// contact forgets its impulses: so nothing that is not finite gets from one body to another.
 template <class Inertia>

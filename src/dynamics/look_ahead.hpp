@@ -129,18 +129,20 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
 /// Share of the thinner shape's half thickness to which what touches may be pressed inside without being knocked back.
 inline constexpr float pressed_share = 0.1f;
 
-/// How far a body may go of the way that the solver has given it.
+/// Where a body may go in place of the end that the solver has given it.
 struct FreeWay {
-  float part = 1;      ///< of the way
-  bool stops = false;  ///< it was there from the beginning: `slowed` is its velocity
-  Vec3 slowed;         ///< m/s
+  bool is_free = true;  ///< to that end
+  float part = 1;       ///< of the way
+  Vec3 lift;            ///< m, from there
+  Vec3 linear;          ///< m/s
 };
 
 /// What a fast pair may go of its ways from the poses of `a`, which cannot be pushed, and `b` to `end_a` and `end_b`:
 /// all of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on;
 /// what they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one.
-/// What touched before and still comes deeper is knocked back by corners that go round too fast for the solver: it
-/// loses its approach. `first` is that of `look_ahead`.
+/// What touched before and still comes deeper, by corners that go round too fast for the solver or by what lies on it,
+/// is lifted out of the surface and loses its approach. It is not stopped: held where it is too deep it would be pushed
+/// out for ever and never get out. `first` is that of `look_ahead`.
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
   FreeWay way;
@@ -152,10 +154,15 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   // A load may press what it stands on a little deeper than it was.
   const float allowed = max(max(2 * entry_of(half), -gap), min(entry_of(half) - gap, pressed_share * half));
   const NearCores cores = near_cores(on_a, on_b, dt, skin);
-  if (!cores.meet || separation_along(cores, end_a, end_b, normal) >= -allowed) return way;
-  if (gap > skin) {
+  if (!cores.meet) return way;
+  const float end_gap = separation_along(cores, end_a, end_b, normal);
+  if (end_gap >= -allowed) return way;
+  const bool touched = gap <= skin;
+  way.linear = b.velocity.linear;
+  if (!touched) {
     const Impact impact = first_impact(on_a, on_b, cores, dt, skin, normal);
     if (impact.meets && separation_along(cores, end_a, end_b, impact.normal) < -allowed) {
+      way.is_free = false;
       way.part = impact.time / dt;
       return way;
     }
@@ -174,13 +181,28 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     const float middle = 0.5f * (free + inside);
     if (is_inside(middle)) {
       inside = middle;
+      if (touched) break;
     } else {
       if (middle == 1) return way;
       free = middle;
     }
   }
-  const float approach = dot(normal, a.velocity.linear - b.velocity.linear);
-  return {free, gap <= skin, mul_add(b.velocity.linear, max(approach, 0.0f), normal)};
+  way.is_free = false;
+  if (touched) {
+    way.lift = (-allowed - end_gap) * normal;
+    way.linear = mul_add(way.linear, max(dot(normal, a.velocity.linear - way.linear), 0.0f), normal);
+  } else {
+    way.part = free;
+  }
+  return way;
+}
+
+/// Where a body comes to that goes from `begin` towards `end` as far as its way is free.
+FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, float dt) {
+  Pose pose = way.part < 1 ? advanced(begin, velocity_between(begin, end, dt), way.part * dt) : end;
+  pose.position += way.lift;
+  pose.reserved = end.reserved;
+  return pose;
 }
 
 /// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops

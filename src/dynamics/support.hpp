@@ -99,7 +99,7 @@ struct SupportRows {
   float y[max_manifold_points];       ///< m, along t2
   float weight[max_manifold_points];  ///< N·s: shares are in proportion to it; 0 where a point does not press
   float slide_weight;                 ///< N·s, of sliding along t1 and t2
-  float twist_radius;                 ///< m, mean distance of the patch from c
+  float twist_radius;                 ///< m, `patch_radius` of the contact's frame
   float friction;
   float up;  ///< 1 where B is the upper body, else −1
 

@@ -240,15 +240,12 @@ void CellSolver::sweep_row(Row& row) {
     stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
     // Rolling comes last, by the impulse that carries the load.
     const bool rolls = pass == Pass::relax || def_.solver.method == Solver::impulse;
-    if constexpr (pass == Pass::relax) {
-      solve_points<ContactPass::relax, false>(rows, axes, bodies, step);
-      sweep_friction(rows, axes, bodies, carried);
-    } else if (def_.solver.method == Solver::soft) {
-      solve_points<ContactPass::soft, false>(rows, axes, bodies, step);
-    } else {
-      sweep_friction(rows, axes, bodies, carried);
-      solve_points<ContactPass::iterate, false>(rows, axes, bodies, step);
-    }
+    if constexpr (pass == Pass::relax)
+      sweep_contact<ContactPass::relax, false>(rows, axes, bodies, step, carried);
+    else if (def_.solver.method == Solver::soft)
+      sweep_contact<ContactPass::soft, false>(rows, axes, bodies, step, carried);
+    else
+      sweep_contact<ContactPass::iterate, false>(rows, axes, bodies, step, carried);
     if (row.roll.length > 0 && rolls)
       row.roll.impulse = solve_rolling(bodies, row.roll.length, rows.impulses.sum(), row.roll.impulse);
     if (ends_substep_) rows.impulses.step += rows.impulses.sum();

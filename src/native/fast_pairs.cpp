@@ -31,11 +31,9 @@ void NativeSimulator::hold_back_fast() {
       const FreeWay way = free_way({a.geometry, a.radius, pair.pose_a, state_.velocities[pair.a]},
                                    {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.first,
                                    min(half_thickness(a), half_thickness(b)), def.dt);
-      if (way.part >= 1) continue;
-      Pose pose = advanced(pair.pose_b, velocity_between(pair.pose_b, end, def.dt), way.part * def.dt);
-      pose.reserved = end.reserved;
-      if (way.stops) v.linear = limited(way.slowed, limits.linear);
-      place(pair.b, pose, v);
+      if (way.is_free) continue;
+      v.linear = limited(way.linear, limits.linear);
+      place(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
       const Contact& c = graph_[pair.contact];
       if (c.touching()) graph_.manifold(c).forget_build();
     }
