@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 #include <vector>
 
 #include "scene/heap_bodies.hpp"
@@ -25,11 +26,55 @@ WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
   return def;
 }
 
+/// Whether bodies move as their velocities say: of each the way and the sum of its velocities over half a unit of time.
+class WaysAndVelocities {
+ public:
+  WaysAndVelocities(const Heap& heap, const World& world, std::span<const BodyId> ids) : bodies_(ids.size()) {
+    steps_ = std::lround(0.5 * heap.time_unit / wide(heap.scene.world.dt));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      bodies_[i].start = to_double(world.pose(ids[i]).position);
+      bodies_[i].size = outer_radius(world.shape(ids[i]));
+    }
+  }
+
+  void add_step(const World& world, std::span<const BodyId> ids, double dt) {
+    const bool ends = ++count_ % steps_ == 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      Body& body = bodies_[i];
+      body.told = body.told + dt * to_double(world.velocity(ids[i]).linear);
+      if (!ends) continue;
+      const Vec3d now = to_double(world.pose(ids[i]).position);
+      const double told = length(body.told);
+      const bool stays = told > body.size && length(now - body.start) < 0.1 * told;
+      body.stays_for = stays ? body.stays_for + 1 : 0;
+      stuck_ = std::max(stuck_, body.stays_for);
+      body.start = now;
+      body.told = {};
+    }
+  }
+
+  /// Most times in a row that a body went less than a tenth of a way beyond its size that its velocities told of.
+  int stuck() const { return stuck_; }
+
+ private:
+  struct Body {
+    Vec3d start, told;
+    double size = 0;
+    int stays_for = 0;
+  };
+  std::vector<Body> bodies_;
+  long steps_ = 1, count_ = 0;
+  int stuck_ = 0;
+};
+
 /// A heap in a world, and what is measured while it falls.
 class HeapRun {
  public:
   HeapRun(const Heap& heap, const Setup& setup, int threads)
-      : heap_(heap), world_(definition(heap, setup, threads)), instance_(heap.scene, world_) {
+      : heap_(heap),
+        world_(definition(heap, setup, threads)),
+        instance_(heap.scene, world_),
+        ways_(heap, world_, instance_.ids()) {
     for (const BodyId id : instance_.ids()) {
       const bool is_dynamic = world_.motion(id) == MotionType::dynamic;
       mass_.push_back(is_dynamic ? world_.mass_properties(id) : MassProperties{});
@@ -45,6 +90,7 @@ class HeapRun {
     instance_.prepare_step();
     world_.step();
     for (const Quarantine& event : world_.quarantined()) lost_.push_back(event.body.index);
+    if (heap_.is_at_rest_in_the_end()) ways_.add_step(world_, instance_.ids(), wide(heap_.scene.world.dt));
   }
 
   double kinetic_energy() const {
@@ -123,6 +169,7 @@ class HeapRun {
   }
   bool has_lost_bodies() const { return !lost_.empty(); }
   int outside() const { return static_cast<int>(std::ranges::count(outside_, 1)); }
+  int stuck() const { return ways_.stuck(); }
   int over_rim() const { return static_cast<int>(std::ranges::count(over_rim_, 1)); }
   double total_mass() const { return total_mass_; }
   const World& world() const { return world_; }
@@ -144,6 +191,7 @@ class HeapRun {
   const Heap& heap_;
   World world_;
   SceneInstance instance_;
+  WaysAndVelocities ways_;
   std::vector<MassProperties> mass_;  // by place in the scene; without mass what is not dynamic
   std::vector<double> outer_;
   std::vector<char> over_rim_, outside_;
@@ -205,6 +253,9 @@ Record judge_heap(std::uint64_t seed, const Setup& setup) {
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known;
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
+  // A floor that moves drives what is jammed against a wall.
+  if (heap.is_at_rest_in_the_end())
+    record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 2);
   if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3).known = known;
   if (rests) {
     record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg").known = known;
