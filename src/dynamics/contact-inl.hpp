@@ -248,14 +248,24 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
   return sweep.motion.n;
 }
 
-/// What an arm (m) of a body adds to the speed of the point at its end, to second order, once the body has turned by
-/// the rotation vector `turned`. What rests on a body that turns as it is told has to go round with it within the step:
-/// on a tangent it would get half of (ω Δt)² of its radius farther out in every step, and so would what it touches
-/// with.
+/// What an arm (m) of a body that spins with `angular` adds to the speed of the point at its end, to second order, once
+/// the arm has turned by the rotation vector `turned`.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf<L> angular) {
   const VecOf<L> along = cross(turned, arm);
   return cross(angular, mul_add(along, splat<L>(0.5f), cross(turned, along)));
+}
+
+/// What the sliding velocity at c gains where A moves as it is told, by the way that the patch has gone, with `lead` (s)
+/// beyond (`friction_lead`). What rests on a body that turns has to go round with it within the step: on a tangent it
+/// would get half of (ω Δt)² of its radius farther out in every step. The patch goes with B's centre and turns about it
+/// with A. B's own spin does not take it along: under a ball that rolls on A it stays below the centre.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactAxesOf<L>& axes, L lead) {
+  const auto &a = bodies.a, &b = bodies.b;
+  const VecOf<L> moved = mul_add(b.moved - a.moved, lead, b.linear - a.linear);
+  const VecOf<L> turned = mul_add(a.turned, lead, a.angular);
+  return carried_speed<L>(axes.arm_b, turned, b.angular - a.angular) - cross(a.angular, moved);
 }
 
 /// Friction over the patch around c; returns `old` brought up to date: what stops the twist about the normal, then the
@@ -264,8 +274,8 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf
 /// friction is left for sliding, v / √(v² + R² ω²). Without that a spinning box is stopped wherever its load's middle
 /// happens to be, which rocks it and moves the load. v counts for at least what friction stops in a substep, so that
 /// what is gripped has its whole limit. One limit for both would be nearer to Coulomb's law, but lets go of grips,
-/// where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds to the
-/// sliding velocity what arms carry along (`carried_speed`).
+/// where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds
+/// `carried_slide` to the sliding velocity where A moves as it is told.
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,

@@ -159,7 +159,7 @@ FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softne
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
 }
 
-/// What arms carry along where A moves as it is told: `lead` (s) says how far (`friction_lead`).
+/// Adds `carried_slide` where A moves as it is told.
 template <class Inertia>
 struct CarriedBySides {
   const ContactBodies<Inertia>& bodies;
@@ -168,13 +168,7 @@ struct CarriedBySides {
   float lead;
 
   FATHOM_HD Vec3 operator()(Vec3 slide) const {
-    if (!moves_as_told) return slide;
-    return (slide + carried(bodies.b, axes.arm_b)) - carried(bodies.a, axes.arm_a);
-  }
-
- private:
-  FATHOM_HD Vec3 carried(const ContactBody<Inertia>& body, Vec3 arm) const {
-    return carried_speed<float>(arm, mul_add(body.turned, lead, body.angular), body.angular);
+    return moves_as_told ? slide + carried_slide<float>(bodies, axes, lead) : slide;
   }
 };
 

@@ -30,17 +30,14 @@
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
 
-/// What arms carry along in lanes where A moves as it is told. Apart from the rest, so that blocks without pay nothing.
+/// `carried_slide` of lanes where A moves as it is told. Apart from the rest, so that blocks without pay nothing.
 template <class B, class V>
-HWY_NOINLINE Vec3V<V> carried_along(const ContactAxesOf<V>& axes, const B& bodies, float lead) {
+HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, const B& bodies, float lead) {
   const hn::DFromV<V> d;
   const auto& a = bodies.a;
   const auto moves =
       hn::Or(hn::Gt(dot(a.linear, a.linear), hn::Zero(d)), hn::Gt(dot(a.angular, a.angular), hn::Zero(d)));
-  const auto carried = [&](const auto& body, const Vec3V<V>& arm) HWY_ATTR {
-    return carried_speed<V>(arm, mul_add(body.turned, hn::Set(d, lead), body.angular), body.angular);
-  };
-  const Vec3V<V> sum = carried(bodies.b, axes.arm_b) - carried(a, axes.arm_a);
+  const Vec3V<V> sum = carried_slide<V>(bodies, axes, hn::Set(d, lead));
   return {hn::IfThenElseZero(moves, sum.x), hn::IfThenElseZero(moves, sum.y), hn::IfThenElseZero(moves, sum.z)};
 }
 
@@ -49,7 +46,7 @@ template <class D, class B, class V = hn::Vec<D>>
 HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes, B& bodies, float lead) {
   ContactRows<D> rows{block};
   return sweep_friction(rows, axes, bodies, [&](Vec3V<V> slide) HWY_ATTR {
-    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a)) return slide + carried_along(axes, bodies, lead);
+    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a)) return slide + carried_slide_of_moving(axes, bodies, lead);
     return slide;
   });
 }
