@@ -12,8 +12,7 @@ namespace {
 
 double deepest(const Manifold& manifold) {
   double depth = -1e30;
-  for (int i = 0; i < manifold.count; ++i)
-    depth = std::max(depth, -static_cast<double>(manifold.points[i].separation));
+  for (int i = 0; i < manifold.count; ++i) depth = std::max(depth, -static_cast<double>(manifold.points[i].separation));
   return depth;
 }
 

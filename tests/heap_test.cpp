@@ -139,6 +139,36 @@ TEST(Heap, LetsNobodyStayWhereItIsAgainstItsVelocity) {
   for (const std::uint64_t seed : {13, 119, 136}) expect_sound(seed, {.threads = 1});
 }
 
+// What slept under a load keeps the inertia that the load added: without it heaps threw bodies at up to 100 m/s as they
+// woke.
+TEST(Heap, WakesWithoutAJolt) {
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
+    int asleep = 0;
+    for (const std::uint64_t seed : {10, 49, 66, 72, 155, 161, 190}) {
+      const Heap heap = make_heap(seed);
+      WorldDef def = heap.scene.world;
+      def.simulator = simulator, def.device = "host", def.threads = 1;
+      World world(def);
+      SceneInstance instance(heap.scene, world);
+      const auto is_awake = [&](BodyId id) { return world.motion(id) == MotionType::dynamic && world.is_awake(id); };
+      const int most = static_cast<int>(30 * heap.time_unit / static_cast<double>(def.dt));
+      for (int i = 1; i <= most && (i % 64 > 0 || std::ranges::any_of(instance.ids(), is_awake)); ++i) world.step();
+      if (std::ranges::any_of(instance.ids(), is_awake)) continue;
+      ++asleep;
+      for (int i = 0; i < 64; ++i) world.step();
+      for (const BodyId id : instance.ids())
+        if (world.motion(id) == MotionType::dynamic) world.set_velocity(id, {}, {});
+      float fastest = 0;
+      for (int i = 0; i < 30; ++i) {
+        world.step();
+        for (const BodyId id : instance.ids()) fastest = std::max(fastest, length(world.velocity(id).linear));
+      }
+      EXPECT_LT(fastest, 0.3f) << "seed " << seed << (simulator == SimulatorKind::native ? "" : " on the device");
+    }
+    EXPECT_GE(asleep, 4);
+  }
+}
+
 class HeapsOnTheDevice : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(HeapsOnTheDevice, AreSound) {

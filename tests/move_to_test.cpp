@@ -242,8 +242,9 @@ TEST_P(Turntable, ACrateGoesRoundWhereItLies) {
   }
 }
 
-// A solid ball that rolls on a turntable goes in a circle, round in 7/2 of the table's turns (J. M. Earnshaw, 1844). Its
-// arm does not go round with its spin: where that was taken for it, small balls gained spin until nothing held them.
+// A solid ball that rolls on a turntable goes in a circle, round in 7/2 of the table's turns (J. M. Earnshaw, 1844).
+// Its arm does not go round with its spin: where that was taken for it, small balls gained spin until nothing held
+// them.
 TEST_P(Turntable, ABallRollsInACircle) {
   const Ride& ride = GetParam();
   for (const float ball_radius : {0.008f, 0.03f, 0.1f})
@@ -258,8 +259,10 @@ TEST_P(Turntable, ABallRollsInACircle) {
       table.velocity.angular = {0, 0, ride.spin};
       world.add(table);
       BodyDef ball = dynamic(sphere(ball_radius), {ride.radius, 0, 0.1f + ball_radius});
-      ball.velocity = {{0, 2 * ride.spin * ride.radius / 7, 0}, 0,
-                       {5 * ride.spin * ride.radius / (7 * ball_radius), 0, ride.spin}, 0};
+      ball.velocity = {{0, 2 * ride.spin * ride.radius / 7, 0},
+                       0,
+                       {5 * ride.spin * ride.radius / (7 * ball_radius), 0, ride.spin},
+                       0};
       ball.material.friction = 0.9f;
       const BodyId id = world.add(ball);
       constexpr float time = 5;

@@ -351,6 +351,8 @@ struct WakeIslands {
     bodies.flags[i] |= awake_flag;
     bodies.slow_time[i] = 0;
     if (bodies.support[i].level > 0) hold_at_once(bodies, i, *counters);
+    // It wakes under its load.
+    if (bodies.support[i].load.inertia_scale > 1) exec::atomic_store(counters->loaded_step, counters->step);
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 };

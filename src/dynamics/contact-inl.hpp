@@ -256,10 +256,10 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf
   return cross(angular, mul_add(along, splat<L>(0.5f), cross(turned, along)));
 }
 
-/// What the sliding velocity at c gains where A moves as it is told, by the way that the patch has gone, with `lead` (s)
-/// beyond (`friction_lead`). What rests on a body that turns has to go round with it within the step: on a tangent it
-/// would get half of (ω Δt)² of its radius farther out in every step. The patch goes with B's centre and turns about it
-/// with A. B's own spin does not take it along: under a ball that rolls on A it stays below the centre.
+/// What the sliding velocity at c gains where A moves as it is told, by the way that the patch has gone, with `lead`
+/// (s) beyond (`friction_lead`). What rests on a body that turns has to go round with it within the step: on a tangent
+/// it would get half of (ω Δt)² of its radius farther out in every step. The patch goes with B's centre and turns about
+/// it with A. B's own spin does not take it along: under a ball that rolls on A it stays below the centre.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactAxesOf<L>& axes, L lead) {
   const auto &a = bodies.a, &b = bodies.b;

@@ -508,6 +508,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
   state_.note_filter(slot, info.filter);
   state_.note_to_solve(slot);
+  solver_.supports().overloads().forget(slot);
   set_changed_ = true;
   active_is_current_ = false;
 }

@@ -17,6 +17,10 @@ class Overloads {
   void resize(std::size_t slots) {
     if (loads_.size() < slots) loads_.resize(slots);
   }
+  /// Another body takes the slot.
+  void forget(std::uint32_t slot) {
+    if (slot < loads_.size()) loads_[slot] = {};
+  }
   /// An overloaded contact of the body wants it that inert (`wanted_inertia`).
   void note(std::uint32_t slot, float wanted) {
     std::atomic_ref<float> most(loads_[slot].now);
@@ -33,13 +37,20 @@ class Overloads {
   bool any_scaled() const { return any_scaled_; }
   /// The body's inertia in this step, in parts of its own.
   float inertia_scale(std::uint32_t slot) const { return loads_[slot].inertia_scale; }
-  /// Begins a step.
-  void advance() {
-    if (!any() && !had_any_ && !any_scaled_) return;
+  /// Begins a step. What sleeps keeps its load and its inertia: it wakes under that load, whose impulses would throw
+  /// what is as light as it was at first.
+  template <class IsAwake>
+  void advance(const IsAwake& is_awake) {
+    if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
     had_any_ = any();
     any_.store(false, std::memory_order_relaxed);
-    any_scaled_ = false;
-    for (Load& load : loads_) {
+    any_scaled_ = any_asleep_ = false;
+    for (std::uint32_t slot = 0; slot < loads_.size(); ++slot) {
+      Load& load = loads_[slot];
+      if (!is_awake(slot)) {
+        any_asleep_ = any_asleep_ || load.inertia_scale > 1;
+        continue;
+      }
       load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
       load.before = load.now;
       load.now = 0;
@@ -68,6 +79,7 @@ class Overloads {
   std::vector<Load> loads_;
   std::atomic<bool> any_ = false;
   bool had_any_ = false, any_scaled_ = false;
+  bool any_asleep_ = false;  ///< with more than its own inertia
 };
 
 }  // namespace fathom::native

@@ -46,7 +46,8 @@ template <class D, class B, class V = hn::Vec<D>>
 HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes, B& bodies, float lead) {
   ContactRows<D> rows{block};
   return sweep_friction(rows, axes, bodies, [&](Vec3V<V> slide) HWY_ATTR {
-    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a)) return slide + carried_slide_of_moving(axes, bodies, lead);
+    if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a))
+      return slide + carried_slide_of_moving(axes, bodies, lead);
     return slide;
   });
 }

@@ -39,7 +39,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   held_.resize(state_.size(), not_a_member);
   if (!(stiffness() > 0)) return;
   const bool is_new = support_graph_.update(in_contact, overloads_, stiffness(), step);
-  overloads_.advance();
+  overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
   if (support_graph_.empty()) {
     if (!structures_.empty() || !order_.empty()) std::fill(held_.begin(), held_.end(), not_a_member);
     structures_.clear();
