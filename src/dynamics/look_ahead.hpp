@@ -133,13 +133,14 @@ inline constexpr float pressed_share = 0.1f;
 struct FreeWay {
   bool is_free = true;  ///< to that end
   float part = 1;       ///< of the way
-  Vec3 lift;            ///< m, from there
+  Vec3 aside;           ///< m, from there
   Vec3 linear;          ///< m/s
 };
 
 /// What a fast pair may go of its ways from the poses of `a`, which cannot be pushed, and `b` to `end_a` and `end_b`:
 /// all of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on;
 /// what they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one.
+/// It goes on with what it meets, and along its surface.
 /// What touched before and still comes deeper, by corners that go round too fast for the solver or by what lies on it,
 /// is lifted out of the surface and loses its approach. It is not stopped: held where it is too deep it would be pushed
 /// out for ever and never get out. `first` is that of `look_ahead`.
@@ -159,11 +160,17 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (end_gap >= -allowed) return way;
   const bool touched = gap <= skin;
   way.linear = b.velocity.linear;
+  // With what it meets it goes on, or that would run over it, and along its surface.
+  const auto goes_on = [&](Vec3 along) {
+    const float approach = max(dot(along, on_a.velocity.linear - on_b.velocity.linear), 0.0f);
+    return ((1 - way.part) * dt) * mul_add(on_b.velocity.linear, approach, along);
+  };
   if (!touched) {
     const Impact impact = first_impact(on_a, on_b, cores, dt, skin, normal);
     if (impact.meets && separation_along(cores, end_a, end_b, impact.normal) < -allowed) {
       way.is_free = false;
       way.part = impact.time / dt;
+      way.aside = goes_on(impact.normal);
       return way;
     }
   }
@@ -189,10 +196,11 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   }
   way.is_free = false;
   if (touched) {
-    way.lift = (-allowed - end_gap) * normal;
+    way.aside = (-allowed - end_gap) * normal;
     way.linear = mul_add(way.linear, max(dot(normal, a.velocity.linear - way.linear), 0.0f), normal);
   } else {
     way.part = free;
+    way.aside = goes_on(normal);
   }
   return way;
 }
@@ -200,7 +208,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
 /// Where a body comes to that goes from `begin` towards `end` as far as its way is free.
 FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, float dt) {
   Pose pose = way.part < 1 ? advanced(begin, velocity_between(begin, end, dt), way.part * dt) : end;
-  pose.position += way.lift;
+  pose.position += way.aside;
   pose.reserved = end.reserved;
   return pose;
 }
