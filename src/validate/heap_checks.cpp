@@ -45,7 +45,7 @@ class WaysAndVelocities {
       if (!ends) continue;
       const Vec3d now = to_double(world.pose(ids[i]).position);
       const double told = length(body.told);
-      const bool stays = told > body.size && length(now - body.start) < 0.1 * told;
+      const bool stays = told > 3 * body.size && length(now - body.start) < 0.1 * told;
       body.stays_for = stays ? body.stays_for + 1 : 0;
       stuck_ = std::max(stuck_, body.stays_for);
       body.start = now;
@@ -53,7 +53,8 @@ class WaysAndVelocities {
     }
   }
 
-  /// Most times in a row that a body went less than a tenth of a way beyond its size that its velocities told of.
+  /// Most times in a row that a body went less than a tenth of what its velocities told of, more than three times its
+  /// radius. Thin plates under a load tremble by less.
   int stuck() const { return stuck_; }
 
  private:
