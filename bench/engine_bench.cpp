@@ -151,7 +151,6 @@ void restore_world(benchmark::State& state) {
 BENCHMARK(restore_world)->Arg(10000)->Unit(benchmark::kMicrosecond);
 
 void zone_off(benchmark::State& state) {
-  trace::stop();
   for (auto _ : state) {
     const trace::Zone zone("zone");
     benchmark::ClobberMemory();
@@ -160,12 +159,11 @@ void zone_off(benchmark::State& state) {
 BENCHMARK(zone_off);
 
 void zone_on(benchmark::State& state) {
-  trace::start();
+  const trace::Session session;
   for (auto _ : state) {
     const trace::Zone zone("zone");
     benchmark::ClobberMemory();
   }
-  trace::stop();
 }
 BENCHMARK(zone_on);
 

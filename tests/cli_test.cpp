@@ -1,86 +1,25 @@
 // The program from outside: what it writes, where, and with which exit code.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "test_folder.hpp"
+#include "program.hpp"
 
 namespace {
 
+using fathom::test::Outcome;
+using fathom::test::Program;
 using fathom::test::read_text;
 using nlohmann::json;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-
-class Program : public testing::Test {
- protected:
-  std::string path(const std::string& name) const { return folder_ / name; }
-
-  /// Starts the program with its output in files of the folder.
-  pid_t start(const std::vector<std::string>& arguments) const {
-    const pid_t child = fork();
-    if (child != 0) return child;
-    const rlimit limit{largest_file_, largest_file_};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    redirect(STDOUT_FILENO, path("out"));
-    redirect(STDERR_FILENO, path("err"));
-    std::string program = FATHOM_PROGRAM;
-    std::vector<std::string> words = arguments;
-    std::vector<char*> argv{program.data()};
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
-
-  Outcome finish(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
-  }
-
-  Outcome fathom(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
-
-  /// The result of `fathom run` with these arguments; it must succeed.
-  json result_of(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), "run");
-    arguments.insert(arguments.end(), {"--json", "-", "--quiet"});
-    const Outcome outcome = fathom(arguments);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return json::parse(outcome.out);
-  }
-
- private:
-  static void redirect(int descriptor, const std::string& file) {
-    const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-    dup2(opened, descriptor);
-    close(opened);
-  }
-
-  fathom::test::TestFolder folder_;
-
- protected:
-  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
-};
 
 TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
   const Outcome outcome = fathom({"devices"});
@@ -331,8 +270,7 @@ TEST_F(Program, EarlierFilesSurviveAKilledRunAndAFullDisk) {
   std::ofstream(path("run.csv")) << "earlier";
   const pid_t child =
       start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--csv", path("run.csv"), "--quiet"});
-  for (int i = 0; i < 1000 && !fs::exists(path("run.csv.part")); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(has_grown("run.csv", child));
   kill(child, SIGKILL);
   finish(child);
   EXPECT_EQ(read_text(path("run.csv")), "earlier");
@@ -349,7 +287,7 @@ TEST_F(Program, ValidateWritesItsReport) {
   const json report = json::parse(read_text(path("v.json")));
   EXPECT_EQ(report.at("checks"), report.at("passed"));
   EXPECT_THAT(read_text(path("v.html")), HasSubstr("<svg"));
-  EXPECT_FALSE(fs::exists(path("v.html.part")));
+  EXPECT_THAT(files(), testing::UnorderedElementsAre("out", "err", "v.html", "v.json"));
 }
 
 TEST_F(Program, ValidateListsItsCasesAndRefusesOthers) {
@@ -378,10 +316,7 @@ TEST_F(Program, HeapsOfASeedRunAreRecordedAndPlayed) {
 TEST_F(Program, InterruptedRunWritesWhatItMeasured) {
   const pid_t child = start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--json", path("run.json"),
                              "--csv", path("run.csv"), "--quiet"});
-  // Rows appear once steps are made.
-  for (int i = 0; i < 1000 && (!fs::exists(path("run.csv.part")) || fs::file_size(path("run.csv.part")) < 10000); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(has_grown("run.csv", child, 10000)) << "rows appear once steps are made";
   kill(child, SIGINT);
   const Outcome outcome = finish(child);
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
@@ -443,9 +378,8 @@ TEST_F(Program, KilledWhileRecordingTheEarlierRecordingStays) {
   const std::string earlier = read_text(path("run.fathom"));
   const pid_t child =
       start({"run", "layers", "--bodies", "500", "--steps", "100000000", "--record", path("run.fathom"), "--quiet"});
-  const std::string partial = path("run.fathom.partial-" + std::to_string(child));
-  for (int i = 0; i < 1000 && (!fs::exists(partial) || fs::file_size(partial) < 100000); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const std::string partial = growing("run.fathom", child);
+  EXPECT_TRUE(has_grown("run.fathom", child, 100000));
   kill(child, SIGKILL);
   EXPECT_EQ(finish(child).exit_code, -1);
   EXPECT_TRUE(fs::exists(partial));

@@ -84,20 +84,28 @@ int report_command(const std::string& folder) {
 }
 
 int peers_command(PeersOptions options) {
-  // The report shows what its folder holds.
-  if (!options.peers.json.empty()) return peers::run(options.peers) ? finished : failed;
+  const bool reports = options.peers.json.empty();  // the report shows what its folder holds
   const Store store(options.out);
-  store.create();
-  options.peers.json = store.path(peers_file);
-  const bool good = peers::run(options.peers);
-  fmt::print("{}\n", write_report(store));
-  return good ? finished : failed;
+  if (reports) {
+    peers::check(options.peers);
+    store.create();
+    options.peers.json = store.path(peers_file);
+  }
+  const peers::Outcome outcome = peers::run(options.peers);
+  if (outcome == peers::Outcome::interrupted) return interrupted;
+  if (reports) fmt::print("{}\n", write_report(store));
+  return outcome == peers::Outcome::good ? finished : failed;
 }
 
 int compare_command(const CompareOptions& options) {
   const Comparison comparison = compare(options.before, options.after, options.settings);
   fmt::print("{}", comparison.text());
-  return comparison.worse() ? failed : finished;
+  if (comparison.worse()) return failed;
+  if (comparison.nothing_compared())
+    throw Error(ErrorCode::invalid_argument, options.before + " and " + options.after +
+                                                 ": nothing in them can be compared; measure the same scenes, "
+                                                 "with as many steps");
+  return finished;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "engine/config.hpp"
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
+#include "files/file_names.hpp"
 
 namespace fathom::cli {
 
@@ -46,6 +47,9 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
 }
 
 int config(const ConfigOptions& options) {
+  files::FileNames names;
+  names.reads("--config", options.sources.file);
+  names.writes("--write", options.write);
   const engine::Config config = options.sources.load();
   if (options.write.empty())
     fmt::print("{}", config.text(true));

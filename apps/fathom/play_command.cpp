@@ -49,12 +49,22 @@ void bind_keys(engine::Config& config) {
     if (!config->actions.contains(action)) config.set(fmt::format("input.actions.{}={}", action, key));
 }
 
+void check_names(const RunOptions& options, const engine::Settings& settings) {
+  const std::pair<const char*, std::string> outputs[] = {{"record.file", settings.record.file},
+                                                         {"trace.file", settings.trace.file},
+                                                         {"log.data", settings.log.data},
+                                                         {"log.file", settings.log.file}};
+  files::FileNames names = inputs_of(options);
+  for (const auto& [key, file] : outputs) names.writes(key, file);
+}
+
 }  // namespace
 
 int play(const RunOptions& options) {
   const Scene scene = make_scene(options);
   engine::Config config = options.config.load();
   engine::take_over_world(scene, config);
+  check_names(options, *config);
   bind_keys(config);
   // A scene begins with all its bodies, however many an application may add to it in a frame.
   if (config.origin("world.spawns_per_frame") == "default")

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "commands.hpp"
 #include "engine/recording.hpp"
@@ -82,6 +83,11 @@ int render_recording(RenderOptions options) {
 }  // namespace
 
 int render(const RenderOptions& options) {
+  files::FileNames names = inputs_of(options.run);
+  names.writes("--video", options.video);
+  names.writes("--web", options.web);
+  // A folder of pictures is no file.
+  names.writes("-o", options.output);
   return is_recording(options.run.scene) ? render_recording(options) : render_run(options);
 }
 

@@ -35,7 +35,8 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
       say_(std::move(say)),
       stills_(options.times()),
       film_(options.frames_per_second.value_or(film_rate), options.film_seconds()),
-      page_clock_(options.frames_per_second.value_or(page_rate), options.film_seconds()) {
+      page_clock_(options.frames_per_second.value_or(page_rate), options.film_seconds()),
+      page_file_(options.web) {
   std::sort(stills_.rbegin(), stills_.rend());
   stills_.erase(std::unique(stills_.begin(), stills_.end()), stills_.end());
   const bool films = !options.video.empty() || !options.web.empty();
@@ -53,13 +54,7 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
     video_.emplace(options.video, options.stage.width, options.stage.height,
                    options.frames_per_second.value_or(film_rate));
   }
-  if (!options.web.empty()) {
-    page_file_.open(options.web, std::ios::binary);
-    if (!page_file_) {
-      throw Error(ErrorCode::file, options.web + ": cannot be written; check the folder and its permissions");
-    }
-    page_.emplace(name_, options.frames_per_second.value_or(page_rate));
-  }
+  if (page_file_.wanted()) page_.emplace(name_, options.frames_per_second.value_or(page_rate));
 }
 
 void RenderOutputs::open_stills() {
@@ -112,12 +107,10 @@ void RenderOutputs::finish() {
     say_(options_.video);
   }
   if (page_) {
-    page_file_ << page_->html(options_.look == LookKind::water, options_.stage.azimuth, options_.stage.elevation)
-               << std::flush;
-    if (!page_file_) {
-      throw Error(ErrorCode::file, options_.web + ": could not be written to its end; is the disk full?");
-    }
-    say_(options_.web);
+    page_file_.stream() << page_->html(options_.look == LookKind::water, options_.stage.azimuth,
+                                       options_.stage.elevation);
+    page_file_.finish();
+    if (!page_file_.is_stdout()) say_(options_.web);
   }
 }
 

@@ -2,33 +2,25 @@
 
 #include <chrono>
 
-#include "engine/atomic_file.hpp"
-#include "engine/trace.hpp"
-
 namespace fathom::cli {
 
 using engine::CommandKind;
 namespace trace = engine::trace;
 
 RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world)
-    : settings_(settings), instance_(instance), world_(world) {
-  if (!settings_.trace.empty()) {
-    const engine::AtomicFile writable(settings_.trace);  // so that a run is not lost to a wrong path
-    trace::start();
+    : instance_(instance), world_(world) {
+  if (!settings.trace.empty()) {
+    trace_.emplace(settings.trace);
     trace::name_thread("run");
     if (world.definition().simulator == SimulatorKind::device) device_track_ = world.hardware();
   }
-  if (settings_.record.empty()) return;
-  recorder_ = std::make_unique<engine::Recorder>(settings_.record, settings_.recording);
+  if (settings.record.empty()) return;
+  recorder_ = std::make_unique<engine::Recorder>(settings.record, settings.recording);
   runner_.emplace(world);
   kicker_.emplace(scene);
   for (const BodyId id : instance.ids()) handles_.push_back({id.index, id.generation});
   stream_ = scene.stream;
   streamed_ = streamed_bodies(scene);
-}
-
-RunFiles::~RunFiles() {
-  if (!settings_.trace.empty()) trace::stop();
 }
 
 void RunFiles::prepare_step() {
@@ -63,9 +55,7 @@ void RunFiles::after_step(double step_ms) {
 
 void RunFiles::finish() {
   if (recorder_) recorder_->finish();
-  if (settings_.trace.empty()) return;
-  trace::stop();
-  trace::write(settings_.trace);
+  if (trace_) trace_->finish();
 }
 
 }  // namespace fathom::cli

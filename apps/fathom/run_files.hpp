@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/recording.hpp"
+#include "engine/trace.hpp"
 #include "scene/scene.hpp"
 
 namespace fathom::cli {
@@ -21,10 +22,6 @@ class RunFiles {
  public:
   /// Throws `Error{file}` where a file cannot be written.
   RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world);
-  /// Ends the trace where an error left it open.
-  ~RunFiles();
-  RunFiles(const RunFiles&) = delete;
-  RunFiles& operator=(const RunFiles&) = delete;
 
   /// What the scene does before the next step, recorded.
   void prepare_step();
@@ -33,7 +30,7 @@ class RunFiles {
   void finish();
 
  private:
-  const RunFileSettings settings_;
+  std::optional<engine::trace::Session> trace_;
   SceneInstance& instance_;
   World& world_;
   std::string device_track_;

@@ -116,6 +116,13 @@ Scene make_scene(const RunOptions& options) {
   return scene;
 }
 
+files::FileNames inputs_of(const RunOptions& options) {
+  files::FileNames names;
+  if (!find_environment(options.scene) && options.scene != "heap") names.reads("the scene", options.scene);
+  names.reads("--config", options.config.file);
+  return names;
+}
+
 std::uint64_t steps_to_run(const RunOptions& options, const WorldDef& world) {
   if (options.steps) return *options.steps;
   if (!options.seconds) return default_steps;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "files/file_names.hpp"
 #include "options.hpp"
 #include "scene/scene.hpp"
 
@@ -10,6 +11,8 @@ namespace fathom::cli {
 
 /// The environment or file of the options, with what they override. Throws `Error` on what cannot be.
 Scene make_scene(const RunOptions& options);
+/// The files that `make_scene` reads.
+files::FileNames inputs_of(const RunOptions& options);
 /// How many steps to run.
 std::uint64_t steps_to_run(const RunOptions& options, const WorldDef& world);
 

@@ -9,6 +9,7 @@
 
 #include "build_info.hpp"
 #include "commands.hpp"
+#include "files/file_names.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
 #include "validate/report.hpp"
@@ -68,6 +69,9 @@ int validate(const ValidateOptions& options) {
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);
   World probe(world_def(setup));  // refuses a device that is not there before anything runs
+  files::FileNames names;
+  names.writes("--html", options.html);
+  names.writes("--json", options.json);
   Output html(options.html), json(options.json);
   if (!options.quiet) setup.say = [&](const std::string& line) { say(json, line + "\n"); };
   std::vector<Result> results;

@@ -42,6 +42,7 @@ std::vector<viewer::SimulatorChoice> simulators() {
 
 int view(const ViewOptions& options) {
   const RunOptions& run = options.run;
+  inputs_of(run).writes("--screenshot", options.settings.screenshot);
   viewer::Choice first;
   first.scene = run.scene;
   first.bodies = run.bodies;

@@ -4,8 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
+#include <optional>
 
+#include "files/output_file.hpp"
 #include "measure/system.hpp"
 #include "report.hpp"
 
@@ -84,23 +85,33 @@ void declare(CLI::App& app, Options& options) {
   });
 }
 
-bool run(const Options& options) {
+void check(const Options& options) {
+  chosen_scenes(options);
+  chosen_engines(options);
+}
+
+Outcome run(const Options& options) {
   const std::vector<SceneEntry> scenes = chosen_scenes(options);
-  std::ofstream file;
-  if (!options.json.empty()) {
-    file.open(options.json);  // before the work, not after it
-    if (!file) throw Error(ErrorCode::file, options.json + ": cannot be written; give a file in a folder that exists");
-  }
+  const std::vector<const EngineKind*> engines = chosen_engines(options);
+  std::optional<files::OutputFile> file;
+  if (!options.json.empty()) file.emplace(options.json);  // before the work, not after it
   const InterruptGuard interrupt;
   const std::vector<Result> results =
-      run_campaign(scenes, chosen_engines(options), options.threads, options.rounds, options.limit,
+      run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
   if (stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
   print_table(results);
-  if (file.is_open()) file << to_json(results).dump(2) << '\n';
+  if (InterruptGuard::requested()) {
+    fmt::print(stderr, "fathom: interrupted{}\n", file ? "; " + options.json + " stays as it was" : "");
+    return Outcome::interrupted;
+  }
+  if (file) {
+    file->write(to_json(results).dump(2) + "\n");
+    file->finish();
+  }
   const bool trouble =
       std::any_of(results.begin(), results.end(), [](const Result& r) { return !r.trouble().empty(); });
-  return !trouble;
+  return trouble ? Outcome::failed : Outcome::good;
 }
 
 }  // namespace fathom::peers

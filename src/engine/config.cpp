@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
-#include "engine/atomic_file.hpp"
 #include "engine/config_keys.hpp"
+#include "files/output_file.hpp"
 #include "scene/suggest.hpp"
 #include "scene/toml_reader.hpp"
 
@@ -167,12 +167,7 @@ std::string Config::text(bool origins) const {
   return out;
 }
 
-void Config::save(const std::string& path) const {
-  const std::string content = text(false);
-  AtomicFile file(path);
-  file.write(content.data(), content.size());
-  file.finish();
-}
+void Config::save(const std::string& path) const { files::write_file(path, text(false)); }
 
 const std::string& Config::origin(std::string_view key) const {
   static const std::string program = "program";

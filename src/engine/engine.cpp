@@ -9,6 +9,7 @@
 #include "engine/recording.hpp"
 #include "engine/simulator_choice.hpp"
 #include "engine/trace.hpp"
+#include "files/file_names.hpp"
 
 namespace fathom::engine {
 namespace {
@@ -19,6 +20,16 @@ double seconds(std::chrono::steady_clock::duration duration) { return std::chron
 
 LogSettings log_settings(const Settings& s) {
   return {log_level_named(s.log.level), s.log.console, s.log.file, s.log.file_size, s.log.files};
+}
+
+/// The configuration, if its files do not write over each other.
+Config checked(Config config) {
+  files::FileNames names;
+  names.writes("record.file", config->record.file);
+  names.writes("trace.file", config->trace.file);
+  names.writes("log.data", config->log.data);
+  names.writes("log.file", config->log.file);
+  return config;
 }
 
 SimulationSettings simulation_settings(const Settings& s) {
@@ -36,7 +47,7 @@ SimulationSettings simulation_settings(const Settings& s) {
 }  // namespace
 
 Engine::Engine(Config config, FrontEnd* front_end)
-    : config_(std::move(config)),
+    : config_(checked(std::move(config))),
       log_(log_settings(*config_)),
       data_(config_->log.data),
       front_end_(front_end ? *front_end : headless_),
@@ -61,7 +72,7 @@ Engine::Engine(Config config, FrontEnd* front_end)
   def.device = choice.device;
   simulation_ = std::make_unique<Simulation>(def, simulation_settings(*config_), recorder_.get());
   world_.set_state(simulation_->newest());
-  if (!config_->trace.file.empty()) trace::start();
+  if (!config_->trace.file.empty()) trace_ = std::make_unique<trace::Session>(config_->trace.file);
   trace::name_thread("engine");
   started_ = frame_start_ = next_frame_ = speed_since_ = Clock::now();
 }
@@ -81,10 +92,9 @@ void Engine::finish() {
     recorder->finish();
     log_.info("recorded {} steps to {}", recorder->steps(), config_->record.file);
   }
-  if (!config_->trace.file.empty() && trace::enabled()) {
-    trace::stop();
-    trace::write(config_->trace.file);
-    if (trace::lost_count() > 0) log_.warning("{} zones were lost: the trace is full", trace::lost_count());
+  if (const std::unique_ptr<trace::Session> session = std::move(trace_)) {
+    session->finish();
+    if (session->lost_count() > 0) log_.warning("{} zones were lost: the trace is full", session->lost_count());
   }
   data_.flush();
   log_.flush();

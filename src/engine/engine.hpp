@@ -26,6 +26,9 @@
 namespace fathom::engine {
 
 class Recorder;
+namespace trace {
+class Session;
+}
 
 /// What the last frame did.
 struct FrameStats {
@@ -105,6 +108,7 @@ class Engine {
   Input input_;
   Timers timers_;
   std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<trace::Session> trace_;
   EntityWorld world_;
   std::unique_ptr<Simulation> simulation_;
   Camera camera_;

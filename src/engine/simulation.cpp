@@ -239,9 +239,10 @@ void Simulation::make_step(std::uint64_t step, const CommandList& commands, Simu
     if (observer_) observer_->before_step(step, commands, runner_);
     runner_.run(commands);
   }
-  const Clock::time_point start = Clock::now();
+  Clock::time_point start;
   {
     const trace::Zone zone("step");
+    start = Clock::now();  // within the zone, so that the stages lie within it, too
     world_.step();
     world_.profile();  // the device simulator returns before the step is done; reading waits for it
   }

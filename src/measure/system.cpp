@@ -11,8 +11,13 @@ namespace fathom {
 namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
+struct sigaction before_interrupt, before_terminate;
 
-void request_interrupt(int) { interrupt_requested = 1; }
+/// What was there before is back for the second signal.
+void request_interrupt(int signal) {
+  interrupt_requested = 1;
+  sigaction(signal, signal == SIGINT ? &before_interrupt : &before_terminate, nullptr);
+}
 
 }  // namespace
 
@@ -60,14 +65,13 @@ InterruptGuard::InterruptGuard() {
   interrupt_requested = 0;
   struct sigaction action {};
   action.sa_handler = request_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, &before_interrupt);
+  sigaction(SIGTERM, &action, &before_terminate);
 }
 
 InterruptGuard::~InterruptGuard() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+  sigaction(SIGINT, &before_interrupt, nullptr);
+  sigaction(SIGTERM, &before_terminate, nullptr);
 }
 
 bool InterruptGuard::requested() { return interrupt_requested != 0; }
