@@ -149,27 +149,28 @@ TEST_F(Pictures, APageFitsANarrowScreen) {
   ASSERT_EQ(shell("fathom render spread --bodies 100 --web page.html --seconds 1 --quiet").exit_code, 0);
   // Frames are as narrow as they are told to be, a browser's window is not.
   std::ofstream(path("page.html"), std::ios::app) << R"(<script>
-    setTimeout(() => {
+    const timer = setInterval(() => {
+      if (document.documentElement.dataset.state !== 'ready') return;
+      clearInterval(timer);
       const outside = [...document.querySelectorAll('#bar, #bar *, #title')].filter(e => {
         const box = e.getBoundingClientRect();
         return !(box.left >= 0 && box.right <= innerWidth && box.bottom <= innerHeight && box.width > 20);
       });
       parent.postMessage(`${location.hash}: ${document.getElementById('time').textContent}, ${outside.length} outside`,
         '*');
-    }, 1000);
+    }, 50);
   </script>)";
   std::ofstream(path("phones.html")) << R"(<body><script>
     addEventListener('message', event => document.body.append(event.data + ';'));
-    for (const start of ['abc', '-3', '9'])
+    for (const start of ['abc', '9'])
       document.write(`<iframe style="position: fixed; top: 0; width: 390px; height: 844px" src="page.html#t=${start}&paused"></iframe>`);
   </script>)";
   const std::string browser =
       "timeout 120 chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader "
-      "--hide-scrollbars --window-size=390,844 --virtual-time-budget=3000 --user-data-dir=profile ";
+      "--hide-scrollbars --window-size=390,844 --virtual-time-budget=4000 --user-data-dir=profile ";
   const Outcome dom = shell(browser + "--dump-dom 'file://" + path("phones.html") + "'");
   if (dom.out.empty()) GTEST_SKIP() << "chromium does not run here: " << dom.err;
-  for (const char* said : {"#t=abc&amp;paused: 0.00 / 1.0 s, 0 outside;", "#t=-3&amp;paused: 0.00 / 1.0 s, 0 outside;",
-                           "#t=9&amp;paused: 1.00 / 1.0 s, 0 outside;"})
+  for (const char* said : {"#t=abc&amp;paused: 0.00 / 1.0 s, 0 outside;", "#t=9&amp;paused: 1.00 / 1.0 s, 0 outside;"})
     EXPECT_THAT(dom.out, HasSubstr(said));
   ASSERT_EQ(shell(browser + "--screenshot=page.png 'file://" + path("page.html") + "#paused'").exit_code, 0);
   const Image image = read_png(path("page.png"));

@@ -1,6 +1,7 @@
 // `fathom render`: pictures, films and web pages of a run or a recording, without a window.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -44,6 +45,13 @@ int render_run(const RenderOptions& options) {
   return InterruptGuard::requested() ? interrupted : finished;
 }
 
+/// The last time (s) that the command line names.
+double latest_asked(const RenderOptions& options) {
+  double latest = options.seconds && !(options.video.empty() && options.web.empty()) ? *options.seconds : 0;
+  for (const double time : options.times()) latest = std::max(latest, time);
+  return latest;
+}
+
 /// Thrown through a replay when the last picture is drawn.
 struct Enough {};
 
@@ -53,6 +61,7 @@ int render_recording(RenderOptions options) {
                 options.run.scene +
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
   }
+  const double asked = latest_asked(options);
   // To its end, unless told otherwise.
   if (!options.seconds) options.seconds = longest_film;
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
@@ -61,8 +70,14 @@ int render_recording(RenderOptions options) {
   engine::ReplaySettings settings;
   settings.threads = options.run.threads.value_or(0);
   settings.check_snapshots = false;
-  settings.after_step = [&](std::uint64_t, const World& world) {
+  const auto visit = [&](const World& world) {
     if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};
+  };
+  double end = 0, half_step = 0;  // s
+  settings.before_first_step = visit;
+  settings.after_step = [&](std::uint64_t, const World& world) {
+    end = world.time(), half_step = 0.5 * static_cast<double>(world.definition().dt);
+    visit(world);
   };
   std::string difference;
   try {
@@ -77,7 +92,12 @@ int render_recording(RenderOptions options) {
                difference);
     return failed;
   }
-  return InterruptGuard::requested() ? interrupted : finished;
+  if (InterruptGuard::requested()) return interrupted;
+  if (asked > end + half_step)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{} ends at {:.5g} s; of what was asked for up to {:.5g} s the rest is not there",
+                            options.run.scene, end, asked));
+  return finished;
 }
 
 }  // namespace

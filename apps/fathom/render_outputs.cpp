@@ -19,6 +19,16 @@ render::LookKind look_of(const RenderOptions& options, const World& world) {
   return options.look.value_or(length_squared(world.gravity()) == 0 ? LookKind::water : LookKind::daylight);
 }
 
+/// "000.50": two places, and more where two cannot tell the time from others.
+std::string time_in_name(double time) {
+  std::string text;
+  for (int places = 2; places < 18; ++places) {
+    text = fmt::format("{:0{}.{}f}", time, places + 4, places);
+    if (std::stod(text) == time) break;
+  }
+  return text;
+}
+
 }  // namespace
 
 int FrameClock::due(double time, double dt) {
@@ -85,7 +95,7 @@ Stage& RenderOutputs::stage(const World& world) {
 void RenderOutputs::write_still(const World& world) {
   const fs::path where = options_.output;
   const std::string path =
-      single_ ? where.string() : (where / fmt::format("{}-{:06.2f}s.png", name_, stills_.back())).string();
+      single_ ? where.string() : (where / fmt::format("{}-{}s.png", name_, time_in_name(stills_.back()))).string();
   write_png(stage(world).draw(world), path);
   stills_.pop_back();
   say_(path);
