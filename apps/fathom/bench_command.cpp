@@ -38,8 +38,10 @@ class ProgressLine {
       if (p.run != run_) fmt::print(stderr, "{}/{}  {}\n", p.run, p.runs, key_of(*p.what));
     } else if (const auto now = std::chrono::steady_clock::now(); now - drawn_ > std::chrono::milliseconds(100)) {
       drawn_ = now;
-      fmt::print(stderr, "\r{}/{}  {}  {:.0f} %  about {} left\x1b[K", p.run, p.runs, key_of(*p.what),
-                 100.0 * static_cast<double>(p.step) / static_cast<double>(p.steps), clock_text(p.seconds_left));
+      const std::string text =
+          fmt::format("{}/{}  {}  {:.0f} %  about {} left", p.run, p.runs, key_of(*p.what),
+                      100.0 * static_cast<double>(p.step) / static_cast<double>(p.steps), clock_text(p.seconds_left));
+      fmt::print(stderr, "\r{}\x1b[K", fit_to_terminal(text));
       std::fflush(stderr);
     }
     run_ = p.run;

@@ -1,5 +1,6 @@
 #include "measure/system.hpp"
 
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -58,6 +59,17 @@ std::uint64_t interruptions() {
 }
 
 bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
+
+std::size_t terminal_columns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+std::string fit_to_terminal(std::string text) {
+  // A character in the last column makes some terminals go on to the next line.
+  if (const std::size_t most = terminal_columns() - 1; text.size() > most) text.resize(most);
+  return text;
+}
 
 void survive_file_size_limit() { std::signal(SIGXFSZ, SIG_IGN); }
 
