@@ -1,6 +1,7 @@
 // The program from outside: what it writes, where, and with which exit code.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pty.h>
 
 #include <csignal>
 #include <filesystem>
@@ -201,7 +202,37 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "pyramids"},
        "there is no environment 'pyramids' (a scene file's name ends in .toml); did you mean 'pyramid'?"},
       {{"run", "nowhere.toml"}, "nowhere.toml: no such file"},
-      {{"run", "drift", "--bodys", "3"}, "did you mean --bodies?"},
+      {{"run", "drift", "--bodys", "3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "drift", "--bodys=3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "--bodys", "3", "drift"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "drift", "--zzz"}, "'fathom run' has no option --zzz; see 'fathom run --help'"},
+      {{"run", "drift", "layers"}, "'layers' is one word too many; see 'fathom run --help'"},
+      {{"--quiet", "run", "drift"}, "'fathom' has no option --quiet"},
+      {{"zzz"}, "'fathom' has no subcommand zzz; see 'fathom --help'"},
+      {{"rum", "drift", "--bodies", "3"}, "'fathom' has no subcommand rum; did you mean run?"},
+      {{"play", "drift", "--step", "3"}, "'fathom play' has no option --step; did you mean --steps?"},
+      {{"validate", "--onyl", "x"}, "'fathom validate' has no option --onyl; did you mean --only?"},
+      {{"config", "--sett", "x"}, "'fathom config' has no option --sett; did you mean --set?"},
+      {{"table"}, "see 'fathom table --help'"},
+      {{"replay"}, "see 'fathom replay --help'"},
+      {{"replay", "x", "--threads", "5000"}, "must be a whole number from 0 to 1024, not 5000"},
+      {{"run", "drift", "--threads", "5000"}, "must be a whole number from 0 to 1024, not 5000"},
+      {{"run", "drift", "--threads", "99999999999999999999"}, "from 0 to 1024, not 99999999999999999999"},
+      {{"run", "drift", "--marking-rounds", "999"}, "must be a whole number from 1 to 255, not 999"},
+      {{"run", "drift", "--substeps", "1001"}, "must be a whole number from 1 to 1000, not 1001"},
+      {{"run", "drift", "--simulator", "native", "--device", "host"},
+       "--device is for the device simulator and the hybrid; leave --device out, or --simulator native"},
+#ifdef FATHOM_HAS_RENDER
+      {{"render"}, "see 'fathom render --help'"},
+      {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},
+#endif
+#ifdef FATHOM_HAS_BENCH
+      {{"bench"}, "see 'fathom bench --help'"},
+      {{"bench", "campain"}, "'fathom bench' has no subcommand campain; did you mean campaign?"},
+      {{"bench", "campaign", "--rouds", "3"}, "'fathom bench campaign' has no option --rouds; did you mean --rounds?"},
+      {{"bench", "peers", "--limit", "nan"}, "--limit must be a number of seconds from 0 to 1e9, not nan"},
+      {{"bench", "report"}, "see 'fathom bench report --help'"},
+#endif
       {{"run", "drift", "--bodies", "0"}, "drift: 0 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "-3"}, "drift: -3 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "1000000000"}, "a world holds at most 16777216"},
@@ -417,6 +448,38 @@ TEST_F(Program, ConfigTellsValuesAndOrigins) {
                             "simulator.threads=2", "--threads", "1"});
   EXPECT_EQ(r.at("substeps"), 7);
   EXPECT_EQ(r.at("threads"), 1) << "an option of its own comes last";
+}
+
+// A line that wraps is not written over but fills the screen.
+TEST_F(Program, ProgressStaysOnOneLineOfATerminal) {
+  for (const std::size_t columns : {20, 64, 65, 200}) {
+    winsize size{24, static_cast<unsigned short>(columns), 0, 0};
+    int terminal = -1;
+    const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
+    if (child == 0) {
+      execl(FATHOM_PROGRAM, FATHOM_PROGRAM, "run", "drift", "--bodies", "300", "--seconds", "1e6", "--csv", "/dev/null",
+            nullptr);
+      _exit(127);
+    }
+    std::string shown;
+    char bytes[4096];
+    while (std::count(shown.begin(), shown.end(), '\r') < 3) {
+      const ssize_t got = read(terminal, bytes, sizeof bytes);
+      if (got <= 0) break;
+      shown.append(bytes, static_cast<std::size_t>(got));
+    }
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    close(terminal);
+    std::istringstream lines(shown.substr(0, shown.rfind('\r')));
+    std::string line;
+    std::size_t widest = 0;
+    while (std::getline(lines, line, '\r')) widest = std::max(widest, line.substr(0, line.find('\033')).size());
+    EXPECT_GT(widest, 10u) << shown;
+    EXPECT_LT(widest, columns) << shown;
+    EXPECT_EQ(shown.find('\n'), shown.npos) << shown;
+    EXPECT_THAT(shown, HasSubstr(columns >= 65 ? "]" : "%"));
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
 #include "files/file_names.hpp"
+#include "validators.hpp"
 
 namespace fathom::cli {
 
@@ -40,7 +41,7 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
       ->type_name("FILE");
   command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
       ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+      ->check(whole_number(0, 1024));
   command.add_option("--device", options.device, "Device of a run of the device simulator (auto)")->type_name("DEVICE");
   command.add_flag("--quiet", options.quiet, "Say nothing where nothing differs");
   command.footer("Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is no sound recording.");

@@ -19,6 +19,7 @@
 #endif
 #include "build_info.hpp"
 #include "commands.hpp"
+#include "complaint.hpp"
 #include "files/unfinished.hpp"
 #include "measure/system.hpp"
 #include "options.hpp"
@@ -28,7 +29,6 @@
 #ifdef FATHOM_HAS_VIEWER
 #include "view_options.hpp"
 #endif
-#include "scene/suggest.hpp"
 
 namespace {
 
@@ -37,38 +37,6 @@ using namespace fathom::cli;
 int complain(std::string_view text, int code) {
   fmt::print(stderr, "fathom: {}\n", text);
   return code;
-}
-
-/// The long options of the subcommand in use, or the subcommands' names where none is.
-std::vector<std::string> known_words(const CLI::App& app) {
-  std::vector<std::string> words;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    if (!command->parsed()) continue;
-    if (!command->get_subcommands({}).empty()) return known_words(*command);
-    for (const CLI::Option* option : command->get_options()) words.push_back(option->get_name(false, false));
-    return words;
-  }
-  for (const CLI::App* command : app.get_subcommands({})) words.push_back(command->get_name());
-  return words;
-}
-
-/// The remedy for a word that the command line does not know.
-std::string remedy(const CLI::App& app) {
-  for (const std::string& word : app.remaining(true)) {
-    const std::vector<std::string> known = known_words(app);
-    const std::vector<std::string_view> views(known.begin(), known.end());
-    const std::string_view guess = fathom::nearest(word, views);
-    if (!guess.empty()) return fmt::format("; did you mean {}?", guess);
-  }
-  return "; see 'fathom --help' and 'fathom run --help'";
-}
-
-int refuse(const CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
-  std::string text = error.what();
-  // One line, whatever CLI11 makes of it.
-  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
-  return complain(text + remedy(app), bad_request);
 }
 
 /// Whoever reads what the program prints must hear that a part is missing.
@@ -109,7 +77,8 @@ class Program {
     try {
       app_.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return refuse(app_, error);
+      if (error.get_exit_code() == 0) return app_.exit(error);  // --help and --version
+      return complain(complaint_of(app_, error), bad_request);
     }
     for (const auto& [command, work] : commands_)
       if (command->parsed()) return work();

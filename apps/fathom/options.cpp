@@ -101,7 +101,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
       ->check(whole_number(1, 1000));
   command.add_option("--substeps", options.substeps, "Substeps of a step (4)")
       ->type_name("N")
-      ->check(whole_number(1, 1024));
+      ->check(whole_number(1, 1000));
   declare_choice<bool>(command, "--sleep", options.sleep, {{"on", true}, {"off", false}},
                        "Whether resting islands sleep (off in the environments)");
 }

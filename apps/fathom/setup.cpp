@@ -77,6 +77,8 @@ void check_options(const RunOptions& options, const WorldDef& world) {
     if (!makes_sense) throw Error(ErrorCode::invalid_argument, complaint);
   };
   const bool device = world.simulator == SimulatorKind::device;
+  require(!options.device || world.simulator != SimulatorKind::native,
+          "--device is for the device simulator and the hybrid; leave --device out, or --simulator native");
   require(!options.sweep_axis || world.broad_phase == BroadPhase::sweep,
           "--sweep-axis is the axis of the sweep; add --broad-phase sweep");
   require(!options.marking_rounds || (device && world.partition == Partition::cells),

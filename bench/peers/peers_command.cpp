@@ -41,8 +41,9 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
   if (stderr_is_terminal())
-    fmt::print(stderr, "\r\x1b[Kround {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
-               next.threads);
+    fmt::print(stderr, "\r\x1b[K{}",
+               fit_to_terminal(fmt::format("round {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
+                                           next.threads)));
   else if (round != last_round)
     fmt::print(stderr, "round {}/{}\n", round, rounds);
   last_round = round;
@@ -70,9 +71,7 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");
-  app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
+  app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")->type_name("S");
   app.add_option("--json", options.json, "Write the figures as JSON")->type_name("FILE");
   // Asked for only where it is shown: which engines there are is asked of drivers.
   app.footer([] {
@@ -86,11 +85,15 @@ void declare(CLI::App& app, Options& options) {
 }
 
 void check(const Options& options) {
+  if (!(options.limit > 0 && options.limit <= 1e9))
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("--limit must be a number of seconds from 0 to 1e9, not {}", options.limit));
   chosen_scenes(options);
   chosen_engines(options);
 }
 
 Outcome run(const Options& options) {
+  check(options);
   const std::vector<SceneEntry> scenes = chosen_scenes(options);
   const std::vector<const EngineKind*> engines = chosen_engines(options);
   std::optional<files::OutputFile> file;

@@ -37,6 +37,8 @@ void read_world(const TomlTable& root, Scene& scene) {
   read_section(root, "world", {"gravity", "dt", "max_bodies", "ground_height"}, [&](const TomlTable& table) {
     table.read("gravity", scene.world.gravity);
     table.read("dt", scene.world.dt, Range::positive);
+    if (scene.world.dt < 1e-6f || scene.world.dt > 1)
+      table.fail(*table.find("dt"), "'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667");
     const std::uint32_t most = scene.world.max_bodies;
     table.read("max_bodies", scene.world.max_bodies);
     if (scene.world.max_bodies < 1 || scene.world.max_bodies > most) {
@@ -53,9 +55,9 @@ void read_solver(const TomlTable& root, SolverSettings& solver) {
                [&](const TomlTable& table) {
                  table.read_choice<Solver>("method", solver.method, solvers);
                  table.read("warm_start", solver.warm_start);
-                 table.read("marking_rounds", solver.marking_rounds, 1);
-                 table.read("substeps", solver.substeps, 1);
-                 table.read("iterations", solver.iterations, 1);
+                 table.read("marking_rounds", solver.marking_rounds, 1, 255);
+                 table.read("substeps", solver.substeps, 1, 1000);
+                 table.read("iterations", solver.iterations, 1, 1000);
                  table.read("contact_hertz", solver.contact_hertz, Range::positive);
                  table.read("contact_damping_ratio", solver.contact_damping_ratio, Range::not_negative);
                  table.read("push_out_velocity", solver.push_out_velocity, Range::not_negative);
@@ -88,8 +90,8 @@ void read_preset(const TomlTable& root, Scene& scene) {
 void read_simulator(const TomlTable& root, Scene& scene) {
   read_section(root, "simulator", simulator_keys, [&](const TomlTable& table) {
     table.read("device", scene.world.device);
-    table.read("ahead", scene.world.ahead, 0);
-    table.read("threads", scene.world.threads, 0);
+    table.read("ahead", scene.world.ahead, 0, 16);
+    table.read("threads", scene.world.threads, 0, 1024);
     table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
     table.read_choice<Partition>("partition", scene.world.partition, partitions);
     table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
