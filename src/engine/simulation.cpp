@@ -1,6 +1,7 @@
 #include "engine/simulation.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "engine/trace.hpp"
 
@@ -77,6 +78,13 @@ void Simulation::submit_at(std::uint64_t step, CommandList&& commands) {
                                                  std::to_string(submitted_ + 1));
   orders_[step <= begun_ ? 0 : step].append(commands);
   commands.clear();
+}
+
+void Simulation::add_script(std::unique_ptr<StepScript> script) {
+  const std::lock_guard lock(mutex_);
+  rethrow();
+  const std::uint64_t last = settings_.mode == SimulationMode::async ? begun_ : submitted_;
+  new_scripts_.push_back({std::move(script), last + 1});
 }
 
 void Simulation::wait_for(std::uint64_t step) {
@@ -176,6 +184,8 @@ void Simulation::run() {
   while (async ? wait_until_due(lock) : wait_for_order(lock)) {
     const std::uint64_t step = ++begun_;
     take_orders(step, commands);
+    std::move(new_scripts_.begin(), new_scripts_.end(), std::back_inserter(scripts_));
+    new_scripts_.clear();
     std::shared_ptr<SimulationState> state = take_spare();
     lock.unlock();
     std::exception_ptr failure;
@@ -232,10 +242,12 @@ void Simulation::take_orders(std::uint64_t step, CommandList& commands) {
   }
 }
 
-void Simulation::make_step(std::uint64_t step, const CommandList& commands, SimulationState& state) {
+void Simulation::make_step(std::uint64_t step, CommandList& commands, SimulationState& state) {
   const std::lock_guard lock(world_mutex_);
   {
     const trace::Zone zone("commands");
+    for (const Script& script : scripts_)
+      if (step >= script.first_step) script.script->before_step(step, runner_, commands);
     if (observer_) observer_->before_step(step, commands, runner_);
     runner_.run(commands);
   }

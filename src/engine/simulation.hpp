@@ -77,6 +77,15 @@ class SimulationObserver {
   virtual void after_step(const World& world) = 0;
 };
 
+/// What belongs to steps, whoever asks for them and whenever a frame looks.
+class StepScript {
+ public:
+  virtual ~StepScript() = default;
+  /// Adds to the commands of a step, on the simulation's thread. The game's own of this step are in the list already,
+  /// none is carried out yet.
+  virtual void before_step(std::uint64_t step, const CommandRunner& runner, CommandList& commands) = 0;
+};
+
 struct SimulationSettings {
   SimulationMode mode = SimulationMode::lockstep;
   int ahead = 1;                                ///< N of `ahead`, ≥ 1
@@ -105,6 +114,8 @@ class Simulation {
   /// The same, but before step `step` (from 1), which must not have been submitted (async: not have begun, else it
   /// acts before the next one). Several lists for a step act in the order they came.
   void submit_at(std::uint64_t step, CommandList&& commands);
+  /// Asks the script before every step that is submitted (async: begins) from now on.
+  void add_script(std::unique_ptr<StepScript> script);
   /// Waits until the step was published.
   void wait_for(std::uint64_t step);
   /// Waits until all submitted steps were published; async: until `last_step` was.
@@ -137,12 +148,16 @@ class Simulation {
   bool wait_for_order(std::unique_lock<std::mutex>& lock);
   bool wait_until_due(std::unique_lock<std::mutex>& lock);
   void take_orders(std::uint64_t step, CommandList& commands);
-  void make_step(std::uint64_t step, const CommandList& commands, SimulationState& state);
+  void make_step(std::uint64_t step, CommandList& commands, SimulationState& state);
   void fill(SimulationState& state) const;
   std::shared_ptr<SimulationState> take_spare();
   void publish(std::shared_ptr<SimulationState> state);
   void rethrow() const;
 
+  struct Script {
+    std::unique_ptr<StepScript> script;
+    std::uint64_t first_step = 0;
+  };
   /// States to write into anew, so that steps do not allocate.
   struct Pool {
     std::mutex mutex;
@@ -157,11 +172,13 @@ class Simulation {
   World world_;
   std::string device_track_;  // where the trace shows the stages; empty: within the step
   CommandRunner runner_;
+  std::vector<Script> scripts_;  // of the simulation's thread
 
   const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
   mutable std::mutex mutex_;
   std::condition_variable work_, done_;
-  std::map<std::uint64_t, CommandList> orders_;        // by step; 0: before the next that begins
+  std::map<std::uint64_t, CommandList> orders_;  // by step; 0: before the next that begins
+  std::vector<Script> new_scripts_;
   std::deque<std::shared_ptr<SimulationState>> kept_;  // oldest first
   std::uint64_t submitted_ = 0, begun_ = 0, completed_ = 0;
   Clock::time_point next_due_{};
