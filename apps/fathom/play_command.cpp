@@ -76,13 +76,10 @@ int play(const RunOptions& options) {
   engine.input().on_action("quit", [&](bool pressed) {
     if (pressed) engine.stop();
   });
-  engine.on_frame([](engine::Engine& running) {
-    if (InterruptGuard::requested()) running.stop();
-  });
+  engine.end_when([] { return InterruptGuard::requested(); });
   // A window stays open until it is closed.
   const bool endless = windowed && !options.steps && !options.seconds;
   engine.run(endless ? 0 : steps_to_run(options, scene.world));
-  engine.simulation().finish();
   std::uint64_t hash = 0;
   engine.simulation().inspect([&](const engine::CommandRunner& runner) { hash = runner.world().state_hash(); });
   if (!options.quiet)

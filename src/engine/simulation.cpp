@@ -12,6 +12,18 @@ std::chrono::steady_clock::duration duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+/// Counts the calls of `inspect` that are under way, however they end.
+class Inspection {
+ public:
+  explicit Inspection(int& count) : count_(++count) {}
+  ~Inspection() { --count_; }
+  Inspection(const Inspection&) = delete;
+  Inspection& operator=(const Inspection&) = delete;
+
+ private:
+  int& count_;
+};
+
 std::size_t states_to_keep(const SimulationSettings& settings) {
   return settings.mode == SimulationMode::ahead ? static_cast<std::size_t>(settings.ahead) + 2 : 2;
 }
@@ -87,13 +99,36 @@ void Simulation::add_script(std::unique_ptr<StepScript> script) {
   new_scripts_.push_back({std::move(script), last + 1});
 }
 
+void Simulation::refuse_to_wait(std::uint64_t step, const std::string& why) const {
+  throw Error(ErrorCode::invalid_argument, "simulation: waiting for step " + std::to_string(step) + ", but " + why);
+}
+
+bool Simulation::stands_still() const { return settings_.paused || (settings_.paced && settings_.time_scale <= 0); }
+
 void Simulation::wait_for(std::uint64_t step) {
   std::unique_lock lock(mutex_);
-  const std::uint64_t last = settings_.mode == SimulationMode::async ? settings_.last_step : submitted_;
-  if (step > last)
-    throw Error(ErrorCode::invalid_argument, "simulation: waiting for step " + std::to_string(step) + ", but only " +
-                                                 std::to_string(last) + " are to be made");
+  const bool async = settings_.mode == SimulationMode::async;
+  const std::uint64_t last = async ? settings_.last_step : submitted_;
+  if (step > last) refuse_to_wait(step, "only " + std::to_string(last) + " are to be made");
+  if (step > completed_ && inspecting_ > 0) refuse_to_wait(step, "inspect() holds the world; wait after it");
+  if (async && stands_still() && step > begun_ + (settings_.paused ? single_steps_ : 0))
+    refuse_to_wait(step, "it is paused or its time scale is 0; let it run first");
   done_.wait(lock, [&] { return completed_ >= step || failure_; });
+  rethrow();
+}
+
+void Simulation::wait_for(std::uint64_t step, double seconds) {
+  std::unique_lock lock(mutex_);
+  done_.wait_for(lock, duration(seconds), [&] { return completed_ >= step || failure_; });
+  rethrow();
+}
+
+void Simulation::halt() {
+  std::unique_lock lock(mutex_);
+  settings_.paused = true;
+  single_steps_ = 0;
+  const std::uint64_t last = settings_.mode == SimulationMode::async ? begun_ : submitted_;
+  done_.wait(lock, [&] { return completed_ >= last || failure_; });
   rethrow();
 }
 
@@ -137,7 +172,16 @@ void Simulation::set_paused(bool paused) {
   {
     const std::lock_guard lock(mutex_);
     settings_.paused = paused;
+    single_steps_ = 0;
     next_due_ = Clock::now();
+  }
+  work_.notify_all();
+}
+
+void Simulation::single_steps(int steps) {
+  {
+    const std::lock_guard lock(mutex_);
+    single_steps_ += static_cast<std::uint64_t>(steps);
   }
   work_.notify_all();
 }
@@ -167,6 +211,7 @@ double Simulation::time_given_up() const {
 
 void Simulation::inspect(const std::function<void(const CommandRunner&)>& look) const {
   const std::lock_guard lock(world_mutex_);
+  const Inspection inspection(inspecting_);
   look(runner_);
 }
 
@@ -212,7 +257,11 @@ bool Simulation::wait_for_order(std::unique_lock<std::mutex>& lock) {
 bool Simulation::wait_until_due(std::unique_lock<std::mutex>& lock) {
   for (;;) {
     if (stop_) return false;
-    if (settings_.paused || begun_ >= settings_.last_step || (settings_.paced && settings_.time_scale <= 0)) {
+    if (settings_.paused && single_steps_ > 0 && begun_ < settings_.last_step) {
+      --single_steps_;
+      return true;
+    }
+    if (stands_still() || begun_ >= settings_.last_step) {
       work_.wait(lock);
       continue;
     }
@@ -255,6 +304,7 @@ void Simulation::make_step(std::uint64_t step, CommandList& commands, Simulation
   {
     const trace::Zone zone("step");
     world_.step();
+    world_.wait();     // with `WorldDef::ahead`: the state must be that of this step
     world_.profile();  // the device simulator returns before the step is done; reading waits for it
   }
   state.step_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
