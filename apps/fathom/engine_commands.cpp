@@ -7,6 +7,8 @@
 #include "engine/config.hpp"
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
+#include "exec/devices.hpp"
+#include "setup.hpp"
 
 namespace fathom::cli {
 
@@ -27,12 +29,6 @@ void declare_config_sources(CLI::App& command, ConfigSources& sources) {
       ->group("Configuration");
 }
 
-void declare_config(CLI::App& command, ConfigOptions& options) {
-  declare_config_sources(command, options.sources);
-  command.add_option("--write", options.write, "Write all values to this file in place of printing them")
-      ->type_name("FILE.toml");
-}
-
 void declare_replay(CLI::App& command, ReplayOptions& options) {
   command.add_option("file", options.file, "A recording written by 'fathom run --record' or by an engine")
       ->required()
@@ -46,7 +42,7 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
 }
 
 int config(const ConfigOptions& options) {
-  const engine::Config config = options.sources.load();
+  const engine::Config config = make_config(options.run);
   if (options.write.empty())
     fmt::print("{}", config.text(true));
   else
@@ -55,6 +51,7 @@ int config(const ConfigOptions& options) {
 }
 
 int replay(const ReplayOptions& options) {
+  exec::parse_device(options.device);  // a run of the native simulator does not ask for it
   const auto start = std::chrono::steady_clock::now();
   const engine::ReplayResult result =
       engine::replay(options.file, {.threads = options.threads, .device = options.device});

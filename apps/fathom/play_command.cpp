@@ -52,9 +52,7 @@ void bind_keys(engine::Config& config) {
 }  // namespace
 
 int play(const RunOptions& options) {
-  const Scene scene = make_scene(options);
-  engine::Config config = options.config.load();
-  engine::take_over_world(scene, config);
+  auto [scene, config] = make_setup(options);
   bind_keys(config);
   // A scene begins with all its bodies, however many an application may add to it in a frame.
   if (config.origin("world.spawns_per_frame") == "default")

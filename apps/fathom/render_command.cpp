@@ -47,7 +47,8 @@ int render_run(const RenderOptions& options) {
 struct Enough {};
 
 int render_recording(RenderOptions options) {
-  if (options.run.bodies || options.run.layers || options.run.simulator || options.run.device) {
+  const SimulatorOptions& simulator = options.run.simulator;
+  if (options.run.bodies || options.run.layers || simulator.simulator || simulator.device) {
     throw Error(ErrorCode::invalid_argument,
                 options.run.scene +
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
@@ -58,7 +59,7 @@ int render_recording(RenderOptions options) {
                         [&](const std::string& path) { say(options, path); });
   const InterruptGuard interrupt;
   engine::ReplaySettings settings;
-  settings.threads = options.run.threads.value_or(0);
+  settings.threads = simulator.threads.value_or(0);
   settings.check_snapshots = false;
   settings.after_step = [&](std::uint64_t, const World& world) {
     if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};

@@ -4,7 +4,6 @@
 
 #include "commands.hpp"
 #include "csv.hpp"
-#include "engine/config.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -16,17 +15,16 @@ namespace fathom::cli {
 namespace {
 
 /// The options' files, else the configuration's.
-RunFileSettings run_files(const RunOptions& options) {
-  const engine::Config config = options.config.load();
+RunFileSettings run_files(const RunOptions& options, const engine::Config& config) {
   return {options.record.empty() ? config->record.file : options.record,
           options.trace.empty() ? config->trace.file : options.trace,
           {config->record.snapshot_every, config->record.states}};
 }
 
-RunResult simulate_with_outputs(const Scene& scene, std::uint64_t steps, const RunOptions& options, Output& csv) {
+RunResult simulate_with_outputs(const Setup& setup, std::uint64_t steps, const RunOptions& options, Output& csv) {
   Progress progress(steps, !options.quiet && stderr_is_terminal());
   if (csv.wanted()) write_csv_head(csv.stream());
-  return simulate(scene, steps, run_files(options), [&](const Profile& profile, double step_ms) {
+  return simulate(setup.scene, steps, run_files(options, setup.config), [&](const Profile& profile, double step_ms) {
     if (csv.wanted()) write_csv_row(csv.stream(), profile, step_ms);
     progress.update(profile.step);
   });
@@ -43,11 +41,13 @@ int run(const RunOptions& options) {
   if (options.json == "-" && options.csv == "-") {
     throw Error(ErrorCode::invalid_argument, "--json and --csv cannot both go to stdout; give one a file");
   }
-  const Scene scene = make_scene(options);
+  Setup setup = make_setup(options);
+  choose_device(setup);
+  const Scene& scene = setup.scene;
   const std::uint64_t steps = steps_to_run(options, scene.world);
   Output json(options.json);
   Output csv(options.csv);
-  const RunResult result = simulate_with_outputs(scene, steps, options, csv);
+  const RunResult result = simulate_with_outputs(setup, steps, options, csv);
   csv.finish();
   const Json report = to_json(scene, result);
   if (json.wanted()) json.stream() << report.dump(2) << "\n";

@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
+#include "setup.hpp"
 #include "validate/report.hpp"
 
 namespace fathom::cli {
@@ -63,7 +64,10 @@ int validate(const ValidateOptions& options) {
     for (const Case* test : list) fmt::print("{:<14} {:<18} {}\n", test->group, test->name, test->about);
     return finished;
   }
-  Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  engine::Config config;
+  cli::give_simulator(config, options.simulator);
+  const engine::Settings::Simulator& simulator = config->simulator;
+  validate::Setup setup{simulator.kind, simulator.device, simulator.threads, !options.brief};
   check_heap_options(options, list);
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);

@@ -16,10 +16,10 @@ RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer
   if (choice.scene != first.scene) options.seed.reset();
   options.scene = choice.scene;
   options.bodies = choice.bodies;
-  options.simulator = choice.simulator;
-  options.device.reset();
-  if (!choice.device.empty()) options.device = choice.device;
-  options.threads = choice.threads;
+  options.simulator.simulator = choice.simulator;
+  options.simulator.device.reset();
+  if (!choice.device.empty()) options.simulator.device = choice.device;
+  options.simulator.threads = choice.threads;
   options.substeps = choice.substeps;
   options.solver = choice.solver;
   options.broad_phase = choice.broad_phase;
@@ -45,9 +45,9 @@ int view(const ViewOptions& options) {
   viewer::Choice first;
   first.scene = run.scene;
   first.bodies = run.bodies;
-  first.simulator = run.simulator;
-  first.device = run.device.value_or("");
-  first.threads = run.threads;
+  first.simulator = run.simulator.simulator;
+  first.device = run.simulator.device.value_or("");
+  first.threads = run.simulator.threads;
   first.substeps = run.substeps;
   first.solver = run.solver;
   first.broad_phase = run.broad_phase;

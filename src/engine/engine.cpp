@@ -63,13 +63,8 @@ Engine::Engine(Config config, FrontEnd* front_end)
   if (!config_->record.file.empty())
     recorder_ = std::make_unique<Recorder>(config_->record.file,
                                            RecordSettings{config_->record.snapshot_every, config_->record.states});
-  WorldDef def = config_.world_definition([this](std::string_view line) { log_.write(LogLevel::warning, line); });
-  // Asking for devices starts their drivers, so only where one is wanted.
-  const bool wants_device = config_->simulator.kind != SimulatorKind::native;
-  const SimulatorChoice choice =
-      choose_simulator(*config_, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log_);
-  def.simulator = choice.kind;
-  def.device = choice.device;
+  choose_simulator(config_, log_);
+  const WorldDef def = config_.world_definition([this](std::string_view line) { log_.write(LogLevel::warning, line); });
   simulation_ = std::make_unique<Simulation>(def, simulation_settings(*config_), recorder_.get());
   world_.set_state(simulation_->newest());
   if (!config_->trace.file.empty()) trace::start();

@@ -47,22 +47,7 @@ EntityDef entity_of(const Scene& scene, std::size_t index) {
 }  // namespace
 
 void take_over_world(const Scene& scene, Config& config) {
-  const auto take = [&](const char* key, auto& value, const auto& from) {
-    if (config.origin(key) == "default") value = from;
-  };
-  auto& to = config.edit().simulator;
-  const WorldDef& world = scene.world;
-  take("simulator.kind", to.kind, world.simulator);
-  take("simulator.device", to.device, world.device);
-  take("simulator.threads", to.threads, world.threads);
-  take("simulator.dt", to.dt, world.dt);
-  take("simulator.substeps", to.substeps, world.solver.substeps);
-  take("simulator.solver", to.solver, world.solver.method);
-  take("simulator.broad_phase", to.broad_phase, world.broad_phase);
-  take("simulator.partition", to.partition, world.partition);
-  take("simulator.warm_start", to.warm_start, world.solver.warm_start);
-  take("simulator.sleep", to.sleep, world.sleep.enabled);
-  take("simulator.gravity", to.gravity, world.gravity);
+  config.set_base({scene.world, scene.name, scene.preset, scene.said});
 }
 
 std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {

@@ -8,8 +8,7 @@
 
 namespace fathom::engine {
 
-/// The engine's settings for a scene: its simulator, Δt, solver, gravity and sleep, where the configuration does not
-/// say otherwise (its origin is "default").
+/// Lays the scene's world beneath the configuration: all settings that nobody sets are the scene's.
 void take_over_world(const Scene& scene, Config& config);
 
 /// Spawns every body of the scene, in order, with its shape as graphics body, and an entity that joins them and hands
