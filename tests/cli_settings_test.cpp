@@ -5,7 +5,7 @@
 #include <map>
 #include <regex>
 
-#include "program_fixture.hpp"
+#include "program.hpp"
 
 namespace {
 

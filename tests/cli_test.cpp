@@ -1,5 +1,10 @@
 // The program from outside: what it writes, where, and with which exit code.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -11,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "program_fixture.hpp"
+#include "test_folder.hpp"
 
 namespace {
 
@@ -20,8 +25,62 @@ using nlohmann::json;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-class Program : public fathom::test::Program {};
-using fathom::test::Outcome;
+struct Outcome {
+  int exit_code = -1;
+  std::string out;
+  std::string err;
+};
+
+class Program : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return folder_ / name; }
+
+  /// Starts the program with its output in files of the folder.
+  pid_t start(const std::vector<std::string>& arguments) const {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const rlimit limit{largest_file_, largest_file_};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    redirect(STDOUT_FILENO, path("out"));
+    redirect(STDERR_FILENO, path("err"));
+    std::string program = FATHOM_PROGRAM;
+    std::vector<std::string> words = arguments;
+    std::vector<char*> argv{program.data()};
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv(program.c_str(), argv.data());
+    _exit(127);
+  }
+
+  Outcome finish(pid_t child) const {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
+  }
+
+  Outcome fathom(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  /// The result of `fathom run` with these arguments; it must succeed.
+  json result_of(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "run");
+    arguments.insert(arguments.end(), {"--json", "-", "--quiet"});
+    const Outcome outcome = fathom(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out);
+  }
+
+ private:
+  static void redirect(int descriptor, const std::string& file) {
+    const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
+    dup2(opened, descriptor);
+    close(opened);
+  }
+
+  fathom::test::TestFolder folder_;
+
+ protected:
+  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
+};
 
 TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
   const Outcome outcome = fathom({"devices"});

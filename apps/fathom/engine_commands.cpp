@@ -8,6 +8,7 @@
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
 #include "exec/devices.hpp"
+#include "measure/system.hpp"
 #include "setup.hpp"
 
 namespace fathom::cli {
@@ -50,11 +51,31 @@ int config(const ConfigOptions& options) {
   return finished;
 }
 
+namespace {
+
+/// Thrown through a replay by Ctrl-C.
+struct Interrupted {
+  std::uint64_t step;
+};
+
+}  // namespace
+
 int replay(const ReplayOptions& options) {
   exec::parse_device(options.device);  // a run of the native simulator does not ask for it
   const auto start = std::chrono::steady_clock::now();
-  const engine::ReplayResult result =
-      engine::replay(options.file, {.threads = options.threads, .device = options.device});
+  const InterruptGuard interrupt;
+  engine::ReplaySettings settings{.threads = options.threads, .device = options.device};
+  settings.after_step = [](std::uint64_t step, World&) {
+    if (InterruptGuard::requested()) throw Interrupted{step};
+  };
+  engine::ReplayResult result;
+  try {
+    result = engine::replay(options.file, settings);
+  } catch (const Interrupted& end) {
+    fmt::print(stderr, "fathom: {}: interrupted at step {}, every state until then as recorded\n", options.file,
+               end.step);
+    return interrupted;
+  }
   if (result.difference) {
     fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
     return failed;

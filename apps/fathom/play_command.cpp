@@ -52,6 +52,7 @@ void bind_keys(engine::Config& config) {
 }  // namespace
 
 int play(const RunOptions& options) {
+  const InterruptGuard interrupt;
   auto [scene, config] = make_setup(options);
   bind_keys(config);
   // A scene begins with all its bodies, however many an application may add to it in a frame.
@@ -61,7 +62,6 @@ int play(const RunOptions& options) {
   const bool windowed = config->window.enabled;
   const std::unique_ptr<engine::FrontEnd> window = windowed ? open_window(config) : nullptr;
 
-  const InterruptGuard interrupt;
   engine::Engine engine(config, window.get());
   engine::spawn_scene(engine, scene);
   engine.camera() = overview(scene);

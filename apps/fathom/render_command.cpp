@@ -26,9 +26,9 @@ void say(const RenderOptions& options, const std::string& written) {
 }
 
 int render_run(const RenderOptions& options) {
+  const InterruptGuard interrupt;
   const Scene scene = make_scene(options.run);
   RenderOutputs outputs(options, scene.name, [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   World world(scene.world);
   SceneInstance instance(scene, world);
   const auto steps = static_cast<std::uint64_t>(std::ceil(outputs.last() / static_cast<double>(scene.world.dt)));
@@ -55,9 +55,9 @@ int render_recording(RenderOptions options) {
   }
   // To its end, unless told otherwise.
   if (!options.seconds) options.seconds = longest_film;
+  const InterruptGuard interrupt;
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
                         [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   engine::ReplaySettings settings;
   settings.threads = simulator.threads.value_or(0);
   settings.check_snapshots = false;

@@ -41,6 +41,8 @@ int run(const RunOptions& options) {
   if (options.json == "-" && options.csv == "-") {
     throw Error(ErrorCode::invalid_argument, "--json and --csv cannot both go to stdout; give one a file");
   }
+  // Over all of it: what was measured is written, whenever Ctrl-C comes.
+  const InterruptGuard interrupt;
   Setup setup = make_setup(options);
   choose_device(setup);
   const Scene& scene = setup.scene;

@@ -3,6 +3,7 @@
 
 #include "commands.hpp"
 #include "exec/devices.hpp"
+#include "measure/system.hpp"
 #include "setup.hpp"
 #include "validators.hpp"
 #include "view_options.hpp"
@@ -55,8 +56,10 @@ int view(const ViewOptions& options) {
   viewer::ViewerSettings settings = options.settings;
   settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
+  const InterruptGuard interrupt;
+  settings.ended = [] { return InterruptGuard::requested(); };
   viewer::view([&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
-  return finished;
+  return InterruptGuard::requested() ? interrupted : finished;
 }
 
 void declare_view(CLI::App& command, ViewOptions& options) {

@@ -1,4 +1,4 @@
-// The program from outside: started in a folder of its own, with its output in files.
+// The program from outside, for tests: started with its output in files of a folder.
 #pragma once
 
 #include <fcntl.h>
@@ -7,8 +7,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "test_folder.hpp"
@@ -31,7 +36,7 @@ class Program : public testing::Test {
     if (child != 0) return child;
     const rlimit limit{largest_file_, largest_file_};
     setrlimit(RLIMIT_FSIZE, &limit);
-    redirect(STDOUT_FILENO, path("out"));
+    redirect(STDOUT_FILENO, path(stdout_));
     redirect(STDERR_FILENO, path("err"));
     std::string program = FATHOM_PROGRAM;
     std::vector<std::string> words = arguments;
@@ -49,6 +54,30 @@ class Program : public testing::Test {
   }
 
   Outcome fathom(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
+
+  /// The names of all files of the folder.
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+      names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  /// The name under which the process writes a file.
+  std::string growing(const std::string& name, pid_t process) const {
+    return path(name) + ".partial-" + std::to_string(process);
+  }
+  /// Waits until the process has written so many bytes of it.
+  bool has_grown(const std::string& name, pid_t process, std::size_t bytes = 1) const {
+    std::error_code none;
+    for (int i = 0; i < 1000; ++i) {
+      const auto size = std::filesystem::file_size(growing(name, process), none);
+      if (!none && size >= bytes) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
 
   /// The result of `fathom run` with these arguments; it must succeed.
   nlohmann::json result_of(std::vector<std::string> arguments) const {
@@ -69,6 +98,7 @@ class Program : public testing::Test {
   TestFolder folder_;
 
  protected:
+  std::string stdout_ = "out";
   rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
 };
 
