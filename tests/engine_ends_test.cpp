@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "engine/input_tape.hpp"
 #include "engine/recording.hpp"
 #include "engine_fixture.hpp"
 
@@ -51,6 +52,20 @@ TEST(EngineEnds, ARunEndsSoonInEveryModeWhateverItWaitsFor) {
       engine.finish();
       EXPECT_EQ(folder.file_count(), 1u) << "nothing else is left behind";
       EXPECT_EQ(replay(folder / "run.fathom", {.threads = 1}).steps, steps) << testing::PrintToString(sets);
+    }
+  }
+}
+
+TEST(EngineEnds, ClosingTheWindowEndsARunInEveryMode) {
+  for (const char* mode : {"lockstep", "ahead", "async"}) {
+    for (const char* time : {"steps", "wall"}) {
+      InputTape tape;
+      tape.entries = {{3, {InputKind::window_closed, 0, 0, 0, 0}}};
+      PlayingFrontEnd window(tape);
+      Engine engine(with({std::string("simulator.mode=") + mode, std::string("loop.time=") + time}), &window);
+      engine.run();
+      EXPECT_EQ(engine.stats().frame, 3u) << mode;
+      EXPECT_EQ(engine.simulation().completed(), engine.steps()) << mode;
     }
   }
 }
