@@ -252,13 +252,17 @@ TEST(EngineSettings, ADeviceThatIsNamedIsUsedUnlessTheSimulatorIsNamedToo) {
 }
 
 TEST(EngineSettings, WhereTheDeviceIsNotThereAPresetIsThatOfTheNativeSimulator) {
-  Config config = quiet_config();
-  config.set("simulator.preset=published");
-  config.set("simulator.device=cuda:99");
-  Engine engine(config);
-  EXPECT_EQ(engine.simulation().definition().simulator, SimulatorKind::native);
-  EXPECT_TRUE(engine.simulation().definition().solver.warm_start);
-  EXPECT_EQ(engine.config().origin("simulator.kind"), "simulator.fallback");
+  for (const bool program : {false, true}) {
+    Config config = quiet_config();
+    config.set("simulator.preset=published");
+    if (program) config.edit().simulator.device = "cuda:99";
+    if (!program) config.set("simulator.device=cuda:99");
+    EXPECT_FALSE(config.world_definition().solver.warm_start);
+    Engine engine(config);
+    EXPECT_EQ(engine.simulation().definition().simulator, SimulatorKind::native);
+    EXPECT_TRUE(engine.simulation().definition().solver.warm_start);
+    EXPECT_EQ(engine.config().origin("simulator.kind"), "simulator.fallback");
+  }
 }
 
 TEST(EngineSettings, ProgramsThatEditAreHeard) {

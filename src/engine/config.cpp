@@ -153,7 +153,7 @@ std::string Config::text(bool origins) const {
     if (head != table) out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table = head);
     const std::string comment = origins ? now.origin_of(name) : help;
     // What nobody set is no part of the file: read again, it is as open as before.
-    out += fmt::format("{:<36}{}\n", (now.is_set(name) ? "" : "# ") + key + " = " + value,
+    out += fmt::format("{:<36}{}\n", (now.counts(name) ? "" : "# ") + key + " = " + value,
                        comment.empty() ? "" : "  # " + comment);
   };
   for (const ConfigKey& key : config_keys())

@@ -120,7 +120,8 @@ class Config {
   /// `Error{invalid_argument}`.
   void set(std::string_view assignment);
   /// Sets one key as a command's option does, over files and assignments; `option` is what `origin` calls it.
-  void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change);
+  void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
+            Place place = Place::option);
   /// Lays a world beneath.
   void set_base(WorldBase base);
   /// Writes what was set as a file that `load` reads, and the rest as comments; complete or not at all. What `load`
@@ -158,6 +159,7 @@ class Config {
   Place place_of_preset() const;
   bool device_implies_simulator() const;
   bool is_decided_by_preset(std::string_view key) const;
+  bool counts(std::string_view key) const;
   std::string origin_of(std::string_view key) const;
   void note_edits();
   void settle();

@@ -50,10 +50,9 @@ bool Config::device_implies_simulator() const {
   return kind != SimulatorKind::hybrid && place_of(device_key) > place_of(kind_key);
 }
 
-bool Config::is_set(std::string_view key) const {
-  const Config now = settled();
-  return now.place_of(key) > Place::scene && !now.is_decided_by_preset(key);
-}
+bool Config::is_set(std::string_view key) const { return settled().counts(key); }
+
+bool Config::counts(std::string_view key) const { return place_of(key) > Place::scene && !is_decided_by_preset(key); }
 
 std::string Config::origin_of(std::string_view key) const {
   if (is_decided_by_preset(key))
@@ -70,10 +69,11 @@ void Config::set_base(WorldBase base) {
   settle();
 }
 
-void Config::give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change) {
+void Config::give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
+                  Place place) {
   note_edits();
   change(values_);
-  origins_[std::string(key)] = {Place::option, std::string(option)};
+  origins_[std::string(key)] = {place, std::string(option)};
   settle();
 }
 
@@ -98,7 +98,7 @@ void Config::settle() {
   if (base_.preset && place_of(preset_key) <= Place::scene) settings.preset = *base_.preset;
   WorldDef world = base_.world;
   for_each_world_key([&](std::string_view key, auto in_settings, auto in_world) {
-    if (place_of(key) > Place::scene && !is_decided_by_preset(key)) copy(in_settings(settings), in_world(world));
+    if (counts(key)) copy(in_settings(settings), in_world(world));
   });
   if (device_implies_simulator()) world.simulator = SimulatorKind::device;
   // After the rest, since what it decides depends on that: on the simulator, for one.

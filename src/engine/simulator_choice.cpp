@@ -36,7 +36,8 @@ void choose_simulator(Config& config, Log& log) {
       choose_simulator(settings, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log);
   if (!wants_device) return;
   if (choice.kind != settings.simulator.kind)
-    config.give("simulator.kind", "simulator.fallback", [&](Settings& s) { s.simulator.kind = choice.kind; });
+    config.give(
+        "simulator.kind", "simulator.fallback", [&](Settings& s) { s.simulator.kind = choice.kind; }, Place::program);
   else
     config.give("simulator.device", config.origin("simulator.device"),
                 [&](Settings& s) { s.simulator.device = choice.device; });
