@@ -4,6 +4,7 @@
 #include <numeric>
 #include <random>
 
+#include "engine/recording.hpp"
 #include "engine_fixture.hpp"
 
 namespace fathom::engine::test {
@@ -363,7 +364,7 @@ TEST(EngineCallbacks, AHandlerThatThrowsSparesNoOther) {
 // --- at random -------------------------------------------------------------------------------------------------
 
 /// Callbacks of all kinds, in a shuffled order, that do what they like at random: create, destroy, push, pause, set and
-/// cancel timers, add and remove handlers, throw.
+/// cancel timers, add and remove handlers, stop, throw.
 class Chaos {
  public:
   Chaos(Engine& engine, std::uint32_t seed) : engine_(engine), random_(seed) {
@@ -412,6 +413,7 @@ class Chaos {
     if (chance(0.02)) engine_.inject({InputKind::key_released, 0, 'G', 0, 0});
     if (chance(0.01)) engine_.set_paused(true), engine_.single_step();
     if (chance(0.1)) engine_.set_paused(false);
+    if (chance(0.005)) engine_.stop();
     maybe_throw();
   }
 
@@ -437,6 +439,7 @@ class Chaos {
 };
 
 TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
+  const Folder folder;
   int thrown = 0;
   for (const char* mode : modes) {
     for (const char* simulator : {"native", "device"}) {
@@ -445,13 +448,14 @@ TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
         config.set(std::string("simulator.kind=") + simulator);
         config.set("simulator.device=host");
         config.set("log.level=off");
+        config.edit().record.file = folder / "run.fathom";
         Engine engine(config);
         EntityDef floor;
         floor.physics = ground();
         engine.world().spawn(floor);
         Chaos chaos(engine, seed);
         const auto start = std::chrono::steady_clock::now();
-        for (int runs = 0; runs < 200 && engine.steps() < 60; ++runs) try {
+        for (int runs = 0; runs < 2000 && engine.steps() < 60; ++runs) try {
             engine.run(60 - engine.steps());
           } catch (const std::runtime_error& error) {
             ASSERT_STREQ(error.what(), "chaos") << mode << ", " << simulator << ", seed " << seed;
@@ -462,6 +466,9 @@ TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
         EXPECT_EQ(engine.simulation().completed(), 60u);
         EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
         engine.finish();
+        const ReplayResult result = replay(folder / "run.fathom", {.threads = 1, .device = "host"});
+        EXPECT_FALSE(result.difference) << mode << ", " << simulator << ", seed " << seed;
+        EXPECT_EQ(result.steps, 60u);
       }
     }
   }
