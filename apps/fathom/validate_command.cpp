@@ -78,9 +78,9 @@ int validate(const ValidateOptions& options) {
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);
   World probe(world_def(setup));  // refuses a device that is not there before anything runs
+  const InterruptGuard interrupt;
   Output html(options.html), json(options.json);
   if (!options.quiet) setup.say = [&](const std::string& line) { say(json, line + "\n"); };
-  const InterruptGuard interrupt;
   CaseThread thread(list, setup, [&](const Result& result) {
     if (!options.quiet) say(json, to_text(result));
   });
