@@ -61,8 +61,9 @@ void ticks_that_push(benchmark::State& state) {
   Engine engine(quiet_config());
   spawn_ticking<Pushing>(engine, state.range(0), TickPhase::before, true);
   const Tick tick{engine, TickPhase::before, 2, 0, 0.016f};
+  Failures failures;
   for (auto _ : state) {
-    engine.world().run_ticks(tick);
+    engine.world().run_ticks(tick, failures);
     engine.world().commands().clear();
   }
 }
@@ -72,11 +73,12 @@ void spawn_and_destroy(benchmark::State& state) {
   Engine engine(quiet_config());
   engine.frame();
   std::vector<EntityId> ids;
+  Failures failures;
   for (auto _ : state) {
     for (std::int64_t i = 0; i < state.range(0); ++i) ids.push_back(engine.world().spawn({}));
-    engine.world().take_over_changes(~0u);
+    engine.world().take_over_changes(~0u, failures);
     for (const EntityId id : ids) engine.world().destroy(id);
-    engine.world().take_over_changes(~0u);
+    engine.world().take_over_changes(~0u, failures);
     ids.clear();
   }
 }

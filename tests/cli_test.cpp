@@ -221,7 +221,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--marking-rounds", "999"}, "must be a whole number from 1 to 255, not 999"},
       {{"run", "drift", "--substeps", "1001"}, "must be a whole number from 1 to 1000, not 1001"},
       {{"run", "drift", "--simulator", "native", "--device", "host"},
-       "--device is for the device simulator and the hybrid; leave --device out, or --simulator native"},
+       "--device is what the simulators device and hybrid run on; leave it or --simulator native out"},
 #ifdef FATHOM_HAS_RENDER
       {{"render"}, "see 'fathom render --help'"},
       {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},

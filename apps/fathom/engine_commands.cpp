@@ -7,7 +7,9 @@
 #include "engine/config.hpp"
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
-#include "files/file_names.hpp"
+#include "exec/devices.hpp"
+#include "measure/system.hpp"
+#include "setup.hpp"
 #include "validators.hpp"
 
 namespace fathom::cli {
@@ -29,12 +31,6 @@ void declare_config_sources(CLI::App& command, ConfigSources& sources) {
       ->group("Configuration");
 }
 
-void declare_config(CLI::App& command, ConfigOptions& options) {
-  declare_config_sources(command, options.sources);
-  command.add_option("--write", options.write, "Write all values to this file in place of printing them")
-      ->type_name("FILE.toml");
-}
-
 void declare_replay(CLI::App& command, ReplayOptions& options) {
   command.add_option("file", options.file, "A recording written by 'fathom run --record' or by an engine")
       ->required()
@@ -48,10 +44,8 @@ void declare_replay(CLI::App& command, ReplayOptions& options) {
 }
 
 int config(const ConfigOptions& options) {
-  files::FileNames names;
-  names.reads("--config", options.sources.file);
-  names.writes("--write", options.write);
-  const engine::Config config = options.sources.load();
+  inputs_of(options.run).writes("--write", options.write);
+  const engine::Config config = make_config(options.run);
   if (options.write.empty())
     fmt::print("{}", config.text(true));
   else
@@ -59,10 +53,31 @@ int config(const ConfigOptions& options) {
   return finished;
 }
 
+namespace {
+
+/// Thrown through a replay by Ctrl-C.
+struct Interrupted {
+  std::uint64_t step;
+};
+
+}  // namespace
+
 int replay(const ReplayOptions& options) {
+  exec::parse_device(options.device);  // a run of the native simulator does not ask for it
   const auto start = std::chrono::steady_clock::now();
-  const engine::ReplayResult result =
-      engine::replay(options.file, {.threads = options.threads, .device = options.device});
+  const InterruptGuard interrupt;
+  engine::ReplaySettings settings{.threads = options.threads, .device = options.device};
+  settings.after_step = [](std::uint64_t step, World&) {
+    if (InterruptGuard::requested()) throw Interrupted{step};
+  };
+  engine::ReplayResult result;
+  try {
+    result = engine::replay(options.file, settings);
+  } catch (const Interrupted& end) {
+    fmt::print(stderr, "fathom: {}: interrupted at step {}, every state until then as recorded\n", options.file,
+               end.step);
+    return interrupted;
+  }
   if (result.difference) {
     fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
     return failed;

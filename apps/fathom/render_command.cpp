@@ -28,9 +28,9 @@ void say(const RenderOptions& options, const std::string& written) {
 }
 
 int render_run(const RenderOptions& options) {
+  const InterruptGuard interrupt;
   const Scene scene = make_scene(options.run);
   RenderOutputs outputs(options, scene.name, [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   World world(scene.world);
   SceneInstance instance(scene, world);
   const auto steps = static_cast<std::uint64_t>(std::ceil(outputs.last() / static_cast<double>(scene.world.dt)));
@@ -56,7 +56,8 @@ double latest_asked(const RenderOptions& options) {
 struct Enough {};
 
 int render_recording(RenderOptions options) {
-  if (options.run.bodies || options.run.layers || options.run.simulator || options.run.device) {
+  const SimulatorOptions& simulator = options.run.simulator;
+  if (options.run.bodies || options.run.layers || simulator.simulator || simulator.device) {
     throw Error(ErrorCode::invalid_argument,
                 options.run.scene +
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
@@ -64,11 +65,11 @@ int render_recording(RenderOptions options) {
   const double asked = latest_asked(options);
   // To its end, unless told otherwise.
   if (!options.seconds) options.seconds = longest_film;
+  const InterruptGuard interrupt;
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
                         [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   engine::ReplaySettings settings;
-  settings.threads = options.run.threads.value_or(0);
+  settings.threads = simulator.threads.value_or(0);
   settings.check_snapshots = false;
   const auto visit = [&](const World& world) {
     if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};

@@ -4,7 +4,6 @@
 
 namespace fathom::cli {
 
-using engine::CommandKind;
 namespace trace = engine::trace;
 
 RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world)
@@ -17,28 +16,21 @@ RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneIns
   if (settings.record.empty()) return;
   recorder_ = std::make_unique<engine::Recorder>(settings.record, settings.recording);
   runner_.emplace(world);
-  kicker_.emplace(scene);
   for (const BodyId id : instance.ids()) handles_.push_back({id.index, id.generation});
+  script_.emplace(scene, handles_);
   stream_ = scene.stream;
-  streamed_ = streamed_bodies(scene);
 }
 
 void RunFiles::prepare_step() {
   const trace::Zone zone("scene");
   if (!recorder_) return instance_.prepare_step();
+  const std::uint64_t step = world_.step_count() + 1;
   commands_.clear();
-  for (const Kicker::Kick& kick : kicker_->due(world_.step_count()))
-    commands_.push({CommandKind::add_velocity, handles_[kick.body], kick.linear, kick.angular, {}, 0});
-  const std::optional<std::size_t> renewed = stream_ ? stream_->due(world_.step_count()) : std::nullopt;
-  if (renewed) {
-    engine::BodyHandle& handle = handles_[*renewed];
-    commands_.push({CommandKind::remove, handle, {}, {}, {}, 0});
-    ++handle.generation;
-    commands_.add(handle, streamed_[*renewed - stream_->first]);
-  }
-  recorder_->before_step(world_.step_count() + 1, commands_, *runner_);
+  script_->before_step(step, *runner_, commands_);
+  recorder_->before_step(step, commands_, *runner_);
   runner_->run(commands_);
-  if (renewed) instance_.replaced(*renewed, runner_->body(handles_[*renewed]));
+  if (const auto renewed = stream_ ? stream_->due(step - 1) : std::nullopt)
+    instance_.replaced(*renewed, runner_->body(handles_[*renewed]));
 }
 
 void RunFiles::after_step(double step_ms) {

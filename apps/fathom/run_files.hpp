@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/recording.hpp"
+#include "engine/scene_script.hpp"
 #include "engine/trace.hpp"
 #include "scene/scene.hpp"
 
@@ -37,9 +38,8 @@ class RunFiles {
   // While recording:
   std::unique_ptr<engine::Recorder> recorder_;
   std::optional<engine::CommandRunner> runner_;
-  std::optional<Kicker> kicker_;
+  std::optional<engine::SceneScript> script_;
   std::optional<Stream> stream_;
-  std::vector<BodyDef> streamed_;
   std::vector<engine::BodyHandle> handles_;  // by place in Scene::bodies
   engine::CommandList commands_;
 };

@@ -13,6 +13,7 @@ namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
 struct sigaction before_interrupt, before_terminate;
+int guards = 0;  // only the outermost acts
 
 /// What was there before is back for the second signal.
 void request_interrupt(int signal) {
@@ -74,6 +75,7 @@ std::string fit_to_terminal(std::string text) {
 void survive_file_size_limit() { std::signal(SIGXFSZ, SIG_IGN); }
 
 InterruptGuard::InterruptGuard() {
+  if (guards++ > 0) return;
   interrupt_requested = 0;
   struct sigaction action {};
   action.sa_handler = request_interrupt;
@@ -82,6 +84,7 @@ InterruptGuard::InterruptGuard() {
 }
 
 InterruptGuard::~InterruptGuard() {
+  if (--guards > 0) return;
   sigaction(SIGINT, &before_interrupt, nullptr);
   sigaction(SIGTERM, &before_terminate, nullptr);
 }
