@@ -61,8 +61,9 @@ void ticks_that_push(benchmark::State& state) {
   Engine engine(quiet_config());
   spawn_ticking<Pushing>(engine, state.range(0), TickPhase::before, true);
   const Tick tick{engine, TickPhase::before, 2, 0, 0.016f};
+  Failures failures;
   for (auto _ : state) {
-    engine.world().run_ticks(tick);
+    engine.world().run_ticks(tick, failures);
     engine.world().commands().clear();
   }
 }
@@ -72,11 +73,12 @@ void spawn_and_destroy(benchmark::State& state) {
   Engine engine(quiet_config());
   engine.frame();
   std::vector<EntityId> ids;
+  Failures failures;
   for (auto _ : state) {
     for (std::int64_t i = 0; i < state.range(0); ++i) ids.push_back(engine.world().spawn({}));
-    engine.world().take_over_changes(~0u);
+    engine.world().take_over_changes(~0u, failures);
     for (const EntityId id : ids) engine.world().destroy(id);
-    engine.world().take_over_changes(~0u);
+    engine.world().take_over_changes(~0u, failures);
     ids.clear();
   }
 }
@@ -151,7 +153,6 @@ void restore_world(benchmark::State& state) {
 BENCHMARK(restore_world)->Arg(10000)->Unit(benchmark::kMicrosecond);
 
 void zone_off(benchmark::State& state) {
-  trace::stop();
   for (auto _ : state) {
     const trace::Zone zone("zone");
     benchmark::ClobberMemory();
@@ -160,12 +161,11 @@ void zone_off(benchmark::State& state) {
 BENCHMARK(zone_off);
 
 void zone_on(benchmark::State& state) {
-  trace::start();
+  const trace::Session session;
   for (auto _ : state) {
     const trace::Zone zone("zone");
     benchmark::ClobberMemory();
   }
-  trace::stop();
 }
 BENCHMARK(zone_on);
 

@@ -215,6 +215,51 @@ TEST(CampaignCompare, SaysWhatIsBeyondNoise) {
   EXPECT_FALSE(compare(noisy, write_campaign(folder, "e", {twice, twice}, 0.005, "1"), {}).worse());
 }
 
+/// A campaign.json or peers.json with one run of so many steps, each of so many ms.
+std::string write_run(const test::TestFolder& folder, const std::string& kind, std::uint64_t steps, double ms,
+                      bool cut_short = false) {
+  Json run = {{"environment", "pyramid"}, {"threads", 2}, {"steps", steps}, {"cut_short", cut_short}};
+  run["step_ms"] = {{"mean", ms}, {"median", ms}, {"mean_of_rounds", {ms, ms}}};
+  const Json quality = {{"step", steps}, {"displacement_max", 1e-3 * static_cast<double>(steps)}};
+  Json json = {{"kind", kind}, {"device", "p"}, {"circumstances", {{"processor", "p"}, {"threads", 2}}}};
+  if (kind == "peers") {
+    run.update({{"scene", "pyramid:5"}, {"engine", "fathom"}, {"trouble", ""}, {"quality", quality}});
+    json["results"].push_back(run);
+  } else {
+    run.update({{"bodies_asked", 55}, {"simulator", "native"}, {"device", ""}, {"set", "fathom"}, {"skipped", ""}});
+    run.update({{"refused", ""}, {"failing", ""}, {"state_hash", std::to_string(steps)}});
+    run["quality"].push_back(quality);
+    run["blocks_ms"] = std::vector<double>(steps / 60, ms);
+    json["runs"].push_back(run);
+  }
+  const std::string path = folder / (kind + std::to_string(steps) + std::to_string(ms));
+  std::ofstream(path) << json;
+  return path;
+}
+
+TEST(CampaignCompare, ComparesShortRunsAndOnlyWhatIsAlike) {
+  const test::TestFolder folder;
+  for (const std::string kind : {"campaign", "peers"}) {
+    for (const std::uint64_t steps : {1, 20, 59, 60, 400}) {
+      const Comparison twice = compare(write_run(folder, kind, steps, 1), write_run(folder, kind, steps, 2), {});
+      EXPECT_TRUE(twice.worse()) << kind << steps;
+      EXPECT_NEAR(twice.differences.at(0).ratio, 2, 1e-9) << kind << steps;
+      EXPECT_FALSE(twice.nothing_compared());
+    }
+    const Comparison other = compare(write_run(folder, kind, 30, 1), write_run(folder, kind, 400, 2, true), {});
+    EXPECT_TRUE(other.nothing_compared()) << kind;
+    EXPECT_FALSE(other.worse()) << "what moved in 30 steps tells nothing about 400";
+    EXPECT_THAT(other.text(), HasSubstr("not compared: 30 and 400 steps  (after cut short at 400 steps)"));
+    EXPECT_THAT(other.text(), HasSubstr("of 1; the times of 1 are not compared"));
+    EXPECT_THAT(other.text(), testing::Not(HasSubstr("1.000")));
+  }
+  // A campaign's runs have their first seconds in common.
+  const Comparison seconds =
+      compare(write_run(folder, "campaign", 200, 1, true), write_run(folder, "campaign", 400, 2), {});
+  EXPECT_NEAR(seconds.differences.at(0).ratio, 2, 1e-9);
+  EXPECT_THAT(seconds.text(), HasSubstr("(before cut short at 200 steps)"));
+}
+
 TEST(CampaignCompare, SaysWhatIsLessStable) {
   const test::TestFolder folder;
   const std::vector<double> once(30, 1.0);

@@ -1,86 +1,26 @@
 // The program from outside: what it writes, where, and with which exit code.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <pty.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "test_folder.hpp"
+#include "program.hpp"
 
 namespace {
 
+using fathom::test::Outcome;
+using fathom::test::Program;
 using fathom::test::read_text;
 using nlohmann::json;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int exit_code = -1;
-  std::string out;
-  std::string err;
-};
-
-class Program : public testing::Test {
- protected:
-  std::string path(const std::string& name) const { return folder_ / name; }
-
-  /// Starts the program with its output in files of the folder.
-  pid_t start(const std::vector<std::string>& arguments) const {
-    const pid_t child = fork();
-    if (child != 0) return child;
-    const rlimit limit{largest_file_, largest_file_};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    redirect(STDOUT_FILENO, path("out"));
-    redirect(STDERR_FILENO, path("err"));
-    std::string program = FATHOM_PROGRAM;
-    std::vector<std::string> words = arguments;
-    std::vector<char*> argv{program.data()};
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    execv(program.c_str(), argv.data());
-    _exit(127);
-  }
-
-  Outcome finish(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(path("out")), read_text(path("err"))};
-  }
-
-  Outcome fathom(const std::vector<std::string>& arguments) const { return finish(start(arguments)); }
-
-  /// The result of `fathom run` with these arguments; it must succeed.
-  json result_of(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), "run");
-    arguments.insert(arguments.end(), {"--json", "-", "--quiet"});
-    const Outcome outcome = fathom(arguments);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return json::parse(outcome.out);
-  }
-
- private:
-  static void redirect(int descriptor, const std::string& file) {
-    const int opened = open(file.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
-    dup2(opened, descriptor);
-    close(opened);
-  }
-
-  fathom::test::TestFolder folder_;
-
- protected:
-  rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
-};
 
 TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
   const Outcome outcome = fathom({"devices"});
@@ -262,7 +202,37 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "pyramids"},
        "there is no environment 'pyramids' (a scene file's name ends in .toml); did you mean 'pyramid'?"},
       {{"run", "nowhere.toml"}, "nowhere.toml: no such file"},
-      {{"run", "drift", "--bodys", "3"}, "did you mean --bodies?"},
+      {{"run", "drift", "--bodys", "3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "drift", "--bodys=3"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "--bodys", "3", "drift"}, "'fathom run' has no option --bodys; did you mean --bodies?"},
+      {{"run", "drift", "--zzz"}, "'fathom run' has no option --zzz; see 'fathom run --help'"},
+      {{"run", "drift", "layers"}, "'layers' is one word too many; see 'fathom run --help'"},
+      {{"--quiet", "run", "drift"}, "'fathom' has no option --quiet"},
+      {{"zzz"}, "'fathom' has no subcommand zzz; see 'fathom --help'"},
+      {{"rum", "drift", "--bodies", "3"}, "'fathom' has no subcommand rum; did you mean run?"},
+      {{"play", "drift", "--step", "3"}, "'fathom play' has no option --step; did you mean --steps?"},
+      {{"validate", "--onyl", "x"}, "'fathom validate' has no option --onyl; did you mean --only?"},
+      {{"config", "--sett", "x"}, "'fathom config' has no option --sett; did you mean --set?"},
+      {{"table"}, "see 'fathom table --help'"},
+      {{"replay"}, "see 'fathom replay --help'"},
+      {{"replay", "x", "--threads", "5000"}, "must be a whole number from 0 to 1024, not 5000"},
+      {{"run", "drift", "--threads", "5000"}, "must be a whole number from 0 to 1024, not 5000"},
+      {{"run", "drift", "--threads", "99999999999999999999"}, "from 0 to 1024, not 99999999999999999999"},
+      {{"run", "drift", "--marking-rounds", "999"}, "must be a whole number from 1 to 255, not 999"},
+      {{"run", "drift", "--substeps", "1001"}, "must be a whole number from 1 to 1000, not 1001"},
+      {{"run", "drift", "--simulator", "native", "--device", "host"},
+       "--device is what the simulators device and hybrid run on; leave it or --simulator native out"},
+#ifdef FATHOM_HAS_RENDER
+      {{"render"}, "see 'fathom render --help'"},
+      {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},
+#endif
+#ifdef FATHOM_HAS_BENCH
+      {{"bench"}, "see 'fathom bench --help'"},
+      {{"bench", "campain"}, "'fathom bench' has no subcommand campain; did you mean campaign?"},
+      {{"bench", "campaign", "--rouds", "3"}, "'fathom bench campaign' has no option --rouds; did you mean --rounds?"},
+      {{"bench", "peers", "--limit", "nan"}, "--limit must be a number of seconds from 0 to 1e9, not nan"},
+      {{"bench", "report"}, "see 'fathom bench report --help'"},
+#endif
       {{"run", "drift", "--bodies", "0"}, "drift: 0 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "-3"}, "drift: -3 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "1000000000"}, "a world holds at most 16777216"},
@@ -331,8 +301,7 @@ TEST_F(Program, EarlierFilesSurviveAKilledRunAndAFullDisk) {
   std::ofstream(path("run.csv")) << "earlier";
   const pid_t child =
       start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--csv", path("run.csv"), "--quiet"});
-  for (int i = 0; i < 1000 && !fs::exists(path("run.csv.part")); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(has_grown("run.csv", child));
   kill(child, SIGKILL);
   finish(child);
   EXPECT_EQ(read_text(path("run.csv")), "earlier");
@@ -349,7 +318,7 @@ TEST_F(Program, ValidateWritesItsReport) {
   const json report = json::parse(read_text(path("v.json")));
   EXPECT_EQ(report.at("checks"), report.at("passed"));
   EXPECT_THAT(read_text(path("v.html")), HasSubstr("<svg"));
-  EXPECT_FALSE(fs::exists(path("v.html.part")));
+  EXPECT_THAT(files(), testing::UnorderedElementsAre("out", "err", "v.html", "v.json"));
 }
 
 TEST_F(Program, ValidateListsItsCasesAndRefusesOthers) {
@@ -378,10 +347,7 @@ TEST_F(Program, HeapsOfASeedRunAreRecordedAndPlayed) {
 TEST_F(Program, InterruptedRunWritesWhatItMeasured) {
   const pid_t child = start({"run", "drift", "--bodies", "100", "--steps", "100000000", "--json", path("run.json"),
                              "--csv", path("run.csv"), "--quiet"});
-  // Rows appear once steps are made.
-  for (int i = 0; i < 1000 && (!fs::exists(path("run.csv.part")) || fs::file_size(path("run.csv.part")) < 10000); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(has_grown("run.csv", child, 10000)) << "rows appear once steps are made";
   kill(child, SIGINT);
   const Outcome outcome = finish(child);
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
@@ -443,9 +409,8 @@ TEST_F(Program, KilledWhileRecordingTheEarlierRecordingStays) {
   const std::string earlier = read_text(path("run.fathom"));
   const pid_t child =
       start({"run", "layers", "--bodies", "500", "--steps", "100000000", "--record", path("run.fathom"), "--quiet"});
-  const std::string partial = path("run.fathom.partial-" + std::to_string(child));
-  for (int i = 0; i < 1000 && (!fs::exists(partial) || fs::file_size(partial) < 100000); ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  const std::string partial = growing("run.fathom", child);
+  EXPECT_TRUE(has_grown("run.fathom", child, 100000));
   kill(child, SIGKILL);
   EXPECT_EQ(finish(child).exit_code, -1);
   EXPECT_TRUE(fs::exists(partial));
@@ -483,6 +448,38 @@ TEST_F(Program, ConfigTellsValuesAndOrigins) {
                             "simulator.threads=2", "--threads", "1"});
   EXPECT_EQ(r.at("substeps"), 7);
   EXPECT_EQ(r.at("threads"), 1) << "an option of its own comes last";
+}
+
+// A line that wraps is not written over but fills the screen.
+TEST_F(Program, ProgressStaysOnOneLineOfATerminal) {
+  for (const std::size_t columns : {20, 64, 65, 200}) {
+    winsize size{24, static_cast<unsigned short>(columns), 0, 0};
+    int terminal = -1;
+    const pid_t child = forkpty(&terminal, nullptr, nullptr, &size);
+    if (child == 0) {
+      execl(FATHOM_PROGRAM, FATHOM_PROGRAM, "run", "drift", "--bodies", "300", "--seconds", "1e6", "--csv", "/dev/null",
+            nullptr);
+      _exit(127);
+    }
+    std::string shown;
+    char bytes[4096];
+    while (std::count(shown.begin(), shown.end(), '\r') < 3) {
+      const ssize_t got = read(terminal, bytes, sizeof bytes);
+      if (got <= 0) break;
+      shown.append(bytes, static_cast<std::size_t>(got));
+    }
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    close(terminal);
+    std::istringstream lines(shown.substr(0, shown.rfind('\r')));
+    std::string line;
+    std::size_t widest = 0;
+    while (std::getline(lines, line, '\r')) widest = std::max(widest, line.substr(0, line.find('\033')).size());
+    EXPECT_GT(widest, 10u) << shown;
+    EXPECT_LT(widest, columns) << shown;
+    EXPECT_EQ(shown.find('\n'), shown.npos) << shown;
+    EXPECT_THAT(shown, HasSubstr(columns >= 65 ? "]" : "%"));
+  }
 }
 
 }  // namespace

@@ -44,7 +44,10 @@ TEST(EngineConfig, EveryValueSurvivesBeingStored) {
   EXPECT_EQ(loaded.text(false), config.text(false));
   EXPECT_EQ(loaded->simulator.dt, 0.005f);
   EXPECT_EQ(loaded->window.title, "a \"quoted\" \\ title");
-  for (const std::string& key : loaded.keys()) EXPECT_THAT(loaded.origin(key), HasSubstr("engine.toml:")) << key;
+  for (const std::string& key : loaded.keys()) {
+    EXPECT_EQ(loaded.is_set(key), config.is_set(key)) << key;
+    EXPECT_THAT(loaded.origin(key), HasSubstr(config.is_set(key) ? "engine.toml:" : "default")) << key;
+  }
 }
 
 struct Bad {

@@ -239,7 +239,7 @@ TEST(EngineData, SeriesBecomeRows) {
 
 TEST(EngineTrace, ZonesOfAllThreadsNestInAChromeTrace) {
   const Folder folder;
-  trace::start();
+  trace::Session session(folder / "trace.json");
   trace::name_thread("test");
   {
     const trace::Zone outer("outer");
@@ -253,9 +253,9 @@ TEST(EngineTrace, ZonesOfAllThreadsNestInAChromeTrace) {
   trace::add_on_track("GPU", "kernel", begin, 0.5);
   trace::add_step({.find_pairs = 1, .update_manifolds = 2, .build_constraints = 3, .solve = 4, .finish = 5}, begin);
   trace::count("bodies", 42);
-  trace::stop();
+  session.stop();
   { const trace::Zone off("off"); }
-  trace::write(folder / "trace.json");
+  session.finish();
   const auto json = nlohmann::json::parse(read_text(folder / "trace.json"));
   std::map<std::string, nlohmann::json> named;
   std::vector<std::string> threads;
@@ -279,14 +279,16 @@ TEST(EngineTrace, ZonesOfAllThreadsNestInAChromeTrace) {
 }
 
 TEST(EngineTrace, IsBounded) {
-  trace::start(10);
-  for (int i = 0; i < 25; ++i) const trace::Zone zone("z");
-  trace::stop();
-  EXPECT_EQ(trace::zone_count(), 10u);
-  EXPECT_EQ(trace::lost_count(), 15u);
-  trace::start();
-  trace::stop();
-  EXPECT_EQ(trace::zone_count(), 0u);
+  {
+    trace::Session session({}, 10);
+    for (int i = 0; i < 25; ++i) const trace::Zone zone("z");
+    session.stop();
+    EXPECT_EQ(session.zone_count(), 10u);
+    EXPECT_EQ(session.lost_count(), 15u);
+  }
+  trace::Session session;
+  session.stop();
+  EXPECT_EQ(session.zone_count(), 0u);
 }
 
 }  // namespace

@@ -255,7 +255,8 @@ TEST(SceneFile, NumbersOutOfRange) {
       {body_with("density = nan"), "scene.toml:3:11: 'density' must be finite"},
       {body_with("position = [0, nan, 0]"), "scene.toml:3:16: 'position' must be finite"},
       {body_with("linear_damping = -0.5"), "scene.toml:3:18: 'linear_damping' must not be negative"},
-      {body_with("rotation = [0, 0, 0, 0]"), "scene.toml:3:12: 'rotation' has no length; [1, 0, 0, 0] is no rotation"},
+      {body_with("rotation = [0, 0, 0, 0]"),
+       "scene.toml:3:12: 'rotation' is all 0; write [1, 0, 0, 0] for a body that is not turned"},
       {body_with("rotation = {axis = [0, 0, 0], angle = 1}"),
        "scene.toml:3:20: 'axis' has no length; it points along the axis of rotation"},
       {body_with("inertia = [1, 1, -1]"),
@@ -269,8 +270,7 @@ TEST(SceneFile, NumbersOutOfRange) {
        "scene.toml:1:1: the world holds at most 16777216 bodies; repeat fewer"},
       {"[world]\ndt = 0\n" + body_with(""), "scene.toml:2:6: 'dt' must be greater than 0"},
       {"[world]\nmax_bodies = 0\n" + body_with(""), "scene.toml:2:14: 'max_bodies' must be between 1 and 16777216"},
-      {"[solver]\nsubsteps = 0\n" + body_with(""),
-       "scene.toml:2:12: 'substeps' must be between 1 and 2147483647, not 0"},
+      {"[solver]\nsubsteps = 0\n" + body_with(""), "scene.toml:2:12: 'substeps' must be between 1 and 1000, not 0"},
       {"[simulator]\nsweep_axis = [0, 0, 0]\n" + body_with(""),
        "scene.toml:2:14: 'sweep_axis' has no length; one component must be greater than 0"},
       {"[simulator]\nsweep_axis = [1, -1, 0]\n" + body_with(""),
@@ -280,6 +280,47 @@ TEST(SceneFile, NumbersOutOfRange) {
        "scene.toml:3:10: 'radius' must be greater than 0"},
   };
   for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
+}
+
+// What a world would refuse, or would not do what is asked, is refused with its place in the file.
+TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
+  const Mistake mistakes[] = {
+      {body_with("inertia = [1, 1, 10]"),
+       "scene.toml:3:11: the inertia's principal moments are (1, 1, 10) kg·m²; none may be larger than the sum of the "
+       "other two"},
+      {"[[body]]\nshape = {type = \"box\", half_extents = [1e-30, 1, 1]}\n",
+       "scene.toml:2:9: shape: fathom::box: the smallest half extent is 1e-30 m; it must be at least a millionth of "
+       "the "
+       "largest length"},
+      {"[[body]]\nshape = {type = \"capsule\", radius = 1e-7, half_length = 1}\n",
+       "scene.toml:2:9: shape: fathom::capsule: the radius is 1e-07 m; it must be at least a millionth of the largest "
+       "length"},
+      {body_with("motion = \"static\"\nvelocity = [1, 0, 0]"),
+       "scene.toml:4:12: a static body has no 'velocity'; remove it, or write motion = \"kinematic\""},
+      {body_with("motion = \"fixed\"\nangular_velocity = [0, 0, 1]"),
+       "scene.toml:4:20: a static body has no 'angular_velocity'; remove it, or write motion = \"kinematic\""},
+      {"[world]\ndt = 10\n" + body_with(""),
+       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667"},
+      {"[world]\ndt = 1e-9\n" + body_with(""),
+       "scene.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667"},
+      {"[solver]\niterations = 1001\n" + body_with(""),
+       "scene.toml:2:14: 'iterations' must be between 1 and 1000, not 1001"},
+      {"[solver]\nmarking_rounds = 999\n" + body_with(""),
+       "scene.toml:2:18: 'marking_rounds' must be between 1 and 255, not 999"},
+      {"[simulator]\nahead = 17\n" + body_with(""), "scene.toml:2:9: 'ahead' must be between 0 and 16, not 17"},
+      {"[simulator]\nthreads = 5000\n" + body_with(""),
+       "scene.toml:2:11: 'threads' must be between 0 and 1024, not 5000"},
+  };
+  for (const Mistake& mistake : mistakes) EXPECT_EQ(error_of(mistake.text), mistake.error);
+  // At rest, a velocity may be said.
+  EXPECT_EQ(parse_scene(body_with("motion = \"fixed\"\nvelocity = [0, 0, 0]"), "scene.toml").bodies[0].motion,
+            MotionType::fixed);
+}
+
+TEST(SceneFile, ShapesThatThereAreNoneOfNameWhatToTake) {
+  for (const char* type : {"mesh", "trimesh", "heightfield", "plane", "cylinder", "cone", "compound"})
+    EXPECT_THAT(error_of("[[body]]\nshape = {type = \"" + std::string(type) + "\", file = \"x.obj\"}\n"),
+                testing::StartsWith("scene.toml:2:17: there is no shape of type '" + std::string(type) + "'; take "));
 }
 
 TEST(SceneFile, WrongChoicesReferencesAndOmissions) {

@@ -181,6 +181,12 @@ TEST(Shape, RefusesBadSizes) {
 
 TEST(Shape, RefusesVolumesThatFloatCannotHold) {
   constexpr auto degenerate = ErrorCode::degenerate_shape;
+  expect_refused(
+      [] {
+        box({1, 1e-30f, 1});
+      },
+      ErrorCode::invalid_argument, "fathom::box: the smallest half extent is 1e-30 m");
+  expect_refused([] { capsule(1e-7f, 1); }, ErrorCode::invalid_argument, "fathom::capsule: the radius is 1e-07 m");
   expect_refused([] { sphere(1e-20f); }, degenerate, "fathom::sphere: the volume is too small");
   expect_refused([] { box({1e20f, 1e20f, 1}); }, degenerate, "fathom::box: the volume is too large");
 }

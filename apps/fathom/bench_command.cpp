@@ -38,8 +38,10 @@ class ProgressLine {
       if (p.run != run_) fmt::print(stderr, "{}/{}  {}\n", p.run, p.runs, key_of(*p.what));
     } else if (const auto now = std::chrono::steady_clock::now(); now - drawn_ > std::chrono::milliseconds(100)) {
       drawn_ = now;
-      fmt::print(stderr, "\r{}/{}  {}  {:.0f} %  about {} left\x1b[K", p.run, p.runs, key_of(*p.what),
-                 100.0 * static_cast<double>(p.step) / static_cast<double>(p.steps), clock_text(p.seconds_left));
+      const std::string text =
+          fmt::format("{}/{}  {}  {:.0f} %  about {} left", p.run, p.runs, key_of(*p.what),
+                      100.0 * static_cast<double>(p.step) / static_cast<double>(p.steps), clock_text(p.seconds_left));
+      fmt::print(stderr, "\r{}\x1b[K", fit_to_terminal(text));
       std::fflush(stderr);
     }
     run_ = p.run;
@@ -84,20 +86,28 @@ int report_command(const std::string& folder) {
 }
 
 int peers_command(PeersOptions options) {
-  // The report shows what its folder holds.
-  if (!options.peers.json.empty()) return peers::run(options.peers) ? finished : failed;
+  const bool reports = options.peers.json.empty();  // the report shows what its folder holds
   const Store store(options.out);
-  store.create();
-  options.peers.json = store.path(peers_file);
-  const bool good = peers::run(options.peers);
-  fmt::print("{}\n", write_report(store));
-  return good ? finished : failed;
+  if (reports) {
+    peers::check(options.peers);
+    store.create();
+    options.peers.json = store.path(peers_file);
+  }
+  const peers::Outcome outcome = peers::run(options.peers);
+  if (outcome == peers::Outcome::interrupted) return interrupted;
+  if (reports) fmt::print("{}\n", write_report(store));
+  return outcome == peers::Outcome::good ? finished : failed;
 }
 
 int compare_command(const CompareOptions& options) {
   const Comparison comparison = compare(options.before, options.after, options.settings);
   fmt::print("{}", comparison.text());
-  return comparison.worse() ? failed : finished;
+  if (comparison.worse()) return failed;
+  if (comparison.nothing_compared())
+    throw Error(ErrorCode::invalid_argument, options.before + " and " + options.after +
+                                                 ": nothing in them can be compared; measure the same scenes, "
+                                                 "with as many steps");
+  return finished;
 }
 
 }  // namespace

@@ -59,8 +59,11 @@ void declare_compare(CLI::App& command, CompareOptions& options) {
       "of\n"
       "a run, second by second, and from how rounds differ (--rounds of campaign and peers). Instruction counts are "
       "held\n"
-      "against the tolerance in A.json. Exit code: 0 nothing got worse; 1 something got slower or less stable; 2 the\n"
-      "request is wrong.");
+      "against the tolerance in A.json. Runs of different lengths are compared over the seconds that both have, or not "
+      "at\n"
+      "all. Exit code: 0 nothing got worse; 1 something got slower or less stable; 2 the request is wrong, or nothing "
+      "can\n"
+      "be compared.");
 }
 
 }  // namespace

@@ -15,6 +15,8 @@ int run(const RunOptions& options);
 int play(const RunOptions& options);
 int render(const RenderOptions& options);
 int view(const ViewOptions& options);
+/// Prints the effective configuration with the origin of each value, or writes it to a file.
+int config(const ConfigOptions& options);
 int table(const TableOptions& options);
 int bench(const BenchOptions& options);
 int validate(const ValidateOptions& options);

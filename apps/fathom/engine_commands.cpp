@@ -7,6 +7,10 @@
 #include "engine/config.hpp"
 #include "engine/recording.hpp"
 #include "engine_options.hpp"
+#include "exec/devices.hpp"
+#include "measure/system.hpp"
+#include "setup.hpp"
+#include "validators.hpp"
 
 namespace fathom::cli {
 
@@ -27,26 +31,21 @@ void declare_config_sources(CLI::App& command, ConfigSources& sources) {
       ->group("Configuration");
 }
 
-void declare_config(CLI::App& command, ConfigOptions& options) {
-  declare_config_sources(command, options.sources);
-  command.add_option("--write", options.write, "Write all values to this file in place of printing them")
-      ->type_name("FILE.toml");
-}
-
 void declare_replay(CLI::App& command, ReplayOptions& options) {
   command.add_option("file", options.file, "A recording written by 'fathom run --record' or by an engine")
       ->required()
       ->type_name("FILE");
   command.add_option("--threads", options.threads, "Threads, 0 for one a core (0)")
       ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+      ->check(whole_number(0, 1024));
   command.add_option("--device", options.device, "Device of a run of the device simulator (auto)")->type_name("DEVICE");
   command.add_flag("--quiet", options.quiet, "Say nothing where nothing differs");
   command.footer("Exit code: 0 every step came out as recorded; 1 a step did not; 2 the file is no sound recording.");
 }
 
 int config(const ConfigOptions& options) {
-  const engine::Config config = options.sources.load();
+  inputs_of(options.run).writes("--write", options.write);
+  const engine::Config config = make_config(options.run);
   if (options.write.empty())
     fmt::print("{}", config.text(true));
   else
@@ -54,10 +53,31 @@ int config(const ConfigOptions& options) {
   return finished;
 }
 
+namespace {
+
+/// Thrown through a replay by Ctrl-C.
+struct Interrupted {
+  std::uint64_t step;
+};
+
+}  // namespace
+
 int replay(const ReplayOptions& options) {
+  exec::parse_device(options.device);  // a run of the native simulator does not ask for it
   const auto start = std::chrono::steady_clock::now();
-  const engine::ReplayResult result =
-      engine::replay(options.file, {.threads = options.threads, .device = options.device});
+  const InterruptGuard interrupt;
+  engine::ReplaySettings settings{.threads = options.threads, .device = options.device};
+  settings.after_step = [](std::uint64_t step, World&) {
+    if (InterruptGuard::requested()) throw Interrupted{step};
+  };
+  engine::ReplayResult result;
+  try {
+    result = engine::replay(options.file, settings);
+  } catch (const Interrupted& end) {
+    fmt::print(stderr, "fathom: {}: interrupted at step {}, every state until then as recorded\n", options.file,
+               end.step);
+    return interrupted;
+  }
   if (result.difference) {
     fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
     return failed;

@@ -22,11 +22,6 @@ struct ConfigSources {
   engine::Config load() const;
 };
 
-struct ConfigOptions {
-  ConfigSources sources;
-  std::string write;  ///< path; empty: print
-};
-
 struct ReplayOptions {
   std::string file;
   int threads = 0;
@@ -35,11 +30,8 @@ struct ReplayOptions {
 };
 
 void declare_config_sources(CLI::App& command, ConfigSources& sources);
-void declare_config(CLI::App& command, ConfigOptions& options);
 void declare_replay(CLI::App& command, ReplayOptions& options);
 
-/// Prints the effective configuration with the origin of each value, or writes it to a file.
-int config(const ConfigOptions& options);
 /// Repeats a recording and compares: `finished`, or `failed` where it differs.
 int replay(const ReplayOptions& options);
 

@@ -21,12 +21,12 @@ void declare_size(CLI::App& command, RunOptions& options) {
       ->group("Size");
 }
 
-void declare_which_scene(CLI::App& command, RunOptions& options) {
+void declare_which_scene(CLI::App& command, RunOptions& options, bool required) {
   command
       .add_option(
           "scene", options.scene,
           "drift, layers, spread, pyramid, ring, walls, heap ('fathom list' describes them), or a scene file (*.toml)")
-      ->required()
+      ->required(required)
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);
 }
@@ -44,17 +44,14 @@ void declare_duration(CLI::App& command, RunOptions& options) {
       ->group("Time");
 }
 
-void declare_time(CLI::App& command, RunOptions& options) {
-  declare_duration(command, options);
+void declare_time_step(CLI::App& command, RunOptions& options) {
   command.add_option("--dt", options.dt, "Time step (s; 1/60 = 0.0166667)")
       ->type_name("S")
       ->check(positive_number())
       ->group("Time");
 }
 
-/// Which simulator, on what: for any options with these three members.
-template <class Options>
-void declare_simulator_choice(CLI::App& command, Options& options, const std::string& help) {
+void declare_simulator_choice(CLI::App& command, SimulatorOptions& options, const std::string& help) {
   declare_choice<SimulatorKind>(
       command, "--simulator", options.simulator,
       {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}, help);
@@ -67,7 +64,7 @@ void declare_simulator_choice(CLI::App& command, Options& options, const std::st
 }
 
 void declare_simulator(CLI::App& command, RunOptions& options) {
-  declare_simulator_choice(command, options, "Which simulator runs the scene (native)");
+  declare_simulator_choice(command, options.simulator, "Which simulator runs the scene (native)");
   command.add_option("--ahead", options.ahead, "Steps the device simulator may be ahead of what is read (0)")
       ->type_name("N")
       ->check(whole_number(0, 16));
@@ -101,7 +98,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
       ->check(whole_number(1, 1000));
   command.add_option("--substeps", options.substeps, "Substeps of a step (4)")
       ->type_name("N")
-      ->check(whole_number(1, 1024));
+      ->check(whole_number(1, 1000));
   declare_choice<bool>(command, "--sleep", options.sleep, {{"on", true}, {"off", false}},
                        "Whether resting islands sleep (off in the environments)");
 }
@@ -124,15 +121,16 @@ void declare_output(CLI::App& command, RunOptions& options) {
 
 }  // namespace
 
-void declare_scene(CLI::App& command, RunOptions& options) {
-  declare_which_scene(command, options);
+void declare_scene(CLI::App& command, RunOptions& options, bool required) {
+  declare_which_scene(command, options, required);
+  declare_time_step(command, options);
   declare_simulator(command, options);
   declare_config_sources(command, options.config);
 }
 
 void declare_run(CLI::App& command, RunOptions& options) {
   declare_scene(command, options);
-  declare_time(command, options);
+  declare_duration(command, options);
   declare_output(command, options);
   command.footer(
       "Examples:\n"
@@ -145,15 +143,25 @@ void declare_run(CLI::App& command, RunOptions& options) {
 }
 
 void declare_play(CLI::App& command, RunOptions& options) {
-  declare_which_scene(command, options);
+  declare_scene(command, options);
   declare_duration(command, options);
-  declare_config_sources(command, options.config);
   command.add_flag("--quiet", options.quiet, "Say nothing where nothing is wrong");
   command.footer(
-      "The configuration says the rest: simulator and mode, pacing, window, logging, recording ('fathom config').\n"
+      "The configuration says the rest: mode, pacing, window, logging, recording ('fathom config').\n"
       "In a window space pauses, a full stop makes one step, escape ends. Examples:\n"
       "  fathom play layers --set simulator.mode=async --set loop.time=wall --set window.enabled=true\n"
       "  fathom play pyramid --layers 15 --steps 600 --set simulator.mode=ahead --set trace.file=trace.json");
+}
+
+void declare_config(CLI::App& command, ConfigOptions& options) {
+  declare_scene(command, options.run, false);
+  command.add_option("--write", options.write, "Write what is set to this file in place of printing all")
+      ->type_name("FILE.toml");
+  command.footer(
+      "With a scene the values are those of its run. A line that begins with # is set by nobody: default, scene or\n"
+      "preset say it. Examples:\n"
+      "  fathom config --set simulator.mode=async --write engine.toml\n"
+      "  fathom config pyramid --config engine.toml --preset published");
 }
 
 void declare_table(CLI::App& command, TableOptions& options) {
@@ -164,7 +172,7 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
   command.add_option("--only", options.only, "Cases or groups whose names hold this text")->type_name("TEXT");
   command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
   command.add_flag("--list", options.list, "Say which cases there are");
-  declare_simulator_choice(command, options, "Which simulator is validated (native)");
+  declare_simulator_choice(command, options.simulator, "Which simulator is validated (native)");
   command.add_option("--seeds", options.seeds, "How many random heaps the case 'heaps' judges (60, --short 6)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000'000))
@@ -185,8 +193,8 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
       "  fathom validate --html validation.html\n"
       "  fathom validate --only heaps --seeds 100 --first 1 --simulator device\n"
       "\n"
-      "Exit code: 0 all checks pass or fail as they are known to; 1 a check fails; 2 the command line or a file is "
-      "wrong.");
+      "Exit code: 0 all checks pass or fail as they are known to; 1 a check fails; 2 the command line or a file is\n"
+      "wrong; 130 Ctrl-C, the report has the cases that ended.");
 }
 
 }  // namespace fathom::cli

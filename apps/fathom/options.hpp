@@ -23,16 +23,21 @@ enum Exit : int {
   interrupted = 130  ///< Ctrl-C; what was measured is written
 };
 
+/// Which simulator, on what.
+struct SimulatorOptions {
+  std::optional<SimulatorKind> simulator;
+  std::optional<std::string> device;
+  std::optional<int> threads;
+};
+
 /// Options of `fathom run`. What is absent stays as the scene has it.
 struct RunOptions {
   std::string scene;  ///< an environment's name or a scene file's path
   std::optional<std::int64_t> bodies;
   std::optional<std::int64_t> layers;
   std::optional<std::uint64_t> seed;  ///< of a heap
-  std::optional<SimulatorKind> simulator;
-  std::optional<std::string> device;
+  SimulatorOptions simulator;
   std::optional<int> ahead;
-  std::optional<int> threads;
   std::optional<std::uint64_t> steps;
   std::optional<double> seconds;
   std::optional<float> dt;
@@ -58,12 +63,16 @@ struct TableOptions {
   std::vector<std::string> files;
 };
 
+/// Options of `fathom config`.
+struct ConfigOptions {
+  RunOptions run;     ///< for what; a scene may be absent
+  std::string write;  ///< path; empty: print
+};
+
 /// Options of `fathom validate`.
 struct ValidateOptions {
   std::vector<std::string> only;  ///< parts of case or group names; empty for all
-  SimulatorKind simulator = SimulatorKind::native;
-  std::string device = "auto";
-  int threads = 0;
+  SimulatorOptions simulator;
   bool brief = false;
   bool list = false;
   std::optional<int> seeds;  ///< of the case heaps
@@ -73,12 +82,13 @@ struct ValidateOptions {
   bool quiet = false;
 };
 
-/// Declares what every command that simulates has: the scene, its size, the simulator.
-void declare_scene(CLI::App& command, RunOptions& options);
+/// Declares what every command that simulates has: the scene, its size, the world, the configuration.
+void declare_scene(CLI::App& command, RunOptions& options, bool required = true);
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
-/// Of these `fathom play` has the scene, its size and how long it runs; the configuration says the rest.
+/// Of these `fathom play` has the scene and how long it runs; the configuration says the rest.
 void declare_play(CLI::App& command, RunOptions& options);
+void declare_config(CLI::App& command, ConfigOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);
 void declare_validate(CLI::App& command, ValidateOptions& options);
 

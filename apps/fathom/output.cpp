@@ -1,46 +1,43 @@
 #include "output.hpp"
 
-#include <fathom/error.hpp>
-#include <filesystem>
-#include <iostream>
+#include <ostream>
+#include <streambuf>
 #include <utility>
+
+#include "files/output_file.hpp"
 
 namespace fathom::cli {
 
-namespace fs = std::filesystem;
+struct Output::State : std::streambuf {
+  explicit State(const std::string& path) : file(path), stream(this) {
+    stream.exceptions(std::ios::badbit);  // passes on what the file throws
+  }
+
+  int_type overflow(int_type c) override {
+    if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+    const char byte = traits_type::to_char_type(c);
+    file.write(&byte, 1);
+    return c;
+  }
+  std::streamsize xsputn(const char* bytes, std::streamsize size) override {
+    file.write(bytes, static_cast<std::size_t>(size));
+    return size;
+  }
+
+  files::OutputFile file;
+  std::ostream stream;
+};
 
 Output::Output(std::string path) : path_(std::move(path)) {
-  if (path_.empty() || path_ == "-") return;
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path_, ignored);
-  const bool replaced = !fs::exists(status) || fs::is_regular_file(status);
-  if (replaced) part_ = path_ + ".part";
-  file_.open(replaced ? part_ : path_);
-  if (!file_) {
-    part_.clear();
-    throw Error(ErrorCode::file, path_ + ": cannot be written; check the folder and its permissions");
-  }
+  if (wanted()) state_ = std::make_unique<State>(is_stdout() ? "/dev/fd/1" : path_);
 }
 
-Output::~Output() {
-  if (part_.empty()) return;
-  file_.close();
-  std::error_code ignored;
-  fs::remove(part_, ignored);
-}
+Output::~Output() = default;
 
-std::ostream& Output::stream() { return is_stdout() ? std::cout : file_; }
+std::ostream& Output::stream() { return state_->stream; }
 
 void Output::finish() {
-  if (!wanted()) return;
-  stream().flush();
-  if (!stream()) throw Error(ErrorCode::file, path_ + ": could not be written to its end; is the disk full?");
-  if (part_.empty()) return;
-  file_.close();
-  std::error_code failed;
-  if (file_) fs::rename(part_, path_, failed);
-  if (!file_ || failed) throw Error(ErrorCode::file, path_ + ": could not be put in its place; is the disk full?");
-  part_.clear();
+  if (state_) state_->file.finish();
 }
 
 }  // namespace fathom::cli

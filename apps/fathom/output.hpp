@@ -1,15 +1,13 @@
 // Where a command writes its figures.
 #pragma once
 
-#include <fstream>
 #include <iosfwd>
+#include <memory>
 #include <string>
 
 namespace fathom::cli {
 
-/// A file to write to, stdout for "-", or nothing for an empty path. A file is written beside its place as "PATH.part"
-/// and takes it when it is finished, so that whoever reads it never sees half of one, and an earlier file survives a
-/// run that ends early. Devices and pipes are written to as they are.
+/// A file as `files::OutputFile` writes it, stdout for "-", or nothing for an empty path.
 class Output {
  public:
   /// Opens it before the run, so that a run is not lost to a wrong path. Throws `Error{file}`.
@@ -20,14 +18,16 @@ class Output {
 
   bool wanted() const { return !path_.empty(); }
   bool is_stdout() const { return path_ == "-"; }
+  /// What is written to it throws `Error{file}` where it cannot be, e.g. on a full disk.
   std::ostream& stream();
-
-  /// Throws `Error{file}` where something could not be written, e.g. on a full disk; an earlier file is then as it was.
+  /// Throws `Error{file}` where something could not be written; an earlier file is then as it was.
   void finish();
 
  private:
-  std::string path_, part_;
-  std::ofstream file_;
+  struct State;
+
+  std::string path_;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace fathom::cli

@@ -49,12 +49,21 @@ void bind_keys(engine::Config& config) {
     if (!config->actions.contains(action)) config.set(fmt::format("input.actions.{}={}", action, key));
 }
 
+void check_names(const RunOptions& options, const engine::Settings& settings) {
+  const std::pair<const char*, std::string> outputs[] = {{"record.file", settings.record.file},
+                                                         {"trace.file", settings.trace.file},
+                                                         {"log.data", settings.log.data},
+                                                         {"log.file", settings.log.file}};
+  files::FileNames names = inputs_of(options);
+  for (const auto& [key, file] : outputs) names.writes(key, file);
+}
+
 }  // namespace
 
 int play(const RunOptions& options) {
-  const Scene scene = make_scene(options);
-  engine::Config config = options.config.load();
-  engine::take_over_world(scene, config);
+  const InterruptGuard interrupt;
+  auto [scene, config] = make_setup(options);
+  check_names(options, *config);
   bind_keys(config);
   // A scene begins with all its bodies, however many an application may add to it in a frame.
   if (config.origin("world.spawns_per_frame") == "default")
@@ -63,7 +72,6 @@ int play(const RunOptions& options) {
   const bool windowed = config->window.enabled;
   const std::unique_ptr<engine::FrontEnd> window = windowed ? open_window(config) : nullptr;
 
-  const InterruptGuard interrupt;
   engine::Engine engine(config, window.get());
   engine::spawn_scene(engine, scene);
   engine.camera() = overview(scene);
@@ -76,13 +84,10 @@ int play(const RunOptions& options) {
   engine.input().on_action("quit", [&](bool pressed) {
     if (pressed) engine.stop();
   });
-  engine.on_frame([](engine::Engine& running) {
-    if (InterruptGuard::requested()) running.stop();
-  });
+  engine.end_when([] { return InterruptGuard::requested(); });
   // A window stays open until it is closed.
   const bool endless = windowed && !options.steps && !options.seconds;
   engine.run(endless ? 0 : steps_to_run(options, scene.world));
-  engine.simulation().finish();
   std::uint64_t hash = 0;
   engine.simulation().inspect([&](const engine::CommandRunner& runner) { hash = runner.world().state_hash(); });
   if (!options.quiet)

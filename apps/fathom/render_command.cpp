@@ -1,7 +1,9 @@
 // `fathom render`: pictures, films and web pages of a run or a recording, without a window.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "commands.hpp"
 #include "engine/recording.hpp"
@@ -26,9 +28,9 @@ void say(const RenderOptions& options, const std::string& written) {
 }
 
 int render_run(const RenderOptions& options) {
+  const InterruptGuard interrupt;
   const Scene scene = make_scene(options.run);
   RenderOutputs outputs(options, scene.name, [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   World world(scene.world);
   SceneInstance instance(scene, world);
   const auto steps = static_cast<std::uint64_t>(std::ceil(outputs.last() / static_cast<double>(scene.world.dt)));
@@ -43,25 +45,40 @@ int render_run(const RenderOptions& options) {
   return InterruptGuard::requested() ? interrupted : finished;
 }
 
+/// The last time (s) that the command line names.
+double latest_asked(const RenderOptions& options) {
+  double latest = options.seconds && !(options.video.empty() && options.web.empty()) ? *options.seconds : 0;
+  for (const double time : options.times()) latest = std::max(latest, time);
+  return latest;
+}
+
 /// Thrown through a replay when the last picture is drawn.
 struct Enough {};
 
 int render_recording(RenderOptions options) {
-  if (options.run.bodies || options.run.layers || options.run.simulator || options.run.device) {
+  const SimulatorOptions& simulator = options.run.simulator;
+  if (options.run.bodies || options.run.layers || simulator.simulator || simulator.device) {
     throw Error(ErrorCode::invalid_argument,
                 options.run.scene +
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
   }
+  const double asked = latest_asked(options);
   // To its end, unless told otherwise.
   if (!options.seconds) options.seconds = longest_film;
+  const InterruptGuard interrupt;
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
                         [&](const std::string& path) { say(options, path); });
-  const InterruptGuard interrupt;
   engine::ReplaySettings settings;
-  settings.threads = options.run.threads.value_or(0);
+  settings.threads = simulator.threads.value_or(0);
   settings.check_snapshots = false;
-  settings.after_step = [&](std::uint64_t, const World& world) {
+  const auto visit = [&](const World& world) {
     if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};
+  };
+  double end = 0, half_step = 0;  // s
+  settings.before_first_step = visit;
+  settings.after_step = [&](std::uint64_t, const World& world) {
+    end = world.time(), half_step = 0.5 * static_cast<double>(world.definition().dt);
+    visit(world);
   };
   std::string difference;
   try {
@@ -76,12 +93,22 @@ int render_recording(RenderOptions options) {
                difference);
     return failed;
   }
-  return InterruptGuard::requested() ? interrupted : finished;
+  if (InterruptGuard::requested()) return interrupted;
+  if (asked > end + half_step)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{} ends at {:.5g} s; of what was asked for up to {:.5g} s the rest is not there",
+                            options.run.scene, end, asked));
+  return finished;
 }
 
 }  // namespace
 
 int render(const RenderOptions& options) {
+  files::FileNames names = inputs_of(options.run);
+  names.writes("--video", options.video);
+  names.writes("--web", options.web);
+  // A folder of pictures is no file.
+  names.writes("-o", options.output);
   return is_recording(options.run.scene) ? render_recording(options) : render_run(options);
 }
 

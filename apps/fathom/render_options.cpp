@@ -27,7 +27,7 @@ void declare_degrees(CLI::App& command, const std::string& flag, float& radians,
       .add_option_function<double>(
           flag, [&radians](double degrees) { radians = static_cast<float>(degrees) * pi / 180; }, help)
       ->type_name("DEG")
-      ->check(CLI::Range(-360.0, 360.0))
+      ->check(number_between(-360, 360))
       ->group("Camera");
 }
 
@@ -73,7 +73,7 @@ void declare_render(CLI::App& command, RenderOptions& options) {
   declare_degrees(command, "--turn", options.stage.turn, "Turn of the camera a simulated second (0)");
   command.add_option("--zoom", options.stage.zoom, "Nearer by this factor (1)")
       ->type_name("X")
-      ->check(CLI::Range(0.05, 50.0))
+      ->check(number_between(0.05, 50))
       ->group("Camera");
   command.add_flag("--quiet", options.run.quiet, "No progress bar, no names of files")->group("Output");
   command.footer(

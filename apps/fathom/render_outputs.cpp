@@ -19,6 +19,16 @@ render::LookKind look_of(const RenderOptions& options, const World& world) {
   return options.look.value_or(length_squared(world.gravity()) == 0 ? LookKind::water : LookKind::daylight);
 }
 
+/// "000.50": two places, and more where two cannot tell the time from others.
+std::string time_in_name(double time) {
+  std::string text;
+  for (int places = 2; places < 18; ++places) {
+    text = fmt::format("{:0{}.{}f}", time, places + 4, places);
+    if (std::stod(text) == time) break;
+  }
+  return text;
+}
+
 }  // namespace
 
 int FrameClock::due(double time, double dt) {
@@ -35,7 +45,8 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
       say_(std::move(say)),
       stills_(options.times()),
       film_(options.frames_per_second.value_or(film_rate), options.film_seconds()),
-      page_clock_(options.frames_per_second.value_or(page_rate), options.film_seconds()) {
+      page_clock_(options.frames_per_second.value_or(page_rate), options.film_seconds()),
+      page_file_(options.web) {
   std::sort(stills_.rbegin(), stills_.rend());
   stills_.erase(std::unique(stills_.begin(), stills_.end()), stills_.end());
   const bool films = !options.video.empty() || !options.web.empty();
@@ -53,13 +64,7 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
     video_.emplace(options.video, options.stage.width, options.stage.height,
                    options.frames_per_second.value_or(film_rate));
   }
-  if (!options.web.empty()) {
-    page_file_.open(options.web, std::ios::binary);
-    if (!page_file_) {
-      throw Error(ErrorCode::file, options.web + ": cannot be written; check the folder and its permissions");
-    }
-    page_.emplace(name_, options.frames_per_second.value_or(page_rate));
-  }
+  if (page_file_.wanted()) page_.emplace(name_, options.frames_per_second.value_or(page_rate));
 }
 
 void RenderOutputs::open_stills() {
@@ -90,7 +95,7 @@ Stage& RenderOutputs::stage(const World& world) {
 void RenderOutputs::write_still(const World& world) {
   const fs::path where = options_.output;
   const std::string path =
-      single_ ? where.string() : (where / fmt::format("{}-{:06.2f}s.png", name_, stills_.back())).string();
+      single_ ? where.string() : (where / fmt::format("{}-{}s.png", name_, time_in_name(stills_.back()))).string();
   write_png(stage(world).draw(world), path);
   stills_.pop_back();
   say_(path);
@@ -112,12 +117,10 @@ void RenderOutputs::finish() {
     say_(options_.video);
   }
   if (page_) {
-    page_file_ << page_->html(options_.look == LookKind::water, options_.stage.azimuth, options_.stage.elevation)
-               << std::flush;
-    if (!page_file_) {
-      throw Error(ErrorCode::file, options_.web + ": could not be written to its end; is the disk full?");
-    }
-    say_(options_.web);
+    page_file_.stream() << page_->html(options_.look == LookKind::water, options_.stage.azimuth,
+                                       options_.stage.elevation);
+    page_file_.finish();
+    if (!page_file_.is_stdout()) say_(options_.web);
   }
 }
 

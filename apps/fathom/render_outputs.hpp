@@ -3,13 +3,13 @@
 
 #include <fathom/world.hpp>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "output.hpp"
 #include "render/egl_context.hpp"
 #include "render/stage.hpp"
 #include "render/video.hpp"
@@ -60,7 +60,7 @@ class RenderOutputs {
   std::optional<render::Stage> stage_;
   std::optional<render::Video> video_;
   FrameClock film_, page_clock_;
-  std::ofstream page_file_;
+  Output page_file_;
   std::optional<render::WebPage> page_;
 };
 

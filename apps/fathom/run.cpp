@@ -35,7 +35,6 @@ void reserve(RunResult& result, std::uint64_t steps) {
 
 RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSettings& file_settings,
                    const StepObserver& observe) {
-  const InterruptGuard interrupt;
   World world(scene.world);
   SceneInstance instance(scene, world);
   RunFiles files(file_settings, scene, instance, world);

@@ -30,7 +30,7 @@ struct RunResult {
 /// Called after each step with its wall time (ms).
 using StepObserver = std::function<void(const Profile& profile, double step_ms)>;
 
-/// Runs the scene for so many steps, or until Ctrl-C.
+/// Runs the scene for so many steps, or until the caller's `InterruptGuard` is told to end.
 RunResult simulate(const Scene& scene, std::uint64_t steps, const RunFileSettings& files, const StepObserver& observe);
 
 }  // namespace fathom::cli

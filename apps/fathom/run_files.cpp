@@ -2,51 +2,35 @@
 
 #include <chrono>
 
-#include "engine/atomic_file.hpp"
-#include "engine/trace.hpp"
-
 namespace fathom::cli {
 
-using engine::CommandKind;
 namespace trace = engine::trace;
 
 RunFiles::RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world)
-    : settings_(settings), instance_(instance), world_(world) {
-  if (!settings_.trace.empty()) {
-    const engine::AtomicFile writable(settings_.trace);  // so that a run is not lost to a wrong path
-    trace::start();
+    : instance_(instance), world_(world) {
+  if (!settings.trace.empty()) {
+    trace_.emplace(settings.trace);
     trace::name_thread("run");
     if (world.definition().simulator == SimulatorKind::device) device_track_ = world.hardware();
   }
-  if (settings_.record.empty()) return;
-  recorder_ = std::make_unique<engine::Recorder>(settings_.record, settings_.recording);
+  if (settings.record.empty()) return;
+  recorder_ = std::make_unique<engine::Recorder>(settings.record, settings.recording);
   runner_.emplace(world);
-  kicker_.emplace(scene);
   for (const BodyId id : instance.ids()) handles_.push_back({id.index, id.generation});
+  script_.emplace(scene, handles_);
   stream_ = scene.stream;
-  streamed_ = streamed_bodies(scene);
-}
-
-RunFiles::~RunFiles() {
-  if (!settings_.trace.empty()) trace::stop();
 }
 
 void RunFiles::prepare_step() {
   const trace::Zone zone("scene");
   if (!recorder_) return instance_.prepare_step();
+  const std::uint64_t step = world_.step_count() + 1;
   commands_.clear();
-  for (const Kicker::Kick& kick : kicker_->due(world_.step_count()))
-    commands_.push({CommandKind::add_velocity, handles_[kick.body], kick.linear, kick.angular, {}, 0});
-  const std::optional<std::size_t> renewed = stream_ ? stream_->due(world_.step_count()) : std::nullopt;
-  if (renewed) {
-    engine::BodyHandle& handle = handles_[*renewed];
-    commands_.push({CommandKind::remove, handle, {}, {}, {}, 0});
-    ++handle.generation;
-    commands_.add(handle, streamed_[*renewed - stream_->first]);
-  }
-  recorder_->before_step(world_.step_count() + 1, commands_, *runner_);
+  script_->before_step(step, *runner_, commands_);
+  recorder_->before_step(step, commands_, *runner_);
   runner_->run(commands_);
-  if (renewed) instance_.replaced(*renewed, runner_->body(handles_[*renewed]));
+  if (const auto renewed = stream_ ? stream_->due(step - 1) : std::nullopt)
+    instance_.replaced(*renewed, runner_->body(handles_[*renewed]));
 }
 
 void RunFiles::after_step(double step_ms) {
@@ -63,9 +47,7 @@ void RunFiles::after_step(double step_ms) {
 
 void RunFiles::finish() {
   if (recorder_) recorder_->finish();
-  if (settings_.trace.empty()) return;
-  trace::stop();
-  trace::write(settings_.trace);
+  if (trace_) trace_->finish();
 }
 
 }  // namespace fathom::cli

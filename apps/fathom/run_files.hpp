@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "engine/recording.hpp"
+#include "engine/scene_script.hpp"
+#include "engine/trace.hpp"
 #include "scene/scene.hpp"
 
 namespace fathom::cli {
@@ -21,10 +23,6 @@ class RunFiles {
  public:
   /// Throws `Error{file}` where a file cannot be written.
   RunFiles(const RunFileSettings& settings, const Scene& scene, SceneInstance& instance, World& world);
-  /// Ends the trace where an error left it open.
-  ~RunFiles();
-  RunFiles(const RunFiles&) = delete;
-  RunFiles& operator=(const RunFiles&) = delete;
 
   /// What the scene does before the next step, recorded.
   void prepare_step();
@@ -33,16 +31,15 @@ class RunFiles {
   void finish();
 
  private:
-  const RunFileSettings settings_;
+  std::optional<engine::trace::Session> trace_;
   SceneInstance& instance_;
   World& world_;
   std::string device_track_;
   // While recording:
   std::unique_ptr<engine::Recorder> recorder_;
   std::optional<engine::CommandRunner> runner_;
-  std::optional<Kicker> kicker_;
+  std::optional<engine::SceneScript> script_;
   std::optional<Stream> stream_;
-  std::vector<BodyDef> streamed_;
   std::vector<engine::BodyHandle> handles_;  // by place in Scene::bodies
   engine::CommandList commands_;
 };

@@ -7,7 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "engine/config.hpp"
+#include "engine/scene_entities.hpp"
+#include "engine/simulator_choice.hpp"
+#include "exec/devices.hpp"
 #include "scene/environments.hpp"
 #include "scene/heap.hpp"
 #include "scene/scene_file.hpp"
@@ -66,9 +68,36 @@ Scene read_scene(const RunOptions& options) {
   return load_scene(options.scene);
 }
 
+using Simulator = engine::Settings::Simulator;
+
+/// Puts an option that was given over the configuration.
 template <class T, class U>
-void override_with(T& value, const std::optional<U>& given) {
-  if (given) value = *given;
+void give(engine::Config& config, const char* key, const char* option, T Simulator::*value,
+          const std::optional<U>& given) {
+  if (given) config.give(key, option, [&](engine::Settings& settings) { settings.simulator.*value = *given; });
+}
+
+void give_options(engine::Config& config, const RunOptions& o) {
+  give_simulator(config, o.simulator);
+  give(config, "simulator.device_ahead", "--ahead", &Simulator::device_ahead, o.ahead);
+  give(config, "simulator.preset", "--preset", &Simulator::preset, o.preset);
+  give(config, "simulator.dt", "--dt", &Simulator::dt, o.dt);
+  give(config, "simulator.broad_phase", "--broad-phase", &Simulator::broad_phase, o.broad_phase);
+  give(config, "simulator.sweep_axis", "--sweep-axis", &Simulator::sweep_axis, o.sweep_axis);
+  give(config, "simulator.partition", "--partition", &Simulator::partition, o.partition);
+  give(config, "simulator.marking_rounds", "--marking-rounds", &Simulator::marking_rounds, o.marking_rounds);
+  give(config, "simulator.warm_start", "--warm-start", &Simulator::warm_start, o.warm_start);
+  give(config, "simulator.iterations", "--iterations", &Simulator::iterations, o.iterations);
+  give(config, "simulator.substeps", "--substeps", &Simulator::substeps, o.substeps);
+  give(config, "simulator.solver", "--solver", &Simulator::solver, o.solver);
+  give(config, "simulator.sleep", "--sleep", &Simulator::sleep, o.sleep);
+}
+
+engine::Config config_of(const RunOptions& options, const Scene& scene) {
+  engine::Config config = options.config.load();
+  engine::take_over_world(scene, config);
+  give_options(config, options);
+  return config;
 }
 
 /// Options that the chosen algorithms do not read would seem to work.
@@ -89,31 +118,55 @@ void check_options(const RunOptions& options, const WorldDef& world) {
 
 }  // namespace
 
-Scene make_scene(const RunOptions& options) {
-  Scene scene = read_scene(options);
-  options.config.load().override_world(scene.world);
-  override_with(scene.world.simulator, options.simulator);
-  override_with(scene.world.device, options.device);
-  // Who names a device wants it used.
-  if (options.device && !options.simulator) scene.world.simulator = SimulatorKind::device;
-  if (options.preset) apply(*options.preset, scene.world);
-  override_with(scene.world.ahead, options.ahead);
-  override_with(scene.world.threads, options.threads);
-  override_with(scene.world.dt, options.dt);
-  override_with(scene.world.broad_phase, options.broad_phase);
-  override_with(scene.world.sweep_axis, options.sweep_axis);
-  override_with(scene.world.partition, options.partition);
-  override_with(scene.world.solver.marking_rounds, options.marking_rounds);
-  override_with(scene.world.solver.warm_start, options.warm_start);
-  override_with(scene.world.solver.iterations, options.iterations);
-  override_with(scene.world.solver.substeps, options.substeps);
-  override_with(scene.world.solver.method, options.solver);
-  override_with(scene.world.sleep.enabled, options.sleep);
-  check_options(options, scene.world);
+void give_simulator(engine::Config& config, const SimulatorOptions& options) {
+  give(config, "simulator.kind", "--simulator", &Simulator::kind, options.simulator);
+  give(config, "simulator.device", "--device", &Simulator::device, options.device);
+  give(config, "simulator.threads", "--threads", &Simulator::threads, options.threads);
+  if (options.device && options.simulator == SimulatorKind::native)
+    throw Error(ErrorCode::invalid_argument,
+                "--device is what the simulators device and hybrid run on; leave it or --simulator native out");
+  exec::parse_device(config->simulator.device);
+  // Who names one wants no other in its place.
+  if (options.device || options.simulator)
+    config.give("simulator.fallback", options.device ? "--device" : "--simulator",
+                [](engine::Settings& settings) { settings.simulator.fallback = false; });
+}
+
+engine::Config make_config(const RunOptions& options) {
+  return config_of(options, options.scene.empty() ? Scene{} : read_scene(options));
+}
+
+Setup make_setup(const RunOptions& options) {
+  Setup setup{read_scene(options), {}};
+  setup.config = config_of(options, setup.scene);
+  setup.scene.world = setup.config.world_definition();
+  check_options(options, setup.scene.world);
+  return setup;
+}
+
+void choose_device(Setup& setup) {
+  WorldDef& world = setup.scene.world;
+  if (setup.config->simulator.fallback && world.simulator != SimulatorKind::native) {
+    const auto& log = setup.config->log;
+    engine::Log warnings({std::max(engine::LogLevel::warning, engine::log_level_named(log.level)), log.console});
+    engine::choose_simulator(setup.config, warnings);
+    world = setup.config.world_definition();
+  }
   // The report says how many threads there were.
-  if (scene.world.threads == 0)
-    scene.world.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return scene;
+  if (world.threads == 0) world.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+Scene make_scene(const RunOptions& options) {
+  Setup setup = make_setup(options);
+  choose_device(setup);
+  return std::move(setup.scene);
+}
+
+files::FileNames inputs_of(const RunOptions& options) {
+  files::FileNames names;
+  if (!find_environment(options.scene) && options.scene != "heap") names.reads("the scene", options.scene);
+  names.reads("--config", options.config.file);
+  return names;
 }
 
 std::uint64_t steps_to_run(const RunOptions& options, const WorldDef& world) {

@@ -8,9 +8,12 @@
 #include <string_view>
 
 #include "build_info.hpp"
+#include "case_thread.hpp"
 #include "commands.hpp"
+#include "files/file_names.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
+#include "setup.hpp"
 #include "validate/report.hpp"
 
 namespace fathom::cli {
@@ -51,8 +54,13 @@ void say(const Output& json, const std::string& text) {
 
 Circumstances circumstances() {
   const std::time_t now = std::time(nullptr);
-  return {build_info::version,  build_info::commit, build_info::build_type,
-          build_info::compiler, processor_name(),   fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))};
+  return {build_info::version,
+          build_info::commit,
+          build_info::build_type,
+          build_info::compiler,
+          processor_name(),
+          fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now)),
+          false};
 }
 
 }  // namespace
@@ -63,23 +71,35 @@ int validate(const ValidateOptions& options) {
     for (const Case* test : list) fmt::print("{:<14} {:<18} {}\n", test->group, test->name, test->about);
     return finished;
   }
-  Setup setup{options.simulator, options.device, options.threads, !options.brief};
+  engine::Config config;
+  cli::give_simulator(config, options.simulator);
+  const engine::Settings::Simulator& simulator = config->simulator;
+  validate::Setup setup{simulator.kind, simulator.device, simulator.threads, !options.brief};
   check_heap_options(options, list);
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);
   World probe(world_def(setup));  // refuses a device that is not there before anything runs
+  files::FileNames names;
+  names.writes("--html", options.html);
+  names.writes("--json", options.json);
+  const InterruptGuard interrupt;
   Output html(options.html), json(options.json);
   if (!options.quiet) setup.say = [&](const std::string& line) { say(json, line + "\n"); };
-  std::vector<Result> results;
-  for (const Case* test : list) {
-    results.push_back(run_case(*test, setup));
-    if (!options.quiet) say(json, to_text(results.back()));
-  }
-  const Circumstances where = circumstances();
+  CaseThread thread(list, setup, [&](const Result& result) {
+    if (!options.quiet) say(json, to_text(result));
+  });
+  const bool complete = thread.wait();
+  const std::vector<Result> results = thread.results();
+  Circumstances where = circumstances();
+  where.interrupted = !complete;
   if (html.wanted()) html.stream() << to_html(results, setup, where);
   html.finish();
   if (json.wanted()) json.stream() << to_json(results, setup, where);
   json.finish();
+  if (!complete) {
+    fmt::print(stderr, "fathom: interrupted after {} of {} cases\n", results.size(), list.size());
+    CaseThread::leave(interrupted);
+  }
   return std::ranges::all_of(results, &Result::as_expected) ? finished : failed;
 }
 

@@ -1,6 +1,8 @@
 // What several subcommands' options are checked by.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <limits>
@@ -21,13 +23,28 @@ inline CLI::Validator positive_number() {
       "");
 }
 
-/// A whole number of at least `least`.
+/// A number between two that are named in the complaint. CLI11's own check lets nan pass.
+inline CLI::Validator number_between(double least, double most) {
+  return CLI::Validator(
+      [least, most](std::string& text) -> std::string {
+        double value = 0;
+        if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) return {};
+        return fmt::format("must be a number from {} to {}, not {}", least, most, text);
+      },
+      "");
+}
+
+/// A whole number of at least `least`. The complaint names the limit that was passed.
 inline CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
   return CLI::Validator(
       [least, most](std::string& text) -> std::string {
         std::int64_t value = 0;
-        const bool good = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-        return good ? std::string() : "must be a whole number from " + std::to_string(least) + ", not " + text;
+        const bool read = CLI::detail::lexical_cast(text, value);
+        if (read && value >= least && value <= most) return {};
+        const bool limited = most < std::numeric_limits<std::int64_t>::max();
+        const bool passes_most = limited && (!read || value > most);
+        return "must be a whole number from " + std::to_string(least) +
+               (passes_most ? " to " + std::to_string(most) : std::string()) + ", not " + text;
       },
       "");
 }

@@ -3,6 +3,7 @@
 
 #include "commands.hpp"
 #include "exec/devices.hpp"
+#include "measure/system.hpp"
 #include "setup.hpp"
 #include "validators.hpp"
 #include "view_options.hpp"
@@ -16,10 +17,10 @@ RunOptions chosen(RunOptions options, const viewer::Choice& choice, const viewer
   if (choice.scene != first.scene) options.seed.reset();
   options.scene = choice.scene;
   options.bodies = choice.bodies;
-  options.simulator = choice.simulator;
-  options.device.reset();
-  if (!choice.device.empty()) options.device = choice.device;
-  options.threads = choice.threads;
+  options.simulator.simulator = choice.simulator;
+  options.simulator.device.reset();
+  if (!choice.device.empty()) options.simulator.device = choice.device;
+  options.simulator.threads = choice.threads;
   options.substeps = choice.substeps;
   options.solver = choice.solver;
   options.broad_phase = choice.broad_phase;
@@ -42,12 +43,13 @@ std::vector<viewer::SimulatorChoice> simulators() {
 
 int view(const ViewOptions& options) {
   const RunOptions& run = options.run;
+  inputs_of(run).writes("--screenshot", options.settings.screenshot);
   viewer::Choice first;
   first.scene = run.scene;
   first.bodies = run.bodies;
-  first.simulator = run.simulator;
-  first.device = run.device.value_or("");
-  first.threads = run.threads;
+  first.simulator = run.simulator.simulator;
+  first.device = run.simulator.device.value_or("");
+  first.threads = run.simulator.threads;
   first.substeps = run.substeps;
   first.solver = run.solver;
   first.broad_phase = run.broad_phase;
@@ -55,8 +57,10 @@ int view(const ViewOptions& options) {
   viewer::ViewerSettings settings = options.settings;
   settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
+  const InterruptGuard interrupt;
+  settings.ended = [] { return InterruptGuard::requested(); };
   viewer::view([&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
-  return finished;
+  return InterruptGuard::requested() ? interrupted : finished;
 }
 
 void declare_view(CLI::App& command, ViewOptions& options) {

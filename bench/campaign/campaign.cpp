@@ -32,7 +32,11 @@ Campaign begin(const Store& store, const Settings& settings) {
   here.form = name_of(settings.form);
   here.options = options_of(settings);
   here.steps = settings.limits.steps;
-  if (!store.exists()) return {here, 0, {}, {}};
+  if (!store.exists()) {
+    if (settings.resume)
+      throw Error(ErrorCode::file, store.folder() + ": holds no campaign to continue; leave --resume out to begin one");
+    return {here, 0, {}, {}};
+  }
   if (!settings.resume)
     throw Error(ErrorCode::file,
                 store.folder() + ": holds a campaign already; continue it with --resume, or give another --out");
@@ -82,8 +86,10 @@ class Clockwork {
 bool run_campaign(const Store& store, const Settings& settings, const Observer& observe) {
   const Offer offer = offer_of_this_machine();
   const std::vector<Case> cases = cases_of(settings, offer);
-  Campaign campaign = begin(store, settings);
+  begin(store, settings);  // refuses what cannot be before it makes a folder
   store.create();
+  const auto claim = store.claim();
+  Campaign campaign = begin(store, settings);
   const auto expected = [&](const Case& c) { return std::min(expected_seconds(c, offer), settings.limits.seconds); };
   std::vector<const Case*> open;
   double expected_total = 0;

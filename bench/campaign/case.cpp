@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 
+#include "engine/scene_entities.hpp"
 #include "scene/environments.hpp"
 
 namespace fathom::campaign {
@@ -54,14 +55,20 @@ Scene make_scene(const Case& c) {
   const Environment* environment = find_environment(c.environment);
   if (!environment) throw Error(ErrorCode::invalid_argument, "there is no environment '" + c.environment + "'");
   Scene scene = environment->make(c.bodies);
-  WorldDef& world = scene.world;
-  world.simulator = find(simulators(), c.simulator, "simulator").kind;
-  apply(find(algorithm_sets(), c.set, "set of algorithms").preset, world);
-  world.threads = c.threads;
+  engine::Config config;
+  engine::take_over_world(scene, config);
+  const auto give = [&](const char* key, auto engine::Settings::Simulator::*value, const auto& given) {
+    config.give(key, "the case", [&](engine::Settings& settings) { settings.simulator.*value = given; });
+  };
+  using Simulator = engine::Settings::Simulator;
+  give("simulator.kind", &Simulator::kind, find(simulators(), c.simulator, "simulator").kind);
+  give("simulator.preset", &Simulator::preset, find(algorithm_sets(), c.set, "set of algorithms").preset);
+  give("simulator.threads", &Simulator::threads, c.threads);
   if (!c.device.empty()) {
-    world.device = c.device;
-    world.ahead = published_ahead;
+    give("simulator.device", &Simulator::device, c.device);
+    give("simulator.device_ahead", &Simulator::device_ahead, published_ahead);
   }
+  scene.world = config.world_definition();
   return scene;
 }
 

@@ -5,94 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 
+#include "results_file.hpp"
 #include "view.hpp"
 
 namespace fathom::campaign {
 namespace {
 
-/// What one file knows of one thing.
-struct Entry {
-  std::string name;
-  std::vector<std::vector<double>>
-      rounds;  ///< ms; a value for every stretch of steps, the same stretches in all rounds
-  std::string hash, trouble;
-  Json quality;
-  bool rests = false;  ///< bodies that should stay where they are
-};
-
-struct File {
-  std::string path, kind, machine;
-  std::vector<Entry> entries;
-  double tolerance = 0;  ///< of instruction counts
-};
-
-Entry& entry_of(File& file, const std::string& name) {
-  const auto found = std::ranges::find(file.entries, name, &Entry::name);
-  if (found != file.entries.end()) return *found;
-  return file.entries.emplace_back(Entry{name, {}, {}, {}, {}, false});
-}
-
-bool should_rest(const std::string& environment) { return environment == "spread" || environment == "pyramid"; }
-
-void read_campaign(File& file, const Json& json) {
-  const Json& where = json.at("circumstances");
-  file.machine =
-      where.at("processor").get<std::string>() + ", " + std::to_string(where.at("threads").get<int>()) + " threads";
-  for (const Json& run : json.at("runs")) {
-    if (!run.at("skipped").get<std::string>().empty()) continue;
-    Case what;
-    what.environment = run.at("environment"), what.bodies = run.at("bodies_asked");
-    what.simulator = run.at("simulator"), what.device = run.at("device");
-    what.threads = run.at("threads"), what.set = run.at("set");
-    Entry& entry = entry_of(file, key_of(what));
-    entry.trouble = run.at("refused").get<std::string>() + run.at("failing").get<std::string>();
-    entry.hash = run.at("state_hash");
-    entry.rests = should_rest(what.environment);
-    entry.quality = run.at("quality").back();
-    if (run.contains("blocks_ms")) entry.rounds.push_back(run.at("blocks_ms").get<std::vector<double>>());
-  }
-}
-
-void read_peers(File& file, const Json& json) {
-  file.machine = json.at("device");
-  for (const Json& run : json.at("results")) {
-    Entry& entry = entry_of(file, fmt::format("{} {} {}T", run.at("scene").get<std::string>(),
-                                              run.at("engine").get<std::string>(), run.at("threads").get<int>()));
-    entry.trouble = run.at("trouble");
-    entry.rests = should_rest(run.at("environment"));
-    entry.quality = run.at("quality");
-    for (const Json& mean : run.at("step_ms").at("mean_of_rounds")) entry.rounds.push_back({mean.get<double>()});
-  }
-}
-
-void read_instructions(File& file, const Json& json) {
-  file.machine = json.at("compiler");
-  file.tolerance = json.at("tolerance");
-  for (const auto& [name, count] : json.at("instructions").items())
-    entry_of(file, name).rounds.push_back({count.get<double>()});
-}
-
-File read(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(ErrorCode::file, path + ": cannot be read; give files of 'fathom bench' or bench/instructions");
-  File file{path, {}, {}, {}, 0};
-  try {
-    const Json json = Json::parse(in);
-    file.kind = json.at("kind");
-    if (file.kind == "campaign") read_campaign(file, json);
-    if (file.kind == "peers") read_peers(file, json);
-    if (file.kind == "instructions") read_instructions(file, json);
-  } catch (const Json::exception&) {
-    file.entries.clear();
-  }
-  if (file.entries.empty())
-    throw Error(ErrorCode::file,
-                path + ": holds no results; give campaign.json, peers.json or what bench/instructions wrote");
-  return file;
-}
+using Entry = ResultEntry;
+using File = ResultsFile;
 
 double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -126,11 +48,19 @@ std::size_t stretches_of(const Entry& entry) {
   return least;
 }
 
+/// Why the times of two entries tell nothing about each other; "" where they do.
+std::string incomparable(const Entry& a, const Entry& b) {
+  if (a.rounds.empty() || b.rounds.empty()) return "no times";
+  if (a.in_stretches && b.in_stretches) return {};
+  if (a.in_stretches == b.in_stretches && a.steps == b.steps) return {};
+  return fmt::format("{} and {} steps", a.steps, b.steps);
+}
+
 /// Times of the same stretches of steps, paired: what the scene does there is the same in both.
 void compare_times(Difference& d, const Entry& a, const Entry& b, double noise) {
-  if (a.rounds.empty() || b.rounds.empty()) return;
+  d.not_compared = incomparable(a, b);
+  if (!d.not_compared.empty()) return;
   const std::size_t count = std::min(stretches_of(a), stretches_of(b));
-  if (count == 0) return;
   std::vector<double> rounds[2], sums[2];
   for (const int side : {0, 1}) {
     const Entry& entry = side == 0 ? a : b;
@@ -172,14 +102,33 @@ std::string grown(const Json& a, const Json& b, const char* name, double margin,
   return fmt::format("{} {} -> {} {}", what, figure(before), figure(after), unit);
 }
 
+/// What both knew after the same number of steps, as late as there is any.
+std::pair<const Json*, const Json*> at_last_common_step(const Entry& a, const Entry& b) {
+  for (auto last = a.quality.rbegin(); last != a.quality.rend(); ++last)
+    for (const auto& [step, quality] : b.quality)
+      if (step == last->first) return {&last->second, &quality};
+  return {};
+}
+
+/// Which of the two ended before its time.
+std::string cut_short(const Entry& a, const Entry& b) {
+  std::string text;
+  for (const auto& [name, entry] : {std::pair("before", &a), std::pair("after", &b)})
+    if (entry->cut_short)
+      text += fmt::format("{}{} cut short at {} steps", text.empty() ? "" : ", ", name, entry->steps);
+  return text;
+}
+
 std::string less_stable(const Entry& a, const Entry& b) {
   if (a.trouble.empty() && !b.trouble.empty()) return b.trouble;
   if (a.hash == b.hash && !a.hash.empty()) return {};
-  std::string text = grown(a.quality, b.quality, "ground_penetration_max", 1e-4, "in the ground", "m");
+  const auto [before, after] = at_last_common_step(a, b);
+  if (!before || !after) return {};
+  std::string text = grown(*before, *after, "ground_penetration_max", 1e-4, "in the ground", "m");
   // Where bodies move freely, how far and how fast is the scene's business.
   if (!a.rests) return text;
-  for (const std::string& more : {grown(a.quality, b.quality, "displacement_max", 1e-3, "moved", "m"),
-                                  grown(a.quality, b.quality, "kinetic_energy_per_body", 1e-4, "energy", "J")})
+  for (const std::string& more : {grown(*before, *after, "displacement_max", 1e-3, "moved", "m"),
+                                  grown(*before, *after, "kinetic_energy_per_body", 1e-4, "energy", "J")})
     if (!more.empty()) text += (text.empty() ? "" : ", ") + more;
   return text;
 }
@@ -196,32 +145,44 @@ bool Comparison::worse() const {
   return std::ranges::any_of(differences, [](const Difference& d) { return d.slower || !d.less_stable.empty(); });
 }
 
+bool Comparison::nothing_compared() const {
+  return std::ranges::all_of(differences, [](const Difference& d) { return !d.not_compared.empty(); });
+}
+
+std::string Difference::text(std::size_t width) const {
+  const bool count = unit == "instructions";
+  std::string row = fmt::format("{:<{}}  ", name, width);
+  if (!not_compared.empty())
+    row += fmt::format("{:>12}  {:>12}  {:>6}  {:<15}  not compared: {}", "-", "-", "-", "", not_compared);
+  else
+    row += fmt::format("{:>12}  {:>12}  {:>6.3f}  {:<15}", count ? grouped(std::llround(before)) : figure(before),
+                       count ? grouped(std::llround(after)) : figure(after), ratio,
+                       count ? "" : fmt::format("{:.3f} to {:.3f}", low, high));
+  if (slower) row += count ? "  MORE" : "  SLOWER";
+  if (faster) row += count ? "  fewer" : "  faster";
+  if (!less_stable.empty()) row += "  LESS STABLE: " + less_stable;
+  if (!cut_short.empty()) row += "  (" + cut_short + ")";
+  return row + "\n";
+}
+
 std::string Comparison::text() const {
   std::size_t width = 4;
   for (const Difference& d : differences) width = std::max(width, d.name.size());
   std::string text =
       fmt::format("{:<{}}  {:>12}  {:>12}  {:>6}  {:<15}\n", "", width, "before", "after", "ratio", "95 %");
-  for (const Difference& d : differences) {
-    const bool count = d.unit == "instructions";
-    text += fmt::format("{:<{}}  {:>12}  {:>12}  {:>6.3f}  {:<15}", d.name, width,
-                        count ? grouped(std::llround(d.before)) : figure(d.before),
-                        count ? grouped(std::llround(d.after)) : figure(d.after), d.ratio,
-                        count ? "" : fmt::format("{:.3f} to {:.3f}", d.low, d.high));
-    if (d.slower) text += count ? "  MORE" : "  SLOWER";
-    if (d.faster) text += count ? "  fewer" : "  faster";
-    if (!d.less_stable.empty()) text += "  LESS STABLE: " + d.less_stable;
-    text += "\n";
-  }
+  for (const Difference& d : differences) text += d.text(width);
   for (const std::string& note : notes) text += note + "\n";
   const auto count = [&](auto predicate) { return std::ranges::count_if(differences, predicate); };
-  return text + fmt::format("{} slower, {} faster, {} less stable, of {}\n",
+  const auto missing = count([](const Difference& d) { return !d.not_compared.empty(); });
+  return text + fmt::format("{} slower, {} faster, {} less stable, of {}{}\n",
                             count([](const Difference& d) { return d.slower; }),
                             count([](const Difference& d) { return d.faster; }),
-                            count([](const Difference& d) { return !d.less_stable.empty(); }), differences.size());
+                            count([](const Difference& d) { return !d.less_stable.empty(); }), differences.size(),
+                            missing > 0 ? fmt::format("; the times of {} are not compared", missing) : std::string());
 }
 
 Comparison compare(const std::string& before, const std::string& after, const CompareSettings& settings) {
-  const File a = read(before), b = read(after);
+  const File a = read_results(before), b = read_results(after);
   if (a.kind != b.kind)
     throw Error(ErrorCode::file,
                 fmt::format("{} holds {}, {} holds {}; only like can be compared", before, a.kind, after, b.kind));
@@ -238,6 +199,7 @@ Comparison compare(const std::string& before, const std::string& after, const Co
     } else {
       compare_times(d, entry, *other, settings.noise);
       d.less_stable = less_stable(entry, *other);
+      d.cut_short = cut_short(entry, *other);
     }
     comparison.differences.push_back(std::move(d));
   }

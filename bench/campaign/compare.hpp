@@ -23,6 +23,11 @@ struct Difference {
   double ratio = 1, low = 1, high = 1;  ///< after over before, with its 95 % confidence interval
   bool slower = false, faster = false;  ///< beyond noise
   std::string less_stable;              ///< in words; empty where it is not
+  std::string not_compared;             ///< why the times tell nothing, e.g. of other numbers of steps
+  std::string cut_short;                ///< which of the two ended before its time, in words
+
+  /// A row with a name of this width.
+  std::string text(std::size_t width) const;
 };
 
 struct Comparison {
@@ -30,6 +35,8 @@ struct Comparison {
   std::vector<std::string> notes;  ///< that the machines differ, what only one file has
 
   bool worse() const;
+  /// Of no entry that both files have could the times be compared.
+  bool nothing_compared() const;
   std::string text() const;
 };
 

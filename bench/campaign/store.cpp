@@ -11,7 +11,6 @@
 #include <thread>
 
 #include "build_info.hpp"
-#include "engine/atomic_file.hpp"
 #include "exec/devices.hpp"
 #include "measure/json.hpp"
 #include "measure/system.hpp"
@@ -173,11 +172,11 @@ void Store::create() const {
     throw Error(ErrorCode::file, folder_ + ": the folder cannot be made; check its name and permissions");
 }
 
-void Store::write(const std::string& file, const std::string& content) const {
-  engine::AtomicFile out(path(file));
-  out.write(content.data(), content.size());
-  out.finish();
+std::unique_ptr<files::OutputFile> Store::claim() const {
+  return std::make_unique<files::OutputFile>(path("campaign"));  // never finished: it goes with the run
 }
+
+void Store::write(const std::string& file, const std::string& content) const { files::write_file(path(file), content); }
 
 std::string Store::read(const std::string& file) const {
   std::ifstream in(path(file), std::ios::binary);

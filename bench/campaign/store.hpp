@@ -1,10 +1,12 @@
 // A campaign's folder: campaign.json with everything but the steps, runs/KEY.csv with a row a step, pictures.
 #pragma once
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "files/output_file.hpp"
 #include "measurement.hpp"
 
 namespace fathom::campaign {
@@ -45,6 +47,8 @@ class Store {
   bool exists() const;
   /// Makes the folder. Throws `Error{file}`.
   void create() const;
+  /// The folder for this run alone, while what is returned lives. Throws `Error{file}` where another run has it.
+  std::unique_ptr<files::OutputFile> claim() const;
   /// Throws `Error{file}` where there is no campaign or what is there is none.
   Campaign load() const;
   /// Writes campaign.json and campaign.csv, a row a run. A reader never sees half of them.

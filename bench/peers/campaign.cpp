@@ -85,12 +85,13 @@ std::string Result::trouble() const {
 std::vector<Result> run_campaign(const std::vector<SceneEntry>& scenes, const std::vector<const EngineKind*>& engines,
                                  const std::vector<int>& threads, int rounds, double limit, const Progress& progress) {
   std::vector<Result> results = results_to_come(scenes, engines, threads);
-  for (int round = 1; round <= rounds; ++round) {
+  for (int round = 1; round <= rounds && !InterruptGuard::requested(); ++round) {
     for (Result& result : results) {
-      if (InterruptGuard::requested()) break;
       if (!result.rounds.empty() && result.rounds.front().steps == 0) continue;
       progress(round, result);
-      result.rounds.push_back(measure(*result.engine, result.scene->scene, result.threads, result.scene->steps, limit));
+      Measurement measured = measure(*result.engine, result.scene->scene, result.threads, result.scene->steps, limit);
+      if (InterruptGuard::requested()) break;
+      result.rounds.push_back(std::move(measured));
     }
   }
   std::erase_if(results, [](const Result& result) { return result.rounds.empty(); });

@@ -2,22 +2,30 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
+#include "files/unfinished.hpp"
 #include "peers_command.hpp"
 
 namespace {
-enum ExitCode { good = 0, failed = 1, bad_request = 2 };
+enum ExitCode { bad_request = 2 };
+
+int exit_code(fathom::peers::Outcome outcome) {
+  constexpr int codes[] = {0, 1, 130};  // in the order of Outcome
+  return codes[static_cast<int>(outcome)];
 }
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Sets Fathom beside other physics engines on the four environments: speed and quality.", "fathom_peers");
   fathom::peers::Options options;
+  fathom::files::remove_unfinished_on_signals();
   app.get_formatter()->column_width(36);
   fathom::peers::declare(app, options);
   try {
     app.parse(argc, argv);
-    return fathom::peers::run(options) ? good : failed;
+    return exit_code(fathom::peers::run(options));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? good : bad_request;
+    return app.exit(error) == 0 ? 0 : bad_request;
   } catch (const std::exception& error) {
     std::cerr << "fathom_peers: " << error.what() << '\n';
     return bad_request;

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <optional>
 
+#include "measure/system.hpp"
+
 namespace fathom::peers {
 namespace {
 
@@ -62,7 +64,7 @@ Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int
     Random random(scene.kicks ? scene.kicks->seed : 0);
     std::optional<Orbiter> orbiter;
     if (scene.orbit) orbiter.emplace(scene);
-    for (int step = 0; step < steps && !result.cut_short; ++step) {
+    for (int step = 0; step < steps && !result.cut_short && !InterruptGuard::requested(); ++step) {
       if (scene.kicks && step % scene.kicks->interval == 0) kick(*engine, scene, random);
       if (orbiter)
         for (const Orbiter::Target& target : orbiter->due(static_cast<std::uint64_t>(step))) engine->move(target);

@@ -16,7 +16,8 @@ struct Measurement {
 };
 
 /// Only the steps are timed, the first one too; not the scene's kicks. A run whose steps have taken more than `limit`
-/// seconds ends there. What an engine cannot do comes back as `trouble`.
+/// seconds ends there, and one that is interrupted (`InterruptGuard`), which then tells nothing. What an engine cannot
+/// do comes back as `trouble`.
 Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int steps, double limit);
 
 }  // namespace fathom::peers

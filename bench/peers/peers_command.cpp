@@ -4,8 +4,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
+#include <optional>
 
+#include "files/output_file.hpp"
 #include "measure/system.hpp"
 #include "report.hpp"
 
@@ -40,8 +41,9 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
   if (stderr_is_terminal())
-    fmt::print(stderr, "\r\x1b[Kround {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
-               next.threads);
+    fmt::print(stderr, "\r\x1b[K{}",
+               fit_to_terminal(fmt::format("round {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
+                                           next.threads)));
   else if (round != last_round)
     fmt::print(stderr, "round {}/{}\n", round, rounds);
   last_round = round;
@@ -69,9 +71,7 @@ void declare(CLI::App& app, Options& options) {
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", options.quick, "A minute's worth: about 1,000 bodies of each environment");
-  app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
+  app.add_option("--limit", options.limit, "Time of a run's steps after which it is cut short (s; 60)")->type_name("S");
   app.add_option("--json", options.json, "Write the figures as JSON")->type_name("FILE");
   // Asked for only where it is shown: which engines there are is asked of drivers.
   app.footer([] {
@@ -84,23 +84,37 @@ void declare(CLI::App& app, Options& options) {
   });
 }
 
-bool run(const Options& options) {
+void check(const Options& options) {
+  if (!(options.limit > 0 && options.limit <= 1e9))
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("--limit must be a number of seconds from 0 to 1e9, not {}", options.limit));
+  chosen_scenes(options);
+  chosen_engines(options);
+}
+
+Outcome run(const Options& options) {
+  check(options);
   const std::vector<SceneEntry> scenes = chosen_scenes(options);
-  std::ofstream file;
-  if (!options.json.empty()) {
-    file.open(options.json);  // before the work, not after it
-    if (!file) throw Error(ErrorCode::file, options.json + ": cannot be written; give a file in a folder that exists");
-  }
+  const std::vector<const EngineKind*> engines = chosen_engines(options);
+  std::optional<files::OutputFile> file;
+  if (!options.json.empty()) file.emplace(options.json);  // before the work, not after it
   const InterruptGuard interrupt;
   const std::vector<Result> results =
-      run_campaign(scenes, chosen_engines(options), options.threads, options.rounds, options.limit,
+      run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
   if (stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
   print_table(results);
-  if (file.is_open()) file << to_json(results).dump(2) << '\n';
+  if (InterruptGuard::requested()) {
+    fmt::print(stderr, "fathom: interrupted{}\n", file ? "; " + options.json + " stays as it was" : "");
+    return Outcome::interrupted;
+  }
+  if (file) {
+    file->write(to_json(results).dump(2) + "\n");
+    file->finish();
+  }
   const bool trouble =
       std::any_of(results.begin(), results.end(), [](const Result& r) { return !r.trouble().empty(); });
-  return !trouble;
+  return trouble ? Outcome::failed : Outcome::good;
 }
 
 }  // namespace fathom::peers

@@ -22,7 +22,14 @@ struct Options {
 };
 
 void declare(CLI::App& app, Options& options);
-/// Measures, prints the table, writes the JSON. Returns whether every engine did what it should.
-bool run(const Options& options);
+enum class Outcome {
+  good,
+  failed,       ///< an engine lost a body, or a state was not finite
+  interrupted,  ///< by Ctrl-C: the table shows what was measured, earlier results stay as they were
+};
+/// Throws `Error` where a scene or an engine is not there, as `run` does, which also makes files.
+void check(const Options& options);
+/// Measures, prints the table, writes the JSON.
+Outcome run(const Options& options);
 
 }  // namespace fathom::peers

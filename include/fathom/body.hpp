@@ -47,8 +47,8 @@ struct Filter {
 /// What a body is created from. The body's frame is centred at its centre of mass (see `hull`).
 struct BodyDef {
   MotionType motion = MotionType::dynamic;
-  Pose pose{};  ///< of the centre of mass; the rotation is normalised
-  Velocity velocity{};
+  Pose pose{};          ///< of the centre of mass; the rotation is normalised
+  Velocity velocity{};  ///< zero for a fixed body
   Shape shape{};
   Material material{};
   Filter filter{};

@@ -28,9 +28,9 @@ struct Shape {
 
 /// Sphere of radius `radius` > 0 (m).
 Shape sphere(float radius);
-/// Capsule along z: points within `radius` > 0 of the segment from −half_length to +half_length ≥ 0 (m).
+/// Capsule along z: points within `radius` > 0 of the segment from −half_length to +half_length (m, 0 to 1e6 radii).
 Shape capsule(float radius, float half_length);
-/// Box with the given half extents, each > 0 (m).
+/// Box with the given half extents, each > 0 and at least a millionth of the largest (m).
 Shape box(Vec3 half_extents);
 /// Convex hull of a point cloud (m). The hull is moved so that its centre of mass is the origin;
 /// `Hull::offset` tells by how much. Coplanar triangles become one polygon; what differs by less than a few

@@ -31,10 +31,13 @@ CommandRunner::CommandRunner(World& world) : world_(&world) {
   for (const BodyId id : world.bodies()) note({id.index, id.generation}, id);
 }
 
+bool CommandRunner::contains(BodyHandle handle) const {
+  return handle.generation != 0 && handle.index < entries_.size() &&
+         entries_[handle.index].generation == handle.generation;
+}
+
 BodyId CommandRunner::body(BodyHandle handle) const {
-  if (handle.generation != 0 && handle.index < entries_.size() &&
-      entries_[handle.index].generation == handle.generation)
-    return entries_[handle.index].body;
+  if (contains(handle)) return entries_[handle.index].body;
   throw Error(ErrorCode::stale_id, "there is no body with the handle " + text(handle) +
                                        ": it was removed or never added; ask EntityWorld::find before using an entity");
 }

@@ -18,6 +18,8 @@ class CommandRunner {
   void run(const CommandList& list);
 
   const World& world() const { return *world_; }
+  /// Whether the handle has a body.
+  bool contains(BodyHandle handle) const;
   /// The body of a handle. Throws `Error{stale_id}` where it has none.
   BodyId body(BodyHandle handle) const;
   /// The handle of a living body, or one of generation 0.

@@ -7,8 +7,8 @@
 #include <optional>
 #include <sstream>
 
-#include "engine/atomic_file.hpp"
 #include "engine/config_keys.hpp"
+#include "files/output_file.hpp"
 #include "scene/suggest.hpp"
 #include "scene/toml_reader.hpp"
 
@@ -86,9 +86,7 @@ std::optional<toml::table> parse_value(const std::string& value) {
 
 }  // namespace
 
-Config::Config() {
-  for (const ConfigKey& key : config_keys()) origins_[key.name] = "default";
-}
+Config::Config() = default;
 
 void Config::load(const std::string& path) {
   std::ifstream file(path);
@@ -104,6 +102,7 @@ void Config::parse(std::string_view text, std::string_view file) {
   collect_leaves(root, "", leaves);
   // Tables are sorted by key; complaints come in the order of the file.
   std::sort(leaves.begin(), leaves.end(), [](const Leaf& a, const Leaf& b) { return a.where.begin < b.where.begin; });
+  note_edits();
   Settings values = values_;
   auto origins = origins_;
   for (const Leaf& leaf : leaves) {
@@ -112,10 +111,11 @@ void Config::parse(std::string_view text, std::string_view file) {
     } catch (const std::string& complaint) {
       fail_at(file, leaf.where, complaint);
     }
-    origins[leaf.name] = fmt::format("{}:{}", file, leaf.where.begin.line);
+    origins[leaf.name] = {Place::file, fmt::format("{}:{}", file, leaf.where.begin.line)};
   }
   values_ = std::move(values);
   origins_ = std::move(origins);
+  settle();
 }
 
 void Config::set(std::string_view assignment) {
@@ -132,6 +132,7 @@ void Config::set(std::string_view assignment) {
   const bool wants_text = (key && key->is_text) || name.starts_with(action_prefix);
   if (!parsed || (wants_text && !parsed->get("v")->is_string() && !parsed->get("v")->is_array()))
     parsed = toml::table{{"v", value}};
+  note_edits();
   Settings values = values_;
   try {
     assign(values, name, *parsed->get("v"));
@@ -139,87 +140,41 @@ void Config::set(std::string_view assignment) {
     throw Error(ErrorCode::invalid_argument, fmt::format("--set {}: {}", assignment, complaint));
   }
   values_ = std::move(values);
-  origins_[name] = "--set";
+  origins_[name] = {Place::assignment, "--set"};
+  settle();
 }
 
 std::string Config::text(bool origins) const {
+  const Config now = settled();
   std::string out, table;
-  const auto line = [&](const std::string& name, const std::string& value, const std::string& help) {
-    const std::size_t dot = name.rfind('.');
-    if (name.substr(0, dot) != table) {
-      table = name.substr(0, dot);
-      out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table);
-    }
-    const std::string comment = origins ? origin(name) : help;
-    out += fmt::format("{:<36}{}\n", name.substr(dot + 1) + " = " + value, comment.empty() ? "" : "  # " + comment);
+  const auto line = [&](const std::string& name, const std::string& key, const std::string& value,
+                        const std::string& help) {
+    const std::string head = name.substr(0, name.rfind('.', action_prefix.size() - 1));
+    if (head != table) out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", table = head);
+    const std::string comment = origins ? now.origin_of(name) : help;
+    // What nobody set is no part of the file: read again, it is as open as before.
+    out += fmt::format("{:<36}{}\n", (now.counts(name) ? "" : "# ") + key + " = " + value,
+                       comment.empty() ? "" : "  # " + comment);
   };
-  for (const ConfigKey& key : config_keys()) line(key.name, key.get(values_), key.help);
-  for (const auto& [action, keys] : values_.actions) {
+  for (const ConfigKey& key : config_keys())
+    line(key.name, key.name.substr(key.name.rfind('.') + 1), key.get(now.values_), key.help);
+  for (const auto& [action, keys] : now.values_.actions) {
     std::string list;
     for (const std::string& key : keys) list += (list.empty() ? "" : ", ") + quoted_toml(key);
-    const std::string name = std::string(action_prefix) + action;
-    if (table != "input.actions") {
-      table = "input.actions";
-      out += "\n[input.actions]\n";
-    }
-    out += fmt::format("{:<36}{}\n", quoted_toml(action) + " = [" + list + "]", origins ? "  # " + origin(name) : "");
+    line(std::string(action_prefix) + action, quoted_toml(action), "[" + list + "]", "");
   }
   return out;
 }
 
-void Config::save(const std::string& path) const {
-  const std::string content = text(false);
-  AtomicFile file(path);
-  file.write(content.data(), content.size());
-  file.finish();
-}
+void Config::save(const std::string& path) const { files::write_file(path, text(false)); }
 
-const std::string& Config::origin(std::string_view key) const {
-  static const std::string program = "program";
-  const auto found = origins_.find(key);
-  return found == origins_.end() ? program : found->second;
-}
+std::string Config::origin(std::string_view key) const { return settled().origin_of(key); }
 
 std::vector<std::string> Config::keys() const {
   std::vector<std::string> names;
   for (const ConfigKey& key : config_keys()) names.push_back(key.name);
   for (const auto& [action, keys] : values_.actions) names.push_back(std::string(action_prefix) + action);
   return names;
-}
-
-void Config::override_world(WorldDef& def) const {
-  const auto take = [&](const char* key, auto& value, const auto& from) {
-    if (origin(key) != "default") value = from;
-  };
-  const auto& from = values_.simulator;
-  take("simulator.kind", def.simulator, from.kind);
-  take("simulator.device", def.device, from.device);
-  if (origin("simulator.preset") != "default") apply(from.preset, def);
-  take("simulator.gravity", def.gravity, from.gravity);
-  take("simulator.dt", def.dt, from.dt);
-  take("simulator.threads", def.threads, from.threads);
-  take("simulator.broad_phase", def.broad_phase, from.broad_phase);
-  take("simulator.partition", def.partition, from.partition);
-  take("simulator.warm_start", def.solver.warm_start, from.warm_start);
-  take("simulator.solver", def.solver.method, from.solver);
-  take("simulator.substeps", def.solver.substeps, from.substeps);
-  take("simulator.sleep", def.sleep.enabled, from.sleep);
-}
-
-WorldDef Config::world_definition(std::function<void(std::string_view)> log) const {
-  WorldDef def;
-  def.simulator = values_.simulator.kind;
-  def.device = values_.simulator.device;
-  def.gravity = values_.simulator.gravity;
-  def.dt = values_.simulator.dt;
-  def.threads = values_.simulator.threads;
-  def.broad_phase = values_.simulator.broad_phase;
-  def.solver.method = values_.simulator.solver;
-  def.solver.substeps = values_.simulator.substeps;
-  def.sleep.enabled = values_.simulator.sleep;
-  override_world(def);
-  def.log = std::move(log);
-  return def;
 }
 
 }  // namespace fathom::engine

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <fathom/world.hpp>
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,21 +28,33 @@ enum class TimeSource : std::uint8_t {
 
 /// The values. Each is a key of the file: `simulator.threads` is `Settings::simulator.threads`.
 struct Settings {
-  struct {
+  struct Simulator {
     SimulatorKind kind = SimulatorKind::native;
     std::string device = "auto";
     bool fallback = true;
     int threads = 0;
     SimulationMode mode = SimulationMode::lockstep;
     int ahead = 1;
+    int device_ahead = 0;
     float dt = 1.0f / 60.0f;
     int substeps = 4;
     Solver solver = Solver::soft;
+    int iterations = 10;
+    int marking_rounds = 32;
+    float contact_hertz = SolverSettings{}.contact_hertz;
+    float contact_damping_ratio = SolverSettings{}.contact_damping_ratio;
+    float push_out_velocity = SolverSettings{}.push_out_velocity;
+    float restitution_threshold = SolverSettings{}.restitution_threshold;
+    float max_linear_speed = SolverSettings{}.max_linear_speed;
     BroadPhase broad_phase = BroadPhase::tree;
+    Vec3 sweep_axis = WorldDef{}.sweep_axis;
     Partition partition = Partition::colours;
     bool warm_start = true;
     Preset preset = Preset::fathom;
     bool sleep = true;
+    float sleep_linear_speed = SleepSettings{}.linear_speed;
+    float sleep_time = SleepSettings{}.time;
+    int max_bodies = static_cast<int>(WorldDef{}.max_bodies);
     Vec3 gravity{0, 0, -9.81f};
     bool hashes = false;
   } simulator;
@@ -82,6 +96,17 @@ struct Settings {
   std::map<std::string, std::vector<std::string>> actions;
 };
 
+/// Who sets a value. Of two the later one wins; a preset sets all that it decides.
+enum class Place : std::uint8_t { nobody, scene, file, assignment, option, program };
+
+/// The world beneath a configuration: what nobody sets is as it says.
+struct WorldBase {
+  WorldDef world{};
+  std::string name{};                                      ///< of the scene
+  std::optional<Preset> preset{};                          ///< that the scene asks for
+  std::map<std::string, std::string, std::less<>> said{};  ///< where the scene sets a key ("scene.toml:12")
+};
+
 class Config {
  public:
   Config();
@@ -94,28 +119,55 @@ class Config {
   /// Sets one key from "simulator.threads=4"; `value` is TOML, quotes around words may be left out. Throws
   /// `Error{invalid_argument}`.
   void set(std::string_view assignment);
-  /// Writes all values as a file that `load` reads; complete or not at all. Throws `Error{file}`.
+  /// Sets one key as a command's option does, over files and assignments; `option` is what `origin` calls it.
+  void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
+            Place place = Place::option);
+  /// Lays a world beneath.
+  void set_base(WorldBase base);
+  /// Writes what was set as a file that `load` reads, and the rest as comments; complete or not at all. What `load`
+  /// makes of it is this configuration. Throws `Error{file}`.
   void save(const std::string& path) const;
 
-  /// The values as a TOML file; with `origins` each line ends in a comment that says where its value came from.
+  /// The values as a TOML file, those that nobody set as comments; with `origins` each line ends in a comment that says
+  /// where its value came from.
   std::string text(bool origins) const;
-  /// "default", "engine.toml:3" or "--set".
-  const std::string& origin(std::string_view key) const;
+  /// "default", "engine.toml:3", "--set", "--solver", "program", "preset published", or of the scene its name or
+  /// "scene.toml:12".
+  std::string origin(std::string_view key) const;
+  /// Whether a file, an assignment, an option or the program set the value.
+  bool is_set(std::string_view key) const;
   std::vector<std::string> keys() const;
 
+  /// The values in effect; what a preset that was edited decides shows in `settled`.
   const Settings& operator*() const { return values_; }
   const Settings* operator->() const { return &values_; }
-  /// For programs that set values themselves; their origin stays what it was.
+  /// For programs that set values themselves. What they leave at the value it had counts as not set.
   Settings& edit() { return values_; }
+  /// With all effects of what was edited.
+  Config settled() const;
 
-  /// Puts those simulator settings over a definition that do not have their default's origin.
-  void override_world(WorldDef& def) const;
-  /// The world these settings ask for; `log` gets the lines of the library.
+  /// The world that base and settings come to; `log` gets the lines of the library.
   WorldDef world_definition(std::function<void(std::string_view)> log = {}) const;
 
  private:
+  struct Origin {
+    Place place = Place::nobody;
+    std::string text;
+  };
+
+  Place place_of(std::string_view key) const;
+  Place place_of_preset() const;
+  bool device_implies_simulator() const;
+  bool is_decided_by_preset(std::string_view key) const;
+  bool counts(std::string_view key) const;
+  std::string origin_of(std::string_view key) const;
+  void note_edits();
+  void settle();
+
   Settings values_;
-  std::map<std::string, std::string, std::less<>> origins_;
+  Settings settled_;                                    // as they were last settled: what differs was edited
+  std::map<std::string, Origin, std::less<>> origins_;  // of what was set
+  WorldBase base_;
 };
 
 }  // namespace fathom::engine

@@ -41,6 +41,19 @@ ConfigKey real(std::string name, std::string help, double least, double most, At
           [=](const Settings& s) { return fmt::format("{}", at(s)); }};
 }
 
+/// A finite number of single precision, greater than 0 or at least 0.
+template <class At>
+ConfigKey amount(std::string name, std::string help, bool positive, At at) {
+  return {std::move(name), std::move(help), false,
+          [=](Settings& s, const toml::node& node) {
+            const auto value = static_cast<float>(node.value<double>().value_or(-1));
+            if (!node.is_number() || !std::isfinite(value) || !(positive ? value > 0 : value >= 0))
+              throw fmt::format("must be a finite number {}", positive ? "greater than 0" : "of at least 0");
+            at(s) = value;
+          },
+          [=](const Settings& s) { return fmt::format("{}", at(s)); }};
+}
+
 template <class At>
 ConfigKey boolean(std::string name, std::string help, At at) {
   return {std::move(name), std::move(help), false,
@@ -84,9 +97,11 @@ ConfigKey choice(std::string name, std::string help, std::vector<std::pair<std::
           }};
 }
 
-ConfigKey gravity() {
-  return {"simulator.gravity", "m/s², three numbers", false,
-          [](Settings& s, const toml::node& node) {
+/// Three finite numbers that are good; `what` says the rest of what they must be.
+template <class At>
+ConfigKey vector(std::string name, std::string help, std::string what, bool (*is_good)(Vec3), At at) {
+  return {std::move(name), std::move(help), false,
+          [=](Settings& s, const toml::node& node) {
             const toml::array* array = node.as_array();
             float v[3] = {};
             bool good = array && array->size() == 3;
@@ -95,13 +110,47 @@ ConfigKey gravity() {
               v[i] = element.is_number() ? static_cast<float>(*element.value<double>()) : NAN;
               good = std::isfinite(v[i]);
             }
-            if (!good) throw std::string("must be three finite numbers, e.g. [0, 0, -9.81]");
-            s.simulator.gravity = {v[0], v[1], v[2]};
+            if (!good || !is_good({v[0], v[1], v[2]})) throw "must be three finite numbers" + what;
+            at(s) = {v[0], v[1], v[2]};
           },
-          [](const Settings& s) {
-            const Vec3 g = s.simulator.gravity;
-            return fmt::format("[{}, {}, {}]", g.x, g.y, g.z);
-          }};
+          [=](const Settings& s) { return fmt::format("[{}, {}, {}]", at(s).x, at(s).y, at(s).z); }};
+}
+
+bool is_axis(Vec3 v) { return min_component(v) >= 0 && length(v) > 1e-6f; }
+
+/// Keys of SolverSettings and SleepSettings that are numbers.
+std::vector<ConfigKey> solver_keys() {
+  return {
+      integer(
+          "simulator.iterations", "sweeps a substep of solver impulse", 1, 1000,
+          [](auto& s) -> auto& { return s.simulator.iterations; }),
+      integer(
+          "simulator.marking_rounds", "batches that a cell of a device can have", 1, 255,
+          [](auto& s) -> auto& { return s.simulator.marking_rounds; }),
+      amount(
+          "simulator.contact_hertz", "Hz, stiffness of contacts, capped at 0.15 of the substep rate", true,
+          [](auto& s) -> auto& { return s.simulator.contact_hertz; }),
+      amount(
+          "simulator.contact_damping_ratio", "of contacts; 1 is critical", false,
+          [](auto& s) -> auto& { return s.simulator.contact_damping_ratio; }),
+      amount(
+          "simulator.push_out_velocity", "m/s at most to resolve a penetration", false,
+          [](auto& s) -> auto& { return s.simulator.push_out_velocity; }),
+      amount(
+          "simulator.restitution_threshold", "m/s of approach below which nothing bounces", false,
+          [](auto& s) -> auto& { return s.simulator.restitution_threshold; }),
+      amount(
+          "simulator.max_linear_speed", "m/s; faster bodies are slowed to it", true,
+          [](auto& s) -> auto& { return s.simulator.max_linear_speed; }),
+      boolean(
+          "simulator.sleep", "resting islands sleep", [](auto& s) -> auto& { return s.simulator.sleep; }),
+      amount(
+          "simulator.sleep_linear_speed", "m/s below which a body may fall asleep", false,
+          [](auto& s) -> auto& { return s.simulator.sleep_linear_speed; }),
+      amount(
+          "simulator.sleep_time", "s that an island must have been slow", false,
+          [](auto& s) -> auto& { return s.simulator.sleep_time; }),
+  };
 }
 
 std::vector<ConfigKey> simulator_keys() {
@@ -127,6 +176,9 @@ std::vector<ConfigKey> simulator_keys() {
       integer(
           "simulator.ahead", "steps that mode ahead simulates ahead of what is drawn", 1, 64,
           [](auto& s) -> auto& { return s.simulator.ahead; }),
+      integer(
+          "simulator.device_ahead", "steps that the device simulator may be ahead of what is read", 0, 16,
+          [](auto& s) -> auto& { return s.simulator.device_ahead; }),
       real(
           "simulator.dt", "s, the fixed time step", 1e-6, 1, [](auto& s) -> auto& { return s.simulator.dt; }),
       integer(
@@ -147,9 +199,15 @@ std::vector<ConfigKey> simulator_keys() {
       boolean(
           "simulator.warm_start", "contacts begin with their last impulses",
           [](auto& s) -> auto& { return s.simulator.warm_start; }),
-      boolean(
-          "simulator.sleep", "resting islands sleep", [](auto& s) -> auto& { return s.simulator.sleep; }),
-      gravity(),
+      vector(
+          "simulator.sweep_axis", "of broad phase sweep, three numbers", " of at least 0, not all 0, e.g. [3, 2, 1]",
+          is_axis, [](auto& s) -> auto& { return s.simulator.sweep_axis; }),
+      vector(
+          "simulator.gravity", "m/s², three numbers", ", e.g. [0, 0, -9.81]", [](Vec3) { return true; },
+          [](auto& s) -> auto& { return s.simulator.gravity; }),
+      integer(
+          "simulator.max_bodies", "that a world may have", 1, WorldDef{}.max_bodies,
+          [](auto& s) -> auto& { return s.simulator.max_bodies; }),
       boolean(
           "simulator.hashes", "compute the state hash of every step",
           [](auto& s) -> auto& { return s.simulator.hashes; }),
@@ -230,7 +288,7 @@ std::vector<ConfigKey> file_keys() {
 std::span<const ConfigKey> config_keys() {
   static const std::vector<ConfigKey> keys = [] {
     std::vector<ConfigKey> all = simulator_keys();
-    for (const auto& more : {loop_keys(), file_keys()}) all.insert(all.end(), more.begin(), more.end());
+    for (const auto& more : {solver_keys(), loop_keys(), file_keys()}) all.insert(all.end(), more.begin(), more.end());
     return all;
   }();
   return keys;

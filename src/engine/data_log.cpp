@@ -3,17 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fathom/error.hpp>
 #include <iterator>
+
+#include "files/output_file.hpp"
 
 namespace fathom::engine {
 
-DataLog::DataLog(const std::string& path) : path_(path) {
+DataLog::DataLog() = default;
+
+DataLog::DataLog(const std::string& path) {
   if (path.empty()) return;
-  file_.reset(std::fopen(path.c_str(), "w"));
-  if (!file_) throw Error(ErrorCode::file, path + ": data cannot be written; check the folder and its permissions");
-  std::fputs("series,frame,step,time,value\n", file_.get());
+  file_ = std::make_unique<files::OutputFile>(path, files::Writing::live);
+  file_->write("series,frame,step,time,value\n");
 }
+
+DataLog::~DataLog() = default;
 
 void DataLog::add(std::string_view series, double value) {
   if (!file_) return;
@@ -21,13 +25,11 @@ void DataLog::add(std::string_view series, double value) {
   std::transform(series.begin(), series.end(), std::back_inserter(row),
                  [](char c) { return c == ',' || c == '"' || c == '\n' ? '_' : c; });
   fmt::format_to(std::back_inserter(row), ",{},{},{},{}\n", frame_, step_, time_, value);
-  std::fwrite(row.data(), 1, row.size(), file_.get());
+  file_->write(row.data(), row.size());
 }
 
 void DataLog::flush() {
-  if (!file_) return;
-  if (std::fflush(file_.get()) != 0 || std::ferror(file_.get()))
-    throw Error(ErrorCode::file, path_ + ": could not be written to its end; is the disk full?");
+  if (file_) file_->flush();
 }
 
 }  // namespace fathom::engine

@@ -2,35 +2,36 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <string>
 #include <string_view>
+
+namespace fathom::files {
+class OutputFile;
+}
 
 namespace fathom::engine {
 
 /// Costs next to nothing while it has no file. Used by the engine's thread.
 class DataLog {
  public:
-  DataLog() = default;
-  /// Throws `Error{file}` where the file cannot be written. Empty: no file.
+  DataLog();
+  /// The file grows in its place, for others to follow. Throws `Error{file}` where it cannot be written. Empty: no
+  /// file.
   explicit DataLog(const std::string& path);
+  ~DataLog();
 
   bool is_open() const { return file_ != nullptr; }
   /// What the rows to come are about.
   void set_now(std::uint64_t frame, std::uint64_t step, double time) { frame_ = frame, step_ = step, time_ = time; }
   /// Adds a row. Values that are not finite are written as they are (nan, inf). A comma or quote in the name is
-  /// written as '_'.
+  /// written as '_'. Throws `Error{file}` where rows could not be written (disk full).
   void add(std::string_view series, double value);
-  /// Throws `Error{file}` where rows could not be written (disk full).
+  /// Throws the same.
   void flush();
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Close> file_;
-  std::string path_;
+  std::unique_ptr<files::OutputFile> file_;
   std::uint64_t frame_ = 0, step_ = 0;
   double time_ = 0;
 };

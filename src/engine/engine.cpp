@@ -1,5 +1,7 @@
 #include "engine/engine.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -9,16 +11,36 @@
 #include "engine/recording.hpp"
 #include "engine/simulator_choice.hpp"
 #include "engine/trace.hpp"
+#include "files/file_names.hpp"
 
 namespace fathom::engine {
 namespace {
 
-constexpr double speed_window = 1.0;  // s over which FrameStats::speed is measured
+constexpr double speed_window = 1.0;                         // s over which FrameStats::speed is measured
+constexpr double rounding = 1e-6;                            // part of a step by which sums of steps may be off
+constexpr auto longest_nap = std::chrono::milliseconds(20);  // after which a frame that waits looks whether it ends
+
+/// What a time step in single precision was meant to be, so that ten of 0.01 s are 0.1 s: a whole part of a second, or
+/// the shortest decimal number.
+double nominal(float dt) {
+  const double part = 1 / std::round(1 / static_cast<double>(dt));
+  return static_cast<float>(part) == dt ? part : std::stod(fmt::format("{}", dt));
+}
 
 double seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
 
 LogSettings log_settings(const Settings& s) {
   return {log_level_named(s.log.level), s.log.console, s.log.file, s.log.file_size, s.log.files};
+}
+
+/// The configuration, if its files do not write over each other.
+Config checked(Config config) {
+  files::FileNames names;
+  names.writes("record.file", config->record.file);
+  names.writes("trace.file", config->trace.file);
+  names.writes("log.data", config->log.data);
+  names.writes("log.file", config->log.file);
+  return config;
 }
 
 SimulationSettings simulation_settings(const Settings& s) {
@@ -36,7 +58,7 @@ SimulationSettings simulation_settings(const Settings& s) {
 }  // namespace
 
 Engine::Engine(Config config, FrontEnd* front_end)
-    : config_(std::move(config)),
+    : config_(checked(std::move(config))),
       log_(log_settings(*config_)),
       data_(config_->log.data),
       front_end_(front_end ? *front_end : headless_),
@@ -52,16 +74,11 @@ Engine::Engine(Config config, FrontEnd* front_end)
   if (!config_->record.file.empty())
     recorder_ = std::make_unique<Recorder>(config_->record.file,
                                            RecordSettings{config_->record.snapshot_every, config_->record.states});
-  WorldDef def = config_.world_definition([this](std::string_view line) { log_.write(LogLevel::warning, line); });
-  // Asking for devices starts their drivers, so only where one is wanted.
-  const bool wants_device = config_->simulator.kind != SimulatorKind::native;
-  const SimulatorChoice choice =
-      choose_simulator(*config_, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log_);
-  def.simulator = choice.kind;
-  def.device = choice.device;
+  choose_simulator(config_, log_);
+  const WorldDef def = config_.world_definition([this](std::string_view line) { log_.write(LogLevel::warning, line); });
   simulation_ = std::make_unique<Simulation>(def, simulation_settings(*config_), recorder_.get());
   world_.set_state(simulation_->newest());
-  if (!config_->trace.file.empty()) trace::start();
+  if (!config_->trace.file.empty()) trace_ = std::make_unique<trace::Session>(config_->trace.file);
   trace::name_thread("engine");
   started_ = frame_start_ = next_frame_ = speed_since_ = Clock::now();
 }
@@ -76,15 +93,16 @@ Engine::~Engine() {
 }
 
 void Engine::finish() {
+  refuse_in_callback("finish");
+  simulation_runs_ = false;
   simulation_.reset();
   if (const std::unique_ptr<Recorder> recorder = std::move(recorder_)) {
     recorder->finish();
     log_.info("recorded {} steps to {}", recorder->steps(), config_->record.file);
   }
-  if (!config_->trace.file.empty() && trace::enabled()) {
-    trace::stop();
-    trace::write(config_->trace.file);
-    if (trace::lost_count() > 0) log_.warning("{} zones were lost: the trace is full", trace::lost_count());
+  if (const std::unique_ptr<trace::Session> session = std::move(trace_)) {
+    session->finish();
+    if (session->lost_count() > 0) log_.warning("{} zones were lost: the trace is full", session->lost_count());
   }
   data_.flush();
   log_.flush();
@@ -92,11 +110,26 @@ void Engine::finish() {
 
 double Engine::time() const { return static_cast<double>(step_) * static_cast<double>(config_->simulator.dt); }
 
+double Engine::timer_time() const { return static_cast<double>(step_) * nominal(config_->simulator.dt); }
+
 bool Engine::is_async() const { return config_->simulator.mode == SimulationMode::async; }
 
+void Engine::check_call(const char* what) const {
+  if (!simulation_)
+    throw Error(ErrorCode::invalid_argument, fmt::format("{}: the engine was finished; make another one", what));
+  refuse_in_callback(what);
+}
+
+void Engine::refuse_in_callback(const char* what) const {
+  if (in_frame_)
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{}: it was called from a callback; call stop(), and this after run() has returned", what));
+}
+
+// Async: nothing begins before a frame has handed over what is there from the start.
 void Engine::set_paused(bool paused) {
   paused_ = paused;
-  if (is_async()) simulation_->set_paused(paused);
+  if (simulation_runs_) simulation_->set_paused(paused);
 }
 
 void Engine::set_time_scale(double scale) {
@@ -110,21 +143,56 @@ void Engine::set_time_scale(double scale) {
 // --- the loop ------------------------------------------------------------------------------------------------------
 
 void Engine::run(std::uint64_t steps) {
+  check_call("run");
+  if (simulation_runs_) settle();
   stopping_ = false;
   last_step_ = steps == 0 ? ~std::uint64_t{0} : step_ + steps;
   frame_start_ = next_frame_ = speed_since_ = Clock::now();
   if (is_async()) simulation_->set_last_step(last_step_);
-  simulation_runs_ = false;
-  while (!stopping_ && step_ < last_step_) frame();
-  if (is_async())
-    simulation_->set_paused(true);
-  else
-    simulation_->finish();
-  world_.set_state(simulation_->newest());
+  try {
+    while (!ends() && step_ < last_step_) frame();
+  } catch (...) {
+    try {
+      settle();
+    } catch (const Error&) {
+      // The simulation has failed; that is what is thrown already.
+    }
+    throw;
+  }
+  settle();
+}
+
+bool Engine::ends() {
+  if (ended_ && ended_()) stopping_ = true;
+  return stopping_;
+}
+
+// After it no step is under way, and the newest state is the game's.
+void Engine::settle() {
   last_step_ = ~std::uint64_t{0};
+  stopping_ = simulation_runs_ = false;
+  simulation_->halt();
+  if (is_async()) simulation_->set_last_step(last_step_);
+  world_.set_state(simulation_->newest());
+  if (is_async()) step_ = world_.state()->step;
 }
 
 void Engine::frame() {
+  check_call("frame");
+  const auto log = [this](const char* text) { log_.error("frame {}: {}", stats_.frame, text); };
+  in_frame_ = true;
+  try {
+    make_frame();
+  } catch (...) {
+    in_frame_ = false;
+    failures_.tell_all(log);
+    throw;
+  }
+  in_frame_ = false;
+  failures_.throw_first(log);
+}
+
+void Engine::make_frame() {
   const trace::Zone zone("frame");
   const Clock::time_point now = Clock::now();
   stats_.frame_ms = 1e3 * seconds(now - frame_start_);
@@ -133,16 +201,16 @@ void Engine::frame() {
   stats_.steps = 0;
   stats_.tick_ms = 0;
   take_events();
-  for (std::size_t i = 0; i < on_frame_.size(); ++i) on_frame_[i](*this);
+  for (std::size_t i = 0; i < on_frame_.size(); ++i) failures_.guard([&] { on_frame_[i](*this); });
   {
     const trace::Zone timers("timers");
-    timers_.advance(TimeBase::wall, seconds(now - started_));
+    timers_.advance(TimeBase::wall, seconds(now - started_), 0, failures_);
   }
   change_entities();
   if (is_async())
     follow();
   else
-    for (int due = steps_due(); due > 0 && !stopping_ && step_ < last_step_; --due) make_step();
+    for (int due = steps_due(); due > 0 && !ends() && step_ < last_step_; --due) make_step();
   draw();
   measure();
   pace();
@@ -151,17 +219,17 @@ void Engine::frame() {
 void Engine::take_events() {
   const trace::Zone zone("events");
   events_.clear();
-  front_end_.poll(events_);
+  failures_.guard([&] { front_end_.poll(events_); });
   events_.insert(events_.end(), injected_.begin(), injected_.end());
   injected_.clear();
-  input_.dispatch(events_);
+  input_.dispatch(events_, failures_);
 }
 
 void Engine::change_entities() {
   const trace::Zone zone("entities");
   // What was asked for before the first frame is there from the first step, however much it is.
   const std::uint32_t limit = stats_.frame == 1 ? ~0u : world_.spawn_limit();
-  stats_.spawned = world_.take_over_changes(limit);
+  stats_.spawned = world_.take_over_changes(limit, failures_);
   stats_.waiting = world_.waiting();
   const bool holding_back = stats_.waiting > 0;
   if (holding_back && !holding_back_)
@@ -189,7 +257,7 @@ void Engine::make_step() {
   ++stats_.steps;
   {
     const trace::Zone zone("timers");
-    timers_.advance(TimeBase::simulated, time());
+    timers_.advance(TimeBase::simulated, timer_time(), rounding * nominal(config_->simulator.dt), failures_);
   }
   tick(TickPhase::before);
   simulation_->submit(std::move(world_.commands()));
@@ -211,14 +279,16 @@ void Engine::follow() {
   simulation_->submit(std::move(world_.commands()));
   if (!simulation_runs_) simulation_->set_paused(paused_);
   simulation_runs_ = true;
+  const int single_steps = std::exchange(single_steps_, 0);
+  if (paused_ && single_steps > 0) simulation_->single_steps(single_steps);
   tick(TickPhase::during);
   // With nothing to pace frames they would only ask again and again for the same state.
-  if (config_->loop.pacing == Pacing::free && !paused_ && before < last_step_) simulation_->wait_for(before + 1);
+  if (config_->loop.pacing == Pacing::free) simulation_->wait_for(before + 1, 1 / config_->loop.rate);
   world_.set_state(simulation_->newest());
   step_ = world_.state()->step;
   stats_.steps = static_cast<int>(step_ - before);
   stats_.time_given_up = simulation_->time_given_up();
-  timers_.advance(TimeBase::simulated, time());
+  timers_.advance(TimeBase::simulated, timer_time(), rounding * nominal(config_->simulator.dt), failures_);
   tick(TickPhase::after);
 }
 
@@ -228,7 +298,7 @@ void Engine::tick(TickPhase phase) {
   const Clock::time_point start = Clock::now();
   const std::uint64_t step = is_async() ? step_ + (phase == TickPhase::after ? 0 : 1) : step_;
   const auto dt = config_->simulator.dt;
-  world_.run_ticks({*this, phase, step, static_cast<double>(step) * static_cast<double>(dt), dt});
+  world_.run_ticks({*this, phase, step, static_cast<double>(step) * static_cast<double>(dt), dt}, failures_);
   stats_.tick_ms += 1e3 * seconds(Clock::now() - start);
 }
 
@@ -251,7 +321,7 @@ void Engine::draw() {
   frame.speed = stats_.speed;
   frame.paused = paused_;
   frame.profile = to.step > 0 ? &to.profile : nullptr;
-  front_end_.draw(frame);
+  failures_.guard([&] { front_end_.draw(frame); });
 }
 
 void Engine::pace() {
@@ -261,7 +331,8 @@ void Engine::pace() {
   const auto period =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / config_->loop.rate));
   next_frame_ = std::max(next_frame_ + period, Clock::now() - period);
-  std::this_thread::sleep_until(next_frame_);
+  while (Clock::now() < next_frame_ && !ends())
+    std::this_thread::sleep_until(std::min<Clock::time_point>(next_frame_, Clock::now() + longest_nap));
 }
 
 void Engine::measure() {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,6 +18,7 @@
 #include "engine/config.hpp"
 #include "engine/data_log.hpp"
 #include "engine/entity_world.hpp"
+#include "engine/failures.hpp"
 #include "engine/front_end.hpp"
 #include "engine/input.hpp"
 #include "engine/log.hpp"
@@ -26,6 +28,9 @@
 namespace fathom::engine {
 
 class Recorder;
+namespace trace {
+class Session;
+}
 
 /// What the last frame did.
 struct FrameStats {
@@ -47,20 +52,24 @@ class Engine {
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
 
-  /// Frames until `stop`, the closing of the window, or `steps` more steps (0: no end). Throws what callbacks throw and
-  /// what went wrong on the simulation's thread.
+  /// Frames until `stop`, the closing of the window, what `end_when` says, or `steps` more steps (0: no end). No step
+  /// is under way when it returns or throws. Throws what callbacks throw, after the frame was made to its end: nobody
+  /// else's call is left out. Of several the first is thrown, the log says the others. Another `run` goes on from
+  /// there. Throws what went wrong on the simulation's thread, too; that is the end of the simulation.
   void run(std::uint64_t steps = 0);
   /// Stops the simulation and completes recording, trace and data files; the engine cannot be used after it. Throws
   /// `Error{file}` where a file could not be written. The destructor does the same and logs what goes wrong.
   void finish();
-  /// One frame.
+  /// One frame. Throws as `run` does. Neither may be called from a callback.
   void frame();
   /// Ends `run` after this frame.
   void stop() { stopping_ = true; }
+  /// Ends `run` as soon as it returns true; asked between steps and while a frame waits: for signals.
+  void end_when(std::function<bool()> ended) { ended_ = std::move(ended); }
 
   void set_paused(bool paused);
   bool paused() const { return paused_; }
-  /// Makes one step while paused.
+  /// Makes one step while paused. In mode `async` it is there in one of the next frames.
   void single_step() { ++single_steps_; }
   /// Simulated seconds per second of wall time, ≥ 0. Throws `Error{invalid_argument}` on anything else.
   void set_time_scale(double scale);
@@ -87,6 +96,12 @@ class Engine {
   using Clock = std::chrono::steady_clock;
 
   bool is_async() const;
+  bool ends();
+  void settle();
+  void make_frame();
+  void check_call(const char* what) const;
+  void refuse_in_callback(const char* what) const;
+  double timer_time() const;
   void take_events();
   void change_entities();
   int steps_due();
@@ -105,10 +120,13 @@ class Engine {
   Input input_;
   Timers timers_;
   std::unique_ptr<Recorder> recorder_;
+  std::unique_ptr<trace::Session> trace_;
   EntityWorld world_;
   std::unique_ptr<Simulation> simulation_;
   Camera camera_;
-  std::vector<std::function<void(Engine&)>> on_frame_;
+  std::deque<std::function<void(Engine&)>> on_frame_;  // a deque, since callbacks may add others
+  std::function<bool()> ended_;
+  Failures failures_;
   std::vector<InputEvent> events_, injected_;
   FrameStats stats_;
   std::uint64_t step_ = 0;
@@ -122,6 +140,7 @@ class Engine {
   double speed_time_ = 0;
   double reported_given_up_ = 0;
   bool simulation_runs_ = false;  // async: was started
+  bool in_frame_ = false;
   bool holding_back_ = false, slow_ = false;
 };
 

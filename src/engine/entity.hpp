@@ -52,7 +52,8 @@ struct EntityDef {
 };
 
 /// Derive from it to give an entity logic and data of its own. All functions are called by the engine's thread; from
-/// inside them anything of the engine may be called, entities may be spawned and destroyed.
+/// inside them anything of the engine may be called but `frame`, `run` and `finish`; entities may be spawned and
+/// destroyed. They may throw (see `Engine::run`).
 class Entity {
  public:
   Entity() = default;
@@ -60,7 +61,7 @@ class Entity {
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 
-  /// At creation, before bodies are registered: may change `def`.
+  /// At creation, before bodies are registered: may change `def`. Where it throws, the entity does not come to life.
   virtual void created(Engine&, EntityDef&) {}
   virtual void tick(const Tick&) {}
   virtual void destroyed(Engine&) {}

@@ -90,10 +90,10 @@ Entity* EntityWorld::find(std::string_view name) {
   return found == slots_.end() ? nullptr : found->entity.get();
 }
 
-std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit) {
+std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit, Failures& failures) {
   // What is asked for meanwhile waits for the next frame.
   const std::vector<std::uint32_t> doomed = std::exchange(doomed_, {});
-  for (const std::uint32_t index : doomed) end(index);
+  for (const std::uint32_t index : doomed) end(index, failures);
   std::uint32_t spawned = 0;
   for (std::size_t left = waiting_.size(); left > 0 && spawned < limit; --left) {
     Waiting next = std::move(waiting_.front());
@@ -102,19 +102,22 @@ std::uint32_t EntityWorld::take_over_changes(std::uint32_t limit) {
       discard(next.id.index);
       continue;
     }
-    begin(std::move(next));
-    ++spawned;
+    spawned += begin(std::move(next), failures);
   }
   return spawned;
 }
 
-void EntityWorld::begin(Waiting waiting) {
+// False where its `created` threw: it does not come to life then.
+bool EntityWorld::begin(Waiting waiting, Failures& failures) {
   const std::uint32_t index = waiting.id.index;
   Entity& entity = *slots_[index].entity;
   EntityDef& def = waiting.def;
   entity.world_ = this;
   entity.id_ = waiting.id;
-  entity.created(engine_, def);
+  if (!failures.guard([&] { entity.created(engine_, def); })) {
+    discard(index);
+    return false;
+  }
   entity.name_ = std::move(def.name);
   entity.pose_ = def.pose;
   if (def.physics && def.simulated) {
@@ -133,11 +136,14 @@ void EntityWorld::begin(Waiting waiting) {
   slot.place = static_cast<std::uint32_t>(list(def.tick).size());
   list(def.tick).push_back(index);
   ++alive_;
+  // Doomed while it was created: it lives until the next frame, as everything does that is destroyed.
+  if (slot.doomed) doomed_.push_back(index);
+  return true;
 }
 
-void EntityWorld::end(std::uint32_t index) {
+void EntityWorld::end(std::uint32_t index, Failures& failures) {
   Entity& entity = *slots_[index].entity;
-  entity.destroyed(engine_);
+  failures.guard([&] { entity.destroyed(engine_); });
   hide(entity);
   if (entity.has_physics()) {
     commands_.push({CommandKind::remove, entity.body_, {}, {}, {}, 0});
@@ -160,9 +166,9 @@ void EntityWorld::discard(std::uint32_t index) {
 
 // --- ticks -------------------------------------------------------------------------------------------------------
 
-void EntityWorld::run_ticks(const Tick& tick) {
+void EntityWorld::run_ticks(const Tick& tick, Failures& failures) {
   // Nothing joins or leaves the list while it runs.
-  for (const std::uint32_t index : list(tick.phase)) slots_[index].entity->tick(tick);
+  for (const std::uint32_t index : list(tick.phase)) failures.guard([&] { slots_[index].entity->tick(tick); });
 }
 
 // --- drawing -----------------------------------------------------------------------------------------------------

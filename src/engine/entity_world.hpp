@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/entity.hpp"
+#include "engine/failures.hpp"
 #include "engine/simulation.hpp"
 
 namespace fathom::engine {
@@ -40,9 +41,10 @@ class EntityWorld {
   std::uint32_t spawn_limit() const { return spawn_limit_; }
 
   // For the engine.
-  /// Ends and begins lives: at most `limit` beginnings. Returns how many spawned.
-  std::uint32_t take_over_changes(std::uint32_t limit);
-  void run_ticks(const Tick& tick);
+  /// Ends and begins lives: at most `limit` beginnings. Returns how many spawned. What callbacks throw goes to
+  /// `failures`.
+  std::uint32_t take_over_changes(std::uint32_t limit, Failures& failures);
+  void run_ticks(const Tick& tick, Failures& failures);
   /// What the game asked for since the last call.
   CommandList& commands() { return commands_; }
   void set_state(StatePtr state) { state_ = std::move(state); }
@@ -70,8 +72,8 @@ class EntityWorld {
     EntityDef def;
   };
 
-  void begin(Waiting waiting);
-  void end(std::uint32_t index);
+  bool begin(Waiting waiting, Failures& failures);
+  void end(std::uint32_t index, Failures& failures);
   void discard(std::uint32_t index);
   void show(Entity& entity, const GraphicsBody& graphics);
   void hide(Entity& entity);

@@ -43,8 +43,14 @@ constexpr std::array named_keys{
 };
 constexpr std::string_view letters_and_digits = "abcdefghijklmnopqrstuvwxyz0123456789";
 
-bool is_key(InputKind kind) { return kind == InputKind::key_pressed || kind == InputKind::key_released; }
-bool is_button(InputKind kind) { return kind == InputKind::mouse_pressed || kind == InputKind::mouse_released; }
+bool is_press(InputKind kind) { return kind == InputKind::key_pressed || kind == InputKind::mouse_pressed; }
+bool is_release(InputKind kind) { return kind == InputKind::key_released || kind == InputKind::mouse_released; }
+
+/// Of a press or release, as `key_named` counts.
+int key_of(const InputEvent& event) {
+  const bool is_button = event.kind == InputKind::mouse_pressed || event.kind == InputKind::mouse_released;
+  return is_button ? -2 - event.code : event.code;
+}
 
 }  // namespace
 
@@ -104,42 +110,87 @@ Input::HandlerId Input::on_action(std::string_view action, ActionHandler handler
 
 bool Input::held(std::string_view action) const {
   const auto found = actions_.find(action);
-  return found != actions_.end() && found->second.keys_down > 0;
+  return found != actions_.end() && !found->second.down.empty();
 }
 
 void Input::dispatch(std::span<const InputEvent> events) {
-  for (const InputEvent& event : events) route(event);
+  Failures failures;
+  dispatch(events, failures);
+  failures.throw_first();
+}
+
+void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
+  for (const InputEvent& event : events) {
+    route(event, failures);
+    // Whoever consumed it: the key is up.
+    if (is_release(event.kind)) release(key_of(event), failures);
+    // Releases go to another window from now on.
+    if (event.kind != InputKind::window_unfocused) continue;
+    std::set<int> down;
+    for (const auto& [name, action] : actions_) down.insert(action.down.begin(), action.down.end());
+    for (const int key : down) release(key, failures);
+  }
 }
 
 // Handlers may add and remove handlers, so a copy of the list is walked, and who was removed meanwhile is left out.
-void Input::route(const InputEvent& event) {
+bool Input::route(const InputEvent& event, Failures& failures) {
   bool actions_due = true;
   const std::vector<Entry> entries = entries_;
   for (const Entry& entry : entries) {
     if (actions_due && entry.priority < action_priority) {
       actions_due = false;
-      if (run_actions(event)) return;
+      if (run_actions(event, failures)) return true;
     }
     const bool lives =
         std::any_of(entries_.begin(), entries_.end(), [&](const Entry& other) { return other.id == entry.id; });
-    if (lives && entry.handler(event)) return;
+    bool consumed = false;
+    if (lives) failures.guard([&] { consumed = entry.handler(event); });
+    if (consumed) return true;
   }
-  if (actions_due) run_actions(event);
+  return actions_due && run_actions(event, failures);
 }
 
-bool Input::run_actions(const InputEvent& event) {
-  if (!is_key(event.kind) && !is_button(event.kind)) return false;
-  const int code = is_key(event.kind) ? event.code : -2 - event.code;
-  const bool pressed = event.kind == InputKind::key_pressed || event.kind == InputKind::mouse_pressed;
+bool Input::run_actions(const InputEvent& event, Failures& failures) {
+  if (is_press(event.kind)) return press(key_of(event), failures);
+  return is_release(event.kind) && release(key_of(event), failures);
+}
+
+bool Input::press(int key, Failures& failures) {
   bool consumed = false;
-  for (auto& [name, action] : actions_) {
-    if (std::find(action.keys.begin(), action.keys.end(), code) == action.keys.end()) continue;
-    action.keys_down = std::max(0, action.keys_down + (pressed ? 1 : -1));
-    const auto handlers = action.handlers;
-    for (const auto& [id, handler] : handlers) handler(pressed);
-    consumed = consumed || !handlers.empty();
+  for (const std::string& name : actions_of(key)) {
+    actions_[name].down.insert(key);
+    consumed = tell(name, true, failures) || consumed;
   }
   return consumed;
+}
+
+bool Input::release(int key, Failures& failures) {
+  bool consumed = false;
+  for (const std::string& name : actions_of(key)) {
+    Action& action = actions_[name];
+    consumed = consumed || !action.handlers.empty();
+    if (action.down.erase(key) > 0 && action.down.empty()) tell(name, false, failures);
+  }
+  return consumed;
+}
+
+// Handlers may come and go here, too.
+bool Input::tell(const std::string& name, bool pressed, Failures& failures) {
+  const auto handlers = actions_[name].handlers;
+  for (const auto& [id, handler] : handlers) {
+    const auto& left = actions_[name].handlers;
+    const bool lives =
+        std::any_of(left.begin(), left.end(), [id = id](const auto& other) { return other.first == id; });
+    if (lives) failures.guard([&, &handler = handler] { handler(pressed); });
+  }
+  return !handlers.empty();
+}
+
+std::vector<std::string> Input::actions_of(int key) const {
+  std::vector<std::string> names;
+  for (const auto& [name, action] : actions_)
+    if (std::find(action.keys.begin(), action.keys.end(), key) != action.keys.end()) names.push_back(name);
+  return names;
 }
 
 }  // namespace fathom::engine

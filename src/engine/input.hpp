@@ -4,10 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "engine/failures.hpp"
 
 namespace fathom::engine {
 
@@ -52,7 +55,8 @@ class Input {
   using HandlerId = std::uint32_t;
   /// Returns true where it consumes the event: nobody of lower priority sees it.
   using Handler = std::function<bool(const InputEvent&)>;
-  /// Told when a key bound to the action goes down (true) or up (false).
+  /// Told whenever a key bound to the action goes down (true), and when the last of them is up again (false). Who was
+  /// told of a press is told of the release, whoever consumes it.
   using ActionHandler = std::function<void(bool pressed)>;
 
   /// Actions have this priority among handlers.
@@ -69,7 +73,9 @@ class Input {
   /// True while any key bound to the action is down.
   bool held(std::string_view action) const;
 
-  /// Sends the events through the handlers.
+  /// Sends the events through the handlers. What a handler throws goes to `failures`, or is thrown after all events; it
+  /// has then not consumed the event.
+  void dispatch(std::span<const InputEvent> events, Failures& failures);
   void dispatch(std::span<const InputEvent> events);
 
  private:
@@ -81,11 +87,15 @@ class Input {
   struct Action {
     std::vector<int> keys;
     std::vector<std::pair<HandlerId, ActionHandler>> handlers;
-    int keys_down = 0;
+    std::set<int> down;  // keys that it was told of
   };
 
-  void route(const InputEvent& event);
-  bool run_actions(const InputEvent& event);
+  bool route(const InputEvent& event, Failures& failures);
+  bool run_actions(const InputEvent& event, Failures& failures);
+  bool press(int key, Failures& failures);
+  bool release(int key, Failures& failures);
+  bool tell(const std::string& action, bool pressed, Failures& failures);
+  std::vector<std::string> actions_of(int key) const;
 
   std::vector<Entry> entries_;
   std::map<std::string, Action, std::less<>> actions_;

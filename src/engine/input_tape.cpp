@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "engine/atomic_file.hpp"
+#include "files/output_file.hpp"
 
 namespace fathom::engine {
 namespace {
@@ -24,9 +24,7 @@ void InputTape::save(const std::string& path) const {
   std::string text = fmt::format("{}\n", head);
   for (const auto& [frame, e] : entries)
     text += fmt::format("{} {} {} {} {} {}\n", frame, static_cast<int>(e.kind), e.code, e.modifiers, e.x, e.y);
-  AtomicFile file(path);
-  file.write(text.data(), text.size());
-  file.finish();
+  files::write_file(path, text);
 }
 
 InputTape InputTape::load(const std::string& path) {

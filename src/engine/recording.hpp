@@ -65,6 +65,8 @@ struct ReplaySettings {
   int threads = 0;              ///< of the world; 0: as many as the machine has
   std::string device{"auto"};   ///< for a run of the device simulator
   bool check_snapshots = true;  ///< compare contacts and sleep with every recorded snapshot (native simulator)
+  /// Called once, before the first step, when what it begins with is there.
+  std::function<void(const World& world)> before_first_step{};
   /// Called after each step; tests change the world here.
   std::function<void(std::uint64_t step, World& world)> after_step{};
 };

@@ -131,6 +131,8 @@ class Replay {
     if (!runner_) file_.fail("it does not begin with a snapshot; it was altered");
     const CommandList commands = commands_from(file_.read_bytes(file_.read<std::uint64_t>()), path_);
     runner_->run(commands);
+    if (settings_.before_first_step && world_.step_count() + 1 == result_.first_step)
+      settings_.before_first_step(world_);
     world_.step();
     state_is_current_ = false;
     if (settings_.after_step) settings_.after_step(world_.step_count(), world_);

@@ -3,60 +3,30 @@
 #include <array>
 #include <memory>
 
+#include "engine/scene_script.hpp"
+
 namespace fathom::engine {
 namespace {
 
-class KickingEntity final : public Entity {
+/// Spawned after the bodies, so that they live when it is created: joins them, and hands over what the scene does to
+/// them over time.
+class SceneEntity final : public Entity {
  public:
-  KickingEntity(const Scene& scene, std::vector<EntityId> bodies) : kicker_(scene), bodies_(std::move(bodies)) {}
-
-  void tick(const Tick& tick) override {
-    for (const Kicker::Kick& kick : kicker_.due(tick.step - 1))
-      if (Entity* body = tick.engine.world().find(bodies_[kick.body])) body->add_velocity(kick.linear, kick.angular);
-  }
-
- private:
-  Kicker kicker_;
-  std::vector<EntityId> bodies_;
-};
-
-EntityDef entity_of(const Scene& scene, std::size_t index);
-
-/// Who comes back does so at the start of the next frame.
-class StreamEntity final : public Entity {
- public:
-  StreamEntity(const Scene& scene, std::vector<EntityId> bodies) : stream_(*scene.stream), bodies_(std::move(bodies)) {
-    for (std::size_t i = 0; i < stream_.sources.size(); ++i) {
-      definitions_.push_back(entity_of(scene, stream_.first + i));
-      definitions_.back().physics->pose = stream_.sources[i];
-    }
-  }
-
-  void tick(const Tick& tick) override {
-    const std::optional<std::size_t> body = stream_.due(tick.step - 1);
-    if (!body) return;
-    EntityWorld& world = tick.engine.world();
-    world.destroy(bodies_[*body]);
-    bodies_[*body] = world.spawn(definitions_[*body - stream_.first]);
-  }
-
- private:
-  Stream stream_;
-  std::vector<EntityId> bodies_;
-  std::vector<EntityDef> definitions_;
-};
-
-/// Spawned after the bodies, so that they live when it is created.
-class JointsEntity final : public Entity {
- public:
-  JointsEntity(const Scene& scene, std::vector<EntityId> bodies) : joints_(scene.joints), bodies_(std::move(bodies)) {}
+  SceneEntity(const Scene& scene, std::vector<EntityId> bodies) : scene_(scene), bodies_(std::move(bodies)) {}
 
   void created(Engine& engine, EntityDef&) override {
-    for (const SceneJoint& joint : joints_) engine.world().join(bodies_[joint.a], bodies_[joint.b], joint.def);
+    for (const SceneJoint& joint : scene_.joints) engine.world().join(bodies_[joint.a], bodies_[joint.b], joint.def);
+    if (!SceneScript::is_needed(scene_)) return;
+    std::vector<BodyHandle> handles;
+    for (const EntityId id : bodies_) {
+      const Entity* const entity = engine.world().find(id);
+      handles.push_back(entity ? entity->body() : BodyHandle{});
+    }
+    engine.simulation().add_script(std::make_unique<SceneScript>(scene_, std::move(handles)));
   }
 
  private:
-  std::vector<SceneJoint> joints_;
+  Scene scene_;
   std::vector<EntityId> bodies_;
 };
 
@@ -77,22 +47,7 @@ EntityDef entity_of(const Scene& scene, std::size_t index) {
 }  // namespace
 
 void take_over_world(const Scene& scene, Config& config) {
-  const auto take = [&](const char* key, auto& value, const auto& from) {
-    if (config.origin(key) == "default") value = from;
-  };
-  auto& to = config.edit().simulator;
-  const WorldDef& world = scene.world;
-  take("simulator.kind", to.kind, world.simulator);
-  take("simulator.device", to.device, world.device);
-  take("simulator.threads", to.threads, world.threads);
-  take("simulator.dt", to.dt, world.dt);
-  take("simulator.substeps", to.substeps, world.solver.substeps);
-  take("simulator.solver", to.solver, world.solver.method);
-  take("simulator.broad_phase", to.broad_phase, world.broad_phase);
-  take("simulator.partition", to.partition, world.partition);
-  take("simulator.warm_start", to.warm_start, world.solver.warm_start);
-  take("simulator.sleep", to.sleep, world.sleep.enabled);
-  take("simulator.gravity", to.gravity, world.gravity);
+  config.set_base({scene.world, scene.name, scene.preset, scene.said});
 }
 
 std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
@@ -104,22 +59,10 @@ std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
     def.name = names[i];
     ids.push_back(engine.world().spawn(std::move(def)));
   }
-  if (!scene.joints.empty()) {
+  if (!scene.joints.empty() || SceneScript::is_needed(scene)) {
     EntityDef def;
-    def.name = "joints";
-    engine.world().spawn(std::move(def), std::make_unique<JointsEntity>(scene, ids));
-  }
-  if (scene.kicks) {
-    EntityDef def;
-    def.name = "kicks";
-    def.tick = TickPhase::before;
-    engine.world().spawn(std::move(def), std::make_unique<KickingEntity>(scene, ids));
-  }
-  if (scene.stream) {
-    EntityDef def;
-    def.name = "stream";
-    def.tick = TickPhase::before;
-    engine.world().spawn(std::move(def), std::make_unique<StreamEntity>(scene, ids));
+    def.name = "scene";
+    engine.world().spawn(std::move(def), std::make_unique<SceneEntity>(scene, ids));
   }
   return ids;
 }

@@ -8,13 +8,12 @@
 
 namespace fathom::engine {
 
-/// The engine's settings for a scene: its simulator, Δt, solver, gravity and sleep, where the configuration does not
-/// say otherwise (its origin is "default").
+/// Lays the scene's world beneath the configuration: all settings that nobody sets are the scene's.
 void take_over_world(const Scene& scene, Config& config);
 
-/// Spawns every body of the scene, in order, with its shape as graphics body, and entities that join them and do
-/// to them what the scene does over time (kicks). Call it before the first frame; the run's states are then those of
-/// `fathom run` with the same scene where ticks belong to steps (modes lockstep and ahead). The scene is copied.
+/// Spawns every body of the scene, in order, with its shape as graphics body, and an entity that joins them and hands
+/// what the scene does to them over time (kicks, stream, orbit) to the simulation. Call it before the first frame; the
+/// run's states are then those of `fathom run` with the same scene, in every mode. The scene is copied.
 std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene);
 
 }  // namespace fathom::engine

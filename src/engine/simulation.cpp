@@ -1,6 +1,7 @@
 #include "engine/simulation.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "engine/trace.hpp"
 
@@ -10,6 +11,18 @@ namespace {
 std::chrono::steady_clock::duration duration(double seconds) {
   return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
 }
+
+/// Counts the calls of `inspect` that are under way, however they end.
+class Inspection {
+ public:
+  explicit Inspection(int& count) : count_(++count) {}
+  ~Inspection() { --count_; }
+  Inspection(const Inspection&) = delete;
+  Inspection& operator=(const Inspection&) = delete;
+
+ private:
+  int& count_;
+};
 
 std::size_t states_to_keep(const SimulationSettings& settings) {
   return settings.mode == SimulationMode::ahead ? static_cast<std::size_t>(settings.ahead) + 2 : 2;
@@ -79,13 +92,43 @@ void Simulation::submit_at(std::uint64_t step, CommandList&& commands) {
   commands.clear();
 }
 
+void Simulation::add_script(std::unique_ptr<StepScript> script) {
+  const std::lock_guard lock(mutex_);
+  rethrow();
+  const std::uint64_t last = settings_.mode == SimulationMode::async ? begun_ : submitted_;
+  new_scripts_.push_back({std::move(script), last + 1});
+}
+
+void Simulation::refuse_to_wait(std::uint64_t step, const std::string& why) const {
+  throw Error(ErrorCode::invalid_argument, "simulation: waiting for step " + std::to_string(step) + ", but " + why);
+}
+
+bool Simulation::stands_still() const { return settings_.paused || (settings_.paced && settings_.time_scale <= 0); }
+
 void Simulation::wait_for(std::uint64_t step) {
   std::unique_lock lock(mutex_);
-  const std::uint64_t last = settings_.mode == SimulationMode::async ? settings_.last_step : submitted_;
-  if (step > last)
-    throw Error(ErrorCode::invalid_argument, "simulation: waiting for step " + std::to_string(step) + ", but only " +
-                                                 std::to_string(last) + " are to be made");
+  const bool async = settings_.mode == SimulationMode::async;
+  const std::uint64_t last = async ? settings_.last_step : submitted_;
+  if (step > last) refuse_to_wait(step, "only " + std::to_string(last) + " are to be made");
+  if (step > completed_ && inspecting_ > 0) refuse_to_wait(step, "inspect() holds the world; wait after it");
+  if (async && stands_still() && step > begun_ + (settings_.paused ? single_steps_ : 0))
+    refuse_to_wait(step, "it is paused or its time scale is 0; let it run first");
   done_.wait(lock, [&] { return completed_ >= step || failure_; });
+  rethrow();
+}
+
+void Simulation::wait_for(std::uint64_t step, double seconds) {
+  std::unique_lock lock(mutex_);
+  done_.wait_for(lock, duration(seconds), [&] { return completed_ >= step || failure_; });
+  rethrow();
+}
+
+void Simulation::halt() {
+  std::unique_lock lock(mutex_);
+  settings_.paused = true;
+  single_steps_ = 0;
+  const std::uint64_t last = settings_.mode == SimulationMode::async ? begun_ : submitted_;
+  done_.wait(lock, [&] { return completed_ >= last || failure_; });
   rethrow();
 }
 
@@ -129,7 +172,16 @@ void Simulation::set_paused(bool paused) {
   {
     const std::lock_guard lock(mutex_);
     settings_.paused = paused;
+    single_steps_ = 0;
     next_due_ = Clock::now();
+  }
+  work_.notify_all();
+}
+
+void Simulation::single_steps(int steps) {
+  {
+    const std::lock_guard lock(mutex_);
+    single_steps_ += static_cast<std::uint64_t>(steps);
   }
   work_.notify_all();
 }
@@ -159,6 +211,7 @@ double Simulation::time_given_up() const {
 
 void Simulation::inspect(const std::function<void(const CommandRunner&)>& look) const {
   const std::lock_guard lock(world_mutex_);
+  const Inspection inspection(inspecting_);
   look(runner_);
 }
 
@@ -176,6 +229,8 @@ void Simulation::run() {
   while (async ? wait_until_due(lock) : wait_for_order(lock)) {
     const std::uint64_t step = ++begun_;
     take_orders(step, commands);
+    std::move(new_scripts_.begin(), new_scripts_.end(), std::back_inserter(scripts_));
+    new_scripts_.clear();
     std::shared_ptr<SimulationState> state = take_spare();
     lock.unlock();
     std::exception_ptr failure;
@@ -202,7 +257,11 @@ bool Simulation::wait_for_order(std::unique_lock<std::mutex>& lock) {
 bool Simulation::wait_until_due(std::unique_lock<std::mutex>& lock) {
   for (;;) {
     if (stop_) return false;
-    if (settings_.paused || begun_ >= settings_.last_step || (settings_.paced && settings_.time_scale <= 0)) {
+    if (settings_.paused && single_steps_ > 0 && begun_ < settings_.last_step) {
+      --single_steps_;
+      return true;
+    }
+    if (stands_still() || begun_ >= settings_.last_step) {
       work_.wait(lock);
       continue;
     }
@@ -232,17 +291,21 @@ void Simulation::take_orders(std::uint64_t step, CommandList& commands) {
   }
 }
 
-void Simulation::make_step(std::uint64_t step, const CommandList& commands, SimulationState& state) {
+void Simulation::make_step(std::uint64_t step, CommandList& commands, SimulationState& state) {
   const std::lock_guard lock(world_mutex_);
   {
     const trace::Zone zone("commands");
+    for (const Script& script : scripts_)
+      if (step >= script.first_step) script.script->before_step(step, runner_, commands);
     if (observer_) observer_->before_step(step, commands, runner_);
     runner_.run(commands);
   }
-  const Clock::time_point start = Clock::now();
+  Clock::time_point start;
   {
     const trace::Zone zone("step");
+    start = Clock::now();  // within the zone, so that the stages lie within it, too
     world_.step();
+    world_.wait();     // with `WorldDef::ahead`: the state must be that of this step
     world_.profile();  // the device simulator returns before the step is done; reading waits for it
   }
   state.step_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();

@@ -77,6 +77,15 @@ class SimulationObserver {
   virtual void after_step(const World& world) = 0;
 };
 
+/// What belongs to steps, whoever asks for them and whenever a frame looks.
+class StepScript {
+ public:
+  virtual ~StepScript() = default;
+  /// Adds to the commands of a step, on the simulation's thread. The game's own of this step are in the list already,
+  /// none is carried out yet.
+  virtual void before_step(std::uint64_t step, const CommandRunner& runner, CommandList& commands) = 0;
+};
+
 struct SimulationSettings {
   SimulationMode mode = SimulationMode::lockstep;
   int ahead = 1;                                ///< N of `ahead`, ≥ 1
@@ -105,10 +114,17 @@ class Simulation {
   /// The same, but before step `step` (from 1), which must not have been submitted (async: not have begun, else it
   /// acts before the next one). Several lists for a step act in the order they came.
   void submit_at(std::uint64_t step, CommandList&& commands);
-  /// Waits until the step was published.
+  /// Asks the script before every step that is submitted (async: begins) from now on.
+  void add_script(std::unique_ptr<StepScript> script);
+  /// Waits until the step was published. Refuses to wait for a step that never comes: one that was not submitted;
+  /// async: one beyond `last_step`, or one to come while paused or at time scale 0.
   void wait_for(std::uint64_t step);
+  /// The same for so long (s) at most, whether it comes or not.
+  void wait_for(std::uint64_t step, double seconds);
   /// Waits until all submitted steps were published; async: until `last_step` was.
   void finish();
+  /// Waits until no step is under way: all submitted steps were published; async: pauses, too.
+  void halt();
 
   std::uint64_t submitted() const;
   std::uint64_t completed() const;
@@ -119,12 +135,14 @@ class Simulation {
   StatePtr previous() const;
 
   void set_paused(bool paused);            ///< async
+  void single_steps(int steps);            ///< async: to make while paused
   void set_time_scale(double scale);       ///< async
   void set_last_step(std::uint64_t step);  ///< async
   /// s of wall time given up so far because steps took too long (async).
   double time_given_up() const;
 
-  /// Calls `look` with the world between two steps: for queries. `CommandRunner::body` finds a handle's body.
+  /// Calls `look` with the world between two steps: for queries, not for waiting. `CommandRunner::body` finds a
+  /// handle's body.
   void inspect(const std::function<void(const CommandRunner&)>& look) const;
 
   const WorldDef& definition() const { return definition_; }
@@ -137,12 +155,18 @@ class Simulation {
   bool wait_for_order(std::unique_lock<std::mutex>& lock);
   bool wait_until_due(std::unique_lock<std::mutex>& lock);
   void take_orders(std::uint64_t step, CommandList& commands);
-  void make_step(std::uint64_t step, const CommandList& commands, SimulationState& state);
+  void make_step(std::uint64_t step, CommandList& commands, SimulationState& state);
   void fill(SimulationState& state) const;
   std::shared_ptr<SimulationState> take_spare();
   void publish(std::shared_ptr<SimulationState> state);
   void rethrow() const;
+  void refuse_to_wait(std::uint64_t step, const std::string& why) const;
+  bool stands_still() const;
 
+  struct Script {
+    std::unique_ptr<StepScript> script;
+    std::uint64_t first_step = 0;
+  };
   /// States to write into anew, so that steps do not allocate.
   struct Pool {
     std::mutex mutex;
@@ -153,23 +177,27 @@ class Simulation {
   SimulationSettings settings_;
   SimulationObserver* observer_;
 
-  mutable std::mutex world_mutex_;  // held while the world changes, and by `inspect`
+  mutable std::recursive_mutex world_mutex_;  // held while the world changes, and by `inspect`, which may nest
   World world_;
   std::string device_track_;  // where the trace shows the stages; empty: within the step
   CommandRunner runner_;
+  std::vector<Script> scripts_;  // of the simulation's thread
 
   const std::shared_ptr<Pool> pool_ = std::make_shared<Pool>();
   mutable std::mutex mutex_;
   std::condition_variable work_, done_;
-  std::map<std::uint64_t, CommandList> orders_;        // by step; 0: before the next that begins
+  std::map<std::uint64_t, CommandList> orders_;  // by step; 0: before the next that begins
+  std::vector<Script> new_scripts_;
   std::deque<std::shared_ptr<SimulationState>> kept_;  // oldest first
   std::uint64_t submitted_ = 0, begun_ = 0, completed_ = 0;
+  std::uint64_t single_steps_ = 0;
   Clock::time_point next_due_{};
   double time_given_up_ = 0;
   std::exception_ptr failure_;
   bool stop_ = false;
 
   // The game's thread only.
+  mutable int inspecting_ = 0;
   std::vector<std::uint32_t> handle_generations_;
   std::vector<std::uint32_t> free_handles_;
 

@@ -1,6 +1,7 @@
 #include "engine/simulator_choice.hpp"
 
 #include <fathom/error.hpp>
+#include <vector>
 
 namespace fathom::engine {
 
@@ -25,6 +26,21 @@ SimulatorChoice choose_simulator(const Settings& settings, std::span<const exec:
     log.warning("{}; the native simulator takes its place (simulator.fallback)", error.what());
     return {};
   }
+}
+
+void choose_simulator(Config& config, Log& log) {
+  const Settings settings = *config.settled();
+  // Asking for devices starts their drivers, so only where one is wanted.
+  const bool wants_device = settings.simulator.kind != SimulatorKind::native;
+  const SimulatorChoice choice =
+      choose_simulator(settings, wants_device ? exec::list_devices() : std::vector<exec::DeviceInfo>{}, log);
+  if (!wants_device) return;
+  if (choice.kind != settings.simulator.kind)
+    config.give(
+        "simulator.kind", "simulator.fallback", [&](Settings& s) { s.simulator.kind = choice.kind; }, Place::program);
+  else
+    config.give("simulator.device", config.origin("simulator.device"),
+                [&](Settings& s) { s.simulator.device = choice.device; });
 }
 
 }  // namespace fathom::engine

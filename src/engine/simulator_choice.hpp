@@ -21,5 +21,7 @@ struct SimulatorChoice {
 /// 3. Where it is not, `simulator.fallback` decides: the native simulator with a warning that says why, or the error.
 /// Throws `Error{invalid_argument}` where `simulator.device` is no selection.
 SimulatorChoice choose_simulator(const Settings& settings, std::span<const exec::DeviceInfo> devices, Log& log);
+/// The same for the devices of this machine; gives the configuration the simulator and device that it comes to.
+void choose_simulator(Config& config, Log& log);
 
 }  // namespace fathom::engine

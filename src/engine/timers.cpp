@@ -1,17 +1,21 @@
 #include "engine/timers.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <fathom/error.hpp>
-#include <string>
 
 namespace fathom::engine {
 namespace {
 
+constexpr double shortest_period = 1e-6;  // s, the shortest time step: what is below asks for calls without end
+
 void check(double seconds, bool repeating) {
-  if (std::isfinite(seconds) && (repeating ? seconds > 0 : seconds >= 0)) return;
-  throw Error(ErrorCode::invalid_argument, std::string("timer: the ") + (repeating ? "period" : "delay") + " is " +
-                                               std::to_string(seconds) + " s; it must be finite and " +
-                                               (repeating ? "greater than 0" : "at least 0"));
+  if (std::isfinite(seconds) && seconds >= (repeating ? shortest_period : 0)) return;
+  throw Error(ErrorCode::invalid_argument,
+              fmt::format("timer: the {} is {} s; it must be finite and {}", repeating ? "period" : "delay", seconds,
+                          repeating ? "greater than 0, at least a microsecond" : "at least 0"));
 }
 
 }  // namespace
@@ -28,8 +32,9 @@ TimerId Timers::every(double period, Callback callback, TimeBase base) {
 
 TimerId Timers::add(double seconds, double period, Callback callback, TimeBase base) {
   const TimerId id = next_++;
-  const double when = now(base) + seconds;
-  timers_.emplace(id, Timer{when, period, base, std::move(callback)});
+  // One that a callback sets must not be due at once again and again.
+  const double when = now(base) + (advancing_ ? std::max(seconds, shortest_period) : seconds);
+  timers_.emplace(id, Timer{when, period, now(base), 0, base, std::move(callback)});
   due(base).emplace(std::pair(when, id), 0);
   return id;
 }
@@ -40,7 +45,9 @@ bool Timers::reset(TimerId id, double seconds) {
   Timer& timer = found->second;
   check(seconds, timer.period > 0);
   due(timer.base).erase({timer.due, id});
-  timer.due = now(timer.base) + seconds;
+  timer.start = now(timer.base);
+  timer.fired = 0;
+  timer.due = timer.start + seconds;
   if (timer.period > 0) timer.period = seconds;
   due(timer.base).emplace(std::pair(timer.due, id), 0);
   return true;
@@ -55,21 +62,30 @@ bool Timers::cancel(TimerId id) {
 }
 
 void Timers::advance(TimeBase base, double to) {
+  Failures failures;
+  advance(base, to, 0, failures);
+  failures.throw_first();
+}
+
+void Timers::advance(TimeBase base, double to, double slack, Failures& failures) {
   Due& queue = due(base);
-  while (!queue.empty() && queue.begin()->first.first <= to) {
+  while (!queue.empty() && queue.begin()->first.first <= to + slack) {
     const auto [when, id] = queue.begin()->first;
     queue.erase(queue.begin());
     // A callback that sets a timer counts from the time it was due, not from the end of a long frame.
-    now(base) = when;
+    now(base) = std::min(when, to);
     const auto found = timers_.find(id);
-    Callback callback = found->second.callback;
-    if (found->second.period > 0) {
-      found->second.due = when + found->second.period;
-      queue.emplace(std::pair(found->second.due, id), 0);
+    Timer& timer = found->second;
+    const Callback callback = timer.callback;
+    if (timer.period > 0) {
+      timer.due = timer.start + static_cast<double>(++timer.fired + 1) * timer.period;
+      queue.emplace(std::pair(timer.due, id), 0);
     } else {
       timers_.erase(found);
     }
-    callback();
+    advancing_ = true;
+    failures.guard(callback);
+    advancing_ = false;
   }
   now(base) = to;
 }

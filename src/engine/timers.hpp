@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/failures.hpp"
+
 namespace fathom::engine {
 
 enum class TimeBase : std::uint8_t {
@@ -21,9 +23,11 @@ class Timers {
  public:
   using Callback = std::function<void()>;
 
-  /// Fires once, `delay` ≥ 0 s from now. Throws `Error{invalid_argument}` on a delay that is not finite or negative.
+  /// Fires once, `delay` ≥ 0 s from now, from a callback at least a microsecond. Throws `Error{invalid_argument}` on a
+  /// delay that is not finite or negative.
   TimerId after(double delay, Callback callback, TimeBase base = TimeBase::simulated);
-  /// Fires every `period` > 0 s; where a frame spans several periods it fires once for each.
+  /// Fires every `period` s; where a frame spans several periods it fires once for each. Throws
+  /// `Error{invalid_argument}` on a period below a microsecond, the shortest time step.
   TimerId every(double period, Callback callback, TimeBase base = TimeBase::simulated);
   /// Counts again from now, with a new delay or period. False where the timer is gone.
   bool reset(TimerId id, double seconds);
@@ -32,13 +36,17 @@ class Timers {
   bool contains(TimerId id) const { return timers_.contains(id); }
   std::size_t count() const { return timers_.size(); }
 
-  /// Moves the clock to `now` (s) and fires what is due.
+  /// Moves the clock to `now` (s) and fires what is due then or at most `slack` (s) later, which is how far sums of
+  /// steps may be off. What a callback throws goes to `failures`, or is thrown after the others were called.
+  void advance(TimeBase base, double now, double slack, Failures& failures);
   void advance(TimeBase base, double now);
 
  private:
   struct Timer {
     double due = 0;
     double period = 0;  // 0: once
+    double start = 0;   // of a repeating one, from which its times are counted, so that they do not drift
+    std::uint64_t fired = 0;
     TimeBase base = TimeBase::simulated;
     Callback callback;
   };
@@ -52,6 +60,7 @@ class Timers {
   Due due_[2];
   double now_[2] = {0, 0};
   TimerId next_ = 1;
+  bool advancing_ = false;
 };
 
 }  // namespace fathom::engine

@@ -2,14 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
-#include "engine/atomic_file.hpp"
+#include "files/output_file.hpp"
 
 namespace fathom::engine::trace {
 namespace {
@@ -36,7 +38,7 @@ struct Collection {
   std::vector<std::shared_ptr<Track>> tracks;
   std::map<std::string, std::shared_ptr<Track>> named;
   std::atomic<std::size_t> limit{0};
-  std::int64_t started = 0;
+  int sessions = 0, collecting = 0;  // there are, and still collect
 };
 
 Collection& collection() {
@@ -92,21 +94,35 @@ void append_text(fmt::memory_buffer& out, std::string_view text) {
   }
 }
 
+/// What a session has of a track, in the order in which readers expect it: a zone comes before those within it.
+std::vector<Event> events_since(const Track& track, std::int64_t begin) {
+  std::vector<Event> events;
+  for (const Event& event : track.events)
+    if (event.begin >= begin) events.push_back(event);
+  std::stable_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
+    return a.begin != b.begin ? a.begin < b.begin : !a.is_count && !b.is_count && a.end > b.end;
+  });
+  return events;
+}
+
+/// Nanoseconds as microseconds, exactly: rounded ends would stick out of the zones around them.
+std::string microseconds(std::int64_t ns) { return fmt::format("{}.{:03}", ns / 1000, ns % 1000); }
+
 // The format: Chromium's "Trace Event Format"; ts and dur are microseconds.
-void append_track(fmt::memory_buffer& out, const Track& track, std::size_t id, std::int64_t started) {
+void append_track(fmt::memory_buffer& out, const std::string& name, const std::vector<Event>& events, std::size_t id,
+                  std::int64_t started) {
   const auto to = std::back_inserter(out);
   fmt::format_to(to, "{{\"ph\":\"M\",\"pid\":1,\"tid\":{},\"name\":\"thread_name\",\"args\":{{\"name\":\"", id);
-  append_text(out, track.name);
+  append_text(out, name);
   fmt::format_to(to, "\"}}}}");
-  for (const Event& event : track.events) {
-    const double begin = 1e-3 * static_cast<double>(event.begin - started);
-    fmt::format_to(to, ",\n{{\"ph\":\"{}\",\"pid\":1,\"tid\":{},\"ts\":{:.3f},\"name\":\"", event.is_count ? 'C' : 'X',
-                   id, begin);
+  for (const Event& event : events) {
+    fmt::format_to(to, ",\n{{\"ph\":\"{}\",\"pid\":1,\"tid\":{},\"ts\":{},\"name\":\"", event.is_count ? 'C' : 'X', id,
+                   microseconds(event.begin - started));
     append_text(out, event.name);
     if (event.is_count)
       fmt::format_to(to, "\",\"args\":{{\"value\":{}}}}}", as_double(event.end));
     else
-      fmt::format_to(to, "\",\"dur\":{:.3f}}}", 1e-3 * static_cast<double>(event.end - event.begin));
+      fmt::format_to(to, "\",\"dur\":{}}}", microseconds(event.end - event.begin));
   }
 }
 
@@ -125,57 +141,72 @@ void add(const char* name, std::int64_t begin, std::int64_t end) {
 
 }  // namespace detail
 
-void start(std::size_t limit) {
-  stop();
+Session::Session(const std::string& path, std::size_t limit)
+    : file_(path.empty() ? nullptr : std::make_unique<files::OutputFile>(path)) {
   Collection& all = collection();
-  {
-    const std::lock_guard lock(all.mutex);
+  const std::lock_guard lock(all.mutex);
+  if (all.sessions == 0) {
+    all.limit = 0;
     all.named.clear();
     std::erase_if(all.tracks, [](const auto& track) { return track.use_count() == 1; });  // their threads have ended
+    for (const auto& track : all.tracks) {
+      const std::lock_guard of_track(track->mutex);
+      track->events.clear();
+      track->lost = 0;
+    }
   }
-  for (const auto& track : all_tracks()) {
-    const std::lock_guard lock(track->mutex);
-    track->events.clear();
-    track->lost = 0;
-  }
-  all.limit = limit;
-  all.started = detail::now();
+  all.limit = std::max(all.limit.load(), limit);
+  begin_ = detail::now();
+  ++all.sessions, ++all.collecting;
   detail::enabled = true;
 }
 
-void stop() { detail::enabled = false; }
+Session::~Session() {
+  stop();
+  const std::lock_guard lock(collection().mutex);
+  --collection().sessions;
+}
 
-void write(const std::string& path) {
-  AtomicFile file(path);
+void Session::stop() {
+  if (!std::exchange(collects_, false)) return;
+  const std::lock_guard lock(collection().mutex);
+  if (--collection().collecting == 0) detail::enabled = false;
+}
+
+void Session::finish() {
+  stop();
+  if (!file_) return;
   fmt::memory_buffer out;
   const auto flush = [&] {
-    file.write(out.data(), out.size());
+    file_->write(out.data(), out.size());
     out.clear();
   };
   fmt::format_to(std::back_inserter(out), "{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n");
   std::size_t id = 0;
   for (const auto& track : all_tracks()) {
     const std::lock_guard lock(track->mutex);
-    if (track->events.empty()) continue;
+    const std::vector<Event> events = events_since(*track, begin_);
+    if (events.empty()) continue;
     if (id > 0) fmt::format_to(std::back_inserter(out), ",\n");
-    append_track(out, *track, ++id, collection().started);
+    append_track(out, track->name, events, ++id, begin_);
     flush();
   }
   fmt::format_to(std::back_inserter(out), "\n]}}\n");
   flush();
-  file.finish();
+  file_->finish();
+  file_.reset();
 }
 
-std::size_t zone_count() {
+std::size_t Session::zone_count() const {
   std::size_t sum = 0;
   for (const auto& track : all_tracks()) {
     const std::lock_guard lock(track->mutex);
-    sum += track->events.size();
+    sum += events_since(*track, begin_).size();
   }
   return sum;
 }
 
-std::size_t lost_count() {
+std::size_t Session::lost_count() const {
   std::size_t sum = 0;
   for (const auto& track : all_tracks()) {
     const std::lock_guard lock(track->mutex);

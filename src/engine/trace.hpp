@@ -1,15 +1,25 @@
 // Nested profile zones, written as a Chrome trace that Perfetto (ui.perfetto.dev) and chrome://tracing read.
 //
-//   trace::Zone zone("ticks before");      // from here to the end of the block
+//   trace::Session session("trace.json");
+//   {
+//     trace::Zone zone("ticks before");    // from here to the end of the block
+//   }
+//   session.finish();
 //
-// Off, a zone costs a relaxed load and a branch. On, it takes two clock readings and 32 bytes in a list of its thread.
+// Without a session a zone costs a relaxed load and a branch. With one it takes two clock readings and 32 bytes in a
+// list of its thread.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <fathom/profile.hpp>
+#include <memory>
 #include <string>
+
+namespace fathom::files {
+class OutputFile;
+}
 
 namespace fathom::engine::trace {
 
@@ -22,14 +32,30 @@ void add(const char* name, std::int64_t begin, std::int64_t end);
 
 inline bool enabled() { return detail::enabled.load(std::memory_order_relaxed); }
 
-/// Drops what was collected before and starts collecting from all threads, at most `limit` zones a thread.
-void start(std::size_t limit = std::size_t{1} << 22);
-void stop();
-/// Writes what was collected; complete or not at all. Throws `Error{file}`. Zones must not be open on other threads.
-void write(const std::string& path);
-/// Zones collected, and those lost beyond the limit.
-std::size_t zone_count();
-std::size_t lost_count();
+/// Collects what all threads of the process do from its beginning on. There may be several at once, as where two
+/// engines run: each gets all that happens from its beginning on.
+class Session {
+ public:
+  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones. Throws
+  /// `Error{file}`.
+  explicit Session(const std::string& path = {}, std::size_t limit = std::size_t{1} << 22);
+  /// Without `finish` no file is left.
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  void stop();
+  /// Stops and writes what was collected. Throws `Error{file}`.
+  void finish();
+  /// Zones collected, and those lost beyond the limit.
+  std::size_t zone_count() const;
+  std::size_t lost_count() const;
+
+ private:
+  std::unique_ptr<files::OutputFile> file_;
+  std::int64_t begin_ = 0;  // ns
+  bool collects_ = true;
+};
 
 /// How the file calls the calling thread.
 void name_thread(const std::string& name);

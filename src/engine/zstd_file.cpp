@@ -11,7 +11,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "engine/atomic_file.hpp"
+#include "files/output_file.hpp"
 
 namespace fathom::engine {
 namespace {
@@ -42,7 +42,7 @@ Hash new_hash() {
 // --- writing ---------------------------------------------------------------------------------------------------
 
 struct ZstdWriter::State {
-  State(std::string path, const FileKind& kind) : file(std::move(path)) {
+  State(std::string path, const FileKind& kind) : file(std::move(path), files::Writing::patched) {
     head.magic = kind.magic;
     head.version = kind.version;
   }
@@ -63,7 +63,7 @@ struct ZstdWriter::State {
   struct Free {
     void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
   };
-  AtomicFile file;
+  files::OutputFile file;
   Head head;
   std::unique_ptr<ZSTD_CCtx, Free> stream{ZSTD_createCCtx()};
   std::vector<std::byte> buffer = std::vector<std::byte>(ZSTD_CStreamOutSize());

@@ -23,6 +23,11 @@ void require_positive(const std::string& place, float value) {
   require(is_finite(value) && value > 0, place, value, "it must be finite and greater than zero");
 }
 
+/// Beside lengths so much larger single precision does not see it.
+void require_thick(const std::string& place, float thickness, float largest) {
+  require(thickness >= 1e-6f * largest, place, thickness, "it must be at least a millionth of the largest length");
+}
+
 double exact_volume(const Shape& shape) {
   const double r = to_double(shape.radius), ball = 4.0 / 3.0 * pi_d * r * r * r;
   const Vec3d h = to_double(shape.half_extents);
@@ -95,14 +100,18 @@ Shape capsule(float radius, float half_length) {
   require_positive("fathom::capsule: radius", radius);
   require(is_finite(half_length) && half_length >= 0, "fathom::capsule: half_length", half_length,
           "it must be finite and not negative");
-  return checked({ShapeType::capsule, radius, {0, 0, half_length}, nullptr}, "fathom::capsule");
+  const Shape shape = checked({ShapeType::capsule, radius, {0, 0, half_length}, nullptr}, "fathom::capsule");
+  require_thick("fathom::capsule: the radius", radius, half_length);
+  return shape;
 }
 
 Shape box(Vec3 half_extents) {
   require_positive("fathom::box: half_extents.x", half_extents.x);
   require_positive("fathom::box: half_extents.y", half_extents.y);
   require_positive("fathom::box: half_extents.z", half_extents.z);
-  return checked({ShapeType::box, 0, half_extents, nullptr}, "fathom::box");
+  const Shape shape = checked({ShapeType::box, 0, half_extents, nullptr}, "fathom::box");
+  require_thick("fathom::box: the smallest half extent", min_component(half_extents), max_component(half_extents));
+  return shape;
 }
 
 Shape hull(std::span<const Vec3> points) {

@@ -1,5 +1,6 @@
 #include "measure/system.hpp"
 
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
@@ -11,8 +12,14 @@ namespace fathom {
 namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
+struct sigaction before_interrupt, before_terminate;
+int guards = 0;  // only the outermost acts
 
-void request_interrupt(int) { interrupt_requested = 1; }
+/// What was there before is back for the second signal.
+void request_interrupt(int signal) {
+  interrupt_requested = 1;
+  sigaction(signal, signal == SIGINT ? &before_interrupt : &before_terminate, nullptr);
+}
 
 }  // namespace
 
@@ -54,20 +61,32 @@ std::uint64_t interruptions() {
 
 bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
+std::size_t terminal_columns() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+std::string fit_to_terminal(std::string text) {
+  // A character in the last column makes some terminals go on to the next line.
+  if (const std::size_t most = terminal_columns() - 1; text.size() > most) text.resize(most);
+  return text;
+}
+
 void survive_file_size_limit() { std::signal(SIGXFSZ, SIG_IGN); }
 
 InterruptGuard::InterruptGuard() {
+  if (guards++ > 0) return;
   interrupt_requested = 0;
   struct sigaction action {};
   action.sa_handler = request_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGINT, &action, &before_interrupt);
+  sigaction(SIGTERM, &action, &before_terminate);
 }
 
 InterruptGuard::~InterruptGuard() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+  if (--guards > 0) return;
+  sigaction(SIGINT, &before_interrupt, nullptr);
+  sigaction(SIGTERM, &before_terminate, nullptr);
 }
 
 bool InterruptGuard::requested() { return interrupt_requested != 0; }

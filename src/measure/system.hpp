@@ -1,6 +1,7 @@
 // What the operating system knows about the machine and this process.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -17,10 +18,15 @@ std::uint64_t peak_memory();
 /// How often the system took the processor away from this process's threads for others.
 std::uint64_t interruptions();
 bool stderr_is_terminal();
+/// How many characters a line of the terminal holds that stderr goes to; 80 where it does not tell.
+std::size_t terminal_columns();
+/// As much of the text (ASCII) as fits into one line of it, so that a line that is written over stays one.
+std::string fit_to_terminal(std::string text);
 /// A file that reaches the process's size limit is then an error like a full disk, not the program's end.
 void survive_file_size_limit();
 
-/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one ends the program at once.
+/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one does what it did before, which is to end
+/// the program at once.
 class InterruptGuard {
  public:
   InterruptGuard();

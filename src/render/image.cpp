@@ -3,10 +3,10 @@
 #include <png.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <fathom/error.hpp>
+
+#include "files/output_file.hpp"
 
 namespace fathom::render {
 
@@ -16,10 +16,16 @@ void write_png(const Image& image, const std::string& path) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGB;
-  if (png_image_write_to_file(&png, path.c_str(), 0, image.pixels.data(), 0, nullptr) == 0) {
-    throw Error(ErrorCode::file, path + ": cannot be written (" + std::strerror(errno) +
-                                     "); check the folder, its permissions and the space left");
-  }
+  png_alloc_size_t size = 0;
+  std::vector<std::uint8_t> bytes;
+  const auto encode = [&](void* to) {
+    if (png_image_write_to_memory(&png, to, &size, 0, image.pixels.data(), 0, nullptr) == 0)
+      throw Error(ErrorCode::capacity, path + ": no PNG can be made of the picture (" + png.message + ")");
+  };
+  encode(nullptr);  // how much room it takes
+  bytes.resize(size);
+  encode(bytes.data());
+  files::write_file(path, {reinterpret_cast<const char*>(bytes.data()), size});
 }
 
 Image read_png(const std::string& path) {

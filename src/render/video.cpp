@@ -10,7 +10,7 @@
 #include <csignal>
 #include <cstring>
 #include <fathom/error.hpp>
-#include <fstream>
+#include <filesystem>
 #include <vector>
 
 namespace fathom::render {
@@ -28,19 +28,25 @@ class IgnoreBrokenPipe {
   void (*before_)(int);
 };
 
-void require_writable(const std::string& path) {
-  if (std::ofstream(path, std::ios::app)) return;
-  throw Error(ErrorCode::file, path + ": cannot be written; check the folder and its permissions");
+/// The file's ending, which tells ffmpeg the format. Throws where it is no film's.
+std::string film_ending(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  for (const char* known : {".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ogv", ".mpg", ".mpeg", ".ts", ".flv",
+                            ".wmv", ".gif", ".apng", ".nut"})
+    if (ending == known) return ending;
+  throw Error(ErrorCode::invalid_argument,
+              path + ": " + (ending.empty() ? "has no ending, which" : "ends in " + ending + ", but the ending") +
+                  " tells a film's format; use .mp4, .mkv, .webm or .gif");
 }
 
 }  // namespace
 
-Video::Video(const std::string& path, int width, int height, int frames_per_second) : path_(path) {
+Video::Video(const std::string& path, int width, int height, int frames_per_second)
+    : path_(path), file_(path, files::Writing::whole, film_ending(path)) {
   if (width % 2 != 0 || height % 2 != 0) {
     throw Error(ErrorCode::invalid_argument, "films need an even width and height, not " + std::to_string(width) + "x" +
                                                  std::to_string(height) + "; change --size");
   }
-  require_writable(path);
   int pipe_ends[2];
   complaints_ = memfd_create("ffmpeg", MFD_CLOEXEC);
   if (complaints_ < 0 || pipe2(pipe_ends, O_CLOEXEC) != 0) {
@@ -56,12 +62,17 @@ Video::Video(const std::string& path, int width, int height, int frames_per_seco
                                        std::to_string(width) + "x" + std::to_string(height), "-framerate",
                                        std::to_string(frames_per_second), "-i", "-", "-pix_fmt", "yuv420p",
                                        // So that a browser may show it before it is loaded to its end.
-                                       "-movflags", "+faststart", "file:" + path};
+                                       "-movflags", "+faststart", "file:" + file_.growing()};
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  // In a group of its own: Ctrl-C is for us, who then complete the film.
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
-  const int status = posix_spawnp(&process_, "ffmpeg", &files, nullptr, argv.data(), environ);
+  const int status = posix_spawnp(&process_, "ffmpeg", &files, &attributes, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
+  posix_spawnattr_destroy(&attributes);
   ::close(pipe_ends[0]);
   to_ffmpeg_ = pipe_ends[1];
   if (status != 0) {
@@ -94,6 +105,8 @@ void Video::fail() {
   std::string said(text, static_cast<std::size_t>(length > 0 ? length : 0));
   // The first line tells the cause, the rest follows from it.
   said = said.substr(0, said.find('\n'));
+  if (const std::size_t at = said.find(file_.growing()); at != said.npos)
+    said.replace(at, file_.growing().size(), path_);
   throw Error(ErrorCode::file, path_ + ": ffmpeg gave up" + (said.empty() ? "" : ": " + said) +
                                    "; check the file's ending and the space left");
 }
@@ -113,6 +126,7 @@ void Video::add(const Image& image) {
 
 void Video::finish() {
   if (close() != 0) fail();
+  file_.finish();
 }
 
 }  // namespace fathom::render

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "files/output_file.hpp"
 #include "render/image.hpp"
 
 namespace fathom::render {
@@ -10,9 +11,9 @@ namespace fathom::render {
 class Video {
  public:
   /// The file's ending decides the format. Throws `Error{unavailable}` where there is no ffmpeg, `Error{file}` where
-  /// the file cannot be written, `Error{invalid_argument}` on an odd width or height.
+  /// the file cannot be written, `Error{invalid_argument}` on an odd width or height, or an ending that is no film's.
   Video(const std::string& path, int width, int height, int frames_per_second);
-  /// Without `finish` the file is left incomplete.
+  /// Without `finish` nothing is left behind.
   ~Video();
   Video(const Video&) = delete;
   Video& operator=(const Video&) = delete;
@@ -27,6 +28,7 @@ class Video {
   int close();
 
   std::string path_;
+  files::OutputFile file_;  // grows by ffmpeg's hand
   int to_ffmpeg_ = -1;
   int complaints_ = -1;  // a file of what ffmpeg writes to stderr
   int process_ = -1;

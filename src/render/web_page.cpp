@@ -259,7 +259,7 @@ std::string WebPage::html(bool under_water, float azimuth, float elevation) cons
                    {"camera",
                     {{"azimuth", azimuth},
                      {"elevation", elevation},
-                     {"distance", distance(camera.eye, camera.target)},
+                     {"half_extents", list(half_extents(view))},
                      {"target", list(camera.target)}}},
                    {"look", json_of(look)},
                    {"meshes", meshes.list()},

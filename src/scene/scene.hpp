@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fathom/world.hpp>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -62,6 +63,10 @@ struct SceneJoint {
 struct Scene {
   std::string name;
   WorldDef world;
+  /// Of `world`, where a file says it: the set of algorithms, and the place of each setting ("scene.toml:12"), by the
+  /// name of the configuration's key ("simulator.solver").
+  std::optional<Preset> preset;
+  std::map<std::string, std::string, std::less<>> said;
   std::vector<BodyDef> bodies;
   std::vector<NamedBody> names;  ///< of the bodies that have one
   std::vector<SceneJoint> joints;

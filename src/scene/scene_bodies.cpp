@@ -20,8 +20,10 @@ constexpr std::array<Choice<CombineRule>, 5> combine_rules{{{"average", CombineR
                                                             {"geometric_mean", CombineRule::geometric_mean},
                                                             {"multiply", CombineRule::multiply},
                                                             {"maximum", CombineRule::maximum}}};
-constexpr std::array<Choice<MotionType>, 3> motions{
-    {{"static", MotionType::fixed}, {"kinematic", MotionType::kinematic}, {"dynamic", MotionType::dynamic}}};
+constexpr std::array<Choice<MotionType>, 4> motions{{{"static", MotionType::fixed},
+                                                     {"fixed", MotionType::fixed},
+                                                     {"kinematic", MotionType::kinematic},
+                                                     {"dynamic", MotionType::dynamic}}};
 constexpr std::array<Choice<ShapeType>, 4> shape_types{{{"sphere", ShapeType::sphere},
                                                         {"capsule", ShapeType::capsule},
                                                         {"box", ShapeType::box},
@@ -42,11 +44,25 @@ Material read_material(const TomlTable& outer, const toml::node& node, const std
   return material;
 }
 
+/// What others call shapes that there are none of, and what to take instead.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 8> absent_shapes{
+    {{"mesh", "convex parts of type \"hull\""},
+     {"trimesh", "convex parts of type \"hull\""},
+     {"heightfield", "boxes, or convex parts of type \"hull\""},
+     {"height_field", "boxes, or convex parts of type \"hull\""},
+     {"plane", "a static body with a large \"box\""},
+     {"cylinder", "a \"hull\" with the points of its rims, or a \"capsule\""},
+     {"cone", "a \"hull\" with its tip and the points of its rim"},
+     {"compound", "bodies held together by joints of type \"fixed\""}}};
+
 /// The type alone; which other keys a shape may have depends on it.
 ShapeType read_shape_type(const TomlTable& outer, const toml::table& shape, const std::string& name) {
-  const TomlTable table(shape, name, outer.file(), {"type", "radius", "half_length", "half_extents", "points"});
+  const TomlTable table(shape, name, outer.file());
   ShapeType type = ShapeType::box;
-  table.required("type", "write type = \"sphere\", \"capsule\", \"box\" or \"hull\"");
+  const toml::node& node = table.required("type", "write type = \"sphere\", \"capsule\", \"box\" or \"hull\"");
+  for (const auto& [absent, instead] : absent_shapes)
+    if (node.value<std::string_view>() == absent)
+      table.fail(node, "there is no shape of type '" + std::string(absent) + "'; take " + std::string(instead));
   table.read_choice<ShapeType>("type", type, shape_types);
   return type;
 }
@@ -164,6 +180,7 @@ class BodyReader {
     read_placement(table, body);
     read_mass(table, body);
     read_behaviour(table, body);
+    try_out(table, body);
     add(table, body);
   }
 
@@ -188,6 +205,12 @@ class BodyReader {
     table.read("rotation", body.pose.rotation);
     table.read("velocity", body.velocity.linear);
     table.read("angular_velocity", body.velocity.angular);
+    if (body.motion != MotionType::fixed) return;
+    for (const auto& [key, value] :
+         {std::pair("velocity", body.velocity.linear), {"angular_velocity", body.velocity.angular}})
+      if (value != Vec3{})
+        table.fail(*table.find(key),
+                   "a static body has no '" + std::string(key) + "'; remove it, or write motion = \"kinematic\"");
   }
 
   static void read_mass(const TomlTable& table, BodyDef& body) {
@@ -210,6 +233,19 @@ class BodyReader {
       table.fail(node, "'inertia' must be positive definite; the diagonal must outweigh the products");
     }
     return inertia;
+  }
+
+  /// What a world would refuse has its place here.
+  void try_out(const TomlTable& table, const BodyDef& body) {
+    try {
+      trial_.remove(trial_.add(body));
+    } catch (const Error& error) {
+      const toml::node* inertia = table.find("inertia");
+      const bool of_inertia = inertia && std::string_view(error.what()).find("inertia") != std::string_view::npos;
+      std::string text = error.what();
+      if (constexpr std::string_view action = "add body: "; text.starts_with(action)) text.erase(0, action.size());
+      of_inertia ? table.fail(*inertia, text) : table.fail(text);
+    }
   }
 
   static void read_behaviour(const TomlTable& table, BodyDef& body) {
@@ -291,6 +327,7 @@ class BodyReader {
   Scene& scene_;
   Named<Material> materials_;
   Named<Shape> shapes_;
+  World trial_{{.threads = 1}};
   std::set<std::string> taken_;
   std::string last_name_;
   std::size_t numbered_ = 0;

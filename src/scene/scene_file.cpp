@@ -9,6 +9,7 @@
 #include "scene/scene_bodies.hpp"
 #include "scene/scene_joints.hpp"
 #include "scene/toml_reader.hpp"
+#include "scene/world_preset.hpp"
 
 namespace fathom {
 namespace {
@@ -33,70 +34,87 @@ void read_section(const TomlTable& root, std::string_view key, std::initializer_
   read(TomlTable(root.as_table(*node, key), "[" + std::string(key) + "]", root.file(), known));
 }
 
+/// Notes where the table says settings of the world, under the names of the configuration's keys.
+void note(const TomlTable& table, Scene& scene,
+          std::initializer_list<std::pair<std::string_view, std::string_view>> keys) {
+  for (const auto& [key, name] : keys)
+    if (const toml::node* node = table.find(key))
+      scene.said["simulator." + std::string(name)] =
+          std::string(table.file()) + ":" + std::to_string(node->source().begin.line);
+}
+
 void read_world(const TomlTable& root, Scene& scene) {
   read_section(root, "world", {"gravity", "dt", "max_bodies", "ground_height"}, [&](const TomlTable& table) {
     table.read("gravity", scene.world.gravity);
     table.read("dt", scene.world.dt, Range::positive);
+    if (scene.world.dt < 1e-6f || scene.world.dt > 1)
+      table.fail(*table.find("dt"), "'dt' must be between 1e-6 and 1 s, typically 1/60: 0.0166667");
     const std::uint32_t most = scene.world.max_bodies;
     table.read("max_bodies", scene.world.max_bodies);
     if (scene.world.max_bodies < 1 || scene.world.max_bodies > most) {
       table.fail(*table.find("max_bodies"), "'max_bodies' must be between 1 and " + std::to_string(most));
     }
     table.read("ground_height", scene.ground_height);
+    note(table, scene, {{"gravity", "gravity"}, {"dt", "dt"}, {"max_bodies", "max_bodies"}});
   });
 }
 
-void read_solver(const TomlTable& root, SolverSettings& solver) {
+void read_solver(const TomlTable& root, Scene& scene) {
+  SolverSettings& solver = scene.world.solver;
   read_section(root, "solver",
                {"method", "warm_start", "substeps", "iterations", "marking_rounds", "contact_hertz",
                 "contact_damping_ratio", "push_out_velocity", "restitution_threshold", "max_linear_speed"},
                [&](const TomlTable& table) {
                  table.read_choice<Solver>("method", solver.method, solvers);
                  table.read("warm_start", solver.warm_start);
-                 table.read("marking_rounds", solver.marking_rounds, 1);
-                 table.read("substeps", solver.substeps, 1);
-                 table.read("iterations", solver.iterations, 1);
+                 table.read("marking_rounds", solver.marking_rounds, 1, 255);
+                 table.read("substeps", solver.substeps, 1, 1000);
+                 table.read("iterations", solver.iterations, 1, 1000);
                  table.read("contact_hertz", solver.contact_hertz, Range::positive);
                  table.read("contact_damping_ratio", solver.contact_damping_ratio, Range::not_negative);
                  table.read("push_out_velocity", solver.push_out_velocity, Range::not_negative);
                  table.read("restitution_threshold", solver.restitution_threshold, Range::not_negative);
                  table.read("max_linear_speed", solver.max_linear_speed, Range::positive);
+                 for (const auto& [key, value] : table.table())
+                   note(table, scene, {{key.str(), key.str() == "method" ? "solver" : key.str()}});
                });
 }
 
-void read_sleep(const TomlTable& root, SleepSettings& sleep) {
+void read_sleep(const TomlTable& root, Scene& scene) {
+  SleepSettings& sleep = scene.world.sleep;
   read_section(root, "sleep", {"enabled", "linear_speed", "time"}, [&](const TomlTable& table) {
     table.read("enabled", sleep.enabled);
     table.read("linear_speed", sleep.linear_speed, Range::not_negative);
     table.read("time", sleep.time, Range::not_negative);
-  });
-}
-
-const std::initializer_list<std::string_view> simulator_keys{"kind",    "device",      "preset",     "ahead",
-                                                             "threads", "broad_phase", "sweep_axis", "partition"};
-
-/// The preset comes before all that changes parts of it.
-void read_preset(const TomlTable& root, Scene& scene) {
-  read_section(root, "simulator", simulator_keys, [&](const TomlTable& table) {
-    table.read_choice<SimulatorKind>("kind", scene.world.simulator, simulators);
-    Preset preset = Preset::fathom;
-    table.read_choice<Preset>("preset", preset, presets);
-    if (table.find("preset")) apply(preset, scene.world);
+    note(table, scene, {{"enabled", "sleep"}, {"linear_speed", "sleep_linear_speed"}, {"time", "sleep_time"}});
   });
 }
 
 void read_simulator(const TomlTable& root, Scene& scene) {
-  read_section(root, "simulator", simulator_keys, [&](const TomlTable& table) {
-    table.read("device", scene.world.device);
-    table.read("ahead", scene.world.ahead, 0);
-    table.read("threads", scene.world.threads, 0);
-    table.read_choice<BroadPhase>("broad_phase", scene.world.broad_phase, broad_phases);
-    table.read_choice<Partition>("partition", scene.world.partition, partitions);
-    table.read("sweep_axis", scene.world.sweep_axis, Range::not_negative);
-    if (scene.world.sweep_axis == Vec3{}) {
-      table.fail(*table.find("sweep_axis"), "'sweep_axis' has no length; one component must be greater than 0");
-    }
-  });
+  WorldDef& world = scene.world;
+  read_section(
+      root, "simulator", {"kind", "device", "preset", "ahead", "threads", "broad_phase", "sweep_axis", "partition"},
+      [&](const TomlTable& table) {
+        table.read_choice<SimulatorKind>("kind", world.simulator, simulators);
+        table.read("device", world.device);
+        table.read("ahead", world.ahead, 0, 16);
+        table.read("threads", world.threads, 0, 1024);
+        table.read_choice<BroadPhase>("broad_phase", world.broad_phase, broad_phases);
+        table.read_choice<Partition>("partition", world.partition, partitions);
+        table.read("sweep_axis", world.sweep_axis, Range::not_negative);
+        if (world.sweep_axis == Vec3{}) {
+          table.fail(*table.find("sweep_axis"), "'sweep_axis' has no length; one component must be greater than 0");
+        }
+        Preset preset = Preset::fathom;
+        table.read_choice<Preset>("preset", preset, presets);
+        if (table.has("preset")) scene.preset = preset;
+        note(table, scene, {{"kind", "kind"}, {"device", "device"}, {"ahead", "device_ahead"}});
+        for (const char* key : {"preset", "threads", "broad_phase", "partition", "sweep_axis"})
+          note(table, scene, {{key, key}});
+      });
+  // Who names a device wants it used.
+  if (scene.said.contains("simulator.device") && !scene.said.contains("simulator.kind"))
+    world.simulator = SimulatorKind::device;
 }
 
 void read_kicks(const TomlTable& root, Scene& scene) {
@@ -118,10 +136,11 @@ Scene read_scene(const toml::table& file_table, std::string_view file) {
   scene.name = std::filesystem::path(file).stem().string();
   root.read("name", scene.name);
   read_world(root, scene);
-  read_preset(root, scene);
-  read_solver(root, scene.world.solver);
-  read_sleep(root, scene.world.sleep);
+  read_solver(root, scene);
+  read_sleep(root, scene);
   read_simulator(root, scene);
+  if (scene.preset)
+    apply_but(*scene.preset, scene.world, [&](std::string_view key) { return scene.said.contains(key); });
   read_kicks(root, scene);
   read_bodies(root, scene);
   read_joints(root, scene);

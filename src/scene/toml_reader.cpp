@@ -64,9 +64,12 @@ void fail_at(std::string_view file, const toml::source_region& where, const std:
                                    std::to_string(where.begin.column) + ": " + text);
 }
 
+TomlTable::TomlTable(const toml::table& table, std::string name, std::string_view file)
+    : table_(table), name_(std::move(name)), file_(file) {}
+
 TomlTable::TomlTable(const toml::table& table, std::string name, std::string_view file,
                      std::initializer_list<std::string_view> known)
-    : table_(table), name_(std::move(name)), file_(file) {
+    : TomlTable(table, std::move(name), file) {
   const toml::key* unknown = nullptr;  // the first in the file; the table is sorted by key
   for (const auto& [key, value] : table) {
     if (std::find(known.begin(), known.end(), key.str()) != known.end()) continue;
@@ -88,10 +91,8 @@ void TomlTable::read(std::string_view key, std::optional<float>& value, Range ra
   if (const toml::node* node = find(key)) value = number(*node, key, range);
 }
 
-void TomlTable::read(std::string_view key, int& value, int least) const {
-  if (const toml::node* node = find(key)) {
-    value = static_cast<int>(integer(*node, key, least, std::numeric_limits<int>::max()));
-  }
+void TomlTable::read(std::string_view key, int& value, int least, int most) const {
+  if (const toml::node* node = find(key)) value = static_cast<int>(integer(*node, key, least, most));
 }
 
 void TomlTable::read(std::string_view key, std::uint32_t& value) const {
@@ -141,7 +142,7 @@ void TomlTable::read(std::string_view key, Quat& value) const {
   }
   const std::vector<float> v = numbers(*node, key, 4, 4);
   const Quat q{v[0], v[1], v[2], v[3]};
-  if (!(dot(q, q) > 1e-12f)) fail(*node, quoted(key) + " has no length; [1, 0, 0, 0] is no rotation");
+  if (!(dot(q, q) > 1e-12f)) fail(*node, quoted(key) + " is all 0; write [1, 0, 0, 0] for a body that is not turned");
   value = normalize(q);
 }
 

@@ -8,6 +8,7 @@
 #include <fathom/error.hpp>
 #include <fathom/math.hpp>
 #include <initializer_list>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -26,12 +27,15 @@ class TomlTable {
   TomlTable(const toml::table& table, std::string name, std::string_view file,
             std::initializer_list<std::string_view> known);
 
+  /// One that may hold any key.
+  TomlTable(const toml::table& table, std::string name, std::string_view file);
+
   bool has(std::string_view key) const { return table_.contains(key); }
 
   // These leave `value` as it is where the key is absent.
   void read(std::string_view key, float& value, Range range = Range::any) const;
   void read(std::string_view key, std::optional<float>& value, Range range = Range::any) const;
-  void read(std::string_view key, int& value, int least) const;
+  void read(std::string_view key, int& value, int least, int most = std::numeric_limits<int>::max()) const;
   void read(std::string_view key, std::uint32_t& value) const;
   void read(std::string_view key, std::uint64_t& value) const;
   void read(std::string_view key, bool& value) const;

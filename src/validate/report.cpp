@@ -74,6 +74,7 @@ std::string to_html(std::span<const Result> results, const Setup& setup, const C
       sum.passed, sum.checks, sum.known, sum.checks - sum.passed - sum.known, escaped(name_of(setup)), setup.threads,
       setup.full ? "full" : "short", escaped(c.version), escaped(c.commit), escaped(c.build_type), escaped(c.compiler),
       escaped(c.machine), escaped(c.date));
+  if (c.interrupted) html += "<p>The suite was interrupted: these are the cases that ended before.</p>\n";
   std::string group;
   for (const Result& result : results) {
     if (group != result.test->group) html += fmt::format("<h2>{}</h2>\n", escaped(group = result.test->group));
@@ -88,8 +89,8 @@ std::string to_json(std::span<const Result> results, const Setup& setup, const C
   Json json{{"simulator", name_of(setup)}, {"threads", setup.threads}, {"full", setup.full},
             {"version", c.version},        {"commit", c.commit},       {"build_type", c.build_type},
             {"compiler", c.compiler},      {"machine", c.machine},     {"date", c.date},
-            {"checks", sum.checks},        {"passed", sum.passed},     {"known_failures", sum.known},
-            {"cases", Json::array()}};
+            {"finished", !c.interrupted},  {"checks", sum.checks},     {"passed", sum.passed},
+            {"known_failures", sum.known}, {"cases", Json::array()}};
   for (const Result& result : results) {
     Json entry{{"group", result.test->group},
                {"name", result.test->name},

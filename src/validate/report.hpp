@@ -11,6 +11,7 @@ namespace fathom::validate {
 /// Where and with what the suite ran.
 struct Circumstances {
   std::string version, commit, build_type, compiler, machine, date;
+  bool interrupted = false;  ///< the results are those of cases that ended before
 };
 
 std::string to_html(std::span<const Result> results, const Setup& setup, const Circumstances& circumstances);

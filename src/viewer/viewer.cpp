@@ -43,7 +43,7 @@ class Viewer {
 
   void run() {
     Clock::time_point last = Clock::now();
-    for (std::uint64_t frame = 1; !window_.closing(); ++frame) {
+    for (std::uint64_t frame = 1; !window_.closing() && !(settings_.ended && settings_.ended()); ++frame) {
       const Clock::time_point now = Clock::now();
       const float seconds = std::chrono::duration<float>(now - last).count();
       last = now;

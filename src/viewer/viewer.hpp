@@ -1,6 +1,7 @@
 // The program's window.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,11 +23,12 @@ struct ViewerSettings {
   bool help = false;
   /// Ends after so many frames, of one step each; 0: when the window is closed.
   std::uint64_t frames = 0;
-  std::string screenshot;  ///< PNG of the last frame, with the panel
+  std::function<bool()> ended;  ///< asked every frame: ends it as closing the window does
+  std::string screenshot;       ///< PNG of the last frame, with the panel
 };
 
-/// Returns when the window was closed. Throws `Error{unavailable}` without a display or OpenGL 4.5, and what `make`
-/// throws for the first choice.
+/// Returns when the window was closed or `ended` says so. Throws `Error{unavailable}` without a display or OpenGL 4.5,
+/// and what `make` throws for the first choice.
 void view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings);
 
 }  // namespace fathom::viewer

@@ -122,6 +122,8 @@ void check_body(const BodyDef& def) {
   check_pose(def.pose, action);
   check_finite(def.velocity.linear, action, "the linear velocity");
   check_finite(def.velocity.angular, action, "the angular velocity");
+  if (def.motion == MotionType::fixed && (def.velocity.linear != Vec3{} || def.velocity.angular != Vec3{}))
+    refuse("add body: the body is fixed, but has a velocity; leave it out, or make the body kinematic");
   check_material(def.material, action);
   check_damping(def.linear_damping, def.angular_damping, action);
   check_finite({def.gravity_scale, 0, 0}, action, "the gravity scale");

@@ -140,7 +140,7 @@
     right[2], up[2], back[2], 0, -dot(right, eyeAt), -dot(up, eyeAt), -dot(back, eyeAt), 1];
 
   // --- camera -------------------------------------------------------------------------------------------------------
-  const first = {azimuth: scene.camera.azimuth, elevation: scene.camera.elevation, distance: scene.camera.distance,
+  const first = {azimuth: scene.camera.azimuth, elevation: scene.camera.elevation, distance: 1,
     target: scene.camera.target};
   const camera = {...first};
   const fieldOfView = 0.7;
@@ -150,11 +150,28 @@
     const right = unit(cross([0, 0, 1], back));
     return {back, right, up: cross(back, right), eyeAt: add(camera.target, back, camera.distance)};
   };
+  // From how far all that moves is seen in a window of this shape, as camera_on of the pictures has it.
+  const firstAxes = cameraAxes();
+  const farEnough = aspect => {
+    const tan = Math.tan(fieldOfView / 2), half = scene.camera.half_extents;
+    return Math.max(0.2, ...[0, 1, 2, 3, 4, 5, 6, 7].map(c => {
+      const corner = half.map((h, axis) => c >> axis & 1 ? h : -h);
+      const across = Math.abs(dot(corner, firstAxes.right)) / aspect, upwards = Math.abs(dot(corner, firstAxes.up));
+      return 1.06 * (Math.max(across, upwards) / tan + dot(corner, firstAxes.back));
+    }));
+  };
+  // A window that changes its shape, as a phone that is turned does, shows as much as before.
+  const fit = aspect => {
+    const distance = farEnough(aspect);
+    camera.distance *= distance / first.distance;
+    first.distance = distance;
+  };
 
   // --- state --------------------------------------------------------------------------------------------------------
   const wanted = new URLSearchParams(location.hash.slice(1));
   const duration = (frames - 1) / scene.rate, speeds = [1, 2, 0.25, 0.5];
-  let time = Number(wanted.get('t') ?? 0), playing = !wanted.has('paused') && frames > 1, speed = 1, last = 0;
+  const start = Number(wanted.get('t'));  // what is no number begins at 0, what is beyond an end at that end
+  let time = Math.min(duration, Math.max(0, start || 0)), playing = !wanted.has('paused') && frames > 1, speed = 1, last = 0;
   const slider = document.getElementById('slider'), play = document.getElementById('play');
   const clock = document.getElementById('time'), speedButton = document.getElementById('speed');
   slider.max = duration;
@@ -297,7 +314,9 @@
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
     placeBodies();
-    const a = cameraAxes(), tan = Math.tan(fieldOfView / 2), aspect = width / height;
+    const tan = Math.tan(fieldOfView / 2), aspect = width / height;
+    fit(aspect);
+    const a = cameraAxes();
     const near = 0.02 * camera.distance, far = 100 * camera.distance + 2000;
     const projection = [1 / (tan * aspect), 0, 0, 0, 0, 1 / tan, 0, 0, 0, 0, -(far + near) / (far - near), -1,
       0, 0, -2 * far * near / (far - near), 0];

@@ -1,0 +1,122 @@
+// One definition of a world from a scene, a configuration and options: whoever sets a value last wins, and a preset
+// sets all that it decides.
+#include "engine/config_world.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/config_keys.hpp"
+#include "scene/world_preset.hpp"
+
+namespace fathom::engine {
+namespace {
+
+constexpr std::string_view preset_key = "simulator.preset", kind_key = "simulator.kind",
+                           device_key = "simulator.device";
+
+template <class From, class To>
+void copy(const From& from, To& to) {
+  to = static_cast<To>(from);
+}
+
+bool differs(std::string_view key, const WorldDef& a, const WorldDef& b) {
+  bool found = false;
+  for_each_world_key([&](std::string_view name, auto, auto in_world) {
+    if (name == key) found = in_world(a) != in_world(b);
+  });
+  return found;
+}
+
+}  // namespace
+
+Place Config::place_of(std::string_view key) const {
+  if (const auto found = origins_.find(key); found != origins_.end()) return found->second.place;
+  return base_.said.contains(key) ? Place::scene : Place::nobody;
+}
+
+Place Config::place_of_preset() const {
+  return std::max(place_of(preset_key), base_.preset ? Place::scene : Place::nobody);
+}
+
+bool Config::is_decided_by_preset(std::string_view key) const {
+  const Place place = place_of_preset();
+  if (place == Place::nobody || place_of(key) >= place) return false;
+  return std::ranges::find(settings_of(values_.simulator.preset), key) != settings_of(values_.simulator.preset).end();
+}
+
+// Who names a device wants it used.
+bool Config::device_implies_simulator() const {
+  const SimulatorKind kind = place_of(kind_key) > Place::scene ? values_.simulator.kind : base_.world.simulator;
+  return kind != SimulatorKind::hybrid && place_of(device_key) > place_of(kind_key);
+}
+
+bool Config::is_set(std::string_view key) const { return settled().counts(key); }
+
+bool Config::counts(std::string_view key) const { return place_of(key) > Place::scene && !is_decided_by_preset(key); }
+
+std::string Config::origin_of(std::string_view key) const {
+  if (is_decided_by_preset(key))
+    return values_.simulator.preset == Preset::published ? "preset published" : "preset fathom";
+  if (key == kind_key && device_implies_simulator()) return origin_of(device_key);
+  if (const auto found = origins_.find(key); found != origins_.end()) return found->second.text;
+  if (const auto found = base_.said.find(key); found != base_.said.end()) return found->second;
+  return differs(key, base_.world, WorldDef{}) ? base_.name : "default";
+}
+
+void Config::set_base(WorldBase base) {
+  note_edits();
+  base_ = std::move(base);
+  settle();
+}
+
+void Config::give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
+                  Place place) {
+  note_edits();
+  change(values_);
+  origins_[std::string(key)] = {place, std::string(option)};
+  settle();
+}
+
+void Config::note_edits() {
+  for (const ConfigKey& key : config_keys())
+    if (key.get(values_) != key.get(settled_)) origins_[key.name] = {Place::program, "program"};
+  for (const auto& [action, keys] : values_.actions)
+    if (const auto before = settled_.actions.find(action); before == settled_.actions.end() || before->second != keys)
+      origins_[std::string(action_prefix) + action] = {Place::program, "program"};
+}
+
+Config Config::settled() const {
+  Config now = *this;
+  now.note_edits();
+  now.settle();
+  return now;
+}
+
+// Brings the settings of the world to what base, keys and preset come to.
+void Config::settle() {
+  Settings::Simulator& settings = values_.simulator;
+  if (base_.preset && place_of(preset_key) <= Place::scene) settings.preset = *base_.preset;
+  WorldDef world = base_.world;
+  for_each_world_key([&](std::string_view key, auto in_settings, auto in_world) {
+    if (counts(key)) copy(in_settings(settings), in_world(world));
+  });
+  if (device_implies_simulator()) world.simulator = SimulatorKind::device;
+  // After the rest, since what it decides depends on that: on the simulator, for one.
+  if (place_of_preset() > Place::nobody)
+    apply_but(settings.preset, world, [&](std::string_view key) { return !is_decided_by_preset(key); });
+  for_each_world_key(
+      [&](std::string_view, auto in_settings, auto in_world) { copy(in_world(world), in_settings(settings)); });
+  settled_ = values_;
+}
+
+WorldDef Config::world_definition(std::function<void(std::string_view)> log) const {
+  const Config now = settled();
+  WorldDef world = base_.world;
+  for_each_world_key([&](std::string_view, auto in_settings, auto in_world) {
+    copy(in_settings(now.values_.simulator), in_world(world));
+  });
+  world.log = std::move(log);
+  return world;
+}
+
+}  // namespace fathom::engine

@@ -1,0 +1,56 @@
+// Callbacks may throw. What one throws spares no other its call: all are made, then the first exception is thrown.
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <utility>
+#include <vector>
+
+namespace fathom::engine {
+
+class Failures {
+ public:
+  using Listener = std::function<void(const char* text)>;
+
+  /// False where the call threw.
+  template <class Call>
+  bool guard(Call&& call) {
+    try {
+      call();
+      return true;
+    } catch (...) {
+      thrown_.push_back(std::current_exception());
+      return false;
+    }
+  }
+
+  /// Throws the first of what was thrown since the last call, after telling what the others say.
+  void throw_first(const Listener& tell = {}) {
+    if (thrown_.empty()) return;
+    const std::exception_ptr first = thrown_.front();
+    thrown_.erase(thrown_.begin());
+    tell_all(tell);
+    std::rethrow_exception(first);
+  }
+
+  /// Only tells.
+  void tell_all(const Listener& tell) {
+    for (const std::exception_ptr& thrown : std::exchange(thrown_, {}))
+      if (tell) tell_one(thrown, tell);
+  }
+
+ private:
+  static void tell_one(const std::exception_ptr& thrown, const Listener& tell) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const std::exception& error) {
+      tell(error.what());
+    } catch (...) {
+      tell("an exception that is no std::exception");
+    }
+  }
+
+  std::vector<std::exception_ptr> thrown_;
+};
+
+}  // namespace fathom::engine

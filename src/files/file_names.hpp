@@ -1,0 +1,27 @@
+// The files that one run reads and writes: no output is another output, or an input.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace fathom::files {
+
+/// Both take what the file is to the user ("--json", "the scene") and its name; an empty one and "-" are no file.
+/// Devices, pipes and descriptors may be named more than once.
+class FileNames {
+ public:
+  void reads(const std::string& what, const std::string& path);
+  /// Throws `Error{invalid_argument}` that names both where the file has another part in the run.
+  void writes(const std::string& what, const std::string& path);
+
+ private:
+  struct Use {
+    std::string what, place;
+    bool written;
+  };
+  void add(const std::string& what, const std::string& path, bool written);
+
+  std::vector<Use> uses_;
+};
+
+}  // namespace fathom::files

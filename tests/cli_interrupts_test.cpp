@@ -1,0 +1,140 @@
+// Every command ends on a signal within a second, in every mode and at any moment, with what was made kept.
+#include <gmock/gmock.h>
+
+#include "program.hpp"
+
+namespace {
+
+using fathom::test::Outcome;
+using fathom::test::read_text;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+using Words = std::vector<std::string>;
+
+Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// Builds that check themselves take their time.
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+constexpr std::chrono::seconds soon{1};
+#else
+constexpr std::chrono::seconds soon{15};
+#endif
+constexpr int signals[] = {SIGINT, SIGTERM};
+constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), std::chrono::milliseconds(60)};
+
+class Interrupts : public fathom::test::Program {
+ protected:
+  /// Starts a command that would take for ever, waits until it has begun `file`, then for so long, and sends the
+  /// signal.
+  Outcome interrupt(const Words& words, const std::string& file, int signal, std::chrono::milliseconds moment) {
+    const pid_t child = start(words);
+    for (int i = 0; i < 500 && !has_begun(file); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(moment);
+    const Clock::time_point sent = Clock::now();
+    kill(child, signal);
+    const Outcome outcome = finish(child);
+    EXPECT_LT(Clock::now() - sent, soon) << testing::PrintToString(words);
+    EXPECT_EQ(outcome.exit_code, 130) << testing::PrintToString(words) << outcome.err;
+    for (const std::string& name : files())
+      EXPECT_EQ(name.find(".part"), name.npos) << testing::PrintToString(words) << " leaves " << name;
+    return outcome;
+  }
+  /// Also under its temporary name.
+  bool has_begun(const std::string& file) const {
+    for (const std::string& name : files())
+      if (name.starts_with(file)) return true;
+    return false;
+  }
+  void expect_recording(const std::string& name) const {
+    EXPECT_EQ(fathom({"replay", path(name), "--quiet"}).exit_code, 0) << name;
+    std::filesystem::remove(path(name));
+  }
+};
+
+TEST_F(Interrupts, EndPlayInEveryMode) {
+  const Words loops[] = {{},
+                         {"--set", "loop.time=wall"},
+                         {"--set", "loop.time=wall", "--set", "loop.time_scale=0"},
+                         {"--set", "loop.paused=true"},
+                         {"--set", "loop.time=wall", "--set", "loop.pacing=fixed", "--set", "loop.rate=1"}};
+  int signal = 0;
+  for (const char* mode : {"lockstep", "ahead", "async"}) {
+    for (const Words& loop : loops) {
+      for (const auto moment : moments) {
+        const Words words{"play", "drift", "--bodies", "40", "--steps", "100000000", "--threads", "1"};
+        const Words sets{"--set", "record.file=" + path("run.fathom"),  "--set", "log.console=false",
+                         "--set", std::string("simulator.mode=") + mode};
+        const Outcome outcome = interrupt(words + sets + loop, "run.fathom", signals[signal++ % 2], moment);
+        EXPECT_THAT(outcome.out, HasSubstr("state hash"));
+        expect_recording("run.fathom");
+      }
+    }
+  }
+}
+
+TEST_F(Interrupts, EndRunsWithTheirFiles) {
+  for (const char* simulator : {"native", "device", "hybrid"}) {
+    for (const int signal : signals) {
+      for (const auto moment : moments) {
+        Words words{"run",           "drift",  "--bodies",       "40",          "--steps",         "100000000",
+                    "--threads",     "1",      "--quiet",        "--simulator", simulator,         "--csv",
+                    path("run.csv"), "--json", path("run.json"), "--record",    path("run.fathom")};
+        if (simulator != std::string("native")) words = words + Words{"--device", "host"};
+        interrupt(words, "run.fathom", signal, moment);
+        const auto steps = nlohmann::json::parse(read_text(path("run.json"))).at("steps").get<int>();
+        const std::string rows = read_text(path("run.csv"));
+        EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), steps + 1);
+        if (steps > 0) expect_recording("run.fathom");
+      }
+    }
+  }
+}
+
+TEST_F(Interrupts, EndAValidationInTheMiddleOfACaseWithTheCasesBefore) {
+  for (const int signal : signals) {
+    const Outcome outcome = interrupt({"validate", "--only", "free-fall", "--only", "kapla", "--threads", "1", "--json",
+                                       path("v.json"), "--html", path("v.html")},
+                                      "v.json", signal, std::chrono::milliseconds(300));
+    EXPECT_THAT(outcome.err, HasSubstr("interrupted after 1 of 2 cases"));
+    const auto report = nlohmann::json::parse(read_text(path("v.json")));
+    EXPECT_EQ(report.at("finished"), false);
+    ASSERT_EQ(report.at("cases").size(), 1u);
+    EXPECT_EQ(report.at("cases")[0].at("name"), "free-fall");
+    EXPECT_THAT(read_text(path("v.html")), HasSubstr("The suite was interrupted"));
+    std::filesystem::remove(path("v.json"));
+    std::filesystem::remove(path("v.html"));
+  }
+}
+
+TEST_F(Interrupts, EndReplays) {
+  ASSERT_EQ(fathom({"run", "drift", "--bodies", "100", "--steps", "6000", "--quiet", "--record", path("run.fathom")})
+                .exit_code,
+            0);
+  const Outcome outcome =
+      interrupt({"replay", path("run.fathom"), "--threads", "1"}, "out", SIGINT, std::chrono::milliseconds(60));
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted at step "));
+}
+
+#ifdef FATHOM_HAS_RENDER
+TEST_F(Interrupts, EndPagesWithWhatWasDrawn) {
+  for (const int signal : signals) {
+    interrupt({"render", "drift", "--bodies", "5", "--web", path("p.html"), "--seconds", "100000", "--quiet"}, "p.html",
+              signal, std::chrono::milliseconds(100));
+    EXPECT_THAT(read_text(path("p.html")), HasSubstr("</html>"));
+    std::filesystem::remove(path("p.html"));
+  }
+}
+#endif
+
+#ifdef FATHOM_HAS_BENCH
+TEST_F(Interrupts, EndCampaignsThatGoOnLater) {
+  const Words words{"bench", "campaign", "--only", "drift-100-native-1t", "--out", path("c"), "--quiet"};
+  interrupt(words + Words{"--steps", "1000000"}, "c", SIGTERM, std::chrono::milliseconds(100));
+  EXPECT_EQ(nlohmann::json::parse(read_text(path("c") + "/campaign.json")).at("runs").size(), 0u);
+}
+#endif
+
+}  // namespace
