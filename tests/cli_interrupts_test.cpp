@@ -28,12 +28,14 @@ constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), s
 class Interrupts : public fathom::test::Program {
  protected:
   /// Starts a command that would take for ever, waits until it has begun `file`, then for so long, and sends the
-  /// signal.
+  /// signal, twice as `timeout` does.
   Outcome interrupt(const Words& words, const std::string& file, int signal, std::chrono::milliseconds moment) {
     const pid_t child = start(words);
     for (int i = 0; i < 500 && !has_begun(file); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     std::this_thread::sleep_for(moment);
     const Clock::time_point sent = Clock::now();
+    kill(child, signal);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
     kill(child, signal);
     const Outcome outcome = finish(child);
     EXPECT_LT(Clock::now() - sent, soon) << testing::PrintToString(words);

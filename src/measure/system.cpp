@@ -5,20 +5,40 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 #include <fstream>
 
 namespace fathom {
 namespace {
 
 volatile std::sig_atomic_t interrupt_requested = 0;
+std::atomic<std::int64_t> interrupted_at = 0;  // ms
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 struct sigaction before_interrupt, before_terminate;
 int guards = 0;  // only the outermost acts
 
-/// What was there before is back for the second signal.
+std::int64_t milliseconds_now() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{1000} * now.tv_sec + now.tv_nsec / 1'000'000;
+}
+
+/// One interruption may come as several signals: `timeout` sends its own to the process and to its group, and wrappers
+/// pass on what the terminal has sent to all.
+constexpr std::int64_t one_interruption = 500;  // ms
+
 void request_interrupt(int signal) {
-  interrupt_requested = 1;
-  sigaction(signal, signal == SIGINT ? &before_interrupt : &before_terminate, nullptr);
+  const std::int64_t now = milliseconds_now();
+  if (!interrupt_requested) {
+    interrupted_at = now;
+    interrupt_requested = 1;
+  } else if (now - interrupted_at > one_interruption) {
+    sigaction(signal, signal == SIGINT ? &before_interrupt : &before_terminate, nullptr);
+    raise(signal);
+  }
 }
 
 }  // namespace
@@ -77,14 +97,18 @@ void survive_file_size_limit() { std::signal(SIGXFSZ, SIG_IGN); }
 InterruptGuard::InterruptGuard() {
   if (guards++ > 0) return;
   interrupt_requested = 0;
-  struct sigaction action {};
+  struct sigaction action {
+  }, now{};
   action.sa_handler = request_interrupt;
-  sigaction(SIGINT, &action, &before_interrupt);
-  sigaction(SIGTERM, &action, &before_terminate);
+  for (const int signal : {SIGINT, SIGTERM}) {
+    sigaction(signal, &action, &now);
+    if (now.sa_handler != request_interrupt) (signal == SIGINT ? before_interrupt : before_terminate) = now;
+  }
 }
 
+// After an interruption what is left of it is still waited for: the process is at its end.
 InterruptGuard::~InterruptGuard() {
-  if (--guards > 0) return;
+  if (--guards > 0 || interrupt_requested) return;
   sigaction(SIGINT, &before_interrupt, nullptr);
   sigaction(SIGTERM, &before_terminate, nullptr);
 }

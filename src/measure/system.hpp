@@ -25,8 +25,8 @@ std::string fit_to_terminal(std::string text);
 /// A file that reaches the process's size limit is then an error like a full disk, not the program's end.
 void survive_file_size_limit();
 
-/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; a second one does what it did before, which is to end
-/// the program at once.
+/// While it lives, the first Ctrl-C (or SIGTERM) asks for an end; another one, half a second later or more, does what
+/// it did before, which is to end the program at once.
 class InterruptGuard {
  public:
   InterruptGuard();
