@@ -141,9 +141,9 @@ struct FreeWay {
 /// all of it unless they come out inside or behind each other. The solver sees where bodies meet that fly straight on;
 /// what they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one.
 /// It goes on with what it meets, and along its surface. What touched before and still comes
-/// deeper, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface and loses
-/// its approach. It is not stopped: held where it is too deep it would be pushed out for ever and never get out. `first`
-/// is that of `look_ahead`.
+/// deeper, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface and
+/// loses its approach. It is not stopped: held where it is too deep it would be pushed out for ever and never get out.
+/// `first` is that of `look_ahead`.
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
   FreeWay way;
