@@ -11,32 +11,20 @@
 #include <thread>
 
 #include "engine/data_log.hpp"
-#include "engine/engine.hpp"
 #include "engine/trace.hpp"
+#include "engine_fixture.hpp"
 #include "files/file_names.hpp"
 #include "files/output_file.hpp"
-#include "test_folder.hpp"
 
 namespace fathom::engine::test {
 namespace {
 
-using fathom::test::read_text;
 using fathom::test::TestFolder;
 using files::FileNames;
 using files::OutputFile;
 using files::Writing;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-template <class Work>
-std::string refusal(const Work& work) {
-  try {
-    work();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing was refused";
-}
 
 TEST(EngineFiles, AppearCompleteOrNotAtAll) {
   const TestFolder folder;

@@ -508,7 +508,6 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
   state_.note_filter(slot, info.filter);
   state_.note_to_solve(slot);
-  solver_.supports().overloads().forget(slot);
   set_changed_ = true;
   active_is_current_ = false;
 }
@@ -522,6 +521,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   });
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
   islands_.forget(slot);
+  solver_.supports().overloads().forget(slot);
   state_.clear(slot);
   std::erase(forced_, slot);
   set_changed_ = true;

@@ -17,7 +17,7 @@ class Overloads {
   void resize(std::size_t slots) {
     if (loads_.size() < slots) loads_.resize(slots);
   }
-  /// Another body takes the slot.
+  /// The slot's body is removed.
   void forget(std::uint32_t slot) {
     if (slot < loads_.size()) loads_[slot] = {};
   }
