@@ -48,7 +48,7 @@ struct StageFixture {
   Change update(std::uint32_t contact, std::vector<NewManifold>& begun) {
     Contact& c = graph[contact];
     return update_contact(contact, c, c.touching() ? &graph.manifold(c) : nullptr,
-                          {bodies, state, scene.world.dt, begun, fast});
+                          {bodies, state, scene.world.dt, begun, fast, graph, ended, gone, has_new_parts});
   }
 
   Scene scene;
@@ -61,6 +61,8 @@ struct StageFixture {
   std::vector<std::uint32_t> moving;   // slots of dynamic bodies
   std::size_t manifold_count = 0;
   std::vector<FastPair> fast;
+  std::vector<std::uint32_t> ended, gone;  // of parts of pairs with surfaces: there are none
+  bool has_new_parts = false;
 };
 
 }  // namespace fathom::native

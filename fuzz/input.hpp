@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <fathom/error.hpp>
+#include <fathom/joint.hpp>
+#include <fathom/mesh.hpp>
 #include <fathom/shape.hpp>
 #include <vector>
 
@@ -61,6 +63,62 @@ class Input {
       default:
         return hull(points(4 + byte() % 16));
     }
+  }
+  /// A mesh of any triangles, or a height field; for fixed and kinematic bodies. Throws as `shape`.
+  Shape surface() {
+    const std::uint8_t kind = byte();
+    if (kind % 2 == 0) {
+      const std::vector<Vec3> vertices = points(3 + byte() % 14);
+      std::vector<std::uint32_t> indices;
+      for (int i = 3 * (1 + byte() % 16); i > 0; --i)
+        indices.push_back(byte() % (static_cast<std::uint32_t>(vertices.size()) + (kind > 250 ? 1 : 0)));
+      return mesh(vertices, indices);
+    }
+    HeightFieldDef field;
+    field.columns = 2 + byte() % 6, field.rows = 2 + byte() % 6;
+    field.cell_x = number(), field.cell_y = number();
+    std::vector<float> heights(static_cast<std::size_t>(field.columns) * field.rows);
+    for (float& height : heights) height = number();
+    field.heights = heights;
+    return height_field(field);
+  }
+  Pose frame() {
+    Pose pose;
+    pose.position = vector();
+    if (byte() % 2 == 0) pose.rotation = rotation();
+    return pose;
+  }
+  JointAxis axis() {
+    JointAxis axis;
+    const std::uint8_t bits = byte();
+    axis.mode = static_cast<AxisMode>(bits % 4 % 3);
+    axis.lower = number(), axis.upper = axis.lower + std::abs(number());
+    if (bits & 16)
+      axis.drive = {number(), number(), std::abs(number()), std::abs(number()), number(), (bits & 32) != 0};
+    if (bits & 64) axis.restitution = static_cast<float>(byte()) / 255.0f;
+    if (bits & 128) axis.armature = number();
+    return axis;
+  }
+  /// Of any type, with whatever parameters; worlds refuse most that make no sense.
+  JointDef joint(BodyId a, BodyId b) {
+    JointDef def;
+    const std::uint8_t kind = byte();
+    if (kind % 8 == 0) def = generic_joint(a, b, frame(), frame());
+    if (kind % 8 == 1) def = fixed_joint(a, b, frame(), frame());
+    if (kind % 8 == 2) def = revolute_joint(a, b, frame(), frame());
+    if (kind % 8 == 3) def = universal_joint(a, b, frame(), frame());
+    if (kind % 8 == 4) def = distance_joint(a, b, vector(), vector(), std::abs(number()), std::abs(number()));
+    if (kind % 8 == 5) def = pulley_joint(a, vector(), vector(), b, vector(), vector(), std::abs(number()), number());
+    if (kind % 8 == 6) def = gear_joint(a, frame(), vector(), b, frame(), vector(), number());
+    if (kind % 8 == 7) def = ball_joint(a, b, vector(), vector());
+    const std::uint8_t more = byte();
+    if (more & 1) def.hertz = std::abs(number()), def.damping_ratio = std::abs(number());
+    if (more & 2) def.axes[byte() % joint_axis_count] = axis();
+    if (more & 4) def.cone_angle = number();
+    if (more & 8) def.break_force = std::abs(number()), def.break_torque = std::abs(number());
+    if (more & 16) def.max_force = number();
+    def.collide_connected = (more & 32) != 0;
+    return def;
   }
   std::vector<Vec3> points(int count) {
     std::vector<Vec3> list;

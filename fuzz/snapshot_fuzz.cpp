@@ -34,6 +34,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     world.restore(bytes);
     for (const BodyId id : world.bodies()) (void)world.pose(id);
+    for (const JointId id : world.joints()) (void)world.joint_positions(id);
     std::vector<std::byte> again;
     world.save(again);
   } catch (const Error&) {

@@ -51,7 +51,8 @@ class Session {
     BodyDef def;
     const std::uint8_t bits = input_.byte();
     def.motion = bits % 8 == 0 ? MotionType::fixed : bits % 8 == 1 ? MotionType::kinematic : MotionType::dynamic;
-    def.shape = input_.shape();
+    const bool is_surface = def.motion != MotionType::dynamic && input_.byte() % 2 == 0;
+    def.shape = is_surface ? input_.surface() : input_.shape();
     def.pose.position = input_.vector();
     if (bits & 16) def.pose.rotation = input_.rotation();
     if (bits & 32) def.velocity.linear = input_.vector();
@@ -61,8 +62,36 @@ class Session {
     ids_.push_back(world_.add(def));
   }
 
+  JointId joint_id() {
+    if (joints_.empty()) return {};
+    return joints_[input_.byte() % joints_.size()];
+  }
+
+  void call_joint() {
+    const std::uint8_t kind = input_.byte();
+    if (kind % 8 < 3) {
+      const BodyId a = id();
+      return joints_.push_back(world_.add_joint(input_.joint(a, id())));
+    }
+    const JointId joint = joint_id();
+    switch (kind % 8) {
+      case 3:
+        return world_.remove_joint(joint);
+      case 4:
+        return world_.set_joint_axis(joint, static_cast<JointAxisName>(input_.byte() % 7), input_.axis());
+      case 5:
+        if (kind & 8) return world_.set_joint_frames(joint, input_.frame(), input_.frame());
+        return world_.set_joint_target(joint, input_.vector());
+      case 6:
+        if (kind & 8) return world_.set_joint_break(joint, input_.number(), input_.number());
+        return world_.set_joint_spring(joint, input_.number(), input_.number());
+      default:
+        return world_.change_joint(joint, input_.joint({}, world_.joint(joint).b));
+    }
+  }
+
   void call() {
-    switch (input_.byte() % 20) {
+    switch (input_.byte() % 24) {
       case 0:
       case 1:
       case 2:
@@ -107,17 +136,18 @@ class Session {
         return world_.set_damping(body, input_.number(), input_.number());
       }
       case 12: {
-        const Vec3 origin = input_.vector();
-        world_.ray_cast(origin, input_.vector());
-        return;
+        const Vec3 origin = input_.vector(), translation = input_.vector();
+        return check(world_.cast_ray(origin, translation), world_.cast_ray_all(origin, translation));
       }
       case 13: {
         const Shape shape = input_.shape();
         Pose pose;
         pose.position = input_.vector();
         pose.rotation = input_.rotation();
-        world_.overlap_shape(shape, pose);
-        return;
+        for (const BodyId body : world_.overlap_shape(shape, pose))
+          fuzz::require(world_.closest_points(shape, pose, body).distance == 0);
+        const Vec3 translation = input_.vector();
+        return check(world_.cast_shape(shape, pose, translation), world_.cast_shape_all(shape, pose, translation));
       }
       case 14:
         return world_.set_gravity(input_.vector());
@@ -126,10 +156,21 @@ class Session {
         return;
       case 16:
         return world_.wake(id());
+      case 17:
+      case 18:
+      case 19:
+      case 20:
+        return call_joint();
       default:
         world_.step();
         return check();
     }
+  }
+
+  static void check(const std::optional<CastHit>& nearest, const std::vector<CastHit>& all) {
+    fuzz::require(nearest.has_value() == !all.empty());
+    if (nearest) fuzz::require(nearest->body == all.front().body && nearest->fraction == all.front().fraction);
+    for (const CastHit& hit : all) fuzz::require(hit.fraction >= 0 && hit.fraction <= 1);
   }
 
   void check() const {
@@ -137,11 +178,17 @@ class Session {
       const Velocity& v = world_.velocity(body);
       fuzz::require(is_finite(world_.pose(body)) && is_finite(v.linear) && is_finite(v.angular));
     }
+    for (const JointId joint : world_.joints()) {
+      const JointReaction reaction = world_.reaction(joint);
+      fuzz::require(is_finite(reaction.force) && is_finite(reaction.torque));
+      fuzz::require(world_.contains(world_.joint(joint).a) && world_.contains(world_.joint(joint).b));
+    }
   }
 
   fuzz::Input& input_;
   World world_;
   std::vector<BodyId> ids_;
+  std::vector<JointId> joints_;
 };
 
 }  // namespace

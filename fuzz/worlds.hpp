@@ -26,15 +26,37 @@ inline BodyDef body(const Shape& shape, Vec3 position, MotionType motion = Motio
   return def;
 }
 
+/// Joints of every type between the bodies, one of which is fixed.
+inline void add_joints(World& world, const std::vector<BodyId>& ids, BodyId ground) {
+  const Pose end{.position = {0.35f, 0, 0}}, start{.position = {-0.35f, 0, 0}};
+  world.add_joint(ball_joint(ids[0], ids[1], end.position, start.position));
+  JointDef hinge = revolute_joint(ids[1], ids[2], end, start);
+  hinge.axis(JointAxisName::twist).limit(-1, 1).drive_velocity(2, 5);
+  world.add_joint(hinge);
+  JointDef rope = distance_joint(ids[3], ids[4], {}, {}, 0, 2);
+  rope.break_force = 1e6f;
+  world.add_joint(rope);
+  world.add_joint(pulley_joint(ids[6], {}, {0, 0, 8}, ids[7], {}, {1, 0, 8}, 20));
+  world.add_joint(target_joint(ground, world.pose(ground), ids[8], {}, {1, 1, 6}, 4, 1, 500));
+}
+
 /// A world in the middle of its life, as bytes.
 inline std::vector<std::byte> snapshot(SimulatorKind simulator) {
   World world(definition(simulator));
-  world.add(body(box({20, 20, 0.5f}), {0, 0, -0.5f}, MotionType::fixed));
+  const BodyId ground = world.add(body(box({20, 20, 0.5f}), {0, 0, -0.5f}, MotionType::fixed));
+  if (simulator == SimulatorKind::native) {  // the device simulator has no surfaces
+    const Vec3 vertices[] = {{-5, -5, 0.1f}, {5, -5, 0.2f}, {5, 5, 0.1f}, {-5, 5, 0.3f}};
+    const std::uint32_t indices[] = {0, 1, 2, 0, 2, 3};
+    world.add(body(mesh(vertices, indices), {0, 0, 0}, MotionType::fixed));
+    const float heights[] = {0, 0.2f, 0, 0.1f, 0.3f, 0.1f, 0, 0.1f, 0};
+    world.add(body(height_field({3, 3, 3, 3, heights}), {2, -3, 0}, MotionType::fixed));
+  }
   const Vec3 corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
   const Shape shapes[] = {box({0.4f, 0.5f, 0.3f}), sphere(0.4f), capsule(0.2f, 0.3f), hull(corners)};
   std::vector<BodyId> ids;
   for (int i = 0; i < 12; ++i)
     ids.push_back(world.add(body(shapes[i % 4], {0.7f * static_cast<float>(i % 3), 0, 0.5f * static_cast<float>(i)})));
+  add_joints(world, ids, ground);
   for (int i = 0; i < 40; ++i) world.step();
   world.remove(ids[5]);
   world.apply_force(ids[3], {10, 0, 5});

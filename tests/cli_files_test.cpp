@@ -124,6 +124,88 @@ TEST_F(ProgramFiles, EveryWriterTellsOfAFullDevice) {
     expect_one_line(fathom(words), "could not be written to its end (No space left on device)", words.front());
 }
 
+TEST_F(ProgramFiles, WhatGoesToStdoutIsAloneThere) {
+  for (const char* out : {"-", "/dev/stdout"}) {
+    for (Writer writer : writers()) {
+      std::erase(writer.words, "--quiet");
+      const Outcome outcome = write(writer, out);
+      EXPECT_EQ(outcome.exit_code, 0) << name(writer) << outcome.err;
+      EXPECT_THAT(outcome.out, testing::StartsWith(writer.says)) << name(writer);
+      for (const char* other : {"  state hash  ", "pass  ", "Milliseconds a step"})
+        EXPECT_EQ(outcome.out.find(other), std::string::npos) << name(writer) << ", " << other;
+      EXPECT_TRUE(writer.says != "{" || json::accept(outcome.out)) << name(writer);
+      EXPECT_THAT(left(), ElementsAre()) << name(writer);
+    }
+    for (const char* key : {"record.file", "trace.file", "log.data"}) {
+      const Outcome outcome = fathom({"play", "drift", "--bodies", "5", "--steps", "3", "--set",
+                                      std::string(key) + "=" + out, "--set", "log.console=false"});
+      EXPECT_EQ(outcome.exit_code, 0) << key << outcome.err;
+      EXPECT_EQ(outcome.out.find("state hash"), std::string::npos) << key;
+      EXPECT_THAT(outcome.err, HasSubstr("state hash")) << key;
+      EXPECT_THAT(left(), ElementsAre()) << key;
+    }
+  }
+}
+
+TEST_F(ProgramFiles, ThatNobodyHearsMessagesEndsNothing) {
+  const struct {
+    Words words;
+    int exit_code;
+  } lines[] = {
+      {{"run", "nosuch"}, 2},
+      {{"nosuch"}, 2},
+      {{"run", "drift", "--bodies", "5", "--steps", "2", "--json", "-"}, 0},
+      {{"validate", "--short", "--only", "free-fall", "--json", "-"}, 0},
+      {{"play", "drift", "--bodies", "5", "--steps", "2", "--set", "simulator.device=cuda:99"}, 0},
+      {{"replay", "nosuch"}, 2},
+#ifdef FATHOM_HAS_BENCH
+      {{"bench", "peers", "--engines", "fathom", "--scenes", "drift:20@5", "--rounds", "1", "--threads", "1", "--json",
+        path("p")},
+       0},
+      {{"bench", "campaign", "--only", "drift-100-native-1t-fathom", "--steps", "3", "--out", path("c")}, 0},
+#endif
+  };
+  for (const auto& [words, exit_code] : lines) {
+    stderr_ = "/dev/full";
+    closed_.clear();
+    EXPECT_EQ(fathom(words).exit_code, exit_code) << testing::PrintToString(words);
+    stderr_ = "err";
+    closed_ = {STDERR_FILENO};
+    if (words.back() == path("c")) continue;  // its folder is there now
+    EXPECT_EQ(fathom(words).exit_code, exit_code) << testing::PrintToString(words) << ", closed";
+  }
+}
+
+// A file that takes the number of a closed stdout must not get what is printed.
+TEST_F(ProgramFiles, AreWholeWhateverIsClosed) {
+  for (int closed = 0; closed < 8; ++closed) {
+    closed_.clear();
+    for (int number = 0; number < 3; ++number)
+      if ((closed >> number & 1) != 0) closed_.push_back(number);
+    Words words{"run", "drift", "--bodies", "5", "--steps", "3"};
+    for (const char* kind : {"json", "csv", "record", "trace"})
+      words.insert(words.end(), {std::string("--") + kind, path(kind)});
+    const bool heard = (closed >> STDOUT_FILENO & 1) == 0;
+    EXPECT_EQ(fathom(words).exit_code, heard ? 0 : 2) << closed;
+    words = {"play", "drift", "--bodies", "5", "--steps", "3"};
+    for (const char* key : {"record.file", "trace.file", "log.data", "log.file"})
+      words.insert(words.end(), {"--set", std::string(key) + "=" + path(key)});
+    EXPECT_EQ(fathom(words).exit_code, heard ? 0 : 2) << closed;
+    closed_.clear();
+    EXPECT_EQ(json::parse(read_text(path("json"))).at("steps"), 3) << closed;
+    const std::string rows = read_text(path("csv"));
+    EXPECT_THAT(rows, testing::StartsWith("step,")) << closed;
+    EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 4) << closed;
+    for (const char* trace : {"trace", "trace.file"})
+      EXPECT_TRUE(json::accept(read_text(path(trace)))) << closed << ", " << trace;
+    for (const char* recording : {"record", "record.file"})
+      EXPECT_EQ(fathom({"replay", path(recording), "--quiet"}).exit_code, 0) << closed << ", " << recording;
+    EXPECT_THAT(read_text(path("log.data")), testing::StartsWith("series,")) << closed;
+    EXPECT_EQ(read_text(path("log.file")).find("state hash"), std::string::npos) << closed;
+    for (const std::string& file : left()) fs::remove(path(file));
+  }
+}
+
 TEST_F(ProgramFiles, ARecordingThroughAPipeIsSound) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
   std::thread reader([&] { std::ofstream(path("copy"), std::ios::binary) << read_text(path("pipe")); });
@@ -164,6 +246,13 @@ TEST_F(ProgramFiles, AFileHasOnePartInARun) {
     EXPECT_EQ(left(), before) << says;
   }
   EXPECT_EQ(read_text(path("scene.toml")), scene);
+  ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+  expect_one_line(fathom({"run", "drift", "--json", path("pipe"), "--csv", path("pipe")}), "are one file", "a pipe");
+  for (const char* out : {"-", "/dev/stdout", "/proc/self/fd/1"}) {
+    expect_one_line(fathom({"run", "drift", "--json", "-", "--csv", out}), "cannot both go to stdout", out);
+    expect_one_line(fathom({"run", "drift", "--json", "-", "--record", out}), "are one file", out);
+    expect_one_line(fathom({"validate", "--json", "-", "--html", out}), "are one file", out);
+  }
   // Devices may be named as often as one likes.
   EXPECT_EQ(
       fathom({"run", "drift", "--bodies", "5", "--steps", "2", "--quiet", "--json", "/dev/null", "--csv", "/dev/null"})

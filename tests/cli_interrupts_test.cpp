@@ -1,6 +1,9 @@
 // Every command ends on a signal within a second, in every mode and at any moment, with what was made kept.
 #include <gmock/gmock.h>
 
+#include <array>
+#include <random>
+
 #include "program.hpp"
 
 namespace {
@@ -19,8 +22,10 @@ Words operator+(Words a, const Words& b) {
 // Builds that check themselves take their time.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 constexpr std::chrono::seconds soon{1};
+constexpr std::chrono::milliseconds started{60};  // the program looks out for signals by then
 #else
 constexpr std::chrono::seconds soon{15};
+constexpr std::chrono::milliseconds started{300};
 #endif
 constexpr int signals[] = {SIGINT, SIGTERM};
 constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), std::chrono::milliseconds(60)};
@@ -77,6 +82,37 @@ TEST_F(Interrupts, EndPlayInEveryMode) {
   }
 }
 
+TEST_F(Interrupts, EndPlayAtRandomMoments) {
+  std::mt19937 random(27);
+  const auto any = [&](std::initializer_list<const char*> of) { return std::string(of.begin()[random() % of.size()]); };
+  for (int i = 0; i < 18; ++i) {
+    const std::string simulator = std::array{"native", "device", "hybrid"}[i % 3];
+    const std::string mode = std::array{"lockstep", "ahead", "async"}[i / 3 % 3];
+    Words words{"play", "pyramid", "--layers", "4", "--steps", "100000000", "--threads", "1", "--simulator", simulator};
+    if (simulator != "native") words = words + Words{"--device", "host"};
+    for (const std::string& set :
+         {"simulator.mode=" + mode, "simulator.ahead=" + any({"1", "2", "5"}), "loop.time=" + any({"steps", "wall"}),
+          "loop.time_scale=" + any({"0", "0.1", "1", "30"}), "loop.pacing=" + any({"free", "fixed", "vsync"}),
+          "loop.rate=" + any({"2", "60", "1000"}), "loop.paused=" + any({"false", "false", "true"}),
+          "record.file=" + path("run.fathom"), "trace.file=" + path("trace.json"), "log.data=" + path("data.csv"),
+          std::string("log.console=false")})
+      words = words + Words{"--set", set};
+    interrupt(words, "run.fathom", signals[random() % 2], std::chrono::milliseconds(random() % 150));
+    expect_recording("run.fathom");
+    EXPECT_TRUE(read_text(path("trace.json")).ends_with("\n]}\n"));
+    EXPECT_TRUE(read_text(path("data.csv")).ends_with("\n"));
+    for (const char* file : {"trace.json", "data.csv"}) std::filesystem::remove(path(file));
+  }
+}
+
+// A paused loop without pacing makes a million zones a second.
+TEST_F(Interrupts, EndPlayWithAFullTrace) {
+  const Words words{"play", "drift", "--bodies",         "40",    "--threads",
+                    "1",    "--set", "loop.paused=true", "--set", "trace.file=" + path("t.json")};
+  interrupt(words, "t.json", SIGINT, std::chrono::milliseconds(1500));
+  EXPECT_TRUE(read_text(path("t.json")).ends_with("\n]}\n"));
+}
+
 TEST_F(Interrupts, EndRunsWithTheirFiles) {
   for (const char* simulator : {"native", "device", "hybrid"}) {
     for (const int signal : signals) {
@@ -90,6 +126,7 @@ TEST_F(Interrupts, EndRunsWithTheirFiles) {
         const std::string rows = read_text(path("run.csv"));
         EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), steps + 1);
         if (steps > 0) expect_recording("run.fathom");
+        std::filesystem::remove(path("run.fathom"));  // the next one's has not begun
       }
     }
   }
@@ -115,8 +152,7 @@ TEST_F(Interrupts, EndReplays) {
   ASSERT_EQ(fathom({"run", "drift", "--bodies", "100", "--steps", "6000", "--quiet", "--record", path("run.fathom")})
                 .exit_code,
             0);
-  const Outcome outcome =
-      interrupt({"replay", path("run.fathom"), "--threads", "1"}, "out", SIGINT, std::chrono::milliseconds(60));
+  const Outcome outcome = interrupt({"replay", path("run.fathom"), "--threads", "1"}, "out", SIGINT, started);
   EXPECT_THAT(outcome.err, HasSubstr("interrupted at step "));
 }
 

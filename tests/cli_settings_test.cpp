@@ -119,6 +119,25 @@ TEST_F(Settings, GiveTheSameStatesInEveryCommandWhereverTheyAreMade) {
   }
 }
 
+#ifdef FATHOM_HAS_VIEWER
+// `cli.view` brings a display; without one this test says nothing.
+TEST_F(Settings, AreThoseOfTheViewerToo) {
+  if (!std::getenv("DISPLAY")) GTEST_SKIP() << "there is no display here";
+  const Words frames{"--frames", "50", "--threads", "1", "--size", "64x64"}, steps{"--steps", "50", "--threads", "1"};
+  for (const Setting& s : settings) {
+    const std::string plain = scene("plain.toml", s.beside), saying = scene("saying.toml", s.scene);
+    const std::string file = write("engine.toml", "[simulator]\n" + std::string(s.key) + " = " + s.value + "\n");
+    std::vector<Words> places{
+        {saying}, {plain, "--config", file}, {plain, "--set", "simulator." + std::string(s.key) + "=" + s.value}};
+    if (!s.option.empty()) places.push_back(Words{plain} + s.option);
+    const std::string expected = hash(Words{"run", saying} + steps);
+    EXPECT_NE(expected, hash(Words{"run", plain} + steps)) << s.key << ": the sample changes something";
+    for (const Words& words : places)
+      EXPECT_EQ(hash(Words{"view"} + words + frames), expected) << s.key << testing::PrintToString(words);
+  }
+}
+#endif
+
 #ifdef FATHOM_HAS_RENDER
 // A page holds the poses: equal worlds give equal pages.
 TEST_F(Settings, RenderTheSame) {

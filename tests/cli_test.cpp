@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "program.hpp"
+#include "trace_reader.hpp"
 
 namespace {
 
@@ -126,8 +127,8 @@ TEST_F(Program, RunsASceneFile) {
   EXPECT_EQ(r.at("steps"), 10);
 }
 
-TEST_F(Program, ScenesWithJointsRunAreRecordedAndPlayed) {
-  for (const char* name : {"joints", "mechanisms"}) {
+TEST_F(Program, ScenesWithJointsOrSurfacesRunAreRecordedAndPlayed) {
+  for (const char* name : {"joints", "mechanisms", "surfaces"}) {
     const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/" + std::string(name) + ".toml";
     const std::string hash = result_of({scene, "--steps", "90"}).at("state_hash");
     ASSERT_EQ(fathom({"run", scene, "--steps", "90", "--quiet", "--record", path("run.fathom")}).exit_code, 0);
@@ -231,6 +232,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"bench", "campain"}, "'fathom bench' has no subcommand campain; did you mean campaign?"},
       {{"bench", "campaign", "--rouds", "3"}, "'fathom bench campaign' has no option --rouds; did you mean --rounds?"},
       {{"bench", "peers", "--limit", "nan"}, "--limit must be a number of seconds from 0 to 1e9, not nan"},
+      {{"bench", "compare", "/tmp", "/tmp"}, "/tmp: cannot be read (Is a directory); give files of"},
       {{"bench", "report"}, "see 'fathom bench report --help'"},
 #endif
       {{"run", "drift", "--bodies", "0"}, "drift: 0 bodies asked for; ask for at least 1"},
@@ -276,6 +278,10 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"replay", FATHOM_SOURCE_DIR "/README.md"}, "README.md: this is no recording of fathom"},
       {{"config", "--set", "simulator.treads=2"}, "did you mean 'simulator.threads'?"},
       {{"config", "--config", "/nowhere/e.toml"}, "/nowhere/e.toml: cannot be read"},
+      {{"run", "drift", "--config", "/tmp"}, "/tmp: cannot be read (Is a directory); 'fathom config --write FILE'"},
+      {{"table", "/tmp"}, "/tmp: cannot be read (Is a directory)"},
+      {{"run", "/tmp"}, "/tmp: is a folder"},
+      {{"replay", "/tmp"}, "/tmp: "},
       {{"run", "drift", "--set", "simulator.threads=x"}, "'simulator.threads' must be a whole number"},
       {{"run", "drift", "--record", "/nowhere/run.fathom"}, "/nowhere/run.fathom: cannot be written"},
       {{"run", "drift", "--trace", "/nowhere/t.json"}, "/nowhere/t.json: cannot be written"},
@@ -369,9 +375,13 @@ TEST_F(Program, RecordsAndReplays) {
   const std::string hash = again.out.substr(again.out.find("state hash"));
   EXPECT_THAT(run.out, HasSubstr(hash));
   EXPECT_EQ(fathom({"replay", path("run.fathom"), "--quiet"}).out, "");
-  const json trace = json::parse(read_text(path("trace.json")));
   int steps = 0;
-  for (const json& event : trace.at("traceEvents")) steps += event.at("name") == "step";
+  for (const fathom::test::TraceZone& zone : fathom::test::trace_zones(path("trace.json"))) {
+    steps += zone.name == "step";
+    if (zone.name == "find_pairs") {
+      EXPECT_EQ(zone.parent, "step");
+    }
+  }
   EXPECT_EQ(steps, 70);
   std::ofstream(path("cut.fathom")) << read_text(path("run.fathom")).substr(0, 900);
   const Outcome cut = fathom({"replay", path("cut.fathom")});

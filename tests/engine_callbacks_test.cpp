@@ -1,6 +1,8 @@
 // Anything may be created, destroyed, thrown and changed inside any callback.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <map>
 #include <numeric>
 #include <random>
 
@@ -14,6 +16,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr const char* modes[] = {"lockstep", "ahead", "async"};
+constexpr const char* simulators[] = {"native", "device", "hybrid"};
 
 Config in_mode(const char* mode) {
   Config config = quiet_config();
@@ -169,6 +172,13 @@ TEST(EngineCallbacks, TheLoopIsNotEnteredTwice) {
     });
     engine.run(2);
     for (const std::string& text : said) EXPECT_THAT(text, HasSubstr("it was called from a callback"));
+    said.clear();
+    engine.end_when([&] {
+      said = {refusal([&] { engine.frame(); }), refusal([&] { engine.run(1); }), refusal([&] { engine.finish(); })};
+      return false;
+    });
+    engine.run(1);
+    for (const std::string& text : said) EXPECT_THAT(text, HasSubstr("it was called from a callback"));
     engine.finish();
     engine.finish();
     EXPECT_THAT(refusal([&] { engine.run(1); }), HasSubstr("the engine was finished"));
@@ -218,6 +228,9 @@ TEST(EngineCallbacks, TimersFireAtTheStepThatEndsAtTheirTime) {
                         {"0.005", 0.1, 20},
                         {"0.02", 0.1, 5},
                         {"0.016666667", 0.5, 30},
+                        {"0.016666666", 0.5, 30},
+                        {"0.0083333333", 0.25, 30},
+                        {"0.033333333", 1, 30},
                         {"0.001", 0.3, 300},
                         {"0.0041666667", 1, 240},
                         {"0.016", 0.08, 5}}) {
@@ -361,6 +374,120 @@ TEST(EngineCallbacks, AHandlerThatThrowsSparesNoOther) {
   EXPECT_FALSE(input.held("jump"));
 }
 
+// --- all of them -----------------------------------------------------------------------------------------------
+
+/// Callbacks of every kind that only count their calls, and throw at one of them.
+class Counted final : public FrontEnd {
+ public:
+  explicit Counted(int target) : target_(target) {}
+  void begin(Engine& engine) {
+    engine_ = &engine;
+    for (int i = 0; i < 3; ++i) engine.world().spawn(falling({2.0f * static_cast<float>(i), 0, 5}));
+    for (const auto& [phase, name] :
+         {std::pair{TickPhase::before, "before"}, {TickPhase::during, "during"}, {TickPhase::after, "after"}}) {
+      const auto count = [this, name = name](Entity&, const Tick&) { call(name); };
+      EntityDef def;
+      def.tick = phase;
+      engine.world().spawn(def, count);
+      engine.world().spawn(def, count);
+    }
+    engine.on_frame([this](Engine&) {
+      come_and_go();
+      call("frame");
+    });
+    engine.timers().every(0.02, [this] { call("timer"); });
+    engine.timers().after(0.05, [this] { call("once"); });
+    engine.timers().every(
+        1e-6,
+        [this] {
+          // Once a frame, however long that takes.
+          if (std::exchange(wall_polls_, polls_) != polls_) call("wall timer");
+        },
+        TimeBase::wall);
+    engine.input().bind("go", "g");
+    engine.input().add_handler(1, [this](const InputEvent&) { return call("handler"), false; });
+    engine.input().on_action("go", [this](bool) { call("action"); });
+    engine.end_when([this] { return call("end"), false; });
+  }
+  void poll(std::vector<InputEvent>& events) override {
+    const auto kind = polls_++ % 2 == 0 ? InputKind::key_pressed : InputKind::key_released;
+    events.push_back({kind, 0, 'G', 0, 0});
+    call("poll");
+  }
+  void draw(const DrawFrame&) override { call("draw"); }
+
+  const std::string& thrown() const { return thrown_; }
+  int count(const std::string& name) { return calls_[name]; }
+
+ private:
+  void call(const char* name) {
+    ++calls_[name];
+    if (++all_ != target_) return;
+    thrown_ = name;
+    throw std::runtime_error(name);
+  }
+  /// Every frame an entity comes and the one of the frame before goes.
+  void come_and_go() {
+    engine_->world().destroy(guest_);
+    auto guest = std::make_unique<Calling>();
+    guest->at_creation = [this](Engine&, EntityDef&) { call("created"); };
+    guest->at_end = [this](Engine&) { call("destroyed"); };
+    guest_ = engine_->world().spawn({}, std::move(guest));
+  }
+
+  Engine* engine_ = nullptr;
+  EntityId guest_{};
+  int target_, all_ = 0, polls_ = 0, wall_polls_ = 0;
+  std::map<std::string, int> calls_;
+  std::string thrown_;
+};
+
+TEST(EngineCallbacks, AnExceptionAtAnyCallSparesNoOtherAndChangesNoState) {
+  std::map<std::string, int> thrown;
+  for (const char* simulator : simulators) {
+    for (const char* mode : modes) {
+      std::uint64_t expected = 0;
+      // The native simulator throws at each call, the others at some.
+      const int stride = simulator == std::string("native") ? 1 : 7;
+      for (int target = 0; target < 160; target += stride) {
+        const std::string what = fmt::format("{}, {}, call {}", simulator, mode, target);
+        Config config = in_mode(mode);
+        config.set(std::string("simulator.kind=") + simulator);
+        config.set("simulator.device=host");
+        config.set("log.level=off");
+        Counted counted(target);
+        Engine engine(config, &counted);
+        counted.begin(engine);
+        std::string caught;
+        try {
+          engine.run(10);
+        } catch (const std::runtime_error& error) {
+          caught = error.what();
+          EXPECT_EQ(engine.simulation().completed(), engine.steps()) << what << ": no step is under way";
+        }
+        EXPECT_EQ(caught, counted.thrown()) << what;
+        ++thrown[caught];
+        if (engine.steps() < 10) engine.run(10 - engine.steps());
+        EXPECT_EQ(engine.steps(), 10u) << what << " in " << caught;
+        EXPECT_EQ(engine.simulation().completed(), 10u) << what << " in " << caught;
+        for (const char* phase : {"before", "during", "after"}) {
+          if (mode != std::string("async")) {
+            EXPECT_EQ(counted.count(phase), 20) << what << " in " << caught;
+          }
+          EXPECT_EQ(counted.count(phase) % 2, 0) << what << " in " << caught;
+        }
+        std::uint64_t hash = 0;
+        engine.simulation().inspect([&](const CommandRunner& runner) { hash = runner.world().state_hash(); });
+        if (target == 0) expected = hash;
+        EXPECT_EQ(hash, expected) << what << " in " << caught;
+      }
+    }
+  }
+  for (const char* name : {"before", "during", "after", "frame", "timer", "once", "wall timer", "handler", "action",
+                           "end", "poll", "draw", "created", "destroyed"})
+    EXPECT_GT(thrown[name], 0) << name;
+}
+
 // --- at random -------------------------------------------------------------------------------------------------
 
 /// Callbacks of all kinds, in a shuffled order, that do what they like at random: create, destroy, push, pause, set and
@@ -442,7 +569,7 @@ TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
   const Folder folder;
   int thrown = 0;
   for (const char* mode : modes) {
-    for (const char* simulator : {"native", "device"}) {
+    for (const char* simulator : simulators) {
       for (std::uint32_t seed = 1; seed <= 6; ++seed) {
         Config config = in_mode(mode);
         config.set(std::string("simulator.kind=") + simulator);

@@ -76,6 +76,27 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
   EXPECT_THAT(refusal([&] { runner.run(removal); }), HasSubstr("body"));
 }
 
+TEST(EngineCommands, ChangesOfAJointThatIsNotThereAreNamed) {
+  World world(fathom::test::quiet_world());
+  CommandRunner runner(world);
+  CommandList bodies, lists[2];
+  bodies.add({0, 1}, cube({0, 0, 1}));
+  bodies.add({1, 1}, cube({3, 0, 1}));
+  bodies.joint(CommandKind::join, {0, 1}, {1, 1}, ball_joint({}, {}, {1.5f, 0, 0}, {-1.5f, 0, 0}));
+  runner.run(bodies);
+  JointDef named;
+  named.user_data = 9;
+  lists[0].joint(CommandKind::change_joint, {0, 1}, {1, 1}, named);
+  lists[1].joint(CommandKind::unjoin, {0, 1}, {1, 1}, named);
+  for (const CommandList& list : lists)
+    EXPECT_THAT(refusal([&] { runner.run(list); }), HasSubstr("has the user data 9"));
+  named.user_data = 0;
+  CommandList part;
+  part.joint(CommandKind::unjoin, {0, 1}, {1, 1}, named);
+  runner.run(part);
+  EXPECT_EQ(world.joint_count(), 0u);
+}
+
 TEST(EngineCommands, ManyBodiesHaveTheirOwnHandles) {
   fathom::test::Random random(11);
   World world(fathom::test::quiet_world());

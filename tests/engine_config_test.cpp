@@ -119,7 +119,7 @@ TEST(EngineConfig, EngineRefusesBadValuesSetByPrograms) {
   EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("dt is -1"));
   config = quiet_config();
   config.edit().log.file = "/nowhere/log";
-  EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("/nowhere/log: the log cannot be written"));
+  EXPECT_THAT(refusal([&] { Engine engine(config); }), HasSubstr("/nowhere/log: cannot be written"));
 }
 
 std::vector<exec::DeviceInfo> some_devices() {

@@ -133,6 +133,8 @@ TEST(EngineEnds, RunsAndSingleFramesFollowEachOther) {
     engine.run();
     for (int i = 0; i < 50; ++i) engine.frame();
     EXPECT_GT(engine.steps(), steps + 1) << mode << ": stop() ends a run, not the engine";
+    for (int i = 0; i < 50; ++i) engine.stop(), engine.frame();
+    EXPECT_GT(engine.steps(), steps + 51) << mode << ": nor frames made one by one";
   }
 }
 

@@ -4,10 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fathom/error.hpp>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <set>
 #include <thread>
 
 #include "engine/data_log.hpp"
@@ -15,11 +15,14 @@
 #include "engine_fixture.hpp"
 #include "files/file_names.hpp"
 #include "files/output_file.hpp"
+#include "trace_reader.hpp"
 
 namespace fathom::engine::test {
 namespace {
 
 using fathom::test::TestFolder;
+using fathom::test::trace_zones;
+using fathom::test::TraceZone;
 using files::FileNames;
 using files::OutputFile;
 using files::Writing;
@@ -137,42 +140,13 @@ TEST(EngineFiles, NamesOfOneFileAreOne) {
     EXPECT_THAT(refusal([&] { names.writes("--json", folder / name); }), HasSubstr("--json would overwrite the scene"));
   }
   FileNames names;
-  for (const char* free : {"", "-", "/dev/null", "/dev/stdout"}) {
+  for (const char* free : {"", "/dev/null"}) {
     names.writes("--json", free);
     names.writes("--csv", free);
   }
-}
-
-/// Of each thread of a trace: zones as (begin, end, name), in the file's order.
-struct Zone {
-  double begin, end;
-  std::string name;
-};
-std::map<int, std::vector<Zone>> zones_of(const std::string& file) {
-  std::map<int, std::vector<Zone>> zones;
-  const nlohmann::json trace = nlohmann::json::parse(read_text(file));
-  for (const nlohmann::json& e : trace.at("traceEvents"))
-    if (e.at("ph") == "X") {
-      const double begin = e.at("ts");
-      zones[e.at("tid")].push_back({begin, begin + e.at("dur").get<double>(), e.at("name")});
-    }
-  return zones;
-}
-
-/// What Perfetto's importer takes: sorted by begin, each within those that are open.
-void expect_nested(const std::vector<Zone>& zones) {
-  constexpr double rounding = 1e-6;  // µs, of the sums above
-  std::vector<const Zone*> open;
-  double last = 0;
-  for (const Zone& zone : zones) {
-    EXPECT_GE(zone.begin, last) << zone.name;
-    last = zone.begin;
-    while (!open.empty() && open.back()->end <= zone.begin + rounding) open.pop_back();
-    if (!open.empty()) {
-      EXPECT_LE(zone.end, open.back()->end + rounding) << zone.name << " in " << open.back()->name;
-    }
-    open.push_back(&zone);
-  }
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  names.writes("--json", folder / "pipe");
+  EXPECT_THAT(refusal([&] { names.writes("--csv", folder / "pipe"); }), HasSubstr("--json and --csv are one file"));
 }
 
 Config traced(const std::string& file, const std::string& mode) {
@@ -191,17 +165,57 @@ void spawn_box(Engine& engine) {
 
 TEST(EngineTrace, ZonesNestInEveryMode) {
   for (const char* mode : {"lockstep", "ahead", "async"}) {
-    const TestFolder folder;
-    Engine engine(traced(folder / "t.json", mode));
-    spawn_box(engine);
-    engine.run(50);
-    engine.finish();
-    std::set<std::string> names;
-    for (const auto& [thread, zones] : zones_of(folder / "t.json")) {
-      expect_nested(zones);
-      for (const Zone& zone : zones) names.insert(zone.name);
+    for (const char* simulator : {"native", "device", "hybrid"}) {
+      const TestFolder folder;
+      Config config = traced(folder / "t.json", mode);
+      config.set(std::string("simulator.kind=") + simulator);
+      if (simulator != std::string("native")) config.set("simulator.device=host");
+      Engine engine(config);
+      spawn_box(engine);
+      engine.run(50);
+      engine.finish();
+      // The stages of a device lie on a line of their own.
+      const std::string around_stages = simulator == std::string("device") ? "" : "step";
+      std::map<std::string, int> count;
+      for (const TraceZone& zone : trace_zones(folder / "t.json")) {
+        ++count[zone.name];
+        for (const char* stage : {"find_pairs", "update_manifolds", "build_constraints", "solve", "finish"})
+          if (zone.name == stage) {
+            EXPECT_EQ(zone.parent, around_stages) << stage << ", " << mode << ", " << simulator;
+          }
+        if (zone.name.starts_with("ticks")) {
+          EXPECT_EQ(zone.parent, "frame") << zone.name << ", " << mode;
+        }
+      }
+      for (const char* name : {"step", "commands", "publish", "find_pairs", "solve", "finish"})
+        EXPECT_EQ(count[name], 50) << name << ", " << mode << ", " << simulator;
+      EXPECT_EQ(count["frame"], static_cast<int>(engine.stats().frame)) << mode;
     }
-    EXPECT_THAT(names, testing::IsSupersetOf({"step", "find_pairs", "solve", "frame", "commands"})) << mode;
+  }
+}
+
+// Where a number of microseconds has no exact binary form, some readers cut it a nanosecond short, others round it.
+TEST(EngineTrace, ZonesNestHoweverTheirTimesAreRead) {
+  const TestFolder folder;
+  trace::Session session(folder / "t.json");
+  auto begin = std::chrono::steady_clock::now();
+  constexpr int steps = 2000;
+  for (int i = 0; i < steps; ++i) {
+    const double ms = 1e-6 * (1 + 37 * i);
+    trace::add_zone("step", begin, 5 * ms);
+    trace::add_step({ms, ms, ms, ms, ms}, begin);
+    begin += std::chrono::nanoseconds(i % 3 + 5 * (1 + 37 * i));
+  }
+  session.finish();
+  const auto cut = [](double us) { return static_cast<std::int64_t>(us * 1000.0); };
+  const auto rounded = [](double us) { return std::llround(us * 1000.0); };
+  const std::vector<TraceZone> zones = trace_zones(folder / "t.json", cut);
+  ASSERT_EQ(zones.size(), 6u * steps);
+  for (const TraceZone& zone : zones) ASSERT_EQ(zone.parent, zone.name == "step" ? "" : "step") << zone.name;
+  const std::vector<TraceZone> others = trace_zones(folder / "t.json", rounded);
+  for (std::size_t i = 0; i < zones.size(); ++i) {
+    ASSERT_EQ(zones[i].begin, others[i].begin);
+    ASSERT_EQ(zones[i].end, others[i].end);
   }
 }
 
@@ -216,13 +230,47 @@ TEST(EngineTrace, EveryEngineOfAProcessHasItsOwn) {
   second.run(7);
   second.finish();
   const auto steps = [&](const char* file) {
-    int count = 0;
-    for (const auto& [thread, zones] : zones_of(folder / file))
-      for (const Zone& zone : zones) count += zone.name == "step";
-    return count;
+    const std::vector<TraceZone> zones = trace_zones(folder / file);
+    return std::count_if(zones.begin(), zones.end(), [](const TraceZone& zone) { return zone.name == "step"; });
   };
   EXPECT_EQ(steps("first.json"), 10 + 20 + 5) << "all that happened while it was there";
   EXPECT_EQ(steps("second.json"), 20 + 5 + 7);
+}
+
+TEST(EngineTrace, EnginesThatRunAtTheSameTimeBothWriteIt) {
+  const TestFolder folder;
+  const auto config = [&](const char* file) {
+    Config c = traced(folder / file, "async");
+    c.set("simulator.kind=device");
+    c.set("simulator.device=host");
+    return c;
+  };
+  Engine first(config("first.json")), second(config("second.json"));
+  spawn_box(first);
+  spawn_box(second);
+  std::thread other([&] { second.run(200); });
+  first.run(200);
+  other.join();
+  first.finish();
+  second.finish();
+  for (const char* file : {"first.json", "second.json"}) {
+    std::map<std::string, int> count;
+    for (const TraceZone& zone : trace_zones(folder / file)) ++count[zone.name];
+    EXPECT_EQ(count["step"], 400) << file;
+    EXPECT_EQ(count["solve"], 400) << file;
+  }
+}
+
+// A device's clock may count more than passes here until the next step.
+TEST(EngineTrace, StagesOfADeviceFollowEachOther) {
+  const TestFolder folder;
+  trace::Session session(folder / "t.json");
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 10; ++i) trace::add_step({1, 1, 1, 1, 1}, begin + std::chrono::milliseconds(i), "GPU");
+  session.finish();
+  const std::vector<TraceZone> zones = trace_zones(folder / "t.json");
+  ASSERT_EQ(zones.size(), 50u);
+  for (const TraceZone& zone : zones) EXPECT_EQ(zone.parent, "");
 }
 
 TEST(EngineTrace, IsRefusedBeforeTheRunWhereItCannotBeWritten) {

@@ -1,7 +1,10 @@
 // Timers, input, logging, data series and traces, each alone.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -216,6 +219,48 @@ TEST(EngineLog, FilesRotate) {
     for (int i = 0; i < 4500; ++i) log.info("{}", line);
   }
   EXPECT_EQ(folder.file_count(), 3u);
+  for (const char* file : {"log.txt", "log.1.txt", "log.2.txt"}) {
+    EXPECT_LE(std::filesystem::file_size(folder / file), 1u << 20) << file;
+    EXPECT_GT(std::filesystem::file_size(folder / file), 300'000u) << file;
+    EXPECT_TRUE(read_text(folder / file).ends_with("x\n")) << file;
+  }
+}
+
+TEST(EngineLog, AFileGoesOnWhereItEndedWithOneWriter) {
+  const Folder folder;
+  std::ofstream(folder / "target") << "earlier\n";
+  std::filesystem::create_symlink("target", folder / "log");
+  const LogSettings settings{.console = false, .file = folder / "log", .file_size = 1, .files = 1};
+  {
+    Log log(settings);
+    log.info("first");
+    EXPECT_THAT(refusal([&] { Log other(settings); }), HasSubstr("log: is being written by another run"));
+    log.info("second");
+  }
+  EXPECT_THAT(read_text(folder / "target"), testing::MatchesRegex("earlier\n.*first\n.*second\n"));
+  Log log(settings);
+  const std::string line(1000, 'x');
+  for (int i = 0; i < 1100; ++i) log.info("{}", line);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "log")) << "files behind a link rotate there";
+  EXPECT_THAT(read_text(folder / "target.1"), testing::StartsWith("earlier\n"));
+  EXPECT_THAT(refusal([&] { Log other(settings); }), HasSubstr("another run")) << "of the new file, too";
+}
+
+TEST(EngineLog, DevicesAndPipesDoNotRotate) {
+  const Folder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::size_t got = 0;
+  std::thread reader([&] { got = read_text(folder / "pipe").size(); });
+  {
+    Log log({.console = false, .file = folder / "pipe", .file_size = 1});
+    Log null({.console = false, .file = "/dev/null", .file_size = 1});
+    const std::string line(1000, 'x');
+    for (int i = 0; i < 1500; ++i) log.info("{}", line), null.info("{}", line);
+  }
+  reader.join();
+  EXPECT_GT(got, 1'500'000u);
+  EXPECT_EQ(folder.file_count(), 1u);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
 }
 
 TEST(EngineData, SeriesBecomeRows) {

@@ -170,6 +170,56 @@ TEST(EngineRecording, HoldsJoints) {
   }
 }
 
+// A hinge gets a motor, then becomes a slider, then goes.
+TEST(EngineRecording, HoldsChangesOfJoints) {
+  const Folder folder;
+  Scene scene;
+  scene.bodies = {fathom::test::dynamic(sphere(0.1f), {0, 0, 2}), fathom::test::dynamic(box({0.5f, 0.1f, 0.1f}), {})};
+  scene.bodies[0].motion = MotionType::fixed;
+  scene.bodies[1].pose.position = {0, 0, 2};
+  JointDef joint = revolute_joint({}, {}, {}, {});
+  joint.user_data = 4;
+  scene.joints = {{0, 1, joint}};
+  for (const char* mode : {"lockstep", "ahead"}) {
+    Config config = quiet_config();
+    take_over_world(scene, config);
+    config.set(std::string("simulator.mode=") + mode);
+    config.set("record.snapshot_every=40");
+    config.edit().record.file = folder / "run.fathom";
+    Engine engine(config);
+    const std::vector<EntityId> ids = spawn_scene(engine, scene);
+    EntityDef def;
+    def.tick = TickPhase::before;
+    engine.world().spawn(def, [&](Entity&, const Tick& tick) {
+      JointDef motor = joint, slider = prismatic_joint({}, {}, {}, {});
+      motor.axis(JointAxisName::twist).drive_velocity(2, 50);
+      slider.axis(JointAxisName::x).drive_velocity(1, 500), slider.user_data = 4;
+      if (tick.step == 10) tick.engine.world().change_joint(ids[0], ids[1], motor);
+      if (tick.step == 30) tick.engine.world().change_joint(ids[0], ids[1], slider);
+      if (tick.step == 50) tick.engine.world().unjoin(ids[0], ids[1], 4);
+    });
+    const auto velocity = [&] {
+      engine.simulation().finish();
+      Velocity now{};
+      engine.simulation().inspect(
+          [&](const CommandRunner& runner) { now = runner.world().velocity(runner.world().bodies()[1]); });
+      return now;
+    };
+    engine.run(25);
+    EXPECT_NEAR(velocity().angular.x, 2, 1e-3f) << mode;
+    engine.run(20);
+    EXPECT_NEAR(velocity().linear.x, 1, 1e-3f) << mode;
+    engine.run(25);
+    EXPECT_LT(velocity().linear.z, -1) << mode << ": it falls";
+    std::uint64_t hash = 0;
+    engine.simulation().inspect([&](const CommandRunner& runner) { hash = runner.world().state_hash(); });
+    engine.finish();
+    const ReplayResult result = replay(folder / "run.fathom", {.threads = 1});
+    EXPECT_FALSE(result.difference.has_value()) << mode << ": " << result.difference->text();
+    EXPECT_EQ(result.state_hash, hash);
+  }
+}
+
 // The second of two joints breaks when it is joined under way; the game is told.
 TEST(EngineRecording, HoldsJointsThatBreak) {
   const Folder folder;

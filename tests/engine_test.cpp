@@ -543,7 +543,7 @@ TEST(EngineModes, GameAndSimulationHammerEachOther) {
                                 }));
       if (ids.size() > 20) world.destroy(ids[ids.size() - 20]);
       tick.engine.simulation().inspect([](const CommandRunner& runner) {
-        runner.world().ray_cast({0, 0, 50}, {0, 0, -100});
+        runner.world().cast_ray({0, 0, 50}, {0, 0, -100});
       });
     });
     engine.on_frame([](Engine& e) {

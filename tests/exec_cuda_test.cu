@@ -2,6 +2,7 @@
 // with a GPU. Where there is none, all tests are skipped.
 #include <cstdio>
 
+#include "collision/eight.hpp"
 #include "exec/backends.hpp"
 #include "exec/buffer.hpp"
 #include "exec/cuda/cuda_device.cuh"
@@ -20,6 +21,44 @@ INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecTest, CudaDevice);
 INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, ExecQueueTest, CudaDevice);
 
 TEST(CudaDeviceCrash, IsReportedAndTheProgramGoesOn) { expect_crash_to_be_reported<CudaDevice>(); }
+
+struct SearchByTeams {
+  struct Result {
+    float least;
+    int index;
+    unsigned below_zero;
+  };
+  static constexpr bool runs_in_teams = true;
+  const float* numbers;  // eight an item
+  Result* results;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    const EightInts lanes = lane_numbers();
+    const Eight mine{numbers[8 * i + static_cast<std::uint32_t>(lanes.lane)]};
+    const LeastLane least = least_lane(mine, lanes);
+    const unsigned below_zero = bits(mine < eight(0.0f));
+    if (team::is_leader()) results[i] = {least.value, least.index, below_zero};
+  }
+};
+
+TEST(CudaTeams, FindTheFirstOfTheLeast) {
+  const auto gpu = make_device<CudaDevice>();
+  if (!gpu) GTEST_SKIP() << "no GPU";
+  constexpr std::uint32_t items = 10'000;
+  std::vector<float> numbers;
+  for (const std::uint32_t n : random_numbers<std::uint32_t>(8 * items, 9))
+    numbers.push_back(static_cast<float>(n) - 4);
+  const Buffer<float> in = to_device(*gpu, numbers);
+  Buffer<SearchByTeams::Result> out(*gpu, items);
+  gpu->parallel_for(items, SearchByTeams{in.data(), out.data()});
+  const auto results = to_host(*gpu, out);
+  for (std::uint32_t i = 0; i < items; ++i) {
+    const auto begin = numbers.begin() + 8 * i, least = std::min_element(begin, begin + 8);
+    ASSERT_EQ(results[i].least, *least);
+    ASSERT_EQ(results[i].index, least - begin);
+    for (int lane = 0; lane < 8; ++lane) ASSERT_EQ(results[i].below_zero >> lane & 1, begin[lane] < 0 ? 1u : 0u);
+  }
+}
 
 /// As the solver's sweeps wait for bodies (device/solve.hpp), for a quad that nobody writes.
 struct WaitForNothing {

@@ -7,6 +7,7 @@
 #include "exec/load.hpp"
 #include "exec/reduce.hpp"
 #include "exec_fixture.hpp"
+#include "math/team.hpp"
 
 namespace fathom::exec::test {
 
@@ -21,6 +22,30 @@ TYPED_TEST_P(ExecTest, ParallelForVisitsEveryItemOnce) {
     const auto result = to_host(this->device(), out);
     for (std::uint32_t i = 0; i < n; ++i) ASSERT_EQ(result[i], 3 * input[i] + i);
     EXPECT_EQ(result[n], 7u) << "wrote past the end";
+  }
+}
+
+struct CountByTeams {
+  static constexpr bool runs_in_teams = true;
+  const std::uint32_t* in;
+  std::uint32_t* out;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    const std::uint32_t number = in[i];
+    team::sync();
+    if (team::is_leader()) atomic_add(out[i], number + 1);
+  }
+};
+
+TYPED_TEST_P(ExecTest, TeamsRunEveryItemOnce) {
+  for (const std::uint32_t n : sizes) {
+    const auto input = random_numbers<std::uint32_t>(n, 1000);
+    const Buffer<std::uint32_t> in = to_device(this->device(), input);
+    Buffer<std::uint32_t> out = to_device(this->device(), std::vector<std::uint32_t>(n + 1, 0u));
+    this->device().parallel_for(n, CountByTeams{in.data(), out.data()});
+    const auto result = to_host(this->device(), out);
+    for (std::uint32_t i = 0; i < n; ++i) ASSERT_EQ(result[i], input[i] + 1);
+    EXPECT_EQ(result[n], 0u) << "wrote past the end";
   }
 }
 
@@ -553,12 +578,13 @@ TYPED_TEST_P(ExecTest, RootsOfAllMantissasAreCorrectlyRounded) {
   }
 }
 
-REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, CountsInDeviceMemoryAreCutToTheCapacity,
-                            FillsAndZeroes, BuffersGrowWithOrWithoutContents, AtomicsLoseNothing,
-                            SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup, SectionsMayBeInNestedLoops,
-                            PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead, PhasesMayKeepToWarps,
-                            SortIsStableAndEqualsTheStandardLibrary, SortTakesItsCountFromTheDevice,
-                            ScanEqualsTheStandardLibrary, SelectKeepsTheOrder, ReducesToMinimaMaximaAndStructs,
-                            FloatsHaveTheHostsBits, RootsOfAllMantissasAreCorrectlyRounded);
+REGISTER_TYPED_TEST_SUITE_P(ExecTest, ParallelForVisitsEveryItemOnce, TeamsRunEveryItemOnce,
+                            CountsInDeviceMemoryAreCutToTheCapacity, FillsAndZeroes, BuffersGrowWithOrWithoutContents,
+                            AtomicsLoseNothing, SectionsSortInLocalMemory, BroadcastSteersLoopsOfAGroup,
+                            SectionsMayBeInNestedLoops, PhasesFollowEachOther, ItemsOfPhasesMayWaitForWhatTheyRead,
+                            PhasesMayKeepToWarps, SortIsStableAndEqualsTheStandardLibrary,
+                            SortTakesItsCountFromTheDevice, ScanEqualsTheStandardLibrary, SelectKeepsTheOrder,
+                            ReducesToMinimaMaximaAndStructs, FloatsHaveTheHostsBits,
+                            RootsOfAllMantissasAreCorrectlyRounded);
 
 }  // namespace fathom::exec::test

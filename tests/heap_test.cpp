@@ -1,4 +1,5 @@
-// Random heaps: the seed decides everything, they are of every kind, and what must hold holds in each of sixty.
+// Random heaps: the seed decides everything, they are of every kind, and what must hold holds in each of sixty, and in
+// ten on surfaces.
 #include "scene/heap.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +11,9 @@
 #include <string>
 
 #include "scene/heap_bodies.hpp"
+#include "scene/quality.hpp"
 #include "validate/exact_overlap.hpp"
+#include "validate/exact_surface.hpp"
 #include "validate/heap_checks.hpp"
 
 namespace fathom::validate {
@@ -116,13 +119,15 @@ TEST(Heap, BodiesOfAStreamLeaveAndComeBack) {
 /// Some seeds one after the other, so that the test's program runs several such at the same time.
 class Heaps : public testing::TestWithParam<std::uint64_t> {};
 
-void expect_sound(std::uint64_t seed, const Setup& setup) {
-  const Record record = judge_heap(seed, setup);
+void expect_sound(const Heap& heap, std::uint64_t seed, const Setup& setup) {
+  const Record record = judge_heap(heap, setup);
   for (const Check& check : record.checks)
     EXPECT_TRUE(check.passed() || !check.known.empty())
         << "seed " << seed << ": " << check.name << ": " << check.value << " " << check.unit << ", must be at most "
-        << check.limit << "; " << view_command(seed, setup);
+        << check.limit << "; " << view_command(heap.scene.name, seed, setup);
 }
+
+void expect_sound(std::uint64_t seed, const Setup& setup) { expect_sound(make_heap(seed), seed, setup); }
 
 constexpr std::uint64_t native_seeds = 5, device_seeds = 3;
 
@@ -168,6 +173,98 @@ TEST(Heap, WakesWithoutAJolt) {
     EXPECT_GE(asleep, 4);
   }
 }
+
+// On surfaces -----------------------------------------------------------------------------------------------------
+
+TEST(SurfaceHeap, TheSeedDecidesEverything) {
+  std::set<ShapeType> surfaces;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const Heap heap = make_surface_heap(seed), again = make_surface_heap(seed);
+    EXPECT_EQ(bits_of(heap.scene), bits_of(again.scene));
+    const Shape &shape = heap.scene.bodies.back().shape, &same = again.scene.bodies.back().shape;
+    ASSERT_EQ(shape.type, same.type);
+    surfaces.insert(shape.type);
+    ASSERT_EQ(shape.surface->triangle_count(), same.surface->triangle_count());
+    for (std::uint32_t i = 0; i < shape.surface->triangle_count(); ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        ASSERT_TRUE(shape.surface->triangle(i).corners[k] == same.surface->triangle(i).corners[k]) << seed << " " << i;
+  }
+  EXPECT_EQ(surfaces, (std::set<ShapeType>{ShapeType::mesh, ShapeType::height_field}));
+}
+
+/// The floor alone gives way to the ground.
+TEST(SurfaceHeap, HasTheBodiesOfTheHeapOfItsSeed) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Heap plain = make_heap(seed), heap = make_surface_heap(seed);
+    ASSERT_TRUE(heap.surface.has_value());
+    EXPECT_EQ(heap.scene.name, "surface_heap");
+    ASSERT_EQ(heap.scene.bodies.size(), plain.scene.bodies.size() + 1);
+    EXPECT_EQ(heap.surface->body, plain.scene.bodies.size());
+    const BodyDef& ground = heap.scene.bodies.back();
+    EXPECT_TRUE(ground.shape.is_surface());
+    EXPECT_NE(ground.motion, MotionType::dynamic);
+    EXPECT_NE(heap.kind, HeapKind::sliding_floor);
+    heap.scene.bodies.pop_back();
+    heap.scene.bodies.erase(heap.scene.bodies.begin());
+    plain.scene.bodies.erase(plain.scene.bodies.begin());
+    EXPECT_EQ(bits_of(heap.scene), bits_of(plain.scene)) << seed;
+  }
+}
+
+TEST(SurfaceHeap, BeginsAboveTheGround) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Heap heap = make_surface_heap(seed);
+    const BodyDef& ground = heap.scene.bodies.back();
+    std::vector<Solid> solids;
+    for (const BodyDef& body : heap.scene.bodies)
+      if (body.motion == MotionType::dynamic) solids.emplace_back(body.shape, body.pose);
+    for (const double depth : depths_in(*ground.shape.surface, ground.pose, solids)) EXPECT_EQ(depth, 0) << seed;
+    const Ground heights(*ground.shape.surface);
+    for (const BodyDef& body : heap.scene.bodies) {
+      if (body.motion != MotionType::dynamic) continue;
+      // What begins high over a slope is beside it as the slope sees it.
+      EXPECT_GT(heights.height_over(ground.pose, to_double(body.pose.position)).value_or(1), 0) << seed;
+    }
+  }
+}
+
+TEST(Heap, JointsHoldNeighboursTogether) {
+  std::set<JointType> types;
+  std::size_t joints = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    const Heap plain = make_heap(seed), heap = make_joint_heap(seed);
+    const Scene& scene = heap.scene;
+    EXPECT_EQ(bits_of(scene), bits_of(plain.scene)) << seed;
+    EXPECT_FALSE(scene.stream);
+    std::vector<Pose> poses;
+    for (const BodyDef& body : scene.bodies) poses.push_back(body.pose);
+    for (const SceneJoint& joint : scene.joints) {
+      types.insert(joint.def.type);
+      EXPECT_EQ(scene.bodies[joint.a].motion, MotionType::dynamic);
+      EXPECT_EQ(scene.bodies[joint.b].motion, MotionType::dynamic);
+      const double radii = outer_radius(scene.bodies[joint.a].shape) + outer_radius(scene.bodies[joint.b].shape);
+      const Vec3 a = poses[joint.a].position, b = poses[joint.b].position;
+      EXPECT_LE(static_cast<double>(distance(a, b)), 1.4 * radii);
+      EXPECT_LE(static_cast<double>(joint_gap(scene, joint, poses)), 1e-4 * radii) << seed;
+      for (const JointAxis& axis : joint.def.axes) EXPECT_TRUE(!axis.drive.is_on());
+    }
+    joints += scene.joints.size();
+  }
+  EXPECT_EQ(types, (std::set{JointType::ball, JointType::generic, JointType::distance}));
+  EXPECT_GE(joints, 1000u);
+}
+
+class HeapsWithJoints : public testing::TestWithParam<std::uint64_t> {};
+
+// What is known to fail in some (docs/joints.md) is not asked; equal hashes are.
+TEST_P(HeapsWithJoints, AreSound) { expect_sound(make_joint_heap(GetParam()), GetParam(), {.threads = 1}); }
+INSTANTIATE_TEST_SUITE_P(Native, HeapsWithJoints, testing::Values(2, 3, 4, 5));
+
+class HeapsOnSurfaces : public testing::TestWithParam<std::uint64_t> {};
+
+// Ten that take a second or two each; docs/validation.md counts the others.
+TEST_P(HeapsOnSurfaces, AreSound) { expect_sound(make_surface_heap(GetParam()), GetParam(), {.threads = 1}); }
+INSTANTIATE_TEST_SUITE_P(Native, HeapsOnSurfaces, testing::Values(2, 3, 4, 5, 7, 8, 9, 11, 12, 14));
 
 class HeapsOnTheDevice : public testing::TestWithParam<std::uint64_t> {};
 

@@ -37,7 +37,8 @@ class Program : public testing::Test {
     const rlimit limit{largest_file_, largest_file_};
     setrlimit(RLIMIT_FSIZE, &limit);
     redirect(STDOUT_FILENO, path(stdout_));
-    redirect(STDERR_FILENO, path("err"));
+    redirect(STDERR_FILENO, path(stderr_));
+    for (const int number : closed_) close(number);
     std::string program = FATHOM_PROGRAM;
     std::vector<std::string> words = arguments;
     std::vector<char*> argv{program.data()};
@@ -98,7 +99,8 @@ class Program : public testing::Test {
   TestFolder folder_;
 
  protected:
-  std::string stdout_ = "out";
+  std::string stdout_ = "out", stderr_ = "err";
+  std::vector<int> closed_;              ///< descriptors that the program finds closed
   rlim_t largest_file_ = RLIM_INFINITY;  ///< bytes; beyond them writing fails as it does on a full disk
 };
 

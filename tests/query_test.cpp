@@ -33,6 +33,9 @@ float height(const Shape& shape, Vec3 p) {
     case ShapeType::box:
       return max_component(abs(p) - shape.half_extents);
     case ShapeType::hull:
+    case ShapeType::compound:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
       break;
   }
   float highest = -1e9f;

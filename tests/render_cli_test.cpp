@@ -104,6 +104,11 @@ TEST_F(Pictures, ARecordingBeginsAtItsBeginningAndSaysWhereItEnds) {
                               " ends at 0.5 s; of what was asked for up to 100 s the rest is not there\n");
     EXPECT_EQ(std::distance(fs::directory_iterator(path("shots")), fs::directory_iterator()), 1);
     fs::remove_all(path("shots"));
+    // What the first or the last state is nearest to is there.
+    EXPECT_EQ(shell(render + recording + " --at 1e-9,0.505 -o shots" + small).exit_code, 0) << recording;
+    EXPECT_EQ(shell(render + recording + " --at 1e-9 -o shots" + small).exit_code, 0) << recording;
+    EXPECT_EQ(std::distance(fs::directory_iterator(path("shots")), fs::directory_iterator()), 2);
+    fs::remove_all(path("shots"));
     EXPECT_EQ(shell(render + recording + " --web page.html --quiet").exit_code, 0) << "to its end, where nobody says";
     EXPECT_EQ(shell(render + recording + " --web page.html --seconds 1 --quiet").exit_code, 2);
   }

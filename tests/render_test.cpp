@@ -53,6 +53,21 @@ TEST(Mesh, NormalsPointOutward) {
   }
 }
 
+TEST(Mesh, HasTheTrianglesOfItsSurface) {
+  const float heights[] = {0, 0, 0, 1, 2, 3};
+  const bool holes[] = {true, false};
+  const Shape field = height_field({3, 2, 1, 1, heights, holes});
+  const Mesh mesh = surface_mesh(*field.surface);
+  ASSERT_EQ(mesh.indices.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const MeshVertex& v = mesh.vertices[mesh.indices[i]];
+    const fathom::Triangle triangle = field.surface->triangle(2 + static_cast<std::uint32_t>(i / 3));
+    EXPECT_TRUE(v.position == triangle.corners[i % 3]) << i;
+    EXPECT_NEAR(length(v.normal), 1, 1e-6f);
+    EXPECT_GT(v.normal.z, 0);
+  }
+}
+
 TEST(Camera, SeesTheWholeBox) {
   const Aabb box{{-3, 2, 0}, {5, 9, 4}};
   for (const float azimuth : {0.0f, 1.0f, -2.5f}) {
@@ -200,6 +215,65 @@ TEST_F(Bodies, EveryShapeIsDrawnWhereItIs) {
     for (const int y : {29, 71}) EXPECT_TRUE(is_red(pixel(image, x, y))) << x << " " << y;
   EXPECT_FALSE(is_red(pixel(image, 50, 50)));
   EXPECT_FALSE(is_red(pixel(image, 50, 5)));
+}
+
+/// A quad of triangles that face the camera.
+Shape facing_mesh() {
+  const Vec3 corners[] = {{-0.6f, 0, -0.6f}, {0.6f, 0, -0.6f}, {0.6f, 0, 0.6f}, {-0.6f, 0, 0.6f}};
+  const std::uint32_t indices[] = {0, 1, 2, 0, 2, 3};
+  return mesh(corners, indices);
+}
+
+const Quat towards_camera{std::sqrt(0.5f), std::sqrt(0.5f), 0, 0};  // what is up comes towards it, y is up
+
+TEST_F(Bodies, SurfacesAreDrawnWhereTheyAre) {
+  const float heights[9] = {};
+  const Shape field = height_field({3, 3, 0.6f, 0.6f, heights});
+  const std::vector<DrawnBody> bodies{{0, facing_mesh()}, {1, field}};
+  const std::vector<Pose> poses{{.position = {-1.5f, 0, 1.5f}},
+                                {.position = {0.9f, 0, -2.1f}, .rotation = towards_camera}};
+  const Image& image = draw(bodies, poses, std::vector<Colour>(2, Colour{200, 20, 20}));
+  EXPECT_TRUE(is_red(pixel(image, 29, 29)));
+  EXPECT_TRUE(is_red(pixel(image, 71, 71)));
+  // To their corners: 0.6 m are 8 pixels.
+  for (const int dx : {-6, 6})
+    for (const int dy : {-6, 6}) {
+      EXPECT_TRUE(is_red(pixel(image, 29 + dx, 29 + dy))) << dx << " " << dy;
+      EXPECT_TRUE(is_red(pixel(image, 71 + dx, 71 + dy))) << dx << " " << dy;
+      EXPECT_FALSE(is_red(pixel(image, 29 + 2 * dx, 29 + 2 * dy))) << dx << " " << dy;
+      EXPECT_FALSE(is_red(pixel(image, 71 + 2 * dx, 71 + 2 * dy))) << dx << " " << dy;
+    }
+  EXPECT_FALSE(is_red(pixel(image, 29, 71)));
+  EXPECT_FALSE(is_red(pixel(image, 50, 50)));
+}
+
+TEST_F(Bodies, SurfacesAreSeenFromOutside) {
+  const std::vector<DrawnBody> bodies{{0, facing_mesh()}};
+  const std::vector<Colour> red{{200, 20, 20}};
+  EXPECT_TRUE(is_red(pixel(draw(bodies, {Pose{}}, red), 50, 50)));
+  const Pose turned{.position = {}, .rotation = {0, 0, 0, 1}};  // by half a turn about z
+  EXPECT_FALSE(is_red(pixel(draw(bodies, {turned}, red), 50, 50)));
+}
+
+TEST_F(Bodies, HolesOfAHeightFieldAreSeenThrough) {
+  const float heights[9] = {};
+  const bool upper_left[4] = {false, false, true, false}, all[4] = {true, true, true, true};
+  const Pose pose{.position = {-0.6f, 0, -0.6f}, .rotation = towards_camera};
+  const std::vector<Colour> red{{200, 20, 20}};
+  const Image& image = draw({{0, height_field({3, 3, 0.6f, 0.6f, heights, upper_left})}}, {pose}, red);
+  EXPECT_FALSE(is_red(pixel(image, 46, 46)));
+  EXPECT_TRUE(is_red(pixel(image, 54, 46)));
+  EXPECT_TRUE(is_red(pixel(image, 46, 54)));
+  EXPECT_TRUE(is_red(pixel(image, 54, 54)));
+  EXPECT_FALSE(is_red(pixel(draw({{0, height_field({3, 3, 0.6f, 0.6f, heights, all})}}, {pose}, red), 54, 54)));
+}
+
+TEST_F(Bodies, SurfacesOfTheGroundHideWhatIsBelow) {
+  const std::vector<DrawnBody> bodies{{0, facing_mesh(), true}, {1, box({0.3f, 0.3f, 0.3f})}};
+  const std::vector<Colour> colours(2, Colour{200, 20, 20});
+  const Pose behind{.position = {0, 2, 0}}, before{.position = {0, -2, 0}};
+  EXPECT_FALSE(is_red(pixel(draw(bodies, {Pose{}, behind}, colours), 50, 50)));
+  EXPECT_TRUE(is_red(pixel(draw(bodies, {Pose{}, before}, colours), 50, 50)));
 }
 
 TEST_F(Bodies, ManyAreDrawnInFewCalls) {

@@ -280,10 +280,10 @@ TEST(SceneJoints, JointMistakes) {
        "scene.toml:21:10: 'repeat' comes to 'link.3', and no [[body]] is named so"},
       {jointed + "[[joint]]\na = \"post\"\n",
        "scene.toml:16:1: [[joint]] needs 'type': write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", "
-       "\"universal\", \"wheel\", \"distance\", \"generic\", \"gear\", \"rack\" or \"pulley\""},
+       "\"universal\", \"wheel\", \"distance\", \"generic\", \"gear\", \"rack\", \"pulley\" or \"target\""},
       {jointed + "[[joint]]\ntype = \"hinge\"\n",
        "scene.toml:17:8: 'hinge' is no type; known: ball, fixed, revolute, prismatic, universal, wheel, distance, "
-       "generic, gear, rack, pulley"},
+       "generic, gear, rack, pulley, target"},
       {jointed + "[[joint]]\ntype = \"revolut\"\n", "scene.toml:17:8: 'revolut' is no type; did you mean 'revolute'?"},
       {jointed + "[joint]\ntype = \"ball\"\n",
        "scene.toml:16:1: write [[joint]] with two brackets: there may be several"},
@@ -311,11 +311,12 @@ TEST(SceneJoints, JointAxisMistakes) {
        "scene.toml:21:9: a fixed joint has no 'motor'; remove it, or choose another type (revolute, prismatic, wheel)"},
       {joint_of("distance", "length = 1"),
        "scene.toml:20:9: a distance joint has no 'point'; remove it, or choose another type (ball, fixed, revolute, "
-       "prismatic, universal, wheel, generic)"},
+       "prismatic, universal, wheel, generic, target)"},
       {joint_of("revolute", ""),
        "scene.toml:16:1: [[joint]] needs 'axis': where it points in the world, [x, y, z]; or write 'frame_a' and "
        "'frame_b'"},
-      {joint_of("revolute", "axis = [0, 0, 0]"), "scene.toml:21:8: 'axis' has no length"},
+      {joint_of("revolute", "axis = [0, 0, 0]"),
+       "scene.toml:21:8: 'axis' has no length; give it one of more than 1e-6"},
       {joint_of("revolute", axis + "twist = {lowr = 0}"),
        "scene.toml:22:10: unknown key 'lowr' in twist; did you mean 'lower'?"},
       {joint_of("revolute", axis + "twist = {lower = 0}"),
@@ -427,7 +428,8 @@ TEST(SceneJoints, CouplingMistakes) {
       {coupling_of("gear", "axis = [1, 0, 0]"),
        "scene.toml:16:1: [[joint]] needs 'ratio': how often A turns, backwards, for one turn of B"},
       {coupling_of("gear", "axis = [1, 0, 0]\nratio = 0"), "scene.toml:21:9: 'ratio' must not be 0"},
-      {coupling_of("gear", "axis = [0, 0, 0]\nratio = 2"), "scene.toml:20:8: 'axis' has no length"},
+      {coupling_of("gear", "axis = [0, 0, 0]\nratio = 2"),
+       "scene.toml:20:8: 'axis' has no length; give it one of more than 1e-6"},
       {coupling_of("rack", "axis = [1, 0, 0]\ndirection = [0, 1, 0]\nradius = 0"),
        "scene.toml:22:10: 'radius' must not be 0; below 0 the rack moves backwards"},
       {coupling_of("pulley", "wheel_a = [0, 0, 4]\nwheel_b = [0, 0, 4]\nratio = -1"),
@@ -436,9 +438,9 @@ TEST(SceneJoints, CouplingMistakes) {
        "scene.toml:22:10: a gear joint has no 'repeat'; remove it, or choose another type (ball, fixed, revolute, "
        "prismatic, universal, wheel, distance, generic)"},
       {joint_of("revolute", "axis = [0, 0, 1]\ntwist = {restitution = 0.5}"),
-       "scene.toml:22:24: an axis without limits has no restitution; give 'lower' and 'upper'"},
+       "scene.toml:22:24: an axis without limits has no restitution; limit it by a lower and an upper bound"},
       {joint_of("revolute", "axis = [0, 0, 1]\nx = {armature = 1}"),
-       "scene.toml:22:17: an axis that is locked has no armature; remove it"},
+       "scene.toml:22:17: an axis that is locked has no armature; leave it 0"},
       {joint_of("revolute", "axis = [0, 0, 1]\nbreak_force = -1"),
        "scene.toml:22:15: 'break_force' must not be negative"},
   };

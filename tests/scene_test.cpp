@@ -318,7 +318,7 @@ TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
 }
 
 TEST(SceneFile, ShapesThatThereAreNoneOfNameWhatToTake) {
-  for (const char* type : {"mesh", "trimesh", "heightfield", "plane", "cylinder", "cone", "compound"})
+  for (const char* type : {"trimesh", "heightfield", "terrain", "plane", "cylinder", "cone"})
     EXPECT_THAT(error_of("[[body]]\nshape = {type = \"" + std::string(type) + "\", file = \"x.obj\"}\n"),
                 testing::StartsWith("scene.toml:2:17: there is no shape of type '" + std::string(type) + "'; take "));
 }
@@ -338,7 +338,8 @@ TEST(SceneFile, WrongChoicesReferencesAndOmissions) {
        "scene.toml:2:9: there is no [shapes.crate]; write one, or the shape itself as a table"},
       {"[[body]]\nmass = 1\n", "scene.toml:1:1: [[body]] needs 'shape': the name of one of [shapes], or a table"},
       {"[[body]]\nshape = {radius = 1}\n",
-       "scene.toml:2:9: shape needs 'type': write type = \"sphere\", \"capsule\", \"box\" or \"hull\""},
+       "scene.toml:2:9: shape needs 'type': write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"compound\", "
+       "\"mesh\" or \"height_field\""},
       {"[[body]]\nshape = {type = \"box\"}\n",
        "scene.toml:2:9: shape needs 'half_extents': half its edges along x, y and z (m)"},
       {body_with("mass = 1\ndensity = 2"), "scene.toml:4:11: a body has either 'mass' or 'density'; remove one"},
@@ -447,6 +448,19 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "half_length",
                           "half_extents",
                           "points",
+                          "file",
+                          "scale",
+                          "offset",
+                          "vertices",
+                          "triangles",
+                          "columns",
+                          "rows",
+                          "cell",
+                          "heights",
+                          "holes",
+                          "waves",
+                          "hills",
+                          "roughness",
                           "motion",
                           "shape",
                           "material",

@@ -10,12 +10,6 @@ namespace {
 
 using testing::HasSubstr;
 
-std::vector<std::byte> saved(const World& world) {
-  std::vector<std::byte> bytes;
-  world.save(bytes);
-  return bytes;
-}
-
 struct Case {
   const char* name;
   Scene scene;
@@ -175,7 +169,7 @@ TEST(Snapshot, KeepsAllKindsOfBodiesAndWhatIsPending) {
       ASSERT_EQ(copy.contacts_ended().size(), whole.contacts_ended().size());
       ASSERT_EQ(copy.hits().size(), whole.hits().size());
     }
-    EXPECT_EQ(copy.ray_cast({1, 1, 50}, {0, 0, -60})->body, whole.ray_cast({1, 1, 50}, {0, 0, -60})->body);
+    EXPECT_EQ(copy.cast_ray({1, 1, 50}, {0, 0, -60})->body, whole.cast_ray({1, 1, 50}, {0, 0, -60})->body);
   }
 }
 

@@ -55,6 +55,36 @@ TEST(Session, AGrabbedBodyFollowsTheHand) {
   EXPECT_NEAR(session.world().pose(cube).position.z, 1.0f, 0.01f);  // it has fallen back to the ground
 }
 
+// The hand's joint and what it holds on to come and go with it.
+TEST(Session, LettingGoLeavesNothingBehind) {
+  Session session(make, {.scene = "spread", .bodies = 1});
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(session.grab({0, -10, 1}, {0, 1, 0}));
+    session.step();
+    EXPECT_EQ(session.world().joint_count(), 1u);
+  }
+  session.release();
+  session.step();
+  EXPECT_EQ(session.world().joint_count(), 0u);
+  EXPECT_EQ(session.world().body_count(), 2u);
+}
+
+TEST(Session, AWorldWithoutJointsIsPulledByAForce) {
+  const auto with_cells = [](const Choice& choice) {
+    Scene scene = make(choice);
+    scene.world.partition = Partition::cells;
+    return scene;
+  };
+  Session session(with_cells, {.scene = "spread", .bodies = 1});
+  ASSERT_TRUE(session.grab({0, -10, 1}, {0, 1, 0}));
+  const Vec3 aim = normalize(session.grip()->hand + Vec3{0, 0, 2} - Vec3{0, -10, 1});
+  session.drag({0, -10, 1}, aim, {0, 1, 0});
+  for (int i = 0; i < 300; ++i) session.step();
+  const Pose& pose = session.world().pose(session.grip()->body);
+  EXPECT_LT(distance(transform(pose, session.grip()->anchor), session.grip()->hand), 0.1f);
+  EXPECT_EQ(session.world().joint_count(), 0u);
+}
+
 TEST(Session, TheGroundCannotBeGrabbed) {
   Session session(make, {.scene = "spread", .bodies = 1});
   EXPECT_FALSE(session.grab({20, 0, 10}, {0, 0, -1}));

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fathom/world.hpp>
 #include <string_view>
+#include <vector>
 
 namespace fathom::test {
 
@@ -67,6 +68,12 @@ inline Quat axis_angle(Vec3 axis, float angle) {
 
 inline void run(World& world, int steps) {
   for (int i = 0; i < steps; ++i) world.step();
+}
+
+inline std::vector<std::byte> saved(const World& world) {
+  std::vector<std::byte> bytes;
+  world.save(bytes);
+  return bytes;
 }
 
 inline float kinetic_energy(const World& world, BodyId id) {

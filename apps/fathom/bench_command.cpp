@@ -27,7 +27,7 @@ class ProgressLine {
  public:
   explicit ProgressLine(bool on) : on_(on), terminal_(stderr_is_terminal()) {}
   ~ProgressLine() {
-    if (on_ && terminal_) fmt::print(stderr, "\r\x1b[K");
+    if (on_ && terminal_) tell("\r\x1b[K");
   }
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
@@ -35,13 +35,13 @@ class ProgressLine {
   void show(const Progress& p) {
     if (!on_) return;
     if (!terminal_) {
-      if (p.run != run_) fmt::print(stderr, "{}/{}  {}\n", p.run, p.runs, key_of(*p.what));
+      if (p.run != run_) tell(fmt::format("{}/{}  {}\n", p.run, p.runs, key_of(*p.what)));
     } else if (const auto now = std::chrono::steady_clock::now(); now - drawn_ > std::chrono::milliseconds(100)) {
       drawn_ = now;
       const std::string text =
           fmt::format("{}/{}  {}  {:.0f} %  about {} left", p.run, p.runs, key_of(*p.what),
                       100.0 * static_cast<double>(p.step) / static_cast<double>(p.steps), clock_text(p.seconds_left));
-      fmt::print(stderr, "\r{}\x1b[K", fit_to_terminal(text));
+      tell(fmt::format("\r{}\x1b[K", fit_to_terminal(text)));
       std::fflush(stderr);
     }
     run_ = p.run;
@@ -69,13 +69,12 @@ int campaign_command(CampaignOptions options) {
   const Campaign made = store.load();
   fmt::print("{}\n", write_report(store));
   if (!complete) {
-    fmt::print(stderr, "fathom: {} of {} runs are made; continue with --resume\n", made.runs.size(), made.planned);
+    tell(fmt::format("fathom: {} of {} runs are made; continue with --resume\n", made.runs.size(), made.planned));
     return interrupted;
   }
   const auto refused = std::ranges::count_if(made.runs, [](const Measurement& run) { return !run.refused.empty(); });
   if (refused > 0)
-    fmt::print(stderr, "fathom: {} of {} runs were refused; the report says which and why\n", refused,
-               made.runs.size());
+    tell(fmt::format("fathom: {} of {} runs were refused; the report says which and why\n", refused, made.runs.size()));
   return refused > 0 ? failed : finished;
 }
 

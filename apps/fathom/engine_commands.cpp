@@ -74,12 +74,12 @@ int replay(const ReplayOptions& options) {
   try {
     result = engine::replay(options.file, settings);
   } catch (const Interrupted& end) {
-    fmt::print(stderr, "fathom: {}: interrupted at step {}, every state until then as recorded\n", options.file,
-               end.step);
+    tell(fmt::format("fathom: {}: interrupted at step {}, every state until then as recorded\n", options.file,
+                     end.step));
     return interrupted;
   }
   if (result.difference) {
-    fmt::print(stderr, "fathom: {}: {}\n", options.file, result.difference->text());
+    tell(fmt::format("fathom: {}: {}\n", options.file, result.difference->text()));
     return failed;
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

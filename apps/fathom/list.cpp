@@ -13,6 +13,10 @@ int list() {
   }
   fmt::print(
       "  heap      random bodies of all shapes, sizes and densities in a bin, on a slope or on a moving floor\n"
+      "  surface_heap\n"
+      "            the same on a triangle mesh or a height field: waves and hills\n"
+      "  joint_heap\n"
+      "            the heap of the seed with some bodies joined to pairs, chains and trees\n"
       "            which one: --seed K (1); it decides the bodies, the time step, the substeps and sleeping\n");
   fmt::print(
       "\nSimulators\n"

@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -35,15 +36,18 @@ namespace {
 using namespace fathom::cli;
 
 int complain(std::string_view text, int code) {
-  fmt::print(stderr, "fathom: {}\n", text);
+  fathom::tell(fmt::format("fathom: {}\n", text));
   return code;
+}
+
+int stdout_is_lost(const std::string& why) {
+  return complain(fmt::format("stdout: could not be written to its end ({}); is the disk full?", why), bad_request);
 }
 
 /// Whoever reads what the program prints must hear that a part is missing.
 int flushed(int code) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
-  return complain(fmt::format("stdout: could not be written to its end ({}); is the disk full?", std::strerror(errno)),
-                  bad_request);
+  return stdout_is_lost(std::strerror(errno));
 }
 
 /// The subcommands with their options.
@@ -105,6 +109,7 @@ class Program {
 }  // namespace
 
 int main(int argc, char** argv) {
+  fathom::keep_standard_descriptors();
   fathom::survive_file_size_limit();
   fathom::files::remove_unfinished_on_signals();
   try {
@@ -113,8 +118,10 @@ int main(int argc, char** argv) {
     return complain(error.what(), bad_request);
   } catch (const std::bad_alloc&) {
     return complain("not enough memory; ask for fewer bodies", failed);
-  } catch (const std::exception& error) {
+  } catch (const std::system_error& error) {
     // fmt's own, where stdout cannot take what is printed.
-    return std::ferror(stdout) ? flushed(failed) : complain(error.what(), failed);
+    return std::ferror(stdout) ? stdout_is_lost(error.code().message()) : complain(error.what(), failed);
+  } catch (const std::exception& error) {
+    return complain(error.what(), failed);
   }
 }

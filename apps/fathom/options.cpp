@@ -23,9 +23,9 @@ void declare_size(CLI::App& command, RunOptions& options) {
 
 void declare_which_scene(CLI::App& command, RunOptions& options, bool required) {
   command
-      .add_option(
-          "scene", options.scene,
-          "drift, layers, spread, pyramid, ring, walls, heap ('fathom list' describes them), or a scene file (*.toml)")
+      .add_option("scene", options.scene,
+                  "drift, layers, spread, pyramid, ring, walls, heap, … ('fathom list' describes them), or a scene "
+                  "file (*.toml)")
       ->required(required)
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);
@@ -173,7 +173,9 @@ void declare_validate(CLI::App& command, ValidateOptions& options) {
   command.add_flag("--short", options.brief, "The shorter form that is part of the tests");
   command.add_flag("--list", options.list, "Say which cases there are");
   declare_simulator_choice(command, options.simulator, "Which simulator is validated (native)");
-  command.add_option("--seeds", options.seeds, "How many random heaps the case 'heaps' judges (60, --short 6)")
+  command
+      .add_option("--seeds", options.seeds,
+                  "How many random heaps each of the cases 'heaps' judges (60, --short 6, on surfaces 2)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000'000))
       ->group("Heaps");

@@ -29,10 +29,12 @@ struct Output::State : std::streambuf {
 };
 
 Output::Output(std::string path) : path_(std::move(path)) {
-  if (wanted()) state_ = std::make_unique<State>(is_stdout() ? "/dev/fd/1" : path_);
+  if (wanted()) state_ = std::make_unique<State>(path_);
 }
 
 Output::~Output() = default;
+
+bool Output::is_stdout() const { return files::is_stdout(path_); }
 
 std::ostream& Output::stream() { return state_->stream; }
 

@@ -17,7 +17,7 @@ class Output {
   Output& operator=(const Output&) = delete;
 
   bool wanted() const { return !path_.empty(); }
-  bool is_stdout() const { return path_ == "-"; }
+  bool is_stdout() const;
   /// What is written to it throws `Error{file}` where it cannot be, e.g. on a full disk.
   std::ostream& stream();
   /// Throws `Error{file}` where something could not be written; an earlier file is then as it was.

@@ -2,11 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <string>
+#include <utility>
 
 #include "commands.hpp"
 #include "engine/engine.hpp"
 #include "engine/scene_entities.hpp"
+#include "files/claim.hpp"
 #include "measure/system.hpp"
 #include "setup.hpp"
 #ifdef FATHOM_HAS_VIEWER
@@ -49,13 +53,18 @@ void bind_keys(engine::Config& config) {
     if (!config->actions.contains(action)) config.set(fmt::format("input.actions.{}={}", action, key));
 }
 
+using KeyAndFile = std::pair<const char*, std::string>;
+
+std::array<KeyAndFile, 4> outputs_of(const engine::Settings& settings) {
+  return {{{"record.file", settings.record.file},
+           {"trace.file", settings.trace.file},
+           {"log.data", settings.log.data},
+           {"log.file", settings.log.file}}};
+}
+
 void check_names(const RunOptions& options, const engine::Settings& settings) {
-  const std::pair<const char*, std::string> outputs[] = {{"record.file", settings.record.file},
-                                                         {"trace.file", settings.trace.file},
-                                                         {"log.data", settings.log.data},
-                                                         {"log.file", settings.log.file}};
   files::FileNames names = inputs_of(options);
-  for (const auto& [key, file] : outputs) names.writes(key, file);
+  for (const auto& [key, file] : outputs_of(settings)) names.writes(key, file);
 }
 
 }  // namespace
@@ -90,9 +99,14 @@ int play(const RunOptions& options) {
   engine.run(endless ? 0 : steps_to_run(options, scene.world));
   std::uint64_t hash = 0;
   engine.simulation().inspect([&](const engine::CommandRunner& runner) { hash = runner.world().state_hash(); });
-  if (!options.quiet)
-    fmt::print("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
-               scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
+  const std::string summary =
+      fmt::format("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
+                  scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
+  // Whoever reads a file from stdout reads nothing else there.
+  if (!options.quiet && std::ranges::any_of(outputs_of(*config), files::is_stdout, &KeyAndFile::second))
+    tell(summary);
+  else if (!options.quiet)
+    fmt::print("{}", summary);
   engine.finish();
   return InterruptGuard::requested() ? interrupted : finished;
 }

@@ -33,7 +33,7 @@ std::string bar(double share, std::size_t text) {
 Progress::Progress(std::uint64_t steps, bool on) : steps_(steps), on_(on), start_(Clock::now()), drawn_(start_) {}
 
 Progress::~Progress() {
-  if (on_) fmt::print(stderr, "\r\033[K");
+  if (on_) tell("\r\033[K");
 }
 
 void Progress::update(std::uint64_t done) {
@@ -49,7 +49,7 @@ void Progress::draw(std::uint64_t done, double seconds) const {
   const double rate = static_cast<double>(done) / seconds;
   const std::string text = fmt::format("{:3.0f} %  step {} of {}  {:.0f} steps/s  {} left", 100 * share, done, steps_,
                                        rate, remaining_time(static_cast<double>(steps_ - done) / rate));
-  fmt::print(stderr, "\r{}\033[K", fit_to_terminal(bar(share, text.size()) + text));
+  tell(fmt::format("\r{}\033[K", fit_to_terminal(bar(share, text.size()) + text)));
   std::fflush(stderr);
 }
 

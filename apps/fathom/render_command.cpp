@@ -71,15 +71,13 @@ int render_recording(RenderOptions options) {
   engine::ReplaySettings settings;
   settings.threads = simulator.threads.value_or(0);
   settings.check_snapshots = false;
+  double end = 0, half_step = 0;  // s
   const auto visit = [&](const World& world) {
+    end = world.time(), half_step = 0.5 * static_cast<double>(world.definition().dt);
     if (!outputs.visit(world) || InterruptGuard::requested()) throw Enough{};
   };
-  double end = 0, half_step = 0;  // s
   settings.before_first_step = visit;
-  settings.after_step = [&](std::uint64_t, const World& world) {
-    end = world.time(), half_step = 0.5 * static_cast<double>(world.definition().dt);
-    visit(world);
-  };
+  settings.after_step = [&](std::uint64_t, const World& world) { visit(world); };
   std::string difference;
   try {
     const engine::ReplayResult result = engine::replay(options.run.scene, settings);
@@ -88,9 +86,9 @@ int render_recording(RenderOptions options) {
   }
   outputs.finish();
   if (!difference.empty()) {
-    fmt::print(stderr,
-               "fathom: the replay went another way than the recording: {}; was it recorded by another version?\n",
-               difference);
+    tell(
+        fmt::format("fathom: the replay went another way than the recording: {}; was it recorded by another version?\n",
+                    difference));
     return failed;
   }
   if (InterruptGuard::requested()) return interrupted;

@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <ostream>
 
 #include "commands.hpp"
 #include "csv.hpp"
+#include "files/claim.hpp"
 #include "measure/system.hpp"
 #include "output.hpp"
 #include "progress.hpp"
@@ -22,7 +25,7 @@ RunFileSettings run_files(const RunOptions& options, const engine::Config& confi
 }
 
 void check_names(const RunOptions& options, const RunFileSettings& files) {
-  if (options.json == "-" && options.csv == "-")
+  if (files::is_stdout(options.json) && files::is_stdout(options.csv))
     throw Error(ErrorCode::invalid_argument, "--json and --csv cannot both go to stdout; give one a file");
   files::FileNames names = inputs_of(options);
   names.writes("--json", options.json);
@@ -64,11 +67,16 @@ int run(const RunOptions& options) {
   const Json report = to_json(scene, result);
   if (json.wanted()) json.stream() << report.dump(2) << "\n";
   json.finish();
-  // Whoever reads figures from stdout reads nothing else there.
-  if (!options.quiet) fmt::print(json.is_stdout() || csv.is_stdout() ? stderr : stdout, "{}", to_text(report));
+  // Whoever reads a file from stdout reads nothing else there.
+  const bool taken =
+      std::ranges::any_of(std::array{options.json, options.csv, files.record, files.trace}, files::is_stdout);
+  if (!options.quiet && taken)
+    tell(to_text(report));
+  else if (!options.quiet)
+    fmt::print("{}", to_text(report));
   if (result.quality.non_finite > 0) {
-    fmt::print(stderr, "fathom: the state of {} bodies was not finite; try a smaller --dt or more --substeps\n",
-               result.quality.non_finite);
+    tell(fmt::format("fathom: the state of {} bodies was not finite; try a smaller --dt or more --substeps\n",
+                     result.quality.non_finite));
   }
   return exit_code(result);
 }

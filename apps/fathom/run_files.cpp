@@ -1,6 +1,10 @@
 #include "run_files.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
+
+#include "measure/system.hpp"
 
 namespace fathom::cli {
 
@@ -47,7 +51,10 @@ void RunFiles::after_step(double step_ms) {
 
 void RunFiles::finish() {
   if (recorder_) recorder_->finish();
-  if (trace_) trace_->finish();
+  if (!trace_) return;
+  trace_->finish();
+  if (trace_->lost_count() > 0)
+    tell(fmt::format("fathom: {} zones were lost: the trace is full\n", trace_->lost_count()));
 }
 
 }  // namespace fathom::cli

@@ -21,6 +21,19 @@ namespace {
 constexpr std::uint64_t default_steps = 1800;
 constexpr double most_steps = 1e9;
 
+/// Random scenes, which a seed decides.
+struct HeapMaker {
+  std::string_view name;
+  Heap (*make)(std::uint64_t seed);
+};
+constexpr HeapMaker heaps[] = {
+    {"heap", make_heap}, {"surface_heap", make_surface_heap}, {"joint_heap", make_joint_heap}};
+
+const HeapMaker* find_heap(std::string_view name) {
+  const auto found = std::ranges::find(heaps, name, &HeapMaker::name);
+  return found == std::end(heaps) ? nullptr : found;
+}
+
 bool looks_like_file(const std::string& scene) {
   return scene.ends_with(".toml") || scene.find('/') != std::string::npos || std::filesystem::exists(scene);
 }
@@ -40,26 +53,27 @@ std::int64_t size_in_bodies(const Environment& environment, const RunOptions& op
 [[noreturn]] void refuse_unknown(const std::string& scene) {
   std::vector<std::string_view> known;
   for (const Environment& environment : environments()) known.push_back(environment.name);
-  known.push_back("heap");
+  for (const HeapMaker& heap : heaps) known.push_back(heap.name);
   throw Error(ErrorCode::invalid_argument,
               "there is no environment '" + scene + "' (a scene file's name ends in .toml)" + suggestion(scene, known));
 }
 
-Scene read_heap(const RunOptions& options) {
+Scene read_heap(const HeapMaker& heap, const RunOptions& options) {
   if (options.bodies || options.layers) {
     throw Error(ErrorCode::invalid_argument,
                 "a heap's seed says how many bodies it has; leave --bodies and --layers out and try another --seed");
   }
-  return make_heap(options.seed.value_or(1)).scene;
+  return heap.make(options.seed.value_or(1)).scene;
 }
 
 Scene read_scene(const RunOptions& options) {
-  if (options.seed && options.scene != "heap")
+  const HeapMaker* heap = find_heap(options.scene);
+  if (options.seed && !heap)
     throw Error(ErrorCode::invalid_argument, "--seed says which heap it is; '" + options.scene + "' has none");
   if (const Environment* environment = find_environment(options.scene)) {
     return environment->make(size_in_bodies(*environment, options));
   }
-  if (options.scene == "heap") return read_heap(options);
+  if (heap) return read_heap(*heap, options);
   if (!looks_like_file(options.scene)) refuse_unknown(options.scene);
   if (options.bodies || options.layers) {
     throw Error(ErrorCode::invalid_argument,
@@ -164,7 +178,7 @@ Scene make_scene(const RunOptions& options) {
 
 files::FileNames inputs_of(const RunOptions& options) {
   files::FileNames names;
-  if (!find_environment(options.scene) && options.scene != "heap") names.reads("the scene", options.scene);
+  if (!find_environment(options.scene) && !find_heap(options.scene)) names.reads("the scene", options.scene);
   names.reads("--config", options.config.file);
   return names;
 }

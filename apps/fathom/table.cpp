@@ -1,18 +1,16 @@
 #include <fmt/format.h>
 
-#include <fstream>
-
 #include "commands.hpp"
+#include "files/input_file.hpp"
 #include "report.hpp"
 
 namespace fathom::cli {
 namespace {
 
 Json read_report(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw Error(ErrorCode::file, path + ": cannot be read; give files written by 'fathom run --json'");
+  const std::string text = files::read_file(path, "give files written by 'fathom run --json'");
   try {
-    return Json::parse(file);
+    return Json::parse(text);
   } catch (const Json::exception&) {
     throw Error(ErrorCode::file, path + ": is not JSON; give files written by 'fathom run --json'");
   }

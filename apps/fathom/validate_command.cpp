@@ -40,16 +40,16 @@ std::vector<const Case*> chosen(const std::vector<std::string>& only) {
 
 /// Options that no chosen case reads would seem to work.
 void check_heap_options(const ValidateOptions& options, const std::vector<const Case*>& list) {
-  const auto is_heaps = [](const Case* test) { return test->name == std::string_view("heaps"); };
+  const auto is_heaps = [](const Case* test) { return test->group == std::string_view("heaps"); };
   if ((options.seeds || options.first) && std::ranges::none_of(list, is_heaps))
-    throw Error(ErrorCode::invalid_argument, "--seeds and --first are those of the case heaps; add --only heaps");
+    throw Error(ErrorCode::invalid_argument, "--seeds and --first are those of the cases heaps; add --only heaps");
 }
 
-/// Whoever reads JSON from stdout reads nothing else there.
-void say(const Output& json, const std::string& text) {
-  std::FILE* to = json.is_stdout() ? stderr : stdout;
-  fmt::print(to, "{}", text);
-  std::fflush(to);
+/// Whoever reads a report from stdout reads nothing else there.
+void say(const Output& html, const Output& json, const std::string& text) {
+  if (html.is_stdout() || json.is_stdout()) return tell(text);
+  fmt::print("{}", text);
+  std::fflush(stdout);
 }
 
 Circumstances circumstances() {
@@ -84,9 +84,9 @@ int validate(const ValidateOptions& options) {
   names.writes("--json", options.json);
   const InterruptGuard interrupt;
   Output html(options.html), json(options.json);
-  if (!options.quiet) setup.say = [&](const std::string& line) { say(json, line + "\n"); };
+  if (!options.quiet) setup.say = [&](const std::string& line) { say(html, json, line + "\n"); };
   CaseThread thread(list, setup, [&](const Result& result) {
-    if (!options.quiet) say(json, to_text(result));
+    if (!options.quiet) say(html, json, to_text(result));
   });
   const bool complete = thread.wait();
   const std::vector<Result> results = thread.results();
@@ -97,7 +97,7 @@ int validate(const ValidateOptions& options) {
   if (json.wanted()) json.stream() << to_json(results, setup, where);
   json.finish();
   if (!complete) {
-    fmt::print(stderr, "fathom: interrupted after {} of {} cases\n", results.size(), list.size());
+    tell(fmt::format("fathom: interrupted after {} of {} cases\n", results.size(), list.size()));
     CaseThread::leave(interrupted);
   }
   return std::ranges::all_of(results, &Result::as_expected) ? finished : failed;

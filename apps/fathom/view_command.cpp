@@ -1,4 +1,6 @@
 // `fathom view`: a run in a window.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
@@ -59,7 +61,12 @@ int view(const ViewOptions& options) {
   settings.overlays = viewer::parse_overlays(options.overlays);
   const InterruptGuard interrupt;
   settings.ended = [] { return InterruptGuard::requested(); };
-  viewer::view([&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
+  const viewer::ViewResult result = viewer::view(
+      [&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
+  // So many frames are a run as any other, whose result can be compared.
+  if (settings.frames > 0)
+    fmt::print("{}: {} steps, {:.2f} s simulated\n  state hash             {:016x}\n", result.scene, result.steps,
+               result.time, result.state_hash);
   return InterruptGuard::requested() ? interrupted : finished;
 }
 
@@ -75,7 +82,8 @@ void declare_view(CLI::App& command, ViewOptions& options) {
       ->type_name("LIST");
   command.add_flag("--paused", settings.paused, "Start paused");
   command.add_flag("--show-help", settings.help, "Start with the list of keys");
-  command.add_option("--frames", settings.frames, "End after so many frames, of one step each")
+  command
+      .add_option("--frames", settings.frames, "End after so many frames, of one step each, and print the state hash")
       ->type_name("N")
       ->check(whole_number(1));
   command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
+
+#include "files/input_file.hpp"
 
 namespace fathom::campaign {
 namespace {
@@ -69,12 +70,11 @@ void read_instructions(File& file, const Json& json) {
 }  // namespace
 
 ResultsFile read_results(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw Error(ErrorCode::file, path + ": cannot be read; give files of 'fathom bench' or bench/instructions");
+  const std::string text = files::read_file(path, "give files of 'fathom bench' or bench/instructions");
   File file;
   file.path = path;
   try {
-    const Json json = Json::parse(in);
+    const Json json = Json::parse(text);
     file.kind = json.at("kind");
     if (file.kind == "campaign") read_campaign(file, json);
     if (file.kind == "peers") read_peers(file, json);

@@ -6,12 +6,11 @@
 #include <charconv>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 #include "build_info.hpp"
 #include "exec/devices.hpp"
+#include "files/input_file.hpp"
 #include "measure/json.hpp"
 #include "measure/system.hpp"
 
@@ -179,10 +178,7 @@ std::unique_ptr<files::OutputFile> Store::claim() const {
 void Store::write(const std::string& file, const std::string& content) const { files::write_file(path(file), content); }
 
 std::string Store::read(const std::string& file) const {
-  std::ifstream in(path(file), std::ios::binary);
-  if (!in)
-    throw Error(ErrorCode::file, path(file) + ": cannot be read; give a folder that 'fathom bench campaign' wrote");
-  return {std::istreambuf_iterator<char>(in), {}};
+  return files::read_file(path(file), "give a folder that 'fathom bench campaign' wrote");
 }
 
 void Store::save(const Campaign& campaign) const {

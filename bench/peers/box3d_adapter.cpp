@@ -23,7 +23,6 @@ class Box3dEngine final : public Engine {
     world_ = b3CreateWorld(&def);
     bodies_.reserve(scene.bodies.size());
     for (const BodyDef& body : scene.bodies) add(body);
-    require_plain_joints("Box3D", scene);
     for (const SceneJoint& joint : scene.joints) add(joint);
   }
 
@@ -70,12 +69,35 @@ class Box3dEngine final : public Engine {
   }
 
   void add(const SceneJoint& joint) {
+    const PeerJoint kind = peer_joint("Box3D", joint.def);
+    const JointAxis& twist = joint.def.axis(JointAxisName::twist);
+    if (kind == PeerJoint::hinge) {
+      b3RevoluteJointDef def = b3DefaultRevoluteJointDef();
+      place(def.base, joint);
+      def.enableLimit = twist.mode == AxisMode::limited;
+      def.lowerAngle = twist.lower, def.upperAngle = twist.upper;
+      def.enableMotor = twist.drive.is_on();  // at rest: friction
+      def.maxMotorTorque = twist.drive.max_force;
+      b3CreateRevoluteJoint(world_, &def);
+      return;
+    }
     b3SphericalJointDef def = b3DefaultSphericalJointDef();
-    def.base.bodyIdA = bodies_[joint.a];
-    def.base.bodyIdB = bodies_[joint.b];
-    def.base.localFrameA.p = vector(joint.def.frame_a.position);
-    def.base.localFrameB.p = vector(joint.def.frame_b.position);
+    place(def.base, joint);
+    if (kind == PeerJoint::limb) {
+      def.enableConeLimit = def.enableTwistLimit = true;
+      def.coneAngle = joint.def.cone_angle;
+      def.lowerTwistAngle = twist.lower, def.upperTwistAngle = twist.upper;
+    }
     b3CreateSphericalJoint(world_, &def);
+  }
+
+  void place(b3JointDef& def, const SceneJoint& joint) const {
+    def.bodyIdA = bodies_[joint.a];
+    def.bodyIdB = bodies_[joint.b];
+    // Hinges and cones are about z there.
+    const Quat z_to_x{0.5f, 0.5f, 0.5f, 0.5f};
+    def.localFrameA = {vector(joint.def.frame_a.position), quaternion(normalize(joint.def.frame_a.rotation * z_to_x))};
+    def.localFrameB = {vector(joint.def.frame_b.position), quaternion(normalize(joint.def.frame_b.rotation * z_to_x))};
   }
 
   void add_shape(const b3ShapeDef& def, const Shape& shape) {
@@ -96,6 +118,10 @@ class Box3dEngine final : public Engine {
         b3CreateHullShape(bodies_.back(), &def, &hull.base);
         return;
       }
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+      case ShapeType::compound:
+        refuse_shape("Box3D");
       case ShapeType::hull:
         break;
     }

@@ -66,6 +66,10 @@ class BulletEngine final : public Engine {
         return std::make_unique<btCapsuleShapeZ>(shape.radius, 2 * shape.half_extents.z);
       case ShapeType::box:
         return std::make_unique<btBoxShape>(vector(shape.half_extents));
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+      case ShapeType::compound:
+        refuse_shape("Bullet");
       case ShapeType::hull:
         break;
     }

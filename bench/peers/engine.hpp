@@ -49,10 +49,20 @@ const EngineKind& find_engine(std::string_view name);
 bool is_same(const Shape& a, const Shape& b);
 /// Throws `Error{unavailable}`: the engine, or its adapter, has no such thing.
 [[noreturn]] void refuse_scene(std::string_view engine, std::string_view what);
+/// Refuses a mesh or a height field.
+[[noreturn]] void refuse_shape(std::string_view engine);
 /// Refuses a scene with joints.
 void refuse_joints(std::string_view engine, const Scene& scene);
 /// Refuses all but ball joints that are rigid and whose bodies do not collide: adapters make no others.
 void require_plain_joints(std::string_view engine, const Scene& scene);
+/// What adapters make of joints at most.
+enum class PeerJoint {
+  ball,   ///< free to turn
+  limb,   ///< a ball joint with a cone about A's axis x and bounds of the twist
+  hinge,  ///< about the axis x, with or without bounds and friction
+};
+/// Refuses what is none of them, is a spring, breaks, or whose bodies collide.
+PeerJoint peer_joint(std::string_view engine, const JointDef& joint);
 /// Mass of a dynamic body (kg).
 float mass_of(const BodyDef& body);
 

@@ -52,13 +52,16 @@ const EngineKind& find_engine(std::string_view name) {
 }
 
 bool is_same(const Shape& a, const Shape& b) {
-  return a.type == b.type && a.radius == b.radius && a.half_extents == b.half_extents && a.hull == b.hull;
+  return a.type == b.type && a.radius == b.radius && a.half_extents == b.half_extents && a.hull == b.hull &&
+         a.surface == b.surface;
 }
 
 void refuse_scene(std::string_view engine, std::string_view what) {
   throw Error(ErrorCode::unavailable, std::string(engine) + " is not measured with " + std::string(what) +
                                           "; leave it out by --engines or choose another scene");
 }
+
+void refuse_shape(std::string_view engine) { refuse_scene(engine, "triangle meshes, height fields and compounds"); }
 
 void refuse_joints(std::string_view engine, const Scene& scene) {
   if (!scene.joints.empty()) refuse_scene(engine, "joints");
@@ -68,6 +71,25 @@ void require_plain_joints(std::string_view engine, const Scene& scene) {
   for (const SceneJoint& joint : scene.joints)
     if (joint.def.type != JointType::ball || joint.def.hertz > 0 || joint.def.collide_connected)
       refuse_scene(engine, "joints but rigid ball joints whose bodies do not collide");
+}
+
+PeerJoint peer_joint(std::string_view engine, const JointDef& joint) {
+  const auto axis = [&](JointAxisName name) -> const JointAxis& { return joint.axis(name); };
+  const auto is = [&](JointAxisName name, AxisMode mode) {
+    return axis(name).mode == mode && !axis(name).drive.is_on();
+  };
+  const bool is_plain = joint.hertz == 0 && !joint.collide_connected && !joint.can_break();
+  if (is_plain && joint.type == JointType::ball) return PeerJoint::ball;
+  const bool holds = is_plain && joint.type == JointType::generic && is(JointAxisName::x, AxisMode::locked) &&
+                     is(JointAxisName::y, AxisMode::locked) && is(JointAxisName::z, AxisMode::locked);
+  const JointAxis& twist = axis(JointAxisName::twist);
+  const bool has_only_friction = twist.drive.stiffness == 0 && twist.drive.velocity == 0 && twist.armature == 0 &&
+                                 (!twist.drive.is_on() || twist.drive.damping == rigid_damping);
+  if (holds && joint.cone_angle > 0 && is(JointAxisName::twist, AxisMode::limited)) return PeerJoint::limb;
+  if (holds && is(JointAxisName::swing_y, AxisMode::locked) && is(JointAxisName::swing_z, AxisMode::locked) &&
+      twist.mode != AxisMode::locked && has_only_friction)
+    return PeerJoint::hinge;
+  refuse_scene(engine, "joints but rigid ball joints, with or without cones, and hinges whose bodies do not collide");
 }
 
 float mass_of(const BodyDef& body) { return body.mass ? *body.mass : body.density * volume(body.shape); }

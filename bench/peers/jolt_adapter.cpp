@@ -140,6 +140,10 @@ class JoltEngine final : UsesLibrary, public Engine {
                                                new JPH::CapsuleShape(half.z, shape.radius));
       case ShapeType::box:
         return new JPH::BoxShape(vector(half));
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+      case ShapeType::compound:
+        refuse_shape("Jolt");
       case ShapeType::hull:
         break;
     }

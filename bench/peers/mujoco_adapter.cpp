@@ -28,6 +28,10 @@ std::string form_of(const Shape& shape) {
       return fmt::format("type='capsule' size='{} {}'", shape.radius, half.z);
     case ShapeType::box:
       return fmt::format("type='box' size='{} {} {}'", half.x, half.y, half.z);
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
+      refuse_shape("MuJoCo");
     case ShapeType::hull:
       break;
   }

@@ -101,6 +101,10 @@ class OdeEngine final : public Engine {
       case ShapeType::box:
         dMassSetBoxTotal(&mass, kg, real(size.x), real(size.y), real(size.z));
         return dCreateBox(space_, real(size.x), real(size.y), real(size.z));
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+      case ShapeType::compound:
+        refuse_shape("ODE");
       case ShapeType::hull:
         break;
     }

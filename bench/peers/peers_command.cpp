@@ -41,11 +41,10 @@ std::vector<const EngineKind*> chosen_engines(const Options& options) {
 void show_progress(int round, int rounds, const Result& next) {
   static int last_round = 0;
   if (stderr_is_terminal())
-    fmt::print(stderr, "\r\x1b[K{}",
-               fit_to_terminal(fmt::format("round {}/{}: {} {} {}", round, rounds, next.scene->name, next.engine->name,
-                                           next.threads)));
+    tell(fmt::format("\r\x1b[K{}", fit_to_terminal(fmt::format("round {}/{}: {} {} {}", round, rounds, next.scene->name,
+                                                               next.engine->name, next.threads))));
   else if (round != last_round)
-    fmt::print(stderr, "round {}/{}\n", round, rounds);
+    tell(fmt::format("round {}/{}\n", round, rounds));
   last_round = round;
 }
 
@@ -102,10 +101,14 @@ Outcome run(const Options& options) {
   const std::vector<Result> results =
       run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
-  if (stderr_is_terminal()) fmt::print(stderr, "\r\x1b[K");
-  print_table(results);
+  if (stderr_is_terminal()) tell("\r\x1b[K");
+  // Whoever reads figures from stdout reads nothing else there.
+  if (files::is_stdout(options.json))
+    tell(table_of(results));
+  else
+    fmt::print("{}", table_of(results));
   if (InterruptGuard::requested()) {
-    fmt::print(stderr, "fathom: interrupted{}\n", file ? "; " + options.json + " stays as it was" : "");
+    tell(fmt::format("fathom: interrupted{}\n", file ? "; " + options.json + " stays as it was" : ""));
     return Outcome::interrupted;
   }
   if (file) {

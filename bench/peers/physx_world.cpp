@@ -143,6 +143,10 @@ struct MadeGeometry {
       case ShapeType::box:
         geometry.storeAny(PxBoxGeometry(to_physx(half)));
         return;
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+      case ShapeType::compound:
+        refuse_shape("PhysX");
       case ShapeType::hull:
         break;
     }

@@ -21,19 +21,22 @@ double noise(const Result& r) {
   return fastest->step_ms.mean > 0 ? slowest->step_ms.mean / fastest->step_ms.mean : 1;
 }
 
-void print_row(const Result& r, double ratio) {
+void add_row(std::string& text, const Result& r, double ratio) {
   const Quality& q = r.quality();
-  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>7.2f}{:>9}{:>10.4f}", r.scene->name,
-             dynamic_body_count(r.scene->scene), r.rounds.back().steps, r.engine->name, r.threads, r.mean_ms(),
-             noise(r), ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
+  text += fmt::format("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11.4f}{:>7.2f}{:>9}{:>10.4f}", r.scene->name,
+                      dynamic_body_count(r.scene->scene), r.rounds.back().steps, r.engine->name, r.threads, r.mean_ms(),
+                      noise(r), ratio > 0 ? fmt::format("{:.2f}", ratio) : "-", r.p99_ms());
   const bool ground = r.scene->scene.ground_height.has_value();
-  fmt::print("{:>10}{:>10.3f}{:>10}{:>11.5f}{:>10.2g}{:>7}{:>8}",
-             ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-", 1e3 * q.overlap_max,
-             r.scene->scene.joints.empty() ? "-" : fmt::format("{:.3f}", 1e3 * q.joint_gap_max), q.displacement_max,
-             q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-",
-             r.scene->scene.container ? std::to_string(q.escaped) : "-");
+  text +=
+      fmt::format("{:>10}{:>10.3f}{:>10}{:>11.5f}{:>10.2g}{:>7}{:>8}",
+                  ground ? fmt::format("{:.3f}", 1e3 * q.ground_penetration_max) : "-", 1e3 * q.overlap_max,
+                  r.scene->scene.joints.empty() ? "-" : fmt::format("{:.3f}", 1e3 * q.joint_gap_max),
+                  q.displacement_max, q.kinetic_energy_per_body, ground ? std::to_string(q.bodies_below_ground) : "-",
+                  r.scene->scene.container ? std::to_string(q.escaped) : "-");
   const std::string trouble = r.trouble();
-  fmt::print("{}\n", !trouble.empty() ? "  FAILED: " + trouble : r.rounds.back().cut_short ? "  cut short" : "");
+  text += fmt::format("{}\n", !trouble.empty()            ? "  FAILED: " + trouble
+                              : r.rounds.back().cut_short ? "  cut short"
+                                                          : "");
 }
 
 Json json_of(const Result& r, double ratio) {
@@ -71,21 +74,22 @@ double ratio_to_fathom(const Result& result, const std::vector<Result>& all) {
   return fathom == all.end() ? 0 : result.mean_ms() / fathom->mean_ms();
 }
 
-void print_table(const std::vector<Result>& results) {
-  fmt::print("{}; {} build, {}\n", processor_name(), build_info::build_type, build_info::compiler);
-  fmt::print(
+std::string table_of(const std::vector<Result>& results) {
+  std::string text = fmt::format("{}; {} build, {}\n", processor_name(), build_info::build_type, build_info::compiler);
+  text += fmt::format(
       "Milliseconds a step: the median of {} rounds; noise is the slowest round over the fastest.\n"
       "Ratio: over Fathom's mean with as many threads; above 1 is slower than Fathom.\n\n",
       results.empty() ? 0 : results.front().rounds.size());
-  fmt::print("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n", "scene",
-             "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm", "deep mm", "gap mm",
-             "moved m", "J a body", "below", "escaped");
+  text += fmt::format("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n",
+                      "scene", "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm",
+                      "deep mm", "gap mm", "moved m", "J a body", "below", "escaped");
   const SceneEntry* previous = nullptr;
   for (const Result& result : results) {
-    if (previous && previous != result.scene) fmt::print("\n");
+    if (previous && previous != result.scene) text += "\n";
     previous = result.scene;
-    print_row(result, ratio_to_fathom(result, results));
+    add_row(text, result, ratio_to_fathom(result, results));
   }
+  return text;
 }
 
 Json to_json(const std::vector<Result>& results) {

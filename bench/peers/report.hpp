@@ -11,7 +11,7 @@ namespace fathom::peers {
 /// threads: with the first number asked for); 0 where Fathom did not run.
 double ratio_to_fathom(const Result& result, const std::vector<Result>& all);
 
-void print_table(const std::vector<Result>& results);
+std::string table_of(const std::vector<Result>& results);
 nlohmann::ordered_json to_json(const std::vector<Result>& results);
 
 }  // namespace fathom::peers

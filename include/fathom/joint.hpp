@@ -11,6 +11,8 @@
 #include <array>
 #include <cstdint>
 #include <fathom/body.hpp>
+#include <fathom/error.hpp>
+#include <string>
 
 namespace fathom {
 
@@ -136,6 +138,8 @@ struct JointDef {
   /// damping ratio. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is stable.
   float hertz = 0;
   float damping_ratio = 1;
+  /// N, of a ball joint with `hertz`: it gives no more than this in any step, in whatever direction.
+  float max_force = 3e38f;
   std::uint64_t user_data = 0;
 
   JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
@@ -143,8 +147,20 @@ struct JointDef {
   bool can_break() const { return break_force < unbreakable || break_torque < unbreakable; }
 };
 
-/// A frame at `position` (m) with its axis x along `axis`, turned the shortest way; no more is said of y and z.
+namespace joint_parts {
+
+/// Why `axis` gives no direction; null where it does.
+inline const char* direction_fault(Vec3 axis) {
+  return length_squared(axis) > 1e-12f ? nullptr : "has no length; give it one of more than 1e-6";
+}
+
+}  // namespace joint_parts
+
+/// A frame at `position` (m) with its axis x along `axis`, turned the shortest way; no more is said of y and z. Throws
+/// `Error{invalid_argument}` where `axis` has no length, as gears and racks do.
 inline Pose joint_frame(Vec3 position, Vec3 axis) {
+  if (const char* const fault = joint_parts::direction_fault(axis))
+    throw Error(ErrorCode::invalid_argument, std::string("joint frame: the axis ") + fault);
   const Vec3 x = normalize(axis);
   const Quat half = x.x > -0.9999f ? Quat{1 + x.x, 0, -x.z, x.y} : Quat{0, 0, 0, 1};
   Pose frame;
@@ -157,6 +173,18 @@ inline JointDef ball_joint(BodyId a, BodyId b, Vec3 anchor_a, Vec3 anchor_b) {
   JointDef def;
   def.a = a, def.b = b;
   def.frame_a.position = anchor_a, def.frame_b.position = anchor_b;
+  return def;
+}
+
+/// Pulls a point of a body (m, body axes, from its centre of mass) towards a point of the world, by a spring of this
+/// frequency (Hz) and damping ratio and with `max_force` (N) at most, whatever the gain (Box2D: mouse joint). The
+/// target is where `frame_a` is on `holder`, a fixed or kinematic body; `World::set_joint_target` moves it. The two
+/// bodies still make contacts.
+inline JointDef target_joint(BodyId holder, const Pose& holder_pose, BodyId body, Vec3 point, Vec3 target, float hertz,
+                             float damping_ratio, float max_force) {
+  JointDef def = ball_joint(holder, body, inverse_transform(holder_pose, target), point);
+  def.hertz = hertz, def.damping_ratio = damping_ratio, def.max_force = max_force;
+  def.collide_connected = true;
   return def;
 }
 

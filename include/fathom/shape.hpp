@@ -10,17 +10,26 @@
 
 namespace fathom {
 
+class Compound;
 class Hull;
+class Surface;
 
-enum class ShapeType : std::uint8_t { sphere, capsule, box, hull };
+enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_field, compound };
 
-/// A convex shape centred at its centre of mass. Cheap to copy; hulls are shared and immutable.
-/// Made by `sphere`, `capsule`, `box` and `hull`, which check their arguments.
+/// A convex shape or a compound of such shapes, centred at its centre of mass, or a surface of triangles for bodies
+/// that are not dynamic. Cheap to copy; hulls, surfaces and compounds are shared and immutable. Made by `sphere`,
+/// `capsule`, `box` and `hull`, by `compound` (compound.hpp), and by `mesh` and `height_field` (mesh.hpp), which check
+/// their arguments.
 struct Shape {
   ShapeType type = ShapeType::box;
   float radius = 0;            ///< sphere, capsule (m)
   Vec3 half_extents{0, 0, 0};  ///< box (m); capsule: (0, 0, half the length of its segment)
-  std::shared_ptr<const Hull> hull;
+  std::shared_ptr<const Hull> hull{};
+  std::shared_ptr<const Surface> surface{};    ///< mesh, height field
+  std::shared_ptr<const Compound> compound{};  ///< compound
+
+  bool is_surface() const { return type == ShapeType::mesh || type == ShapeType::height_field; }
+  bool is_convex() const { return !is_surface() && type != ShapeType::compound; }
 };
 
 // Each of the four throws `Error{invalid_argument}` on a value that is out of range or not finite and
@@ -47,10 +56,10 @@ struct MassProperties {
   Quat principal_rotation;  ///< turns principal axes into the body's axes
 };
 
-/// Volume (m³) of the shape.
+/// Volume (m³) of the shape; 0 of a surface.
 float volume(const Shape& shape);
 /// Exact mass properties of a solid of uniform density with the total mass `mass` > 0 (kg). Throws
-/// `Error{invalid_argument}` on any other mass.
+/// `Error{invalid_argument}` on any other mass, and on a surface, which has none.
 MassProperties mass_properties(const Shape& shape, float mass);
 
 /// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.

@@ -5,7 +5,7 @@
 //   fathom::BodyId crate = world.add({.pose = {.position = {0, 0, 5}}, .shape = fathom::box({0.5f, 0.5f, 0.5f}), .mass
 //   = 1}); for (int i = 0; i < 600; ++i) world.step(); fathom::Vec3 where = world.pose(crate).position;
 //
-// A world is used by one thread at a time; different worlds are independent. Errors are thrown as
+// A world is used by one thread at a time, but for queries; different worlds are independent. Errors are thrown as
 // `fathom::Error` and leave the world as it was.
 #pragma once
 
@@ -16,6 +16,7 @@
 #include <fathom/error.hpp>
 #include <fathom/joint.hpp>
 #include <fathom/profile.hpp>
+#include <fathom/query.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -152,13 +153,7 @@ struct ContactInfo {
   int point_count = 0;
   ContactPointInfo points[4];
   int colour = -1;  ///< of the constraint graph; −1 where the pair has none (asleep, or solved one by one)
-};
-
-struct RayHit {
-  BodyId body;
-  float fraction = 0;  ///< of the ray's translation
-  Vec3 point;          ///< m, world
-  Vec3 normal;         ///< unit, outward from the body; zero where the ray starts inside
+  std::uint32_t child_a = 0, child_b = 0;  ///< of compounds, see `Compound::children`
 };
 
 /// A body taken out of the simulation because its state was not finite after a step; its pose is that
@@ -222,7 +217,7 @@ class World {
   /// Adds to the velocity (m/s, rad/s), without a need to read it first.
   void add_velocity(BodyId id, Vec3 linear, Vec3 angular);
   MotionType motion(BodyId id) const;
-  const Shape& shape(BodyId id) const;
+  Shape shape(BodyId id) const;
   float mass(BodyId id) const;  ///< kg; 0 for bodies that forces do not move
   MassProperties mass_properties(BodyId id) const;
   Aabb bounds(BodyId id) const;  ///< m, tight, world
@@ -231,6 +226,18 @@ class World {
   void set_material(BodyId id, const Material& material);
   const Material& material(BodyId id) const;
   void set_filter(BodyId id, Filter filter);
+  // The next three begin the body anew, under the same id, with its pose, velocity and joints: what it touches ends and
+  // begins again in the next step, and forces applied since the last one are gone. They throw what `add` throws, and
+  // leave the body as it was.
+
+  /// A body that becomes fixed stands still. One that becomes dynamic has the mass of its shape at 1,000 kg/m³, which
+  /// `set_mass` changes. Also throws `invalid_argument` where a joint would hold no dynamic body any more.
+  void set_motion(BodyId id, MotionType motion);
+  /// Its centre of mass stays where it is. A dynamic body keeps its mass and gets the shape's inertia.
+  void set_shape(BodyId id, const Shape& shape);
+  /// kg; the inertia (kg·m², body axes) is the shape's where none is given. Throws `invalid_argument` for bodies that
+  /// are not dynamic.
+  void set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia = {});
   void set_gravity_scale(BodyId id, float scale);
   void set_damping(BodyId id, float linear, float angular);
   bool is_awake(BodyId id) const;
@@ -257,9 +264,20 @@ class World {
   /// Other frames on the two bodies (see JointDef), which may be apart: the joint pulls them together, at 60 m/s at
   /// most. Wakes both bodies. Throws `stale_id`, and `invalid_argument` as `add_joint`.
   void set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b);
+  /// Moves the target (m, world) of a `target_joint`, or of another joint to a body that is not dynamic: the joint's
+  /// anchor on that body. Wakes the other body where the target is not there already. Throws `stale_id`, and
+  /// `invalid_argument` where both bodies are dynamic or the target is not finite.
+  void set_joint_target(JointId id, Vec3 target);
   /// Another force and torque at which it breaks (see JointDef), from the next step on; wakes both bodies. Throws
   /// `stale_id`, `invalid_argument`.
   void set_joint_break(JointId id, float force, float torque);
+  /// Every parameter at once, from the next step on; the definition's bodies are not read. Wakes both bodies. Throws
+  /// `stale_id`, and `invalid_argument` as `add_joint` or where the type or `collide_connected` is another; the joint
+  /// is then as it was.
+  void change_joint(JointId id, const JointDef& definition);
+  /// The joint from `a` to `b` that has this user data; of several the one of the lowest index. Throws `stale_id` where
+  /// there is none.
+  JointId find_joint(BodyId a, BodyId b, std::uint64_t user_data) const;
   /// Of the last step; waits for it. Throws `stale_id`.
   JointReaction reaction(JointId id) const;
   /// Where its axes stand now; of a ball joint zeros. Throws `stale_id`.
@@ -308,12 +326,33 @@ class World {
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------
-  /// Nearest body along `origin` + t·`translation`, 0 ≤ t ≤ 1, whose category is in `mask`.
-  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask = 0xffffffffu) const;
+  // Of bodies as they stand: at once after a change, asleep ones too; with `WorldDef::ahead` as the newest finished
+  // step left them when they were first asked for after the last `step`, change or other reading. They change nothing
+  // of later steps. Several threads may ask at once, while nobody calls anything else. Computed in double precision;
+  // what touches exactly counts as met. All throw `invalid_argument` on values that are not finite, a translation that
+  // is zero and shapes without size, and `stale_id` where a body that they name is gone (docs/queries.md).
+
+  /// What the ray meets first: of equally near bodies the one with the least index. None where it meets nothing.
+  std::optional<CastHit> cast_ray(Vec3 origin, Vec3 translation, const QueryFilter& filter = {}) const;
+  /// All that it meets, once each where it enters them, the nearest first.
+  std::vector<CastHit> cast_ray_all(Vec3 origin, Vec3 translation, const QueryFilter& filter = {}) const;
+  /// Overwrites hits[i] with what `cast_ray` answers of rays[i]. Throws where there are not as many of each.
+  void cast_rays(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits,
+                 const QueryFilter& filter = {}) const;
+  /// What the shape, moved from `pose` along `translation` (m) without turning, touches first. It stops short of it by
+  /// at most a millionth of the thinner one's thickness.
+  std::optional<CastHit> cast_shape(const Shape& shape, const Pose& pose, Vec3 translation,
+                                    const QueryFilter& filter = {}) const;
+  /// All that it touches on the way, as if the others were not there, the nearest first.
+  std::vector<CastHit> cast_shape_all(const Shape& shape, const Pose& pose, Vec3 translation,
+                                      const QueryFilter& filter = {}) const;
   /// Bodies whose tight bounds overlap the box, ascending.
-  std::vector<BodyId> overlap_aabb(const Aabb& box, std::uint32_t mask = 0xffffffffu) const;
-  /// Bodies that the placed shape touches, ascending.
-  std::vector<BodyId> overlap_shape(const Shape& shape, const Pose& pose, std::uint32_t mask = 0xffffffffu) const;
+  std::vector<BodyId> overlap_aabb(const Aabb& box, const QueryFilter& filter = {}) const;
+  /// Bodies that the placed shape touches or overlaps, ascending.
+  std::vector<BodyId> overlap_shape(const Shape& shape, const Pose& pose, const QueryFilter& filter = {}) const;
+  /// Of the placed shape (a) and a body (b), or of two bodies.
+  ClosestPoints closest_points(const Shape& shape, const Pose& pose, BodyId body) const;
+  ClosestPoints closest_points(BodyId a, BodyId b) const;
 
   // Snapshots -----------------------------------------------------------------------------------------------
   /// Overwrites `out` with everything that later steps depend on, as bytes with a format version and a checksum, for

@@ -31,15 +31,17 @@ FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const
   return collide_hulls(is_box_a ? view(box) : a.hull, is_box_b ? view(box) : b.hull, b_in_a, margin, cache, load);
 }
 
-/// Any shapes but two boxes. Each function is called from as few places as may be: compilers of SYCL kernels inline
-/// every call.
+/// Any shapes but two boxes; those of a kernel that never sees a hull need not be `with_hulls`. Each function is called
+/// from as few places as may be: compilers of SYCL kernels inline every call.
+template <bool with_hulls = true>
 FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache, const PatchLoad& load = {}) {
   if (a.type == ShapeType::box && b.type == ShapeType::sphere)  // too cheap for what follows
     return collide_box_sphere(a.half_extents, b_in_a.position, b.radius, margin);
   const bool is_round_a = is_round(a), is_round_b = is_round(b);
   if (is_round_a && is_round_b) return collide_round(round_shape(a), transform(b_in_a, round_shape(b)), margin);
-  if (!is_round_a && !is_round_b) return collide_polyhedra(a, b, b_in_a, margin, cache, load);
+  if constexpr (with_hulls)
+    if (!is_round_a && !is_round_b) return collide_polyhedra(a, b, b_in_a, margin, cache, load);
   const Pose round_in_other = is_round_b ? b_in_a : relative(b_in_a, Pose{});
   Manifold manifold = collide_polyhedron_round(is_round_b ? a : b, is_round_b ? b : a, round_in_other, margin, cache);
   if (is_round_a) manifold = swapped(manifold, b_in_a);
@@ -47,11 +49,12 @@ FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Po
 }
 
 /// What `collide` does, as a function that kernels can include.
+template <bool with_hulls = true>
 FATHOM_HD Manifold collide_shapes(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache, const PatchLoad& load = {}) {
   if (a.type == ShapeType::box && b.type == ShapeType::box)
     return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, cache, load);
-  return collide_others(a, b, b_in_a, margin, cache, load);
+  return collide_others<with_hulls>(a, b, b_in_a, margin, cache, load);
 }
 
 }  // namespace fathom

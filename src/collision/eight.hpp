@@ -1,12 +1,13 @@
-// Eight numbers side by side: vertices or planes of a hull in a register of the widest kind that the floor has.
+// Eight numbers side by side: of vertices or planes of a hull, in a register of the widest kind that the floor has, or
+// one with each work-item of a team (math/team.hpp).
 //
 // GCC and Clang map the vector types to what instructions there are, two of four on Arm. Every operation rounds as the
-// one of single numbers does, so what is found with them has the same bits as what a GPU finds one by one.
+// one of single numbers does, so what is found with eight has the same bits as what is found one by one.
 #pragma once
 
-#include <fathom/shape.hpp>
+#include "geometry/geometry.hpp"
 
-#if !defined(__CUDACC__) && !defined(FATHOM_SYCL_SOURCE)
+#if !defined(FATHOM_SYCL_SOURCE)
 #define FATHOM_HAS_EIGHT 1
 #endif
 
@@ -14,11 +15,66 @@
 
 #include <bit>
 
-#if defined(__FMA__)
+#if defined(__CUDACC__)
+#include "math/team.hpp"
+#elif defined(__FMA__)
 #include <immintrin.h>
 #endif
 
 namespace fathom {
+
+#if defined(__CUDACC__)
+
+/// This work-item's number of the eight.
+struct Eight {
+  float lane;
+};
+/// Or a mask: all bits or none.
+struct EightInts {
+  std::int32_t lane;
+};
+
+FATHOM_HD Eight eight(float x) { return {x}; }
+FATHOM_HD EightInts eight(std::int32_t x) { return {x}; }
+FATHOM_HD Eight operator-(Eight a) { return {-a.lane}; }
+FATHOM_HD Eight operator-(Eight a, Eight b) { return {a.lane - b.lane}; }
+FATHOM_HD Eight operator*(Eight a, Eight b) { return {a.lane * b.lane}; }
+FATHOM_HD EightInts operator<(Eight a, Eight b) { return {a.lane < b.lane ? -1 : 0}; }
+FATHOM_HD EightInts operator<(EightInts a, EightInts b) { return {a.lane < b.lane ? -1 : 0}; }
+FATHOM_HD EightInts operator>(Eight a, Eight b) { return {a.lane > b.lane ? -1 : 0}; }
+FATHOM_HD EightInts operator&(EightInts a, EightInts b) { return {a.lane & b.lane}; }
+FATHOM_HD EightInts operator+(EightInts a, std::int32_t b) { return {a.lane + b}; }
+FATHOM_HD Eight fma(Eight a, Eight b, Eight c) { return {fathom::fma(a.lane, b.lane, c.lane)}; }
+FATHOM_HD Eight min(Eight a, Eight b) { return {a.lane < b.lane ? a.lane : b.lane}; }
+FATHOM_HD Eight select(EightInts mask, Eight a, Eight b) { return mask.lane != 0 ? a : b; }
+FATHOM_HD EightInts select(EightInts mask, EightInts a, EightInts b) { return mask.lane != 0 ? a : b; }
+
+// What follows asks the other work-items. Nothing of it is called on the host, which nvcc compiles it for, too.
+
+/// 0, 1, …, 7.
+FATHOM_HD EightInts lane_numbers() {
+#if defined(__CUDA_ARCH__)
+  return {team::lane()};
+#else
+  return {0};
+#endif
+}
+/// A bit for each lane that is true.
+FATHOM_HD unsigned bits(EightInts mask) {
+#if defined(__CUDA_ARCH__)
+  return team::ballot(mask.lane != 0);
+#else
+  return mask.lane != 0 ? 1u : 0u;
+#endif
+}
+
+/// Eights in an array of single numbers, which the team's work-items share out: each has all of its own lane.
+FATHOM_HD Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first / 8]); }
+FATHOM_HD void set_number(float* numbers, int i, float value) {
+  if (i % 8 == lane_numbers().lane) numbers[i / 8] = value;
+}
+
+#else
 
 typedef float Eight __attribute__((vector_size(32)));  // a vector type cannot be named by `using` in GCC 12
 typedef std::int32_t EightInts __attribute__((vector_size(32)));
@@ -38,6 +94,11 @@ inline Eight fma(Eight a, Eight b, Eight c) {
 }
 inline Eight min(Eight a, Eight b) { return a < b ? a : b; }
 inline EightInts min(EightInts a, EightInts b) { return a < b ? a : b; }
+inline Eight select(EightInts mask, Eight a, Eight b) { return mask ? a : b; }
+inline EightInts select(EightInts mask, EightInts a, EightInts b) { return mask ? a : b; }
+
+/// 0, 1, …, 7.
+inline EightInts lane_numbers() { return EightInts{0, 1, 2, 3, 4, 5, 6, 7}; }
 
 /// A bit for each lane that is true.
 inline unsigned bits(EightInts mask) {
@@ -50,20 +111,85 @@ inline unsigned bits(EightInts mask) {
 #endif
 }
 
+/// The eight from number `first`, a multiple of eight, on.
+inline Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first]); }
+inline void set_number(float* numbers, int i, float value) { numbers[i] = value; }
+
+#endif
+
+/// The lowest bit that is set. nvcc compiles std::countr_zero, and its kernels get 32 whatever the word.
+FATHOM_HD int lowest_bit(unsigned word) {
+#if defined(__CUDACC__)
+  return std::popcount((word & (0u - word)) - 1);
+#else
+  return std::countr_zero(word);
+#endif
+}
+
 /// Three coordinates of eight vectors.
 struct EightVec3 {
   Eight x, y, z;
 };
-inline EightVec3 eight(Vec3 v) { return {eight(v.x), eight(v.y), eight(v.z)}; }
+FATHOM_HD EightVec3 eight(Vec3 v) { return {eight(v.x), eight(v.y), eight(v.z)}; }
 /// As fathom::dot.
-inline Eight dot(const EightVec3& a, const EightVec3& b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+FATHOM_HD Eight dot(const EightVec3& a, const EightVec3& b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+
+struct EightPlanes {
+  EightVec3 normals;
+  Eight offsets;
+};
+FATHOM_HD Eight plane_height(const EightPlanes& planes, const EightVec3& point) {
+  return dot(planes.normals, point) - planes.offsets;
+}
+
+/// Vertices or planes of a hull from number `first`, a multiple of eight, on; what is missing in the last eight is
+/// filled up with number 0.
+#if defined(__CUDACC__)
+FATHOM_HD int lane_index(int first, int count) {
+  const int i = first + lane_numbers().lane;
+  return i < count ? i : 0;
+}
+FATHOM_HD EightVec3 vertices_at(const HullView& hull, int first) {
+  return eight(hull.vertices[lane_index(first, hull.vertex_count)]);
+}
+FATHOM_HD EightPlanes planes_at(const HullView& hull, int first) {
+  const Hull::Plane plane = hull.planes[lane_index(first, hull.face_count)];
+  return {eight(plane.normal), eight(plane.offset)};
+}
+#else
 inline EightVec3 vectors(const Hull::Eight& block) { return {eight(block.x), eight(block.y), eight(block.z)}; }
+inline EightVec3 vertices_at(const HullView& hull, int first) { return vectors(hull.vertex_eights[first / 8]); }
+inline EightPlanes planes_at(const HullView& hull, int first) {
+  const Hull::Eight& block = hull.plane_eights[first / 8];
+  return {vectors(block), eight(block.w)};
+}
+#endif
 
 /// The least of the lanes, of equals the one with the lowest index; index 0 where nothing is a number.
 struct LeastLane {
   float value;
   int index;
 };
+#if defined(__CUDACC__)
+FATHOM_HD LeastLane least_lane(Eight values, EightInts indices) {
+#if defined(__CUDA_ARCH__)
+  float least = values.lane;
+  for (int bits = 4; bits > 0; bits /= 2) {
+    const float other = team::from_lane_xor(least, bits);
+    least = least < other ? least : other;
+  }
+  int index = values.lane == least ? indices.lane : 0x7fffffff;
+  for (int bits = 4; bits > 0; bits /= 2) {
+    const int other = team::from_lane_xor(index, bits);
+    index = index < other ? index : other;
+  }
+  index = team::from_lane(index, 0);
+  return {team::from_lane(least, 0), index == 0x7fffffff ? 0 : index};
+#else
+  return {values.lane, indices.lane};
+#endif
+}
+#else
 inline LeastLane least_lane(Eight values, EightInts indices) {
   Eight least = min(values, __builtin_shufflevector(values, values, 4, 5, 6, 7, 0, 1, 2, 3));
   least = min(least, __builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5));
@@ -74,7 +200,24 @@ inline LeastLane least_lane(Eight values, EightInts indices) {
   index = min(index, __builtin_shufflevector(index, index, 1, 0, 3, 2, 5, 4, 7, 6));
   return {least[0], index[0] == 0x7fffffff ? 0 : index[0]};
 }
+#endif
 
 }  // namespace fathom
 
 #endif
+
+namespace fathom {
+
+/// Whether the hull is searched by eights here: where it has them, or a team asks.
+FATHOM_HD bool by_eights(const HullView& hull) {
+#if defined(__CUDACC__)
+  return hull.is_for_team;
+#elif defined(FATHOM_HAS_EIGHT)
+  return hull.plane_eights != nullptr;
+#else
+  (void)hull;
+  return false;
+#endif
+}
+
+}  // namespace fathom

@@ -28,6 +28,9 @@ FATHOM_HD Core core_of(const Geometry& g) {
     case ShapeType::box:
       return {{}, g.half_extents, {}, 0};
     case ShapeType::hull:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
       break;
   }
   return {{}, {}, g.hull, 0};

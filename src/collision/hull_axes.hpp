@@ -39,7 +39,7 @@ FATHOM_HD FaceAxis best_face(const HullView& ref, const HullView& other, const F
     const bool is_best = lowest.height > best.separation || (lowest.height == best.separation && face < best.face);
     if (is_best) best = {face, lowest.height};
     if (lowest.height > margin) return best;
-    bounds.close(face);
+    bounds.close(ref, face);
     const Vec3 witness = transform(other_in_ref, other.vertices[lowest.vertex]);
     witnesses.add(witness);
     const FaceAxis next = bounds.lower(ref, witness);
@@ -107,7 +107,32 @@ struct BestEdges {
 };
 
 #if defined(FATHOM_HAS_EIGHT)
-/// Edges of A, eight side by side.
+/// What arcs need of eight edges.
+struct EdgeEight {
+  EightVec3 along, left, right;
+
+  /// `makes_minkowski_face`, a bit for each edge, with `b` as the other one.
+  FATHOM_HD unsigned making_minkowski_faces(const EdgeView& b) const {
+    const Eight left_b = dot(eight(b.left), along), right_b = dot(eight(b.right), along);
+    const Eight left_a = dot(left, eight(b.along)), right_a = dot(right, eight(b.along));
+    const Eight zero = eight(0.0f);
+    return bits((left_b * right_b < zero) & (left_a * right_a < zero) & (left_b * right_a < zero));
+  }
+};
+
+/// Edges of A, eight side by side; of the last eight some may be none.
+#if defined(__CUDACC__)
+struct EdgeEights {
+  const HullView& hull;
+  const NearEdges& edges;
+
+  FATHOM_HD EdgeEights(const HullView& h, const NearEdges& e) : hull(h), edges(e) {}
+  FATHOM_HD EdgeEight at(int first) const {
+    const EdgeView e = edge_view(hull, edges.edges[lane_index(first, edges.count)]);
+    return {eight(e.along), eight(e.left), eight(e.right)};
+  }
+};
+#else
 struct EdgeEights {
   struct Block {
     Hull::Eight along, left, right;
@@ -122,30 +147,25 @@ struct EdgeEights {
       put(block.along, i % 8, edge.along), put(block.left, i % 8, edge.left), put(block.right, i % 8, edge.right);
     }
   }
-
-  /// `makes_minkowski_face`, a bit for each edge of a block; of the last one some bits are of no edge.
-  unsigned making_minkowski_faces(int block, const EdgeView& b) const {
-    const EightVec3 along_a = vectors(blocks[block].along), along_b = eight(b.along);
-    const Eight left_b = dot(eight(b.left), along_a), right_b = dot(eight(b.right), along_a);
-    const Eight left_a = dot(vectors(blocks[block].left), along_b),
-                right_a = dot(vectors(blocks[block].right), along_b);
-    const Eight zero = eight(0.0f);
-    return bits((left_b * right_b < zero) & (left_a * right_a < zero) & (left_b * right_a < zero));
+  EdgeEight at(int first) const {
+    const Block& block = blocks[first / 8];
+    return {vectors(block.along), vectors(block.left), vectors(block.right)};
   }
 };
+#endif
 
 /// `best_edges`, by eights.
-inline EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, const Frame& b_in_a,
-                                      const NearEdges& near_a, const NearEdges& near_b, float noise, float threshold,
-                                      float margin) {
+FATHOM_HD EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, const Frame& b_in_a,
+                                         const NearEdges& near_a, const NearEdges& near_b, float noise, float threshold,
+                                         float margin) {
   BestEdges found(threshold);
   const EdgeEights eights(a, near_a);
   for (int j = 0; j < near_b.count; ++j) {
     const EdgeView edge_b = transform(b_in_a, edge_view(b, near_b.edges[j]));
     for (int i = 0; i < near_a.count; i += 8) {
       const unsigned there = near_a.count - i < 8 ? (1u << (near_a.count - i)) - 1 : 0xffu;
-      for (unsigned left = eights.making_minkowski_faces(i / 8, edge_b) & there; left != 0; left &= left - 1) {
-        const int edge_a = near_a.edges[i + std::countr_zero(left)];
+      for (unsigned left = eights.at(i).making_minkowski_faces(edge_b) & there; left != 0; left &= left - 1) {
+        const int edge_a = near_a.edges[i + lowest_bit(left)];
         found.offer(edges_axis(edge_view(a, edge_a), edge_b, noise), edge_a, near_b.edges[j]);
         if (found.best.separation > margin) return found.best;
       }
@@ -160,7 +180,7 @@ inline EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, cons
 FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame& b_in_a, const NearEdges& near_a,
                                const NearEdges& near_b, float noise, float threshold, float margin) {
 #if defined(FATHOM_HAS_EIGHT)
-  if (a.plane_eights) return best_edges_by_eights(a, b, b_in_a, near_a, near_b, noise, threshold, margin);
+  if (by_eights(a)) return best_edges_by_eights(a, b, b_in_a, near_a, near_b, noise, threshold, margin);
 #endif
   BestEdges found(threshold);
   for (int j = 0; j < near_b.count; ++j) {

@@ -37,17 +37,33 @@ struct FaceHeights {
   alignas(32) float heights[most_faces + 1];
 
   FATHOM_HD explicit FaceHeights(const HullView& hull) {
+#if defined(FATHOM_HAS_EIGHT)
+    if (by_eights(hull)) {
+      for (int f = 0; f < hull.face_count; f += 8)
+        eight_at(heights, f) =
+            select(lane_numbers() + (f - hull.face_count) < eight(0), eight(-no_separation), eight(no_separation));
+      return;
+    }
+#endif
     for (int f = 0; f < hull.face_count; f += 8)
       for (int i = 0; i < 8; ++i) heights[f + i] = f + i < hull.face_count ? -no_separation : no_separation;
   }
 
   /// Takes a face out.
-  FATHOM_HD void close(int face) { heights[face] = no_separation; }
+  FATHOM_HD void close(const HullView& hull, int face) {
+#if defined(FATHOM_HAS_EIGHT)
+    if (by_eights(hull)) {
+      set_number(heights, face, no_separation);
+      return;
+    }
+#endif
+    heights[face] = no_separation;
+  }
 
   /// Another witness. Returns the highest face then, the first of equals; none has `no_separation`.
   FATHOM_HD FaceAxis lower(const HullView& hull, Vec3 witness) {
 #if defined(FATHOM_HAS_EIGHT)
-    if (hull.plane_eights) return lower_eights(hull, witness);
+    if (by_eights(hull)) return lower_eights(hull, witness);
 #endif
     FaceAxis highest;
     for (int f = 0; f < hull.face_count; ++f) {
@@ -59,18 +75,17 @@ struct FaceHeights {
 
  private:
 #if defined(FATHOM_HAS_EIGHT)
-  FaceAxis lower_eights(const HullView& hull, Vec3 witness) {
+  FATHOM_HD FaceAxis lower_eights(const HullView& hull, Vec3 witness) {
     const EightVec3 point = eight(witness);
-    const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
+    const EightInts count = lane_numbers();
     Eight highest = eight(no_separation);
     EightInts face = count;
     for (int f = 0; f < hull.face_count; f += 8) {
-      const Hull::Eight& planes = hull.plane_eights[f / 8];
-      Eight& bounds = reinterpret_cast<Eight&>(heights[f]);
-      bounds = min(bounds, dot(vectors(planes), point) - eight(planes.w));
+      Eight& bounds = eight_at(heights, f);
+      bounds = min(bounds, plane_height(planes_at(hull, f), point));
       const EightInts higher = bounds > highest;
-      highest = higher ? bounds : highest;
-      face = higher ? count + f : face;
+      highest = select(higher, bounds, highest);
+      face = select(higher, count + f, face);
     }
     const LeastLane least = least_lane(-highest, face);
     return {least.index, -least.value};
@@ -88,7 +103,7 @@ struct SeenFaces {
   /// `low` (m): height over a face from which on a point sees it.
   FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) {
 #if defined(FATHOM_HAS_EIGHT)
-    if (hull.plane_eights) {
+    if (by_eights(hull)) {
       mark_eights(hull, points, low);
       return;
     }
@@ -108,21 +123,20 @@ struct SeenFaces {
 
  private:
 #if defined(FATHOM_HAS_EIGHT)
-  void mark_eights(const HullView& hull, const Witnesses& points, float low) {
+  FATHOM_HD void mark_eights(const HullView& hull, const Witnesses& points, float low) {
     const int number = points.count();
     for (int f = 0; f < hull.face_count; f += 8) {
-      const Hull::Eight& planes = hull.plane_eights[f / 8];
+      const EightPlanes planes = planes_at(hull, f);
       const unsigned lanes = 0xffu >> (f + 8 > hull.face_count ? f + 8 - hull.face_count : 0);
       unsigned any = 0, sees[Witnesses::most];
       for (int i = 0; i < number; ++i) {
-        const Eight height = dot(vectors(planes), eight(points.points[i])) - eight(planes.w);
-        sees[i] = ~bits(height < eight(low)) & lanes;
+        sees[i] = ~bits(plane_height(planes, eight(points.points[i])) < eight(low)) & lanes;
         seen[i] += std::popcount(sees[i]);
         any |= sees[i];
       }
       for (int i = 0; i < 8; ++i) by[f + i] = 0;
       for (; any != 0; any &= any - 1) {
-        const int lane = std::countr_zero(any);
+        const int lane = lowest_bit(any);
         unsigned by_whom = 0;
         for (int i = 0; i < number; ++i) by_whom |= (sees[i] >> lane & 1) << i;
         by[f + lane] = static_cast<std::uint8_t>(by_whom);
@@ -137,11 +151,6 @@ struct SeenFaces {
 struct NearEdges {
   std::uint16_t edges[most_edges + 1];  // one is written before it is known to count
   int count = 0;
-
-  /// All.
-  FATHOM_HD explicit NearEdges(const HullView& hull) {
-    for (; 2 * count < hull.edge_count; ++count) edges[count] = static_cast<std::uint16_t>(count);
-  }
 
   /// `witnesses`, one at least, of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {

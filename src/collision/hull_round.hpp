@@ -28,18 +28,17 @@ FATHOM_HD float face_separation(const Hull::Plane& plane, const Segment& s) {
 
 #if defined(FATHOM_HAS_EIGHT)
 /// `best_face`, by eights.
-inline FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
+FATHOM_HD FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
   const EightVec3 from = eight(s.from), end = eight(end_of(s));
-  const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
+  const EightInts count = lane_numbers();
   Eight highest = eight(no_separation);
   EightInts face = count;
   for (int f = 0; f < hull.face_count; f += 8) {
-    const Hull::Eight& planes = hull.plane_eights[f / 8];
-    const EightVec3 normals = vectors(planes);
-    const Eight separation = min(dot(normals, from) - eight(planes.w), dot(normals, end) - eight(planes.w));
+    const EightPlanes planes = planes_at(hull, f);
+    const Eight separation = min(plane_height(planes, from), plane_height(planes, end));
     const EightInts higher = separation > highest;
-    highest = higher ? separation : highest;
-    face = higher ? count + f : face;
+    highest = select(higher, separation, highest);
+    face = select(higher, count + f, face);
   }
   const LeastLane least = least_lane(-highest, face);
   return {least.index, -least.value + 0.0f};
@@ -49,7 +48,7 @@ inline FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
 /// The face that the segment is highest over, the first of equals.
 FATHOM_HD FaceAxis best_face(const HullView& hull, const Segment& s) {
 #if defined(FATHOM_HAS_EIGHT)
-  if (hull.plane_eights) return best_face_by_eights(hull, s);
+  if (by_eights(hull)) return best_face_by_eights(hull, s);
 #endif
   FaceAxis best;
   for (int f = 0; f < hull.face_count; ++f) {

@@ -159,9 +159,8 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
   hull_face_contact(p, face, flipped, margin, load, cache, manifold);
   if (hides_overlap(manifold, face_separation, tolerance)) {
-    const NearEdges all_a(a), all_b(b);
-    const EdgesAxis nearest = best_edges(a, b, p.b_in_a, all_a, all_b, p.tolerance.noise, no_separation, margin);
-    if (nearest.a >= 0 && nearest.separation > face_separation - tolerance) {
+    const EdgesAxis nearest = best_edges(p, of_a, of_b, face_separation - tolerance, margin);
+    if (nearest.a >= 0) {
       hull_edge_contact(p, nearest, margin, manifold);
     } else {
       hull_vertex_contact(p, face, flipped, manifold);

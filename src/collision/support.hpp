@@ -13,17 +13,18 @@ struct Support {
 };
 
 #if defined(FATHOM_HAS_EIGHT)
-/// The lowest of `number` vertices along `direction`, the first of equals.
-inline Support lowest_of_eights(const Hull::Eight* eights, int number, Vec3 direction) {
+/// The lowest of `number` vectors along `direction`, the first of equals; `vectors(i)` are those from number i on.
+template <class Vectors>
+FATHOM_HD Support lowest_of_eights(int number, Vec3 direction, const Vectors& vectors) {
   const EightVec3 along = eight(direction);
-  const EightInts count{0, 1, 2, 3, 4, 5, 6, 7};
-  Eight lowest = dot(along, vectors(eights[0]));
+  const EightInts count = lane_numbers();
+  Eight lowest = dot(along, vectors(0));
   EightInts vertex = count;
   for (int i = 8; i < number; i += 8) {
-    const Eight height = dot(along, vectors(eights[i / 8]));
+    const Eight height = dot(along, vectors(i));
     const EightInts lower = height < lowest;
-    lowest = lower ? height : lowest;
-    vertex = lower ? count + i : vertex;
+    lowest = select(lower, height, lowest);
+    vertex = select(lower, count + i, vertex);
   }
   const LeastLane least = least_lane(lowest, vertex);
   return {least.index, least.value + 0.0f};  // of zeros of both signs the lanes may have taken the other one
@@ -33,7 +34,8 @@ inline Support lowest_of_eights(const Hull::Eight* eights, int number, Vec3 dire
 /// The vertex of the hull with the least height along `direction`, the first of equals.
 FATHOM_HD Support lowest_vertex(const HullView& hull, Vec3 direction) {
 #if defined(FATHOM_HAS_EIGHT)
-  if (hull.vertex_eights) return lowest_of_eights(hull.vertex_eights, hull.vertex_count, direction);
+  if (by_eights(hull))
+    return lowest_of_eights(hull.vertex_count, direction, [&](int i) { return vertices_at(hull, i); });
 #endif
   Support best{0, dot(direction, hull.vertices[0])};
   for (int i = 1; i < hull.vertex_count; ++i) {
@@ -54,7 +56,8 @@ FATHOM_HD float plane_height(const Hull::Plane& plane, Vec3 point) { return dot(
 /// The face that looks along `direction` most directly, the first of equals.
 FATHOM_HD int facing(const HullView& hull, Vec3 direction) {
 #if defined(FATHOM_HAS_EIGHT)
-  if (hull.plane_eights) return lowest_of_eights(hull.plane_eights, hull.face_count, -direction).vertex;
+  if (by_eights(hull))
+    return lowest_of_eights(hull.face_count, -direction, [&](int i) { return planes_at(hull, i).normals; }).vertex;
 #endif
   int best = 0;
   float highest = dot(direction, hull.planes[0].normal);

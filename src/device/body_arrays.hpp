@@ -130,18 +130,31 @@ struct alignas(64) SolverQuads {
 struct HullRecord {
   std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< where each array begins
   int vertex_count = 0, edge_count = 0, face_count = 0;
+  float inner = 0, outer = 0;  ///< see HullView
 };
+/// A bit for each type of shape.
+FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
+
 struct HullArrays {
   const HullRecord* hulls = nullptr;
   const Vec3* vertices = nullptr;
   const Hull::HalfEdge* edges = nullptr;
   const Hull::Plane* planes = nullptr;
   const std::uint16_t* face_edges = nullptr;
+  const std::uint16_t* vertex_edges = nullptr;  ///< as `vertices`
 
   FATHOM_HD HullView view(std::uint32_t index) const {
     const HullRecord h = hulls[index];
-    return {vertices + h.vertices, edges + h.edges, planes + h.planes, face_edges + h.face_edges,
-            h.vertex_count,        h.edge_count,    h.face_count};
+    return {.vertices = vertices + h.vertices,
+            .edges = edges + h.edges,
+            .planes = planes + h.planes,
+            .face_edges = face_edges + h.face_edges,
+            .vertex_count = h.vertex_count,
+            .edge_count = h.edge_count,
+            .face_count = h.face_count,
+            .inner = h.inner,
+            .outer = h.outer,
+            .vertex_edges = vertex_edges + h.vertices};
   }
 };
 
@@ -194,10 +207,20 @@ struct BodyArrays {
   WarmStart* warm;
   WorldInertia* inertia;
 
-  FATHOM_HD Geometry geometry(std::uint32_t i) const {
+  /// Of a body that is no hull.
+  FATHOM_HD Geometry simple_geometry(std::uint32_t i) const {
     const BodyConstants& c = constants[i];
-    Geometry g{c.shape(), c.shape_radius, c.half_extents, {}};
-    if (g.type == ShapeType::hull) g.hull = hulls.view(c.hull);
+    return {c.shape(), c.shape_radius, c.half_extents};
+  }
+  FATHOM_HD Geometry geometry(std::uint32_t i) const {
+    Geometry g = simple_geometry(i);
+    if (g.type == ShapeType::hull) g.hull = hulls.view(constants[i].hull);
+    return g;
+  }
+  /// Where all of a team ask.
+  FATHOM_HD Geometry geometry_for_team(std::uint32_t i) const {
+    Geometry g = geometry(i);
+    g.hull.is_for_team = true;
     return g;
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }

@@ -34,7 +34,7 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
 }
 
 /// Whether contacts have been deferred: then colours wait for them.
-FATHOM_HD bool is_stopping(const Counters& c) { return c.deferred[0] + c.deferred[1] > 0; }
+FATHOM_HD bool is_stopping(const Counters& c) { return c.all_deferred() > 0; }
 
 /// The lowest bit that is not set; some bit is not.
 FATHOM_HD std::uint32_t lowest_free(std::uint64_t taken) {
@@ -347,7 +347,7 @@ struct ScheduleColours {
     for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
-      c.taken_manifolds -= c.deferred[0] + c.deferred[1];
+      c.taken_manifolds -= c.all_deferred();
       c.live_bodies = c.live_contacts = c.contact_groups = 0;
     }
     if (c.live_bodies == 0) {

@@ -97,7 +97,7 @@ FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
   rows[0] = quad(r.arm_a, r.bias_rate);
   rows[1 * tile_width] = quad(r.arm_b, r.mass_scale);
   rows[2 * tile_width] = quad(r.gap, r.impulse_scale);
-  rows[3 * tile_width] = {r.rigid, 0, 0, 0};
+  rows[3 * tile_width] = {r.rigid, r.most, 0, 0};
 }
 FATHOM_HD void store_joint_impulse(Quad* rows, const BallJointRow<float>& r) {
   rows[joint_spin_row * tile_width] = quad(r.spun_a, 0);
@@ -112,7 +112,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.arm_a = q[0].xyz(), r.bias_rate = q[0].w;
   r.arm_b = q[1].xyz(), r.mass_scale = q[1].w;
   r.gap = q[2].xyz(), r.impulse_scale = q[2].w;
-  r.rigid = q[3].x;
+  r.rigid = q[3].x, r.most = q[3].y;
   r.spun_a = q[joint_spin_row].xyz(), r.spun_b = q[joint_spin_row + 1].xyz();
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();

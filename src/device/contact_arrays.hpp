@@ -67,6 +67,15 @@ struct alignas(16) Contact {
 };
 static_assert(sizeof(Contact) == 32);
 
+/// The shapes of pairs that are collided apart from others, so that neighbouring work-items do the same work.
+enum ShapePair : std::uint32_t { boxes, hulls, others };  ///< two boxes, a hull and any, others
+inline constexpr std::uint32_t shape_pairs = 3;
+
+FATHOM_HD ShapePair shape_pair(ShapeType a, ShapeType b) {
+  if (a == ShapeType::hull || b == ShapeType::hull) return hulls;
+  return a == ShapeType::box && b == ShapeType::box ? boxes : others;
+}
+
 /// Why a step stopped.
 enum Stop : std::uint32_t {
   no_stop,
@@ -125,12 +134,12 @@ struct Counters {
   std::uint32_t grid_cells = 0;
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
-  std::uint32_t to_collide[2] = {};  ///< pairs of boxes, others
-  std::uint32_t fast = 0;            ///< pairs that move fast for their size
-  std::uint32_t looked_ahead = 0;    ///< of them, before the step stopped for want of manifolds
+  std::uint32_t to_collide[shape_pairs] = {};
+  std::uint32_t fast[2] = {};          ///< pairs that move fast for their size: without a hull, with one
+  std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for want of manifolds
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
-  std::uint32_t deferred[2] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
+  std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
   std::uint32_t uncoloured[colouring_rounds + 1] = {};
   std::uint32_t any_began = 0;  ///< 1: some contact got a manifold, where `begun` counts touches, which come later
   std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
@@ -157,6 +166,8 @@ struct Counters {
   std::uint32_t held_step = none;        ///< the last step that held something
   std::uint32_t solved_step = none;      ///< the last step that solved supports, be it in vain
   std::uint32_t support_levels = 0;      ///< up to the highest body that is held in this step
+  std::uint32_t top_level = 0;           ///< the first without bodies, once it is known
+  std::uint32_t support_rounds = 0;      ///< in which it changed who is held
   std::uint32_t supported = 0;           ///< bodies in `by_level`
   std::uint32_t has_wide_level = 0;      ///< 1: some level has more bodies than a warp items
   std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
@@ -174,6 +185,8 @@ struct Counters {
   // For the report.
   std::uint32_t active = 0;  ///< where bodies may sleep
   std::uint32_t recycled = 0, points = 0, begun = 0, ended = 0, hits = 0, quarantined = 0, islands = 0;
+
+  FATHOM_HD std::uint32_t all_deferred() const { return deferred[boxes] + deferred[hulls] + deferred[others]; }
 };
 
 /// What the host reads of a step, in pinned memory.
@@ -197,10 +210,17 @@ struct ContactArrays {
   // `capacity` of each.
   Contact* contacts;
   std::uint32_t* free;
-  PairRecord* found;          ///< pairs of the search; then the deferred contacts, as `to_collide`
-  std::uint32_t* to_collide;  ///< two lists, one from each end
-  FastPair* fast;
+  PairRecord* found;          ///< pairs of the search
+  std::uint32_t* to_collide;  ///< lists of contacts, see `listed`
+  std::uint32_t* deferred;    ///< likewise, in the place of `found`
+  FastPair* fast;             ///< two lists, see `fast_at`
   std::uint32_t capacity;
+
+  FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? capacity - 1 - k : k; }
+  /// Where the k-th contact of a list lies. Two share one stretch of `capacity`, from its ends.
+  FATHOM_HD std::uint32_t listed(ShapePair pairs, std::uint32_t k) const {
+    return pairs == boxes ? k : pairs == others ? capacity - 1 - k : capacity + k;
+  }
 
   // `manifold_capacity` of each.
   ContactManifold* manifolds;

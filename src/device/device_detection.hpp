@@ -12,6 +12,7 @@
 #include "device/hull_memory.hpp"
 #include "device/published/published_step.hpp"
 #include "exec/device.hpp"
+#include "math/team.hpp"
 
 namespace fathom::device {
 
@@ -77,6 +78,7 @@ struct WriteSearchReport {
 template <bool only_boxes>
 struct CollideJobs {
   static constexpr std::uint32_t group_size = 64;  // few heavy items: small groups reach more compute units
+  static constexpr bool runs_in_teams = !only_boxes;
 
   const CollideJob* jobs;
   CollideResult* results;
@@ -90,9 +92,9 @@ struct CollideJobs {
       result.manifold = collide_boxes(bodies.constants[job.a].half_extents, bodies.constants[job.b].half_extents,
                                       job.b_in_a, job.margin, result.axis, job.load);
     else
-      result.manifold =
-          collide_shapes(bodies.geometry(job.a), bodies.geometry(job.b), job.b_in_a, job.margin, result.axis, job.load);
-    results[k] = result;
+      result.manifold = collide_shapes(bodies.geometry_for_team(job.a), bodies.geometry_for_team(job.b), job.b_in_a,
+                                       job.margin, result.axis, job.load);
+    if (!runs_in_teams || team::is_leader()) results[k] = result;
   }
 };
 
@@ -147,7 +149,7 @@ class DeviceDetection final : public Detection {
     u.constants.radius = info.radius;
     u.constants.half_extents = info.geometry.half_extents;
     u.constants.shape_radius = info.geometry.radius;
-    u.constants.hull = hold_hull(slot, info.shape.hull);
+    u.constants.hull = hold_hull(slot, info.hull());
     // Filters are the host's.
     u.constants.category = u.constants.mask = ~0u;
     new_bodies_.push_back(u);

@@ -123,7 +123,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   contacts_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
   found_.grow(n);
-  to_collide_.grow(n);
+  to_collide_.grow(2 * n);
   fast_.grow(n, exec::Contents::keep);
   capacity_ = n;
 
@@ -157,6 +157,7 @@ ContactArrays ContactMemory::contacts() {
           .free = free_.data(),
           .found = found_.data(),
           .to_collide = to_collide_.data(),
+          .deferred = reinterpret_cast<std::uint32_t*>(found_.data()),
           .fast = fast_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
           .manifolds = manifolds_.data(),

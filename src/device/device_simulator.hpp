@@ -14,9 +14,9 @@
 #include "device/body_indices.hpp"
 #include "device/hull_memory.hpp"
 #include "device/joint_mirror.hpp"
+#include "device/mirror_tree.hpp"
 #include "device/step.hpp"
 #include "exec/device.hpp"
-#include "geometry/query.hpp"
 #include "world/event_list.hpp"
 #include "world/simulator.hpp"
 
@@ -58,7 +58,10 @@ class DeviceSimulator final : public Simulator {
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
   void joint_added(std::uint32_t slot) override { note_joint(slot); }
-  void joint_removed(std::uint32_t slot) override { note_joint(slot); }
+  void joint_removed(std::uint32_t slot) override {
+    joint_mirror_.note_removed(slot);
+    note_joint(slot);
+  }
   void joint_changed(std::uint32_t slot) override { note_joint(slot); }
   JointReaction joint_impulse(std::uint32_t slot) const override;
 
@@ -74,8 +77,7 @@ class DeviceSimulator final : public Simulator {
   std::span<const Quarantine> quarantined() const override;
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
 
-  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
-  void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
+  void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
 
  private:
   using Event = typename D::Event;
@@ -213,6 +215,7 @@ class DeviceSimulator final : public Simulator {
   std::size_t fetch_results(std::size_t slots);
   std::size_t mirror_room() const { return std::min({poses_.size(), velocities_.size(), flags_.size()}); }
   std::optional<DevicePoses> publish_poses();
+  std::span<const Pose> refresh_queries() override;
   void mirror(const Edit& edit, const std::vector<BodyData>& data);
   void mirror_waking(std::uint32_t slot);
   void mirror_gravity();
@@ -287,9 +290,10 @@ class DeviceSimulator final : public Simulator {
   PublishedReport newest_published_;
   double newest_interval_ = 0;
   exec::Traffic newest_traffic_;
-  exec::Traffic counted_;    // up to the last submission
-  bool may_bounce_ = false;  // some material has a restitution above zero
-  bool may_roll_ = false;    // some material has a rolling resistance
+  exec::Traffic counted_;                           // up to the last submission
+  bool may_bounce_ = false;                         // some material has a restitution above zero
+  bool may_roll_ = false;                           // some material has a rolling resistance
+  std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; of the graphs
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;
@@ -298,6 +302,7 @@ class DeviceSimulator final : public Simulator {
   exec::PinnedBuffer<Pose> poses_;
   exec::PinnedBuffer<Velocity> velocities_;
   exec::PinnedBuffer<std::uint32_t> flags_;
+  MirrorTree tree_;  // of queries
   // Reading marks what was read.
   mutable EventList<ContactEvent> begun_, ended_;
   mutable EventList<HitEvent> hits_;

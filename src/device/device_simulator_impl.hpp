@@ -98,6 +98,7 @@ void DeviceSimulator<D>::step() {
   }
   ++steps;
   bodies_are_current_ = bodies_are_current_ && copies_results();
+  outdate_queries();
   events_are_current_ = events_are_current_ && def.ahead > 0;
   begun_.begin_step(), ended_.begin_step(), hits_.begin_step(), quarantined_.begin_step();
   while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
@@ -130,6 +131,10 @@ void DeviceSimulator<D>::make_room() {
     forget_graphs();
     contact_memory_.reserve(contacts_needed, manifolds_needed, joint_memory_.capacity(), event_lists(), may_bounce_,
                             may_roll_);
+  }
+  if (shapes_ != recorded_shapes_) {
+    retire_all();
+    forget_graphs();
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {
@@ -177,6 +182,7 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
                    def.sleep.linear_speed};
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();
+  settings.shapes = shapes_;
   settings.published = published_settings();
   return Step<D>(device_, body_memory_, contact_memory_, joint_memory_, grid_memory_, published_memory_,
                  counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane.marks);
@@ -184,6 +190,7 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
 
 template <exec::Device D>
 void DeviceSimulator<D>::record() {
+  recorded_shapes_ = shapes_;
   for (const auto& lane : lanes_) {
     Step<D> step = step_of(*lane);
     lane->graph.emplace(device_.record([&] { step.submit(false); }));

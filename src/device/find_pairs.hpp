@@ -32,12 +32,12 @@ struct BeginStep {
     if (run) c.found = 0;
     c.added = c.coarse_groups = c.changed_levels = c.big = 0;
     c.levels = 1;
-    c.to_collide[0] = c.to_collide[1] = 0;
-    c.looked_ahead = c.fast;
+    for (std::uint32_t& count : c.to_collide) count = 0;
+    for (std::uint32_t k = 0; k < 2; ++k) c.looked_ahead[k] = c.fast[k];
     c.waking = run && c.wake_asked ? c.bodies : 0;
     // A step that stopped half way goes on with these.
     if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
-    c.fast = c.looked_ahead = 0;
+    for (std::uint32_t k = 0; k < 2; ++k) c.fast[k] = c.looked_ahead[k] = 0;
     for (std::uint32_t& n : c.uncoloured) n = 0;
     c.any_began = c.any_ended = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;

@@ -6,19 +6,20 @@
 // the order of their colours.
 #pragma once
 
-#include "device/support_rows.hpp"
+#include "device/support_factors.hpp"
 #include "device/union_find.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {
 
-/// Bodies forget, contacts join them, structures are noted, their bodies listed; then one phase for each level, from
-/// the ground up.
+/// Bodies forget, contacts join them, structures are noted and their bodies admitted. Then all contacts together lift
+/// bodies from level to level, as long as some are; bodies are listed by level, and look for their supports, and look
+/// again as long as something changes.
 struct FindSupports {
   static constexpr bool ends_at_empty_phase = true;
   static constexpr std::uint32_t group_size = 128;
-  static constexpr std::uint32_t first_level_phase = 4;
-  static constexpr std::uint32_t most_phases = first_level_phase + most_levels;
+  static constexpr std::uint32_t first_phases = 4;  ///< forget, join, note, admit
+  static constexpr std::uint32_t most_phases = first_phases + most_levels + 2 + 1 + most_levels + 1;
   /// Levels are found anew once in so many steps at least.
   static constexpr std::uint32_t lasting = 16;
 
@@ -34,31 +35,104 @@ struct FindSupports {
   }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
     const std::uint32_t n = counters->live_bodies, m = counters->constraints;
-    if (phase >= first_level_phase) return counters->level[phase - first_level_phase + 1].count;
-    if (phase == 3) return n;
-    const std::uint32_t both = phase > 0 && n < m ? m : n;
-    return both < level_slots ? level_slots : both;
+    const auto larger = [](std::uint32_t a, std::uint32_t b) { return a < b ? b : a; };
+    switch (turn_of(phase).what) {
+      case What::forget:
+        return larger(n, level_slots);
+      case What::join:
+        return larger(n, m);
+      case What::note:
+        return larger(larger(n, m), level_slots);
+      case What::admit:
+      case What::list:
+        return n;
+      case What::lift:
+        return m;
+      case What::place:
+        return level_slots;
+      case What::look:
+      case What::look_again:
+      case What::settle:
+        return counters->supported;
+      case What::nothing:
+        break;
+    }
+    return 0;
   }
   FATHOM_HD void operator()(std::uint32_t phase, std::uint32_t i) const {
-    if (phase >= first_level_phase) return rise(phase - first_level_phase + 1, i);
     const bool is_body = i < counters->live_bodies, is_constraint = i < counters->constraints;
-    if (phase == 0) {
-      if (i < level_slots) counters->level[i] = {0, 0}, counters->level_cursor[i] = 0;
-      if (is_body) forget(i);
-    } else if (phase == 1) {
-      if (is_constraint) join(i);
-      if (is_body && !is_anew()) count(i);
-    } else if (phase == 2) {
-      if (i < level_slots && !is_anew()) place_level(i);
-      if (is_constraint) note_base(i);
-      if (is_body) note(i);
-    } else {
-      list(i);
+    const Turn turn = turn_of(phase);
+    switch (turn.what) {
+      case What::forget:
+        if (i < level_slots) counters->level[i] = {0, 0}, counters->level_cursor[i] = 0;
+        if (i == 0) counters->top_level = counters->support_rounds = 0;
+        if (is_body) forget(i);
+        break;
+      case What::join:
+        if (is_constraint) join(i);
+        if (is_body && !is_anew()) count(i);
+        break;
+      case What::note:
+        if (i < level_slots && !is_anew()) place_level(i);
+        if (is_constraint) note_base(i);
+        if (is_body) note(i);
+        break;
+      case What::admit:
+        admit(i);
+        break;
+      case What::lift:
+        lift(i, turn.number);
+        break;
+      case What::place:
+        if (i == 0) exec::atomic_store(counters->top_level, turn.number);
+        place_level(i);
+        break;
+      case What::list:
+        list(i);
+        break;
+      case What::look:
+        factors().look(bodies.by_level[i]);
+        break;
+      case What::look_again:
+        factors().look_again(bodies.by_level[i], turn.number);
+        break;
+      case What::settle:
+        factors().settle(bodies.by_level[i]);
+        break;
+      case What::nothing:
+        break;
     }
   }
 
  private:
   static constexpr float unit = 1u << 30;
+
+  enum class What : std::uint32_t { forget, join, note, admit, lift, place, list, look, look_again, settle, nothing };
+  struct Turn {
+    What what;
+    std::uint32_t number = 0;  ///< of the level, or the round
+  };
+
+  /// What a phase does. How many levels and rounds there are is found on the way; counters that items of this very
+  /// phase write tell the same before and after.
+  FATHOM_HD Turn turn_of(std::uint32_t phase) const {
+    if (phase < first_phases) return {static_cast<What>(phase)};
+    std::uint32_t k = phase - first_phases;
+    if (is_anew()) {
+      const std::uint32_t level = k + 1, top = exec::atomic_load(counters->top_level);
+      const bool is_over = level > most_levels || exec::atomic_load(counters->level[level].count) == 0;
+      if (top == 0 ? !is_over : level < top) return {What::lift, level};
+      const std::uint32_t empty = top == 0 ? level : top;
+      if (level == empty) return {What::place, empty};
+      if (level == empty + 1) return {What::list};
+      k = level - (empty + 2);
+    }
+    if (k == 0) return {What::look};
+    const std::uint32_t rounds = exec::atomic_load(counters->support_rounds);
+    if (rounds >= k) return {What::look_again, k};
+    return {rounds + 1 == k ? What::settle : What::nothing};
+  }
+  FATHOM_HD SupportFactors factors() const { return {bodies, constraints, counters, h}; }
 
   /// Whether levels are found anew. Else bodies keep theirs, so that what stands is held in the same way.
   FATHOM_HD bool is_anew() const {
@@ -78,7 +152,7 @@ struct FindSupports {
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};
     SupportNode& node = bodies.nodes[i];
-    node.supports = 0;
+    node.supports = node.changed = 0;
     node.held = 0;
     node.contacts = pushable ? bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) : 0;
     if (node.contacts == 0) return;
@@ -117,6 +191,9 @@ struct FindSupports {
     std::uint32_t first = 0;
     for (std::uint32_t l = 0; l < level; ++l) first += counters->level[l].count;
     counters->level[level].first = first;
+    const std::uint32_t own = counters->level[level].count;
+    if (own > 32) exec::atomic_store(counters->has_wide_level, 1u);
+    if (level + 1 == level_slots) counters->supported = first + own;
   }
 
   FATHOM_HD void note_base(std::uint32_t k) const {
@@ -143,7 +220,7 @@ struct FindSupports {
     if (bodies.support[i].overloaded == counters->step) exec::atomic_store(s.overloaded, 1u);
   }
 
-  FATHOM_HD void list(std::uint32_t i) const {
+  FATHOM_HD void admit(std::uint32_t i) const {
     if (!is_pushable(bodies, i)) return;
     BodySupport& s = bodies.support[i];
     Structure& structure = bodies.structures[s.structure];
@@ -154,10 +231,17 @@ struct FindSupports {
     }
     add_energy(i, structure);
     if (s.level == 0) return;
-    Stretch& level = counters->level[s.level];
-    const std::uint32_t place =
-        is_anew() ? exec::atomic_add(level.count, 1u) : exec::atomic_add(counters->level_cursor[s.level], 1u);
-    bodies.by_level[level.first + place] = i;
+    if (is_anew())
+      exec::atomic_add(counters->level[1].count, 1u);
+    else
+      list(i);
+  }
+
+  FATHOM_HD void list(std::uint32_t i) const {
+    const BodySupport& s = bodies.support[i];
+    if (s.level == 0 || !is_pushable(bodies, i)) return;
+    const std::uint32_t place = exec::atomic_add(counters->level_cursor[s.level], 1u);
+    bodies.by_level[counters->level[s.level].first + place] = i;
   }
 
   /// Mass in units of the heaviest body's, and kinetic energy in units of what that may have (see `is_calm`).
@@ -174,102 +258,22 @@ struct FindSupports {
     exec::atomic_add(structure.mass, static_cast<std::uint64_t>(unit * min(mass, 1.0f)));
     exec::atomic_add(structure.energy, static_cast<std::uint64_t>(unit * (share >= 0 ? share : 256.0f)));
   }
-  FATHOM_HD static bool is_calm(const Structure& s) { return s.has_one_base() && s.energy <= s.mass; }
-
-  /// Body k of a level: gives those that it carries the next level, and looks for its supports.
-  FATHOM_HD void rise(std::uint32_t level, std::uint32_t k) const {
-    const Stretch own = counters->level[level];
-    const std::uint32_t next_first = own.first + own.count;
-    if (k == 0) {
-      counters->supported = next_first;
-      if (own.count > 32) counters->has_wide_level = 1;
-      if (is_anew()) counters->level[level + 1].first = next_first;
-    }
-    const std::uint32_t i = bodies.by_level[own.first + k];
-    const SupportNode& node = bodies.nodes[i];
-    const Structure& structure = bodies.structures[bodies.support[i].structure];
-    const bool calm = is_calm(structure);
-    for (std::uint32_t j = 0; j < node.contacts; ++j) {
-      const std::uint32_t contact = constraints.contacts_of[node.first + j];
-      if (contact == none) continue;
-      if (is_anew() && level < most_levels) lift(contact, i, level, next_first);
-      if (calm) stiffen(contact, i, level);
-    }
-    if (calm) support(i, level, structure);
+  /// Of two bodies that press on each other one has this level: the other gets the next, unless it has one.
+  FATHOM_HD void lift(std::uint32_t k, std::uint32_t level) const {
+    const PairRecord pair = constraints.bodies[k];
+    const std::uint32_t level_a = exec::atomic_load(bodies.support[pair.a].level);
+    const std::uint32_t level_b = exec::atomic_load(bodies.support[pair.b].level);
+    const bool from_a = level_a == level && level_b == 0, from_b = level_b == level && level_a == 0;
+    if (!(from_a || from_b) || level == most_levels || !presses(k, pair)) return;
+    const std::uint32_t i = from_a ? pair.b : pair.a;
+    if (exec::atomic_cas(bodies.support[i].level, 0u, level + 1) == 0)
+      exec::atomic_add(counters->level[level + 1].count, 1u);
   }
-
-  FATHOM_HD std::uint32_t other_of(const ConstraintHead& head, std::uint32_t i) const {
-    return head.a == i ? head.b : head.a;
-  }
-
-  FATHOM_HD void lift(std::uint32_t contact, std::uint32_t i, std::uint32_t level, std::uint32_t next_first) const {
-    const ConstraintHead& head = constraints.heads[contact];
-    const std::uint32_t other = other_of(head, i);
-    if (head.bits & pushes_fixed_bit || !is_pushable(bodies, other) || !touches(contact)) return;
-    if (exec::atomic_load(bodies.support[other].level) > 0) return;
-    if (exec::atomic_cas(bodies.support[other].level, 0u, level + 1) > 0) return;
-    const std::uint32_t place = exec::atomic_add(counters->level[level + 1].count, 1u);
-    bodies.by_level[next_first + place] = other;
-  }
-
-  /// Of two bodies the one that is not nearer to the ground tells their contact how far they were held.
-  FATHOM_HD void stiffen(std::uint32_t contact, std::uint32_t i, std::uint32_t level) const {
-    ConstraintHead& head = constraints.heads[contact];
-    float held = bodies.support[i].held;
-    if (!(head.bits & pushes_fixed_bit)) {
-      const std::uint32_t other = other_of(head, i);
-      const std::uint32_t other_level = exec::atomic_load(bodies.support[other].level);
-      if (other_level == 0 || other_level >= level) return;
-      held = min(held, bodies.support[other].held);
-    }
-    head.set_held(held);
-  }
-
-  /// Whether body `other` may carry one of its level's structure.
-  FATHOM_HD bool carries(std::uint32_t other, std::uint32_t i, std::uint32_t level) const {
-    const std::uint32_t other_level = exec::atomic_load(bodies.support[other].level);
-    return other_level > 0 && other_level < level && bodies.nodes[other].is_held() &&
-           bodies.support[other].structure == bodies.support[i].structure;
-  }
-  FATHOM_HD bool is_base(std::uint32_t other, const Structure& s) const {
-    if (s.has_moving_base()) return other == s.first_base;
-    const Velocity& v = bodies.velocities[other];
-    return length_squared(v.linear) + length_squared(v.angular) == 0;
-  }
-
-  FATHOM_HD void support(std::uint32_t i, std::uint32_t level, const Structure& structure) const {
-    SupportNode& node = bodies.nodes[i];
-    std::uint32_t* const mine = constraints.contacts_of + node.first;
-    const float scale = inertia_scale(bodies, *counters, i);
-    const float body_weight = length(bodies.motion[i].acceleration) * h * scale / bodies.constants[i].inverse_mass;
-    Triangle6 m;
-    std::uint32_t supports = 0;
-    for (std::uint32_t j = 0; j < node.contacts; ++j) {
-      const std::uint32_t k = mine[j];
-      if (k == none) continue;
-      const ConstraintHead& head = constraints.heads[k];
-      const bool is_b = head.b == i;
-      const std::uint32_t other = other_of(head, i);
-      if (!(head.bits & pushes_fixed_bit ? is_base(other, structure) : carries(other, i, level))) continue;
-      const ContactImpulses impulses = load_impulses(constraints, k);
-      SupportRows r = load_support(constraints, k, is_b);
-      weigh_points(r, impulses, touching_points(constraints, k, impulses), body_weight);
-      if (!r.holds()) continue;
-      add_support(m, r, 0);
-      SupportRecord& record = constraints.supports[k];
-      for (int p = 0; p < max_manifold_points; ++p) record.weight[p] = r.weight[p];
-      record.slide_weight = r.slide_weight;
-      record.upper = is_b ? upper_b : upper_a;
-      // Supports come first, the others stay in their order.
-      for (std::uint32_t q = j; q > supports; --q) mine[q] = mine[q - 1];
-      mine[supports++] = k;
-    }
-    if (supports > 0 && factorise(m, node.factor)) {
-      node.supports = supports;
-      exec::atomic_max(counters->support_levels, level);
-    } else {
-      for (std::uint32_t j = 0; j < supports; ++j) constraints.supports[mine[j]].upper = no_upper;
-    }
+  /// Whether constraint k is a contact by which one of the two may carry the other.
+  FATHOM_HD bool presses(std::uint32_t k, const PairRecord& pair) const {
+    if (is_joint(constraints.heads[k].bits)) return false;
+    if (contacts.contacts[constraints.contact[k]].colour() == overflow_colour) return false;
+    return is_pushable(bodies, pair.a) && is_pushable(bodies, pair.b) && touches(k);
   }
 };
 

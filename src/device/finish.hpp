@@ -239,7 +239,7 @@ struct EndStep {
     r.contacts = c.contacts;
     r.free_contacts = c.free_contacts;
     r.found = c.found;
-    r.manifolds = c.manifolds + c.taken_manifolds + c.deferred[0] + c.deferred[1] - c.free_manifolds;
+    r.manifolds = c.manifolds + c.taken_manifolds + c.all_deferred() - c.free_manifolds;
     r.constraints = c.constraints;
     r.solved_joints = c.solved_joints;
     r.overflow = c.overflow;

@@ -12,7 +12,8 @@ constexpr std::size_t least_records = 64;
 
 }  // namespace
 
-HullMemory::HullMemory(exec::Memory& m) : records_(m), vertices_(m), edges_(m), planes_(m), face_edges_(m) {}
+HullMemory::HullMemory(exec::Memory& m)
+    : records_(m), vertices_(m), edges_(m), planes_(m), face_edges_(m), vertex_edges_(m) {}
 
 void HullMemory::begin_use(const std::shared_ptr<const Hull>& hull) {
   const auto [found, is_new] = indices_.emplace(hull.get(), static_cast<std::uint32_t>(entries_.size()));
@@ -85,12 +86,13 @@ void HullMemory::grow(exec::Memory& memory) {
   };
   // Records are not moved: an index without a hull is used again.
   if (all.records > records_.room()) reserve(records_, std::max(all.records, least_records));
-  reserve(vertices_, all.vertices), reserve(edges_, all.edges), reserve(planes_, all.planes);
+  reserve(vertices_, all.vertices), reserve(vertex_edges_, all.vertices), reserve(edges_, all.edges),
+      reserve(planes_, all.planes);
   reserve(face_edges_, all.face_edges);
 }
 
 void HullMemory::pack() {
-  vertices_.size = edges_.size = planes_.size = face_edges_.size = 0;
+  vertices_.size = vertex_edges_.size = edges_.size = planes_.size = face_edges_.size = 0;
   for (std::uint32_t index = 0; index < entries_.size(); ++index)
     if (entries_[index].hull) place(index);
 }
@@ -103,13 +105,16 @@ void HullMemory::place(std::uint32_t index) {
                           face_edges_.append(hull.face_edges()),
                           static_cast<int>(hull.vertices().size()),
                           static_cast<int>(hull.edges().size()),
-                          static_cast<int>(hull.planes().size())};
+                          static_cast<int>(hull.planes().size()),
+                          hull.inner_radius(),
+                          hull.largest_coordinate()};
+  vertex_edges_.append(hull.vertex_edges());
   records_.note(index, index + 1);
 }
 
 HullArrays HullMemory::arrays() const {
-  return {records_.device.data(), vertices_.device.data(), edges_.device.data(), planes_.device.data(),
-          face_edges_.device.data()};
+  return {records_.device.data(), vertices_.device.data(),   edges_.device.data(),
+          planes_.device.data(),  face_edges_.device.data(), vertex_edges_.device.data()};
 }
 
 }  // namespace fathom::device

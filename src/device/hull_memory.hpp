@@ -48,7 +48,7 @@ class HullMemory {
     }
     new_.clear();
     copy(device, records_), copy(device, vertices_), copy(device, edges_), copy(device, planes_);
-    copy(device, face_edges_);
+    copy(device, face_edges_), copy(device, vertex_edges_);
   }
   HullArrays arrays() const;
 
@@ -114,6 +114,7 @@ class HullMemory {
   Column<Hull::HalfEdge> edges_;
   Column<Hull::Plane> planes_;
   Column<std::uint16_t> face_edges_;
+  Column<std::uint16_t> vertex_edges_;  // as long as vertices_
 };
 
 }  // namespace fathom::device

@@ -32,12 +32,14 @@ struct alignas(16) JointRecord {
   float mass_scale = 0;
   Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
   float impulse_scale = 0;
-  Vec3 total;       ///< N·s on B, of the last step that solved it
-  float rigid = 0;  ///< 1, or 0 of a spring
+  Vec3 total;              ///< N·s on B, of the last step that solved it
+  float most_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
+  float most_start = 0;    ///< N·s, that sweeps begin a step with
+  std::uint32_t unused[3] = {};
 
   FATHOM_HD bool in_use() const { return a != none; }
 };
-static_assert(sizeof(JointRecord) == 80);
+static_assert(sizeof(JointRecord) == 96);
 
 /// Pairs of bodies that make no contacts with each other: an open hash table with linear probing.
 struct ApartTable {

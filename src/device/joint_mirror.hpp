@@ -102,6 +102,11 @@ class JointMirror {
     if (!is_noted_[slot]) noted_.push_back(slot);
     is_noted_[slot] = true;
   }
+  /// The joint in `slot` goes. It may come back with its generation, to bodies with other indices.
+  void note_removed(std::uint32_t slot) {
+    note(slot);
+    if (slot < joints_.size()) joints_[slot].generation = unknown;
+  }
   bool has_notes() const { return !noted_.empty(); }
   const ApartPairs& apart() const { return apart_; }
 
@@ -225,7 +230,8 @@ class JointMirror {
     r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a != 0;
     r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
     r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
-    r.rigid = info.def.hertz > 0 ? 0 : 1;
+    r.most_impulse = most_impulse(info.def.hertz, info.def.max_force, h);
+    r.most_start = most_start(info.swing_rate, h);
     r.is_generic = info.def.type != JointType::ball;
     return r;
   }

@@ -141,9 +141,10 @@ struct PrepareConstraints {
       bits |= generic_bit;
     } else {
       BallJointRow<float> row;
-      prepare_ball_joint(q_a, q_b, between, joint.anchor_a, joint.anchor_b, joint.impulse, row);
+      prepare_ball_joint(q_a, q_b, between, joint.anchor_a, joint.anchor_b,
+                         start_share(length_squared(joint.impulse), joint.most_start) * joint.impulse, row);
       row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
-      row.rigid = joint.rigid;
+      row.rigid = one_where_zero(joint.most_impulse), row.most = joint.most_impulse;
       store_joint(rows, row);
       store_joint_impulse(rows, row);
       store_joint_total(rows, row);
@@ -161,7 +162,7 @@ struct PrepareConstraints {
   FATHOM_HD void prepare_generic_rows(Quad* rows, const JointRecord& joint, std::uint32_t slot, const Placement& at,
                                       const SolverBody& a, const SolverBody& b) const {
     const GenericJoint& generic = joints.generic[slot];
-    const GenericImpulse& impulse = joints.generic_impulses[slot];
+    const GenericImpulse impulse = started(joints.generic_impulses[slot], joint.most_start);
     GenericJointRow<float> row;
     prepare_generic_joint(at.q_a, at.q_b, at.between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;

@@ -24,6 +24,7 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   last = place;
   edits_.push_back(edit);
   if (bodies_are_current_) mirror(edit, data_);
+  outdate_queries();
   if (edits_.size() >= uploaded_ + edits_at_once) upload_ahead();
 }
 
@@ -65,7 +66,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.gravity_scale = info.gravity_scale;
   c.linear_damping = info.linear_damping;
   c.angular_damping = info.angular_damping;
-  if (info.shape.hull) c.hull = hull_memory_.index_of(info.shape.hull.get());
+  shapes_ |= shape_bit(info.geometry.type);
+  if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
   c.category = info.filter.category;
   c.mask = info.filter.mask;
   c.friction = info.material.friction;
@@ -78,9 +80,10 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
 
 template <exec::Device D>
 void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
-  if (bodies[slot].shape.hull) hull_memory_.begin_use(bodies[slot].shape.hull);
+  if (const auto hull = bodies[slot].hull()) hull_memory_.begin_use(hull);
   const BodyData body = body_data(slot);
   set_changed_ = true;
+  tree_.note_set(bodies[slot].motion);
   movable_ += bodies[slot].motion != MotionType::fixed;
   const std::uint32_t index = indices_.add(slot, submitted_ + 1);
   BodyData& data = data_.emplace_back(body);
@@ -95,14 +98,16 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
 template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   set_changed_ = true;
+  tree_.note_set(bodies[slot].motion);
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
   indices_.remove(bodies.id(slot), submitted_ + 1);
-  if (bodies[slot].shape.hull) hull_memory_.end_use(bodies[slot].shape.hull.get(), submitted_ + 1);
+  if (const auto hull = bodies[slot].hull()) hull_memory_.end_use(hull.get(), submitted_ + 1);
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::set_pose(std::uint32_t slot, const Pose& pose) {
+  tree_.note_moved(bodies[slot].motion);
   add_edit(edit_of(EditKind::set_pose, indices_.of(slot), pose));
 }
 template <exec::Device D>

@@ -49,6 +49,7 @@ void DeviceSimulator<D>::retire_oldest() {
   events_are_current_ = false;
   joints_are_current_ = false;
   if (def.ahead > 0) bodies_are_current_ = false;
+  outdate_queries();
   const std::size_t in_use = newest_.contacts - newest_.free_contacts;
   if (10 * in_use > 8 * contact_memory_.capacity()) wanted_contacts_ = 2 * contact_memory_.capacity();
   if (10 * std::size_t{newest_.manifolds} > 8 * contact_memory_.manifold_capacity())

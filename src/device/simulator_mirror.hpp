@@ -18,6 +18,7 @@ void DeviceSimulator<D>::fetch_bodies() const {
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_bodies_now() {
+  outdate_queries();
   const std::size_t n = bodies.slot_count();
   const auto reserve = [&](auto& buffer) {
     if (buffer.size() < n) buffer = std::decay_t<decltype(buffer)>(device_, n + n / 2);

@@ -170,27 +170,11 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   for (const ContactInfo& info : infos) visit(info);
 }
 
-// Queries look at every body's bounds on the host: they are rare beside steps, and the mirror is there.
 template <exec::Device D>
-std::optional<RayHit> DeviceSimulator<D>::ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const {
+std::span<const Pose> DeviceSimulator<D>::refresh_queries() {
   fetch_bodies();
-  const Aabb around{min(origin, origin + translation), max(origin, origin + translation)};
-  std::optional<RayHit> nearest;
-  for (const BodyId id : bodies.living()) {
-    const BodyInfo& info = bodies[id.index];
-    if ((info.filter.category & mask) == 0 || !overlaps(grown(bounds(id.index), 1e-3f * info.radius), around)) continue;
-    const auto hit = fathom::ray_cast(info.geometry, poses_[id.index], origin, translation);
-    if (!hit || (nearest && nearest->fraction <= hit->fraction)) continue;
-    nearest = RayHit{id, hit->fraction, mul_add(origin, hit->fraction, translation), hit->normal};
-  }
-  return nearest;
-}
-
-template <exec::Device D>
-void DeviceSimulator<D>::overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const {
-  fetch_bodies();
-  for (const BodyId id : bodies.living())
-    if (bodies[id.index].filter.category & mask && overlaps(bounds(id.index), box)) slots.push_back(id.index);
+  tree_.refresh(bodies, {poses_.data(), bodies.slot_count()});
+  return {poses_.data(), bodies.slot_count()};
 }
 
 }  // namespace fathom::device

@@ -27,7 +27,8 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   s.retire_all();
   s.device_.wait();
   fetch_events();
-  write(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
+  write(submitted_, newest_, movable_, may_bounce_, may_roll_, shapes_, gravity_change_.wakes, grid_base_, edits_,
+        data_);
   BodyIndices::archive(indices_, write);
   JointMirror::archive(joint_mirror_, write);
   // Events that wait for being read are nothing that steps depend on: the last step's are enough.
@@ -56,7 +57,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
 
 template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
-  in(submitted_, newest_, movable_, may_bounce_, may_roll_, gravity_change_.wakes, grid_base_, edits_, data_);
+  in(submitted_, newest_, movable_, may_bounce_, may_roll_, shapes_, gravity_change_.wakes, grid_base_, edits_, data_);
   BodyIndices::archive(indices_, in);
   JointMirror::archive(joint_mirror_, in);
   const auto read_list = [&]<class T>(EventList<T>& list) {
@@ -92,7 +93,7 @@ bool DeviceSimulator<D>::is_on_device() const {
 template <exec::Device D>
 void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
-    if (bodies[id.index].shape.hull) hull_memory_.begin_use(bodies[id.index].shape.hull);
+    if (const auto hull = bodies[id.index].hull()) hull_memory_.begin_use(hull);
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add || e.kind == EditKind::constants) {
       give_hull(data_[e.data].constants, e.index);
@@ -236,7 +237,8 @@ void DeviceSimulator<D>::restore_generic_joints(ByteReader& in, std::uint32_t co
 template <exec::Device D>
 void DeviceSimulator<D>::give_hull(BodyConstants& constants, std::uint32_t index) {
   const std::uint32_t slot = indices_.slot(index);
-  constants.hull = slot != none && bodies[slot].shape.hull ? hull_memory_.index_of(bodies[slot].shape.hull.get()) : 0;
+  const auto hull = slot != none ? bodies[slot].hull() : nullptr;
+  constants.hull = hull ? hull_memory_.index_of(hull.get()) : 0;
 }
 
 template <exec::Device D>

@@ -29,8 +29,9 @@ struct StepSettings {
   float sag = 0;                    ///< s²: `contact_sag`
   SolveParameters solve;
   MoveParameters move;
-  float sleep_time = 0;  ///< s
-  bool bounces = false;  ///< some material has a restitution above zero
+  float sleep_time = 0;      ///< s
+  bool bounces = false;      ///< some material has a restitution above zero
+  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had: others need no kernels
   PublishedSettings published;
 };
 
@@ -76,8 +77,8 @@ class Step {
   /// What is left of a step that stopped because there was no room for manifolds.
   void submit_rest() {
     device_.parallel_for(1, ResumeStep{bodies_, counters_, SortOutContacts::group_size});
-    for (std::uint32_t kind = 0; kind < 2; ++kind)
-      device_.parallel_for({&counters_->to_collide[kind], contacts_.capacity}, ListDeferred{contacts_, kind});
+    for (const ShapePair pairs : {boxes, hulls, others})
+      device_.parallel_for(to_collide(pairs), ListDeferred{contacts_, pairs});
     collide();
     update_bodies();
   }
@@ -134,9 +135,11 @@ class Step {
 
   void collide() {
     const ContactChanges changes = contact_changes();
-    device_.parallel_for({&counters_->to_collide[0], contacts_.capacity}, CollideShapes<true>{changes, settings_.dt});
-    device_.parallel_for({&counters_->to_collide[1], contacts_.capacity}, CollideShapes<false>{changes, settings_.dt});
-    device_.parallel_for(fast(), LookAheadPairs{changes, settings_.dt});
+    device_.parallel_for(to_collide(boxes), CollideShapes<boxes>{changes, settings_.dt});
+    if (has_round_shapes()) device_.parallel_for(to_collide(others), CollideShapes<others>{changes, settings_.dt});
+    if (has_hulls()) device_.parallel_for(to_collide(hulls), CollideShapes<hulls>{changes, settings_.dt});
+    device_.parallel_for(fast(false), LookAheadPairs<false>{changes, settings_.dt});
+    if (has_hulls()) device_.parallel_for(fast(true), LookAheadPairs<true>{changes, settings_.dt});
   }
 
   void build_constraints() {
@@ -214,8 +217,10 @@ class Step {
   }
 
   void finish() {
-    device_.parallel_for(live_bodies(), MoveBodies{bodies_, grid_, counters_, settings_.move});
-    device_.parallel_for(fast(), HoldBackFast{{bodies_, grid_, counters_, settings_.move}, contacts_});
+    const MoveBodies move{bodies_, grid_, counters_, settings_.move};
+    device_.parallel_for(live_bodies(), move);
+    device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_});
+    if (has_hulls()) device_.parallel_for(fast(true), HoldBackFast<true>{move, contacts_});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
       const IslandLink link{bodies_, settings_.sleep_time};
@@ -230,9 +235,13 @@ class Step {
   }
 
   bool has_supports() const { return settings_.solve.stiffness > 0; }
+  bool has_hulls() const { return has(ShapeType::hull); }
+  bool has_round_shapes() const { return has(ShapeType::sphere) || has(ShapeType::capsule); }
+  bool has(ShapeType type) const { return settings_.shapes & shape_bit(type); }
   bool has_joints() const { return joints_.capacity > 0; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
-  exec::Range fast() const { return {&counters_->fast, contacts_.capacity}; }
+  exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
+  exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {

@@ -40,6 +40,7 @@ struct alignas(16) SupportNode {
   std::uint32_t contacts;  ///< that have a colour
   std::uint32_t supports;  ///< of these, which come first; 0: the body is not held
   float held;              ///< part of this step's last direct solution
+  std::uint32_t changed;   ///< 1 + the last round in which it changed whether the body is held, 0: in none
 
   FATHOM_HD bool is_held() const { return supports > 0; }
 };

@@ -1,8 +1,7 @@
 // update_manifolds: every contact's manifold for the poses as they are, what began and what ended.
 //
 // Two passes: the first looks at every contact and sorts out the many that need nothing (boxes apart, manifold
-// recycled); the second runs the collision functions over lists of the rest, pairs of boxes apart from other shapes,
-// so that neighbouring work-items do the same work.
+// recycled); the second runs the collision functions over lists of the rest, one for each `ShapePair`.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -14,6 +13,7 @@
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
+#include "math/team.hpp"
 
 namespace fathom::device {
 
@@ -142,6 +142,16 @@ struct ContactChanges {
     return true;
   }
 
+  /// The pair is fast.
+  FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
+    contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
+  }
+
+  /// There was no room for what the contact would begin with.
+  FATHOM_HD void defer(std::uint32_t index, ShapePair pairs) const {
+    contacts.deferred[contacts.listed(pairs, exec::atomic_add(counters->deferred[pairs], 1u))] = index;
+  }
+
   FATHOM_HD static float thickness(const BodyConstants& c) {
     return half_thickness(c.shape(), c.half_extents, c.shape_radius);
   }
@@ -175,8 +185,8 @@ struct SortOutContacts {
   static constexpr std::uint32_t group_size = 128;
 
   struct Local {
-    std::uint32_t count[2];  // that have to collide: boxes, others
-    std::uint32_t place[2];
+    std::uint32_t count[shape_pairs];  // that have to collide
+    std::uint32_t place[shape_pairs];
     std::uint32_t recycled;
   };
 
@@ -184,7 +194,10 @@ struct SortOutContacts {
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     Counters& counters = *changes.counters;
-    group.once([&] { local.count[0] = local.count[1] = local.recycled = 0; });
+    group.once([&] {
+      for (std::uint32_t& count : local.count) count = 0;
+      local.recycled = 0;
+    });
     auto kind = per_item<std::uint32_t>(group);
     auto rank = per_item<std::uint32_t>(group);
     group.for_each([&](std::uint32_t item) {
@@ -194,20 +207,21 @@ struct SortOutContacts {
       if (kind[item] == recycled) exec::atomic_add(local.recycled, 1u);
     });
     group.once([&] {
-      for (std::uint32_t k = 0; k < 2; ++k)
+      for (std::uint32_t k = 0; k < shape_pairs; ++k)
         if (local.count[k]) local.place[k] = exec::atomic_add(counters.to_collide[k], local.count[k]);
       if (local.recycled) exec::atomic_add(counters.recycled, local.recycled);
     });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
-      if (kind[item] == boxes) changes.contacts.to_collide[local.place[0] + rank[item]] = index;
-      if (kind[item] == others)
-        changes.contacts.to_collide[changes.contacts.capacity - 1 - (local.place[1] + rank[item])] = index;
+      if (kind[item] >= nothing) return;
+      const auto pairs = static_cast<ShapePair>(kind[item]);
+      changes.contacts.to_collide[changes.contacts.listed(pairs, local.place[pairs] + rank[item])] = index;
     });
   }
 
  private:
-  enum Kind : std::uint32_t { boxes, others, nothing, recycled };
+  /// Beside the pairs that have to collide.
+  enum Outcome : std::uint32_t { nothing = shape_pairs, recycled };
 
   FATHOM_HD std::uint32_t look_at(std::uint32_t index) const {
     const BodyArrays& bodies = changes.bodies;
@@ -242,17 +256,16 @@ struct SortOutContacts {
       const ContactManifold& m = changes.contacts.manifolds[c.manifold];
       if (!c.ahead() && moved_little(m, b_in_a, c.recycle_distance) && !is_to_reduce_anew(c.axis, m)) return recycled;
     }
-    const bool both_boxes =
-        bodies.constants[c.a].shape() == ShapeType::box && bodies.constants[c.b].shape() == ShapeType::box;
-    return both_boxes ? boxes : others;
+    return shape_pair(bodies.constants[c.a].shape(), bodies.constants[c.b].shape());
   }
 };
 
-/// Second pass; item k is contact to_collide[k], or counts from the list's other end. A contact that would begin and
-/// finds no room for its manifold is left as it was, and deferred.
-template <bool only_boxes>
+/// Second pass; item k is the k-th of the list of `pairs`. A contact that would begin and finds no room for its
+/// manifold is left as it was, and deferred.
+template <ShapePair pairs>
 struct CollideShapes {
   static constexpr std::uint32_t group_size = 64;  // few heavy items: small groups reach more compute units
+  static constexpr bool runs_in_teams = pairs == hulls;
 
   ContactChanges changes;
   float dt;
@@ -260,34 +273,39 @@ struct CollideShapes {
   FATHOM_HD void operator()(std::uint32_t k) const {
     const BodyArrays& bodies = changes.bodies;
     const ContactArrays& contacts = changes.contacts;
-    const std::uint32_t index = contacts.to_collide[at(k)];
+    const std::uint32_t index = contacts.to_collide[contacts.listed(pairs, k)];
     Contact c = contacts.contacts[index];
     const PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
     const Pose b_in_a = relative(bodies.poses[c.a], bodies.poses[c.b]);
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const float margin = speculative_margin(a.radius, b.radius, bodies.velocities[c.a], bodies.velocities[c.b], dt);
     const Manifold fresh = collide(c, a, b, b_in_a, margin, load);
+    if constexpr (runs_in_teams) {
+      team::sync();
+      if (!team::is_leader()) return;
+    }
     const float movement = movement_of(margin, a.radius, b.radius, dt);
     const bool is_fast = movement > slow_movement && movement > slow_share * changes.half_of_thinner(c);
     const bool passes =
         !c.fixed_a() && pass_for_certain(fresh, c.axis, bodies.velocities[c.a], bodies.velocities[c.b], dt);
     if (is_fast && !passes) {
       contacts.contacts[index] = c;
-      contacts.fast[exec::atomic_add(changes.counters->fast, 1u)] = {index, none};
+      changes.look_ahead(index, pairs == hulls);
     } else if (!changes.take(index, c, fresh, b_in_a, -1)) {
-      contacts.found[at(exec::atomic_add(changes.counters->deferred[only_boxes ? 0 : 1], 1u))] = {index, none};
+      changes.defer(index, pairs);
     }
   }
 
  private:
-  FATHOM_HD std::uint32_t at(std::uint32_t k) const { return only_boxes ? k : changes.contacts.capacity - 1 - k; }
-
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin, const PatchLoad& load) const {
-    if constexpr (only_boxes)
+    const BodyArrays& bodies = changes.bodies;
+    if constexpr (pairs == boxes)
       return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis, load);
+    else if constexpr (pairs == hulls)
+      return collide_others(bodies.geometry_for_team(c.a), bodies.geometry_for_team(c.b), b_in_a, margin, c.axis, load);
     else
-      return collide_others(changes.bodies.geometry(c.a), changes.bodies.geometry(c.b), b_in_a, margin, c.axis, load);
+      return collide_others<false>(bodies.simple_geometry(c.a), bodies.simple_geometry(c.b), b_in_a, margin, c.axis);
   }
 };
 
@@ -300,12 +318,12 @@ struct ResumeStep {
   FATHOM_HD void operator()(std::uint32_t) const {
     Counters& c = *counters;
     c.stopped = no_stop;
-    for (std::uint32_t k = 0; k < 2; ++k) {
+    for (std::uint32_t k = 0; k < shape_pairs; ++k) {
       c.to_collide[k] = c.deferred[k];
       c.deferred[k] = 0;
     }
     c.live_bodies = c.waking = c.bodies;
-    c.looked_ahead = c.fast;
+    for (std::uint32_t k = 0; k < 2; ++k) c.looked_ahead[k] = c.fast[k];
     c.live_contacts = c.contacts;
     c.contact_groups = (c.contacts + contact_group_size - 1) / contact_group_size;
     c.recolouring = wants_recolouring(c);
@@ -332,11 +350,11 @@ struct RepeatStep {
 /// The deferred contacts, which are to collide once more.
 struct ListDeferred {
   ContactArrays contacts;
-  std::uint32_t kind;
+  ShapePair pairs;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t place = kind == 0 ? k : contacts.capacity - 1 - k;
-    contacts.to_collide[place] = contacts.found[place].a;
+    const std::uint32_t place = contacts.listed(pairs, k);
+    contacts.to_collide[place] = contacts.deferred[place];
   }
 };
 

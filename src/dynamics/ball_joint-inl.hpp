@@ -37,6 +37,7 @@ struct BallJointRow {
   VecOf<L> pull;            ///< m/s², of bodies that swing how much more B accelerates than A
   L bias_rate, mass_scale, impulse_scale;
   L rigid;  ///< 1, or 0 of a spring
+  L most;   ///< N·s, of a spring the largest impulse of a substep; 0 of a rigid joint
 };
 
 template <class L>
@@ -222,6 +223,14 @@ FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> 
   return scale(mul_add(one, row.rigid, shrink - one), pull);
 }
 
+/// Of an impulse that the row is to have, what is beyond its largest.
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> impulse) {
+  const L size = root(dot(impulse, impulse)), zero = splat<L>(0.0f);
+  const auto is_beyond = both(is_above(size, row.most), is_above(row.most, zero));
+  return scale(select(is_beyond, splat<L>(1.0f) - row.most / size, zero), impulse);
+}
+
 /// One sweep of a substep of h seconds. Returns a sum that is finite only where all that it leaves is.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
@@ -238,6 +247,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
     change = scale(zero - row.rigid, change);
   else
     change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
+  if (any_above(row.most, zero)) change = change - beyond_most(row, row.impulse + change);
   row.impulse = row.impulse + change;
   if (ends_substep) row.total = row.total + row.impulse;
   sweep.push(row, change);

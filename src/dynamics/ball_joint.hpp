@@ -49,4 +49,30 @@ FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
   return hertz > 0 ? make_soft(min(hertz, rigid), damping_ratio, h) : make_soft(rigid, rigid_joint_damping, h);
 }
 
+/// What a spring gives at most in a substep of h seconds (N·s); 0 of a rigid joint. A force of 0 is next to nothing.
+FATHOM_HD float most_impulse(float hertz, float max_force, float h) {
+  return hertz > 0 ? max(max_force * h, 1e-30f) : 0.0f;
+}
+
+/// A body swings about its anchor under an impulse J a substep of h seconds with (h ω)² = h J times this (1/(kg·m)),
+/// whichever way it is pulled: the length of its arm times the inverse inertia across it.
+FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
+  const float arm = length(anchor);
+  if (!(arm > 0)) return 0;
+  const float across = (inverse_inertia.xx + inverse_inertia.yy + inverse_inertia.zz) * arm -
+                       dot(anchor, inverse_inertia * anchor) / arm;
+  return 0.5f * across;
+}
+
+/// The largest impulse (N·s) that sweeps begin a step with. The last substep's acts again at once, at arms that have
+/// turned since, and what light bodies swing faster under than a substep follows, (h ω)² > 1, it throws round: of a
+/// head that lands with a body behind it the neck. Sweeps find the rest anew.
+FATHOM_HD float most_start(float swing_rate, float h) {
+  return swing_rate * h > 1e-38f ? min(1 / (swing_rate * h), 3e38f) : 3e38f;
+}
+/// How much of an impulse of this size (squared) they begin with.
+FATHOM_HD float start_share(float size_squared, float most) {
+  return size_squared > most * most ? most / fathom::sqrt(size_squared) : 1.0f;
+}
+
 }  // namespace fathom

@@ -21,6 +21,14 @@ struct GenericImpulse {
   Vec3 force, torque;                                   ///< N·s and N·m·s of the whole step, world axes
 };
 
+/// What sweeps begin a step with (see `most_start`).
+FATHOM_HD GenericImpulse started(const GenericImpulse& last, float most_start) {
+  const float share = start_share(length_squared({last.hold[0], last.hold[1], last.hold[2]}), most_start);
+  GenericImpulse start = last;
+  for (int i = 0; i < axis_count; ++i) start.hold[i] *= share, start.drive[i] *= share;
+  return start;
+}
+
 /// A coupling as its row reads it.
 struct Coupling {
   CoupledEnds<float> ends{};

@@ -87,6 +87,7 @@ FATHOM_HD float skin_of(const Mover& a, const Mover& b, float half) {
 
 /// Of a pair with the manifold `seen`, which may be empty though they are nearer than their speculative margin
 /// `margin`: over that distance faces need not face each other. The thinner shape is twice `half` thick (m).
+template <bool with_hulls = true>
 FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& seen, float margin, float half,
                                float dt) {
   LookAhead result;
@@ -120,7 +121,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   result.time = gets_deep ? impact.time + deeper / impact.speed : dt;
   result.b_in_a = relative(advanced(a.pose, a.velocity, result.time), advanced(b.pose, b.velocity, result.time));
   AxisCache axis;
-  result.manifold = collide_shapes(a.geometry, b.geometry, result.b_in_a, margin, axis);
+  result.manifold = collide_shapes<with_hulls>(a.geometry, b.geometry, result.b_in_a, margin, axis);
   const bool is_same = seen.count > 0 && impact.time == 0 && dot(seen.normal, result.manifold.normal) > 0.95f;
   if (!is_same) result.ahead = result.manifold.count > 0 ? Ahead::meets : Ahead::nothing;
   return result;
@@ -144,6 +145,7 @@ struct FreeWay {
 /// deeper, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface and
 /// loses its approach. It is not stopped: held where it is too deep it would be pushed out for ever and never get out.
 /// `first` is that of `look_ahead`.
+template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
   FreeWay way;
@@ -178,7 +180,8 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
     AxisCache axis;
     const Pose at_a = advanced(on_a.pose, on_a.velocity, part * dt);
     const Pose at_b = advanced(on_b.pose, on_b.velocity, part * dt);
-    return nearest_separation(collide_shapes(a.geometry, b.geometry, relative(at_a, at_b), 0.0f, axis)) < -allowed;
+    const Pose b_in_a = relative(at_a, at_b);
+    return nearest_separation(collide_shapes<with_hulls>(a.geometry, b.geometry, b_in_a, 0.0f, axis)) < -allowed;
   };
   // The end of the way comes first. Of turns beyond half a turn a step's ends do not tell which way they went. There is
   // one call for both, in a loop whose turns cannot be counted: compilers of SYCL kernels unroll a loop of eight and

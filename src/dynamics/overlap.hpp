@@ -14,8 +14,9 @@ namespace fathom {
 /// m/s²: in stronger gravity it stays on what it rises from.
 inline constexpr float overlap_time = 0.15f;
 
-/// Half of a shape's thickness (m), of its `Geometry`.
+/// Half of a shape's thickness (m), of its `Geometry`. A surface is solid behind: the other one is the thinner.
 FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) {
+  if (type == ShapeType::mesh || type == ShapeType::height_field) return 1e6f;
   const bool is_round = type == ShapeType::sphere || type == ShapeType::capsule;
   return is_round ? radius : min(half_extents.x, min(half_extents.y, half_extents.z));
 }

@@ -141,6 +141,53 @@ struct Approach {
   }
 };
 
+/// How fast (m/s) the bodies can at most approach along an axis that is `n` now and turns with the angular velocity
+/// `turn` (rad/s), within the time `span` > 0 (s) from these poses on. Where bodies turn past each other, the axis
+/// along which they are most apart turns, too, and along it they approach far more slowly than along one that stands
+/// still.
+///
+/// Along an axis n that turns with W the way d between the centres changes at the rate n·(v − W × d), with v the
+/// bodies' relative velocity, whose own rate of change is 2 (W × n)·v − (W × n)·(W × d). A point p of a body that turns
+/// with ω moves at ((W − ω) × n)·p, which changes by no more than |W − ω| (|W| + |ω|) |p|.
+FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
+                               const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float span) {
+  const Vec3 way = pose_b.position - pose_a.position, velocity = b.velocity.linear - a.velocity.linear;
+  const float rate = length(turn);
+  const auto forward = [&](const Mover& m, const Core& core, Quat rotation, Vec3 towards, float height) {
+    const Vec3 relative = turn - m.velocity.angular, later = mul_add(towards, span, cross(relative, towards));
+    const float highest = dot(later, rotate(rotation, support(core, inverse_rotate(rotation, later))));
+    const float reach = m.radius - m.geometry.radius, turning = length(relative);
+    const float bent = 0.5f * span * turning * (rate + length(m.velocity.angular)) * reach;
+    return min(reach * turning, (highest - height) / span + bent);
+  };
+  const float bent = 0.5f * span * rate * fma(2, length(velocity), rate * fma(span, length(velocity), length(way)));
+  return dot(n, cross(turn, way) - velocity) + bent + forward(a, cores.a, pose_a.rotation, n, dot(n, at.on_a)) +
+         forward(b, cores.b, pose_b.rotation, -n, -dot(n, at.on_b));
+}
+
+/// Time (s) up to `left`, or more, for which bodies at these poses do not come nearer by `distance` > 0 (m), seen along
+/// an axis that stands still, that turns as it has done (`turn`, rad/s), or that turns with either of them. What they
+/// do in a shorter time is known better.
+FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
+                           const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float left, float distance) {
+  constexpr int most_looks = 3;
+  constexpr float longer = 4;
+  const Vec3 turns[] = {turn, a.velocity.angular, b.velocity.angular};
+  float span = left, safe = 0;
+  for (int i = 0; i < most_looks; ++i) {
+    float time = Approach(a, b, cores, pose_a, pose_b, at, n, span).time_for(distance);
+    for (int k = 0; k < 3 && time < span; ++k) {
+      const float speed = approach_along(a, b, cores, pose_a, pose_b, at, n, turns[k], span);
+      time = max(time, speed > 0 ? distance / speed : 3e38f);
+    }
+    if (time >= span) return i == 0 ? time : span;
+    safe = max(safe, time);
+    span = longer * safe;
+    if (!(span < left)) break;
+  }
+  return safe;
+}
+
 /// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
 FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
   const Vec3 local = inverse_rotate(a.rotation, guess);
@@ -163,6 +210,8 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
   Impact impact;
   if (!cores.meet) return impact;
   impact.normal = guess;
+  Vec3 turn, former;  // of the axis
+  float since = 0;    // s, from when it was `former`
   for (int i = 0; i < most_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
     const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
@@ -182,9 +231,11 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& c
     impact.gap = separation_along(cores, at_a, at_b, at, impact.normal);
     impact.speed = most_approach(a, b, impact.normal);
     if (impact.gap <= skin) break;
-    const float later = Approach(a, b, cores, at_a, at_b, at, impact.normal, left).time_for(impact.gap - 0.5f * skin);
+    if (i > 0) turn = (1.0f / since) * cross(former, impact.normal);
+    const float later = time_apart(a, b, cores, at_a, at_b, at, impact.normal, turn, left, impact.gap - 0.5f * skin);
     impact.time += later;
     if (!(later < left && impact.time < dt)) return impact;
+    former = impact.normal, since = later;
   }
   impact.meets = true;
   return impact;

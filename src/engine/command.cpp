@@ -8,7 +8,7 @@ void CommandList::append(const CommandList& other) {
   commands_.reserve(commands_.size() + other.commands_.size());
   for (Command command : other.commands_) {
     if (command.kind == CommandKind::add) command.definition += first;
-    if (command.kind == CommandKind::join) command.definition += first_joint;
+    if (is_of_joint(command.kind)) command.definition += first_joint;
     commands_.push_back(command);
   }
   definitions_.insert(definitions_.end(), other.definitions_.begin(), other.definitions_.end());

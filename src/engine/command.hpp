@@ -7,6 +7,8 @@
 #include <fathom/joint.hpp>
 #include <vector>
 
+#include "check/check.hpp"
+
 namespace fathom::engine {
 
 /// A body as the game knows it, from the moment it asks for it: the simulation may add it later. Reused indices have
@@ -37,8 +39,14 @@ enum class CommandKind : std::uint8_t {
   set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance
   move_to,            ///< a: position, rotation
   join,               ///< joint `definition` of the list, from `body` to its other body
+  change_joint,       ///< the joint of `body`, the other one and the user data of joint `definition` becomes as that
+  unjoin,             ///< removes that joint
 };
-inline constexpr int command_kind_count = static_cast<int>(CommandKind::join) + 1;
+inline constexpr int command_kind_count = static_cast<int>(CommandKind::unjoin) + 1;
+/// Whether a command's `definition` counts the list's joints.
+inline constexpr bool is_of_joint(CommandKind kind) {
+  return kind == CommandKind::join || kind == CommandKind::change_joint || kind == CommandKind::unjoin;
+}
 
 /// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
 struct Command {
@@ -61,8 +69,10 @@ class CommandList {
     push({CommandKind::add, body, {}, {}, {}, static_cast<std::uint32_t>(definitions_.size())});
     definitions_.push_back(definition);
   }
-  void join(BodyHandle a, BodyHandle b, const JointDef& definition) {
-    push({CommandKind::join, a, {}, {}, {}, static_cast<std::uint32_t>(joints_.size())});
+  /// `kind`: join, change_joint or unjoin.
+  void joint(CommandKind kind, BodyHandle a, BodyHandle b, const JointDef& definition) {
+    FATHOM_ASSERT(is_of_joint(kind));
+    push({kind, a, {}, {}, {}, static_cast<std::uint32_t>(joints_.size())});
     joints_.push_back({b, definition});
   }
   void push(const Command& command) { commands_.push_back(command); }

@@ -137,17 +137,26 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
       return world_->set_damping(id, c.a.x, c.a.y);
     case CommandKind::set_material:
       return world_->set_material(id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z});
-    case CommandKind::join: {
-      const JointOrder& order = list.joints().at(c.definition);
-      JointDef def = order.def;
-      def.a = id, def.b = body(order.other);
-      world_->add_joint(def);
-      return;
-    }
+    case CommandKind::join:
+    case CommandKind::change_joint:
+    case CommandKind::unjoin:
+      return run(c.kind, id, list.joints().at(c.definition));
     case CommandKind::add:
     case CommandKind::set_gravity:
       break;
   }
+}
+
+void CommandRunner::run(CommandKind kind, BodyId a, const JointOrder& order) {
+  JointDef def = order.def;
+  def.a = a, def.b = body(order.other);
+  if (kind == CommandKind::join) {
+    world_->add_joint(def);
+    return;
+  }
+  const JointId joint = world_->find_joint(def.a, def.b, def.user_data);
+  if (kind == CommandKind::unjoin) return world_->remove_joint(joint);
+  world_->change_joint(joint, def);
 }
 
 }  // namespace fathom::engine

@@ -37,6 +37,7 @@ class CommandRunner {
 
  private:
   void run(const Command& command, const CommandList& list);
+  void run(CommandKind kind, BodyId a, const JointOrder& order);
   bool add_together(std::span<const Command> additions, const CommandList& list);
   void add(BodyHandle handle, const BodyDef& definition);
   void note(BodyHandle handle, BodyId body);

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 #include "engine/config_keys.hpp"
+#include "files/input_file.hpp"
 #include "files/output_file.hpp"
 #include "scene/suggest.hpp"
 #include "scene/toml_reader.hpp"
@@ -89,11 +88,7 @@ std::optional<toml::table> parse_value(const std::string& value) {
 Config::Config() = default;
 
 void Config::load(const std::string& path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (file) text << file.rdbuf();
-  if (!file) throw Error(ErrorCode::file, path + ": cannot be read; 'fathom config --write " + path + "' writes one");
-  parse(text.str(), path);
+  parse(files::read_file(path, "'fathom config --write FILE' writes one"), path);
 }
 
 void Config::parse(std::string_view text, std::string_view file) {

@@ -20,11 +20,13 @@ constexpr double speed_window = 1.0;                         // s over which Fra
 constexpr double rounding = 1e-6;                            // part of a step by which sums of steps may be off
 constexpr auto longest_nap = std::chrono::milliseconds(20);  // after which a frame that waits looks whether it ends
 
-/// What a time step in single precision was meant to be, so that ten of 0.01 s are 0.1 s: a whole part of a second, or
-/// the shortest decimal number.
+/// What a time step in single precision was meant to be, so that ten of 0.01 s are 0.1 s: a whole part of a second, if
+/// written with a digit too few (0.0083333333), or the shortest decimal number.
 double nominal(float dt) {
   const double part = 1 / std::round(1 / static_cast<double>(dt));
-  return static_cast<float>(part) == dt ? part : std::stod(fmt::format("{}", dt));
+  const auto rounded = static_cast<float>(part);
+  const bool meant = dt >= std::nextafter(rounded, 0.0f) && dt <= std::nextafter(rounded, 1.0f);
+  return meant ? part : std::stod(fmt::format("{}", dt));
 }
 
 double seconds(std::chrono::steady_clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
@@ -150,7 +152,8 @@ void Engine::run(std::uint64_t steps) {
   frame_start_ = next_frame_ = speed_since_ = Clock::now();
   if (is_async()) simulation_->set_last_step(last_step_);
   try {
-    while (!ends() && step_ < last_step_) frame();
+    while (!ends() && step_ < last_step_) guarded_frame();
+    failures_.throw_first();  // what `end_when` threw between two frames
   } catch (...) {
     try {
       settle();
@@ -163,8 +166,12 @@ void Engine::run(std::uint64_t steps) {
 }
 
 bool Engine::ends() {
-  if (ended_ && ended_()) stopping_ = true;
-  return stopping_;
+  if (!ended_) return stopping_;
+  const bool in_frame = std::exchange(in_frame_, true);
+  bool ended = true;  // also where it throws
+  if (failures_.guard([&] { ended = ended_(); }) && ended) stopping_ = true;
+  in_frame_ = in_frame;
+  return stopping_ || ended;
 }
 
 // After it no step is under way, and the newest state is the game's.
@@ -179,6 +186,11 @@ void Engine::settle() {
 
 void Engine::frame() {
   check_call("frame");
+  stopping_ = false;  // it ends runs
+  guarded_frame();
+}
+
+void Engine::guarded_frame() {
   const auto log = [this](const char* text) { log_.error("frame {}: {}", stats_.frame, text); };
   in_frame_ = true;
   try {

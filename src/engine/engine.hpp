@@ -98,6 +98,7 @@ class Engine {
   bool is_async() const;
   bool ends();
   void settle();
+  void guarded_frame();
   void make_frame();
   void check_call(const char* what) const;
   void refuse_in_callback(const char* what) const;

@@ -68,14 +68,28 @@ bool EntityWorld::destroy(EntityId id) {
 }
 
 void EntityWorld::join(EntityId a, EntityId b, const JointDef& definition) {
+  order_joint(CommandKind::join, a, b, definition);
+}
+
+void EntityWorld::change_joint(EntityId a, EntityId b, const JointDef& definition) {
+  order_joint(CommandKind::change_joint, a, b, definition);
+}
+
+void EntityWorld::unjoin(EntityId a, EntityId b, std::uint64_t user_data) {
+  JointDef named;
+  named.user_data = user_data;
+  order_joint(CommandKind::unjoin, a, b, named);
+}
+
+void EntityWorld::order_joint(CommandKind kind, EntityId a, EntityId b, const JointDef& definition) {
   const auto body = [this](EntityId id) {
     const Entity* const entity = find(id);
     if (entity && entity->has_physics()) return entity->body();
-    throw Error(ErrorCode::stale_id, "join: entity " + std::to_string(id.index) +
+    throw Error(ErrorCode::stale_id, "joint: entity " + std::to_string(id.index) +
                                          " has no body in the simulation; join entities that live and are simulated");
   };
   const BodyHandle first = body(a), second = body(b);
-  commands_.join(first, second, definition);
+  commands_.joint(kind, first, second, definition);
 }
 
 Entity* EntityWorld::find(EntityId id) {

@@ -31,6 +31,11 @@ class EntityWorld {
   /// Joins two living entities' bodies before the next step that has not begun; `definition`'s own bodies are not read.
   /// The joint ends with either body. Throws `Error{stale_id}` where one of them has no registered physics body.
   void join(EntityId a, EntityId b, const JointDef& definition);
+  /// Gives the joint that joined `a` to `b` with this definition's user data all its other parameters: axes, frames,
+  /// limits, drives, springs, what breaks it (see `World::change_joint`). Throws as `join`.
+  void change_joint(EntityId a, EntityId b, const JointDef& definition);
+  /// Removes the joint that joined `a` to `b` with this user data. Throws as `join`.
+  void unjoin(EntityId a, EntityId b, std::uint64_t user_data = 0);
 
   /// The living entity, or null while it waits and after it was destroyed.
   Entity* find(EntityId id);
@@ -72,6 +77,7 @@ class EntityWorld {
     EntityDef def;
   };
 
+  void order_joint(CommandKind kind, EntityId a, EntityId b, const JointDef& definition);
   bool begin(Waiting waiting, Failures& failures);
   void end(std::uint32_t index, Failures& failures);
   void discard(std::uint32_t index);

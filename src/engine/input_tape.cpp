@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <fathom/error.hpp>
-#include <fstream>
 #include <sstream>
 
+#include "files/input_file.hpp"
 #include "files/output_file.hpp"
 
 namespace fathom::engine {
@@ -28,8 +28,7 @@ void InputTape::save(const std::string& path) const {
 }
 
 InputTape InputTape::load(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw Error(ErrorCode::file, path + ": cannot be read");
+  std::istringstream file(files::read_file(path, "InputTape::save writes one"));
   std::string line;
   if (!std::getline(file, line) || line != head) refuse(path, 1, "this is no input tape of fathom");
   InputTape tape;

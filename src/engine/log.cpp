@@ -1,17 +1,22 @@
 #include "engine/log.hpp"
 
-#include <spdlog/sinks/rotating_file_sink.h>
+#include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <array>
 #include <fathom/error.hpp>
 #include <filesystem>
+#include <mutex>
+#include <optional>
 
+#include "files/output_file.hpp"
 #include "scene/suggest.hpp"
 
 namespace fathom::engine {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 6> level_names{"trace", "debug", "info", "warning", "error", "off"};
 
@@ -20,6 +25,49 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
                                                   spdlog::level::warn,  spdlog::level::err,   spdlog::level::off};
   return levels[static_cast<int>(level)];
 }
+
+/// A file that goes on where an earlier run left it. One that is full becomes log.1.txt, which becomes log.2.txt. What
+/// is no file of a disk has no end and keeps its name.
+class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  explicit FileSink(const LogSettings& settings)
+      : path_(settings.file), most_bytes_(std::uintmax_t(settings.file_size) << 20), files_(settings.files) {
+    file_.emplace(path_, files::Writing::appended);
+    if (file_->is_regular()) bytes_ = fs::file_size(file_->target());
+  }
+
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t line;
+    formatter_->format(message, line);
+    if (file_ && file_->is_regular() && bytes_ > 0 && bytes_ + line.size() > most_bytes_) rotate();
+    if (!file_) return;
+    file_->write(line.data(), line.size());
+    bytes_ += line.size();
+  }
+  void flush_() override {
+    if (file_) file_->flush();
+  }
+
+  void rotate() {
+    const std::string target = file_->target();
+    file_->flush();
+    file_.reset();
+    std::error_code kept;  // one that cannot be renamed is written over
+    for (int i = files_; i > 0; --i) fs::rename(name(target, i - 1), name(target, i), kept);
+    file_.emplace(target, files::Writing::live);
+    bytes_ = 0;
+  }
+  static fs::path name(const fs::path& target, int number) {
+    if (number == 0) return target;
+    return target.parent_path() / (target.stem().string() + "." + std::to_string(number) + target.extension().string());
+  }
+
+  std::string path_;
+  std::uintmax_t most_bytes_, bytes_ = 0;
+  int files_;
+  std::optional<files::OutputFile> file_;
+};
 
 }  // namespace
 
@@ -34,17 +82,7 @@ Log::Log(const LogSettings& settings) {
   std::vector<spdlog::sink_ptr> sinks;
   // What a program prints for others to read goes to stdout; messages do not mix with it.
   if (settings.console) sinks.push_back(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
-  if (!settings.file.empty()) {
-    try {
-      // spdlog would make the folder.
-      const auto folder = std::filesystem::absolute(settings.file).parent_path();
-      if (!std::filesystem::is_directory(folder)) throw spdlog::spdlog_ex("no such folder");
-      sinks.push_back(std::make_shared<spdlog::sinks::rotating_file_sink_mt>(
-          settings.file, static_cast<std::size_t>(settings.file_size) << 20, static_cast<std::size_t>(settings.files)));
-    } catch (const spdlog::spdlog_ex&) {
-      throw Error(ErrorCode::file, settings.file + ": the log cannot be written; check the folder and its permissions");
-    }
-  }
+  if (!settings.file.empty()) sinks.push_back(std::make_shared<FileSink>(settings));
   logger_ = std::make_unique<spdlog::logger>("fathom", sinks.begin(), sinks.end());
   logger_->set_level(spdlog_level(settings.level));
   logger_->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%-7l%$ %v");

@@ -34,7 +34,7 @@ CommandList commands_from(std::span<const std::byte> bytes, const std::string& w
     in(c.kind, c.body, c.a, c.b, c.rotation, c.definition);
     in.require(static_cast<int>(c.kind) < command_kind_count);
     in.require(c.kind != CommandKind::add || c.definition < definitions);
-    in.require(c.kind != CommandKind::join || c.definition < joints);
+    in.require(!is_of_joint(c.kind) || c.definition < joints);
     read.push_back(c);
   }
   ShapeReader shapes(in);
@@ -51,8 +51,8 @@ CommandList commands_from(std::span<const std::byte> bytes, const std::string& w
   for (const Command& c : read) {
     if (c.kind == CommandKind::add)
       list.add(c.body, bodies[c.definition]);
-    else if (c.kind == CommandKind::join)
-      list.join(c.body, orders[c.definition].other, orders[c.definition].def);
+    else if (is_of_joint(c.kind))
+      list.joint(c.kind, c.body, orders[c.definition].other, orders[c.definition].def);
     else
       list.push(c);
   }

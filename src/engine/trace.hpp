@@ -36,9 +36,10 @@ inline bool enabled() { return detail::enabled.load(std::memory_order_relaxed); 
 /// engines run: each gets all that happens from its beginning on.
 class Session {
  public:
-  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones. Throws
+  /// Opens the file, so that a run is not lost to a wrong path; none for "". A thread has at most `limit` zones, those
+  /// of a quarter of an hour at 60 frames a second, so that the file can be written within a second. Throws
   /// `Error{file}`.
-  explicit Session(const std::string& path = {}, std::size_t limit = std::size_t{1} << 22);
+  explicit Session(const std::string& path = {}, std::size_t limit = std::size_t{1} << 19);
   /// Without `finish` no file is left.
   ~Session();
   Session(const Session&) = delete;
@@ -61,11 +62,11 @@ class Session {
 void name_thread(const std::string& name);
 /// A zone of the calling thread that was measured already.
 void add_zone(const char* name, std::chrono::steady_clock::time_point begin, double milliseconds);
-/// A zone measured elsewhere, e.g. by a GPU's clock, on a line of its own.
+/// A zone measured elsewhere, e.g. by a GPU's clock, on a line of its own, which is the calling thread's alone.
 void add_on_track(const std::string& track, const char* name, std::chrono::steady_clock::time_point begin,
                   double milliseconds);
 /// The stages of a step that began then, one after the other: on the calling thread's line, or, as the device timed
-/// them, on the device's.
+/// them, on the line of the thread's device, after those of the step before.
 void add_step(const StageTimes& times, std::chrono::steady_clock::time_point begin, const std::string& device = {});
 /// A number over time.
 void count(const char* name, double value);

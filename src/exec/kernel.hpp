@@ -144,6 +144,17 @@ constexpr bool wants_registers() {
   }
 }
 
+/// Whether an item of an item kernel is run by a team of work-items (math/team.hpp), on GPUs whose back end has teams:
+/// `static constexpr bool runs_in_teams`. Its call operator lets the team's leader write, once all have read.
+template <class K>
+constexpr bool runs_in_teams() {
+  if constexpr (requires { K::runs_in_teams; }) {
+    return K::runs_in_teams;
+  } else {
+    return false;
+  }
+}
+
 /// Work-items of a work-group of an item or phase kernel: the kernel's own `group_size`, or 128. Heavy kernels with
 /// few items want small groups, so that they spread over all compute units.
 template <class K>

@@ -96,6 +96,7 @@ Descriptor& Descriptor::operator=(Descriptor&& other) noexcept {
 int Descriptor::release() { return std::exchange(number_, -1); }
 
 int descriptor_named(const std::string& path) {
+  if (path == "-") return STDOUT_FILENO;
   for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
     int number = -1;
     const char* end = path.data() + path.size();
@@ -103,6 +104,8 @@ int descriptor_named(const std::string& path) {
   }
   return -1;
 }
+
+bool is_stdout(const std::string& path) { return descriptor_named(without_links(path)) == STDOUT_FILENO; }
 
 std::string without_links(const std::string& path) {
   constexpr int most_links = 40;  // as many as the kernel follows

@@ -25,11 +25,14 @@ class Descriptor {
   int number_ = -1;
 };
 
+/// Whether what is written to it goes where the program prints.
+bool is_stdout(const std::string& path);
+
 /// The path with symbolic links at its end followed, also where the last one leads nowhere yet. Sets errno and returns
 /// "" where they lead in a circle.
 std::string without_links(const std::string& path);
 
-/// The number in /dev/fd/N or /proc/self/fd/N, else -1.
+/// The number in /dev/fd/N or /proc/self/fd/N, 1 for "-", else -1.
 int descriptor_named(const std::string& path);
 
 /// A new temporary file beside the target, locked, and noted as unfinished (unfinished.hpp).

@@ -12,15 +12,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What two names of one file have in common; "" for what is no file of a disk.
+/// What two names of one file have in common; "" for what may have several parts.
 std::string place_of(const std::string& path) {
-  if (path.empty() || path == "-") return {};
+  if (path.empty()) return {};
   const std::string target = without_links(path);
+  const int number = descriptor_named(target);
   struct stat status {};
-  if (target.empty() || descriptor_named(target) >= 0) return {};
-  if (stat(target.c_str(), &status) == 0)
-    return S_ISREG(status.st_mode) ? std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino)
-                                   : std::string();
+  if (target.empty()) return {};
+  if ((number >= 0 ? fstat(number, &status) : stat(target.c_str(), &status)) == 0)
+    return S_ISREG(status.st_mode) || S_ISFIFO(status.st_mode)
+               ? std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino)
+               : std::string();
+  if (number >= 0) return {};
   std::error_code failure;
   return fs::weakly_canonical(target, failure).string();
 }

@@ -6,8 +6,8 @@
 
 namespace fathom::files {
 
-/// Both take what the file is to the user ("--json", "the scene") and its name; an empty one and "-" are no file.
-/// Devices, pipes and descriptors may be named more than once.
+/// Both take what the file is to the user ("--json", "the scene") and its name; an empty one is no file. Devices may be
+/// named more than once, a pipe not: what is written to it would mix.
 class FileNames {
  public:
   void reads(const std::string& what, const std::string& path);

@@ -16,11 +16,13 @@ enum class Writing {
   whole,    ///< the file appears complete or not at all: written beside its place, then renamed
   patched,  ///< the same, and what was written may be written over
   live,     ///< the file grows in its place, where others may follow it
+  appended  ///< the same, after what is there
 };
 
 /// A file while it is written. Symbolic links are followed; an earlier file's permissions stay. Devices, pipes and
-/// open descriptors (/dev/stdout, /dev/fd/N) are written through. A second writer of the same file is refused, in this
-/// process or another. Every function throws `Error{file}` that names the file where it cannot do its work.
+/// open descriptors (/dev/stdout, /dev/fd/N; "-" is stdout) are written through. A second writer of the same file is
+/// refused, in this process or another. Every function throws `Error{file}` that names the file where it cannot do its
+/// work.
 class OutputFile {
  public:
   /// `ending` is that of the name under which the file grows, for programs that go by it.
@@ -39,6 +41,10 @@ class OutputFile {
   /// Puts the file in its place.
   void finish();
 
+  /// Whether it is a file of a disk, nothing that is written through.
+  bool is_regular() const { return regular_; }
+  /// Without symbolic links.
+  const std::string& target() const { return target_; }
   /// The name under which it grows, for another program to write.
   const std::string& growing() const { return growing_; }
 
@@ -58,6 +64,7 @@ class OutputFile {
   std::string target_;   // without symbolic links
   std::string growing_;  // the temporary file's name, or the target's
   bool temporary_ = false;
+  bool regular_ = false;
   std::unique_ptr<std::FILE, Close> file_;
   Descriptor through_;  // the device that gets a patched file at its end
 };

@@ -1,7 +1,8 @@
 // Shapes as the simulators see them: plain structs for host and device code.
 #pragma once
 
-#include <fathom/shape.hpp>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
 
 namespace fathom {
 
@@ -14,8 +15,9 @@ struct HullView {
   int vertex_count = 0;
   int edge_count = 0;  ///< half-edges
   int face_count = 0;
-  float inner = 0;  ///< least distance of a face from the origin (m)
-  float outer = 0;  ///< largest coordinate of a vertex (m); 0: not known, nor `inner`
+  float inner = 0;           ///< least distance of a face from the origin (m)
+  float outer = 0;           ///< largest coordinate of a vertex (m); 0: not known, nor `inner`
+  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) ask for the same
   // What is found faster with these is the same without them: null where there are none.
   const std::uint16_t* vertex_edges = nullptr;
   const Hull::Eight* vertex_eights = nullptr;
@@ -32,6 +34,7 @@ inline HullView view(const Hull& hull) {
           static_cast<int>(hull.planes().size()),
           hull.inner_radius(),
           hull.largest_coordinate(),
+          false,
           hull.vertex_edges().data(),
           hull.vertex_eights().data(),
           hull.plane_eights().data()};
@@ -40,13 +43,28 @@ inline HullView view(const Hull& hull) {
 /// A shape without ownership.
 struct Geometry {
   ShapeType type = ShapeType::box;
-  float radius = 0;            ///< sphere, capsule
-  Vec3 half_extents{0, 0, 0};  ///< box; capsule: z is half its segment's length; hull: its inner radius, thrice
-  HullView hull;               ///< hull
+  float radius = 0;  ///< sphere, capsule
+  Vec3 half_extents{0, 0,
+                    0};  ///< box; capsule: z is half its segment's length; hull, compound: its inner radius, thrice
+  HullView hull = {};    ///< hull
+  const void* parts = nullptr;  ///< what `surface` and `compound` return
+
+  FATHOM_HD bool is_surface() const { return type == ShapeType::mesh || type == ShapeType::height_field; }
+  FATHOM_HD bool is_compound() const { return type == ShapeType::compound; }
+  /// Of a mesh or a height field.
+  FATHOM_HD const Surface& surface() const { return *static_cast<const Surface*>(parts); }
+  /// Of a compound.
+  FATHOM_HD const Compound& compound() const { return *static_cast<const Compound*>(parts); }
+  FATHOM_HD bool is_convex() const { return !is_surface() && !is_compound(); }
 };
 
 inline Geometry geometry(const Shape& shape) {
-  if (!shape.hull) return {shape.type, shape.radius, shape.half_extents, {}};
+  if (shape.is_surface()) return {shape.type, 0, {}, {}, shape.surface.get()};
+  if (shape.compound) {
+    const float inner = shape.compound->inner_radius();
+    return {shape.type, 0, {inner, inner, inner}, {}, shape.compound.get()};
+  }
+  if (!shape.hull) return {shape.type, shape.radius, shape.half_extents};
   const float inner = shape.hull->inner_radius();
   return {shape.type, shape.radius, {inner, inner, inner}, view(*shape.hull)};
 }

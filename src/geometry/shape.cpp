@@ -1,4 +1,5 @@
 #include <cmath>
+#include <fathom/compound.hpp>
 #include <fathom/error.hpp>
 #include <fathom/shape.hpp>
 #include <limits>
@@ -39,8 +40,12 @@ double exact_volume(const Shape& shape) {
     case ShapeType::box:
       return 8 * h.x * h.y * h.z;
     case ShapeType::hull:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
       break;
   }
+  if (shape.compound) return to_double(shape.compound->volume());
   return shape.hull ? to_double(shape.hull->volume()) : 0;
 }
 
@@ -82,6 +87,9 @@ Vec3d unit_moments(const Shape& shape) {
     case ShapeType::box:
       return (1.0 / 3.0) * Vec3d{h.y * h.y + h.z * h.z, h.x * h.x + h.z * h.z, h.x * h.x + h.y * h.y};
     case ShapeType::hull:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
       break;
   }
   return {};
@@ -93,14 +101,14 @@ SymMat3 scaled(float s, const SymMat3& m) { return {s * m.xx, s * m.yy, s * m.zz
 
 Shape sphere(float radius) {
   require_positive("fathom::sphere: radius", radius);
-  return checked({ShapeType::sphere, radius, {}, nullptr}, "fathom::sphere");
+  return checked({ShapeType::sphere, radius}, "fathom::sphere");
 }
 
 Shape capsule(float radius, float half_length) {
   require_positive("fathom::capsule: radius", radius);
   require(is_finite(half_length) && half_length >= 0, "fathom::capsule: half_length", half_length,
           "it must be finite and not negative");
-  const Shape shape = checked({ShapeType::capsule, radius, {0, 0, half_length}, nullptr}, "fathom::capsule");
+  const Shape shape = checked({ShapeType::capsule, radius, {0, 0, half_length}}, "fathom::capsule");
   require_thick("fathom::capsule: the radius", radius, half_length);
   return shape;
 }
@@ -109,7 +117,7 @@ Shape box(Vec3 half_extents) {
   require_positive("fathom::box: half_extents.x", half_extents.x);
   require_positive("fathom::box: half_extents.y", half_extents.y);
   require_positive("fathom::box: half_extents.z", half_extents.z);
-  const Shape shape = checked({ShapeType::box, 0, half_extents, nullptr}, "fathom::box");
+  const Shape shape = checked({ShapeType::box, 0, half_extents}, "fathom::box");
   require_thick("fathom::box: the smallest half extent", min_component(half_extents), max_component(half_extents));
   return shape;
 }
@@ -125,10 +133,15 @@ MassProperties mass_properties(const Shape& shape, float mass) {
     throw Error(ErrorCode::invalid_argument, "fathom::mass_properties: mass is " + text(to_double(mass)) +
                                                  " kg; it must be finite and greater than zero");
   }
+  if (shape.is_surface())
+    throw Error(ErrorCode::invalid_argument,
+                "fathom::mass_properties: a surface has no mass; fixed and kinematic bodies need none");
   MassProperties result;
   result.mass = mass;
   if (shape.hull) {
     result.inertia = scaled(mass, shape.hull->unit_inertia());
+  } else if (shape.compound) {
+    result.inertia = scaled(mass, shape.compound->unit_inertia());
   } else {
     const Vec3 moments = to_float(to_double(mass) * unit_moments(shape));
     result.inertia = {moments.x, moments.y, moments.z, 0, 0, 0};
@@ -136,7 +149,7 @@ MassProperties mass_properties(const Shape& shape, float mass) {
   PrincipalFrame frame = principal_frame(result.inertia);
   // A needle's smallest moment is lost in the rounding of its largest, where it may even turn negative.
   const float least = 1e-6f * frame.moments.z, missing = least - frame.moments.x;
-  if (shape.hull && missing > 0) {
+  if ((shape.hull || shape.compound) && missing > 0) {
     result.inertia.xx += missing, result.inertia.yy += missing, result.inertia.zz += missing;
     frame.moments += Vec3{missing, missing, missing};
   }

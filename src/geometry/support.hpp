@@ -32,11 +32,23 @@ FATHOM_HD Vec3 support(const Geometry& shape, Vec3 direction) {
       return {direction.x < 0 ? -h.x : h.x, direction.y < 0 ? -h.y : h.y, direction.z < 0 ? -h.z : h.z};
     case ShapeType::hull:
       break;
+    case ShapeType::mesh:
+    case ShapeType::height_field:  // no convex shape: those who ask for supports ask its triangles, or its children
+    case ShapeType::compound:
+      return {};
   }
   return shape.hull.vertices[support_vertex(shape.hull, direction)];
 }
 
-/// Tight bounds of the placed shape, up to the rounding of its corners.
+/// Of a placed box: tight where it is not turned.
+FATHOM_HD Aabb bounds(const Aabb& box, const Pose& pose) {
+  const Vec3 middle = transform(pose, centre(box));
+  const Vec3 reach = abs(to_matrix(pose.rotation)) * half_extents(box);
+  return {middle - reach, middle + reach};
+}
+
+/// Tight bounds of the placed shape, up to the rounding of its corners; those of a surface or a compound that is turned
+/// hold its box.
 FATHOM_HD Aabb bounds(const Geometry& shape, const Pose& pose) {
   const Vec3 r{shape.radius, shape.radius, shape.radius};
   Vec3 reach = r;
@@ -59,6 +71,11 @@ FATHOM_HD Aabb bounds(const Geometry& shape, const Pose& pose) {
       }
       return {pose.position + lower, pose.position + upper};
     }
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      return bounds(shape.surface().bounds(), pose);
+    case ShapeType::compound:
+      return bounds(shape.compound().bounds(), pose);
   }
   return {pose.position - reach, pose.position + reach};
 }
@@ -74,6 +91,11 @@ FATHOM_HD float bounding_radius(const Geometry& shape) {
       return length(shape.half_extents);
     case ShapeType::hull:
       break;
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      return length(max(abs(shape.surface().bounds().lower), abs(shape.surface().bounds().upper)));
+    case ShapeType::compound:
+      return shape.compound().outer_radius();
   }
   float farthest = 0;
   for (int i = 0; i < shape.hull.vertex_count; ++i) farthest = max(farthest, length_squared(shape.hull.vertices[i]));

@@ -49,21 +49,6 @@ void DeviceBroadPhase::list_neighbours(std::vector<std::uint32_t>& slots) const 
     if ((*bodies_)[id.index].motion != MotionType::fixed) slots.push_back(id.index);
 }
 
-void DeviceBroadPhase::refresh(const native::BroadPhaseInput& input, ThreadPool&) {
-  living_ = input.bodies.living();
-  bounds_ = input.state.bounds.data();
-}
-
-void DeviceBroadPhase::overlap(const Aabb& box, std::vector<std::uint32_t>& found) const {
-  for (const BodyId id : living_)
-    if (overlaps(bounds_[id.index].fat_box, box)) found.push_back(id.index);
-}
-
-void DeviceBroadPhase::ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const {
-  const Vec3 end = origin + translation;
-  overlap({min(origin, end), max(origin, end)}, found);
-}
-
 std::size_t DeviceBroadPhase::memory_bytes() const {
   return detection_.memory_bytes() + updates_.capacity() * sizeof(device::BoxUpdate);
 }

@@ -25,10 +25,8 @@ class DeviceBroadPhase final : public native::BroadPhase {
   void list_neighbours(std::vector<std::uint32_t>& slots) const override;
   std::uint64_t order() const override { return sets_; }
 
-  // Queries look at all bodies: they are rare beside steps.
-  void refresh(const native::BroadPhaseInput& input, ThreadPool& pool) override;
-  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override;
-  void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const override;
+  // The device keeps its boxes itself.
+  void refresh(const native::BroadPhaseInput&, ThreadPool&) override {}
   std::size_t memory_bytes() const override;
 
   // The device has nothing that does not follow from the bodies; all boxes are uploaded anew.
@@ -42,8 +40,6 @@ class DeviceBroadPhase final : public native::BroadPhase {
   std::function<void()> meanwhile_;
   std::vector<std::uint32_t> emptied_;
   std::vector<device::BoxUpdate> updates_;
-  std::span<const BodyId> living_;
-  const native::BodyBounds* bounds_ = nullptr;
   bool all_boxes_ = false;
   const BodyTable* bodies_ = nullptr;
   std::uint64_t sets_ = 0;  // of bodies, so far

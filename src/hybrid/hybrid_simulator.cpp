@@ -59,7 +59,7 @@ void HybridSimulator::inspect(std::uint32_t index) {
   Contact& c = graph_[index];
   native::Inspection& seen = inspections_[index];
   seen = {};
-  if (c.in_use && is_active(c))
+  if (c.is_pair() && !c.in_parts && is_active(c))
     seen = inspect_contact(c, c.touching() ? &graph_.manifold(c) : nullptr, bodies, state_, def.dt);
 }
 
@@ -134,12 +134,12 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
     for (std::uint32_t i = first; i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
       Change change = seen.change;
+      Contact& c = graph_[i];
+      if (c.in_parts && c.is_pair() && is_active(c)) change = update_parts(i, narrow_phase(block));
       if (seen.collide) {
-        Contact& c = graph_[i];
         const device::CollideResult& result = results[job_of_[i]];
         c.axis = result.axis;
-        change = native::NarrowPhase{bodies, state_, def.dt, block.begun, block.fast}.take(
-            i, c, result.manifold, seen, c.touching() ? &graph_.manifold(c) : nullptr);
+        change = narrow_phase(block).take(i, c, result.manifold, seen, c.touching() ? &graph_.manifold(c) : nullptr);
       }
       note(block, i, change);
     }

@@ -1,4 +1,4 @@
-// Vectors in double precision, for what is computed once and not in the step: hulls, mass properties, eigenvalues.
+// Vectors in double precision, for what is computed outside the step: hulls, mass properties, eigenvalues, queries.
 #pragma once
 
 #include <cmath>
@@ -12,6 +12,7 @@ struct Vec3d {
 
 inline Vec3d operator+(Vec3d a, Vec3d b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Vec3d operator-(Vec3d a, Vec3d b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3d operator-(Vec3d a) { return {-a.x, -a.y, -a.z}; }
 inline Vec3d operator*(double s, Vec3d a) { return {s * a.x, s * a.y, s * a.z}; }
 inline Vec3d& operator+=(Vec3d& a, Vec3d b) { return a = a + b; }
 inline double dot(Vec3d a, Vec3d b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

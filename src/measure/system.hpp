@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace fathom {
 
@@ -18,6 +19,11 @@ std::uint64_t peak_memory();
 /// How often the system took the processor away from this process's threads for others.
 std::uint64_t interruptions();
 bool stderr_is_terminal();
+/// Says it on stderr. That it cannot be said (stderr is closed, its disk full) ends nothing.
+void tell(std::string_view text);
+/// Takes the numbers of stdin, stdout and stderr where they are closed, else the first files that are opened get them
+/// and, between their own, what is printed. What is printed still goes nowhere.
+void keep_standard_descriptors();
 /// How many characters a line of the terminal holds that stderr goes to; 80 where it does not tell.
 std::size_t terminal_columns();
 /// As much of the text (ASCII) as fits into one line of it, so that a line that is written over stays one.

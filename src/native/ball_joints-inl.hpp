@@ -39,6 +39,7 @@ enum JointField : int {
   joint_mass_scale,
   joint_impulse_scale,
   joint_rigid,
+  joint_most,
   joint_field_count
 };
 static_assert(static_cast<int>(joint_field_count) <= static_cast<int>(inertia_a));
@@ -48,7 +49,8 @@ HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
   return {block.get3(joint_arm_a),     block.get3(joint_arm_b),        block.get3(joint_gap),
           block.get3(joint_impulse),   block.get3(joint_total),        block.get3(joint_spun_a),
           block.get3(joint_spun_b),    block.get3(joint_pull),         block.get(joint_bias_rate),
-          block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid)};
+          block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid),
+          block.get(joint_most)};
 }
 
 /// What sweeps leave of it.
@@ -115,7 +117,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   h.kind = ConstraintKind::ball_joint;
   h.fixed_a = h.still_a = h.isotropic = true;
   LaneVec3<D> anchor_a, anchor_b, between, impulse, pull, vector_a, vector_b;
-  HWY_ALIGN float w_a[width], w_b[width], softness[4][width] = {};
+  HWY_ALIGN float w_a[width], w_b[width], softness[5][width] = {};
   for (std::size_t lane = 0; lane < width; ++lane) {
     block.a()[lane] = block.b()[lane] = block.manifold()[lane] = none;
     w_a[lane] = w_b[lane] = 1;
@@ -129,7 +131,8 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     block.manifold()[lane] = refs[i];
     anchor_a.set(lane, joint.anchor_a), anchor_b.set(lane, joint.anchor_b);
     between.set(lane, b.position - a.position);
-    impulse.set(lane, constrained.joint_impulses[index].last);
+    const Vec3 last = constrained.joint_impulses[index].last;
+    impulse.set(lane, start_share(length_squared(last), joint.most_start) * last);
     pull.set(lane, swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a));
     vector_a.set(lane, a.rotation.vector()), vector_b.set(lane, b.rotation.vector());
     w_a[lane] = a.rotation.w, w_b[lane] = b.rotation.w;
@@ -137,6 +140,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     softness[1][lane] = joint.softness.mass_scale;
     softness[2][lane] = joint.softness.impulse_scale;
     softness[3][lane] = joint.rigid ? 1.0f : 0.0f;
+    softness[4][lane] = joint.most_impulse;
     load_joint_bodies(block, lane, joint, view);
     h.lanes = static_cast<std::uint8_t>(++lane);
   }
@@ -149,7 +153,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
   block.set3(joint_arm_a, row.arm_a), block.set3(joint_arm_b, row.arm_b), block.set3(joint_gap, row.gap);
   store_joint(block, row);
   block.set3(joint_pull, pull.lanes());
-  for (int k = 0; k < 4; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
+  for (int k = 0; k < 5; ++k) block.set(joint_bias_rate + k, hn::Load(d, softness[k]));
 }
 
 /// Of lanes whose bit is not set.

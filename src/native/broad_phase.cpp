@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "native/pair_runs.hpp"
+#include "world/filter.hpp"
 
 namespace fathom::native {
 
@@ -13,8 +14,7 @@ bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
   if (known.contains(a, b)) return false;
   if (!state.is_dynamic(bodies, a) && !state.is_dynamic(bodies, b)) return false;
   if (!((state.flags[a] | state.flags[b]) & filtered)) return true;
-  const BodyInfo &x = bodies[a], &y = bodies[b];
-  return (x.filter.category & y.filter.mask) != 0 && (y.filter.category & x.filter.mask) != 0;
+  return may_collide(bodies[a].filter, bodies[b].filter);
 }
 
 namespace {
@@ -50,20 +50,6 @@ class TreeBroadPhase : public BroadPhase {
       if (moving_.is_loose()) moving_.build(moving_slots_, bounds, pool);
     }
     if (fixed_changed) fixed_.build(fixed_slots_, bounds, pool);
-  }
-
-  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
-    moving_.overlap(box, found);
-    fixed_.overlap(box, found);
-  }
-
-  void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const override {
-    const auto take = [&](std::uint32_t slot, float limit) {
-      found.push_back(slot);
-      return limit;
-    };
-    moving_.ray(origin, translation, 1.0f, take);
-    fixed_.ray(origin, translation, 1.0f, take);
   }
 
   void list_neighbours(std::vector<std::uint32_t>& slots) const override {

@@ -41,11 +41,8 @@ class BroadPhase {
   /// True where no pair is ever listed twice.
   virtual bool lists_pairs_once() const { return false; }
 
-  // Queries see the boxes as of the last `find` or `refresh`.
+  /// Brings the structure that `find` searches up to date; `find` does it itself.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
-  virtual void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
-  /// Slots whose fat boxes the segment meets.
-  virtual void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const = 0;
   /// Appends all slots that can move, neighbours near each other, and a number that changes when this order does.
   virtual void list_neighbours(std::vector<std::uint32_t>& slots) const = 0;
   virtual std::uint64_t order() const = 0;

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>

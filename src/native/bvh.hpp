@@ -12,13 +12,13 @@
 
 #include <cstdint>
 #include <fathom/math.hpp>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "native/body_bounds.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/archive.hpp"
+#include "world/body_visitor.hpp"
 
 namespace fathom::native {
 
@@ -50,10 +50,9 @@ class Bvh {
   /// As the other, for a box of that family.
   void overlap(const Aabb& box, const Nearby& nearby, std::vector<std::uint32_t>& found) const;
 
-  /// Visits items whose boxes the segment origin + t·translation, t ≤ `limit`, meets. `visit(item)` returns the new
-  /// limit.
-  template <class Visit>
-  void ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const;
+  /// Visits items whose boxes the moving box meets up to the fraction `limit` of its way, about in the order in which
+  /// it meets them, as far as the fraction that the last visit returned, which it returns. bvh_visit.cpp
+  float visit(const MovingBox& box, float limit, BodyVisitor& visitor) const;
 
   void save(ByteWriter& write) const { write(leaves_, area_when_built_); }
   /// The saved order of leaves over these boxes.
@@ -106,41 +105,5 @@ class Bvh {
   double area_ = 0;
   double area_when_built_ = 0;
 };
-
-template <class Visit>
-void Bvh::ray(Vec3 origin, Vec3 translation, float limit, Visit&& visit) const {
-  if (leaves_.empty()) return;
-  struct Entry {
-    std::uint32_t level, node;
-  };
-  Entry stack[width * 12];
-  int top = 0;
-  stack[top++] = {static_cast<std::uint32_t>(levels_.size() - 1), 0};
-  while (top > 0) {
-    const Entry entry = stack[--top];
-    const Node& node = nodes_[levels_[entry.level].first + entry.node];
-    for (std::size_t c = 0; c < width; ++c) {
-      float enter = 0, leave = limit;
-      for (int axis = 0; axis < 3; ++axis) {
-        const float lo = node.lower[axis][c] - origin[axis], hi = node.upper[axis][c] - origin[axis];
-        const float t = translation[axis];
-        if (t == 0) {
-          if (lo > 0 || hi < 0) leave = -1;
-          continue;
-        }
-        const float t0 = lo / t, t1 = hi / t;
-        enter = max(enter, min(t0, t1));
-        leave = min(leave, max(t0, t1));
-      }
-      if (!(enter <= leave)) continue;
-      const std::size_t child = entry.node * width + c;
-      if (!has_child(entry.level, child)) continue;
-      if (entry.level > 0)
-        stack[top++] = {entry.level - 1, static_cast<std::uint32_t>(child)};
-      else
-        limit = visit(leaves_[child], limit);
-    }
-  }
-}
 
 }  // namespace fathom::native

@@ -32,6 +32,11 @@ inline constexpr ConstraintRef constraint_ref(ConstraintKind kind, std::uint32_t
 inline constexpr ConstraintKind kind_of(ConstraintRef ref) { return static_cast<ConstraintKind>(ref >> kind_shift); }
 inline constexpr std::uint32_t index_of(ConstraintRef ref) { return ref & ((1u << kind_shift) - 1); }
 
+/// Which children of two compounds touch; 0 of bodies that are none.
+struct Children {
+  std::uint32_t a = 0, b = 0;
+};
+
 struct alignas(32) Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   std::uint32_t manifold = none;     ///< while touching
@@ -41,8 +46,12 @@ struct alignas(32) Contact {
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
   float recycle_distance = 0;
   std::uint8_t colour = no_colour;
-  bool fixed_a = false;    ///< A is fixed or kinematic
-  bool in_use = false;     ///< the slot holds a pair
+  bool fixed_a = false;     ///< A is fixed or kinematic
+  bool in_use : 1 = false;  ///< the slot holds a pair, or a part of one
+  /// A is a surface or some body a compound: they may touch in several parts, each with a contact.
+  bool in_parts : 1 = false;
+  bool is_part : 1 = false;  ///< one of these after the first: looked at with that one
+  std::uint8_t unused_bits : 5 = 0;
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known of those that have touched
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.
@@ -51,6 +60,8 @@ struct alignas(32) Contact {
   bool hits : 1 = false;                ///< the last step's hit goes on
   std::uint8_t touch_halvings : 4 = 0;  ///< see `touch_distance`
 
+  /// Of a pair, as the narrow phase looks at it.
+  bool is_pair() const { return in_use && !is_part; }
   /// There is a manifold: the bodies touch or soon may.
   bool touching() const { return manifold != none; }
   /// `in_touch`, `hits` and `touch_halvings`, from the lowest bit.

@@ -8,11 +8,13 @@
 // 3. Colours' lists are brought up to date, each by one thread.
 #include <algorithm>
 
+#include "check/check.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
 #include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
 #include "native/native_simulator.hpp"
+#include "native/pieces.hpp"
 #include "native/prefetch.hpp"
 #include "world/growth.hpp"
 
@@ -80,6 +82,7 @@ void NativeSimulator::place_changes() {
     const BlockCounts counts = block_counts_[next.block];
     profile.counts.recycled += counts.recycled;
     if (counts.fast > 0) fast_blocks_.push_back(next.block);
+    if (counts.has_new_parts) add_parts(blocks_[next.block]);
     if ((counts.begun | counts.ended | counts.gone) == 0) continue;
     changed_blocks_.push_back(next);
     next.begun += counts.begun;
@@ -91,6 +94,12 @@ void NativeSimulator::place_changes() {
   make_anew(seats_ended_, next.ended);
   make_anew(pairs_gone_, next.gone);
   graph_.expect(next.ended, next.gone);
+}
+
+void NativeSimulator::add_parts(BlockOfChanges& block) {
+  for (NewManifold& fresh : block.begun)
+    if (fresh.contact & NewManifold::new_part)
+      fresh.contact = graph_.add_part(fresh.contact & ~NewManifold::new_part, fresh.children);
 }
 
 void NativeSimulator::gather_changes() {
@@ -172,18 +181,28 @@ bool NativeSimulator::is_asleep(std::uint32_t slot) const {
 void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
   Contact& c = graph_[fresh.contact];
   manifold = {};
-  c.round = is_round(bodies[c.a].geometry.type) || is_round(bodies[c.b].geometry.type);
+  const Children children = graph_.children(fresh.contact);
+  const Piece a = piece_of(bodies[c.a], children.a), b = piece_of(bodies[c.b], children.b);
+  c.round = is_round(a.geometry.type) || is_round(b.geometry.type);
+  if (c.in_parts) c.axis = fresh.axis;
+  FATHOM_ASSERT(!c.round || fresh.manifold.count <= 2);  // other points' room has what rolls
   graph_.mix_materials(c, manifold);
-  const float overlap = first_overlap(fresh.manifold, manifold.restitution, half_thickness(bodies[c.a]),
-                                      half_thickness(bodies[c.b]), contact_sag(def) * length(def.gravity));
+  const float overlap =
+      first_overlap(fresh.manifold, manifold.restitution, a.half, b.half, contact_sag(def) * length(def.gravity));
   c.ahead = fresh.ahead >= 0;
-  c.recycle_distance = overlap > 0 && !c.ahead ? -overlap : recycle_distance(bodies[c.a], bodies[c.b]);
+  c.recycle_distance = overlap > 0 && !c.ahead ? -overlap : recycle_distance(a, b);
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   if (c.ahead) manifold.step_impulse = fresh.ahead;
 }
 
 void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
-  if (graph_[index].in_touch) ended.push_back(event(graph_[index].a, graph_[index].b));
+  Contact& c = graph_[index];
+  // Of the parts of a pair the last one to go tells of it.
+  bool others_touch = false;
+  if (c.in_parts)
+    for (std::uint32_t part = graph_.next_part(index); part != index; part = graph_.next_part(part))
+      others_touch |= graph_[part].in_use && graph_[part].in_touch;
+  if (c.in_touch && !others_touch) ended.push_back(event(c.a, c.b));
   if (graph_[index].touching()) in_contact_is_current_ = false;
   graph_.remove(index);
 }

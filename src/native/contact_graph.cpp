@@ -10,6 +10,7 @@
 #include "dynamics/rolling.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/touch.hpp"
+#include "native/pieces.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -28,19 +29,44 @@ void ContactGraph::add(std::span<const Pair> pairs, std::vector<std::uint32_t>* 
     const Pair pair = pairs[i];
     if (i + ahead < pairs.size()) pairs_.prefetch(pairs[i + ahead].a, pairs[i + ahead].b);
     if (pairs_.contains(pair.a, pair.b)) continue;
-    std::uint32_t index;
-    if (free_.empty()) {
-      index = static_cast<std::uint32_t>(contacts_.size());
-      grow_contacts(1);
-    } else {
-      index = free_.back();
-      free_.pop_back();
-    }
+    const std::uint32_t index = take_slot();
     fill(contacts_[index], pair, contacts_made_++);
     pairs_.insert(pair.a, pair.b);
+    if (contacts_[index].in_parts) begin_ring(index);
     if (body_contacts_.are_kept()) body_contacts_.add(index, contacts_[index]);
     if (added) added->push_back(index);
   }
+}
+
+// Of contacts that are not in parts the ring is never asked for.
+void ContactGraph::begin_ring(std::uint32_t index, Children children) {
+  if (parts_.size() < contacts_.size()) {
+    const std::size_t before = parts_.size();
+    grow_to(parts_, contacts_.size());
+    std::fill(parts_.begin() + static_cast<std::ptrdiff_t>(before), parts_.end(), PartLink{});
+  }
+  parts_[index] = {index, children};
+}
+
+std::uint32_t ContactGraph::add_part(std::uint32_t first, Children children) {
+  const std::uint32_t index = take_slot();
+  Contact& part = contacts_[index];
+  fill(part, {contacts_[first].a, contacts_[first].b}, contacts_made_++);
+  part.is_part = true;
+  begin_ring(index, children);
+  std::swap(parts_[index].next, parts_[first].next);
+  if (body_contacts_.are_kept()) body_contacts_.add(index, part);
+  return index;
+}
+
+std::uint32_t ContactGraph::take_slot() {
+  if (free_.empty()) {
+    grow_contacts(1);
+    return static_cast<std::uint32_t>(contacts_.size() - 1);
+  }
+  const std::uint32_t index = free_.back();
+  free_.pop_back();
+  return index;
 }
 
 void ContactGraph::grow_contacts(std::size_t count) {
@@ -58,9 +84,10 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
   c.in_use = true;
   const BodyBounds &a = state_.bounds[c.a], &b = state_.bounds[c.b];
   c.touch_halvings = touch_halvings(min(a.radius, b.radius)) & 15;
-  c.recycle_distance = a.is_box() && b.is_box()
-                           ? fathom::recycle_distance(ShapeType::box, a.radius, ShapeType::box, b.radius)
-                           : recycle_distance(bodies_[c.a], bodies_[c.b]);
+  const bool boxes = a.is_box() && b.is_box();
+  c.recycle_distance = boxes ? fathom::recycle_distance(ShapeType::box, a.radius, ShapeType::box, b.radius)
+                             : recycle_distance(bodies_[c.a], bodies_[c.b]);
+  c.in_parts = !boxes && !(bodies_[c.a].geometry.is_convex() && bodies_[c.b].geometry.is_convex());
 }
 
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
@@ -85,6 +112,9 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
     for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
   });
   contacts_made_ += pairs.size();
+  if (bodies_.any_in_parts())
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (contacts_[place(i)].in_parts) begin_ring(place(i));
   for (std::size_t i = 0; i < pairs.size() && body_contacts_.are_kept(); ++i)
     body_contacts_.add(place(i), contacts_[place(i)]);
   if (added)
@@ -116,7 +146,7 @@ void ContactGraph::remove(std::uint32_t index) {
   if (c.colour != no_colour) uncolour(index);
   if (c.touching()) free_manifolds_.push_back(c.manifold);
   c.manifold = none;
-  pairs_.erase(c.a, c.b);
+  if (!c.is_part) pairs_.erase(c.a, c.b);
   c.in_use = false;
   free_.push_back(index);
 }
@@ -144,11 +174,13 @@ Pair ContactGraph::leave(std::size_t i, std::uint32_t index) {
   Contact& c = contacts_[index];
   free_[first_gone_ + i] = index;
   c.in_use = false;
-  return {c.a, c.b};
+  return c.is_part ? Pair{c.a, c.a} : Pair{c.a, c.b};  // the pair goes with its first contact
 }
 
 void ContactGraph::forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts) {
-  for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.erase(pair.a, pair.b); });
+  for_each_in_tables(pairs, part, parts, [&](Pair pair) {
+    if (pair.a != pair.b) pairs_.erase(pair.a, pair.b);
+  });
 }
 
 void ContactGraph::make_manifolds(std::size_t count) {
@@ -166,16 +198,15 @@ void ContactGraph::mix_materials(const Contact& c) {
 }
 
 void ContactGraph::mix_materials(const Contact& c, ContactManifold& m) {
-  const Material &a = bodies_[c.a].material, &b = bodies_[c.b].material;
+  const Children children = this->children(static_cast<std::uint32_t>(&c - contacts_.data()));
+  const Piece piece_a = piece_of(bodies_[c.a], children.a), piece_b = piece_of(bodies_[c.b], children.b);
+  const Material &a = piece_a.material, &b = piece_b.material;
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
   if (!c.round) return;
-  const auto radius = [&](std::uint32_t slot) {
-    const Geometry& shape = bodies_[slot].geometry;
-    return is_round(shape.type) ? shape.radius : 0.0f;
-  };
-  set_round(m, radius(c.a), radius(c.b), a.rolling_resistance, b.rolling_resistance);
+  const auto radius = [](const Geometry& shape) { return is_round(shape.type) ? shape.radius : 0.0f; };
+  set_round(m, radius(piece_a.geometry), radius(piece_b.geometry), a.rolling_resistance, b.rolling_resistance);
   if (m.rolling_length() > 0) std::atomic_ref(may_roll_).store(true, std::memory_order_relaxed);
 }
 

@@ -87,6 +87,36 @@ class ContactGraph {
   void add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added = nullptr);
   void remove(std::uint32_t index);
 
+  // Surfaces and compounds touch others in several parts, each a contact of its own: a ring that begins with the pair's
+  // first one.
+
+  /// Adds a contact without a manifold to those of the pair.
+  std::uint32_t add_part(std::uint32_t first, Children children);
+  /// The contact after this one in the ring of its pair; itself where it is alone.
+  std::uint32_t next_part(std::uint32_t index) const { return parts_.empty() ? index : parts_[index].next; }
+  /// What touches in the contact.
+  Children children(std::uint32_t index) const {
+    return contacts_[index].in_parts ? parts_[index].children : Children{};
+  }
+  /// Of a contact that does not touch.
+  void set_children(std::uint32_t index, Children children) { parts_[index].children = children; }
+  /// Whether some pair was in parts.
+  bool any_parts() const { return !parts_.empty(); }
+  /// The pair's first contact.
+  std::uint32_t first_part(std::uint32_t index) const {
+    while (contacts_[index].is_part) index = next_part(index);
+    return index;
+  }
+  template <class Act>
+  void for_each_in_ring(std::uint32_t first, const Act& act) const {
+    std::uint32_t index = first;
+    do {
+      const std::uint32_t next = next_part(index);
+      act(index);
+      index = next;
+    } while (index != first);
+  }
+
   // Joints, by their slots in the JointTable (graph_joints.cpp). They change between steps alone, and take colours from
   // the same masks as contacts.
 
@@ -96,10 +126,12 @@ class ContactGraph {
   void remove_joint(std::uint32_t slot);
   std::size_t joint_slots() const { return joints_.size(); }
   const Joint& joint(std::uint32_t slot) const { return joints_[slot]; }
-  void change_joint(std::uint32_t slot, Vec3 anchor_a, Vec3 anchor_b, const Softness& softness, bool rigid) {
+  /// Its bodies, kind and colour stay.
+  void change_joint(std::uint32_t slot, const Joint& changed) {
     Joint& joint = joints_[slot];
-    joint.anchor_a = anchor_a, joint.anchor_b = anchor_b;
-    joint.softness = softness, joint.rigid = rigid;
+    joint.anchor_a = changed.anchor_a, joint.anchor_b = changed.anchor_b;
+    joint.softness = changed.softness, joint.most_impulse = changed.most_impulse;
+    joint.most_start = changed.most_start, joint.rigid = changed.rigid;
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
@@ -211,13 +243,16 @@ class ContactGraph {
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_, s.colours_,
-      s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_);
+      s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_, s.parts_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
 
  private:
   void grow_contacts(std::size_t count);
+  std::uint32_t take_slot();
+  void begin_ring(std::uint32_t index, Children children = {});
+  void check_ring(ByteReader& in, std::uint32_t index) const;
   void fill(Contact& c, Pair pair, std::uint64_t born) const;
   template <class Act>
   void for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts, const Act& act) const;
@@ -241,6 +276,11 @@ class ContactGraph {
   BodyState& state_;
   LargeArray<Contact> contacts_;
   LargeArray<std::uint32_t> places_;  // of contacts in their colours' lists
+  struct PartLink {
+    std::uint32_t next = none;  ///< in the ring
+    Children children;
+  };
+  LargeArray<PartLink> parts_;  // by contact; empty as long as no pair is in parts
   std::uint64_t contacts_made_ = 0;
   BodyContacts body_contacts_;
   std::vector<std::uint32_t> free_;

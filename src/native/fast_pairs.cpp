@@ -1,6 +1,10 @@
 // Pairs that move fast for their size (dynamics/look_ahead.hpp). In a file of their own, or the compiler would call
 // what every contact needs where it is inlined now: the functions of poses.
+#include <algorithm>
+
+#include "geometry/compound_query.hpp"
 #include "native/native_simulator.hpp"
+#include "native/pieces.hpp"
 
 namespace fathom::native {
 
@@ -18,25 +22,138 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
   return put(index, c, found.ahead == Ahead::nothing ? Manifold{} : fresh, seen.b_in_a, -1, manifold);
 }
 
-/// What came out inside or behind something fixed goes as far as its way was free, and on in the next step.
+namespace {
+
+/// Calls act(children) for pieces of both bodies that the box, in world axes, meets.
+template <class Act>
+void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& b, const Pose& pose_b, const Aabb& box,
+                         const Act& act) {
+  const auto list = [&](const BodyInfo& info, const Pose& pose) {
+    std::vector<std::uint32_t> children;
+    if (info.geometry.is_compound())
+      find_children(info.geometry.compound(), bounds(box, relative(pose, {})), children);
+    else
+      children.push_back(0);
+    std::ranges::sort(children);
+    return children;
+  };
+  const std::vector<std::uint32_t> of_a = list(a, pose_a), of_b = list(b, pose_b);
+  for (const std::uint32_t child_b : of_b)
+    for (const std::uint32_t child_a : of_a) act({child_a, child_b});
+}
+
+}  // namespace
+
+/// What came out inside or behind something fixed goes as far as its way was free, and on in the next step. Where it
+/// gets so, it may be inside or behind something else.
 void NativeSimulator::hold_back_fast() {
+  for (const std::size_t block : fast_blocks_)
+    for (const FastPair& pair : blocks_[block].fast)
+      hold_back(pair);
+}
+
+/// Returns whether it has changed where B gets to.
+bool NativeSimulator::hold_back(const FastPair& pair) {
+  if ((state_.flags[pair.b] & (awake | isolated)) != awake) return false;
+  if (bodies[pair.a].geometry.is_surface()) return hold_back_from_surface(pair);
+  const Piece a = piece_of(bodies[pair.a], pair.children.a), b = piece_of(bodies[pair.b], pair.children.b);
+  const Pose end = state_.poses[pair.b];
+  Velocity v = state_.velocities[pair.b];
+  const Mover on_a = mover_of(a, pair.pose_a, state_.velocities[pair.a], def.dt);
+  const Mover on_b = mover_of(b, pair.pose_b, v, def.dt);
+  const Pose end_a = a.is_child ? state_.poses[pair.a] * a.pose : state_.poses[pair.a];
+  const FreeWay way =
+      free_way(on_a, on_b, end_a, b.is_child ? end * b.pose : end, pair.first, min(a.half, b.half), def.dt);
+  if (way.is_free) return false;
   const SpeedLimits limits =
       speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
-  for (const std::size_t block : fast_blocks_)
-    for (const FastPair& pair : blocks_[block].fast) {
-      if ((state_.flags[pair.b] & (awake | isolated)) != awake) continue;
-      const BodyInfo &a = bodies[pair.a], &b = bodies[pair.b];
-      const Pose end = state_.poses[pair.b];
-      Velocity v = state_.velocities[pair.b];
-      const FreeWay way = free_way({a.geometry, a.radius, pair.pose_a, state_.velocities[pair.a]},
-                                   {b.geometry, b.radius, pair.pose_b, v}, state_.poses[pair.a], end, pair.first,
-                                   min(half_thickness(a), half_thickness(b)), def.dt);
-      if (way.is_free) continue;
-      v.linear = limited(way.linear, limits.linear);
-      place(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
-      const Contact& c = graph_[pair.contact];
-      if (c.touching()) graph_.manifold(c).forget_build();
+  v.linear = limited(b.is_child ? v.linear + (way.linear - on_b.velocity.linear) : way.linear, limits.linear);
+  place(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
+  if (pair.contact != none) forget_build(pair.contact);
+  return true;
+}
+
+/// They may have got to what nobody looked for there: on the whole way all that is fixed or kinematic is asked for.
+void NativeSimulator::hold_back_strays() {
+  if (strays_.list.empty()) return;
+  std::ranges::sort(strays_.list, {}, &Strays::Stray::slot);
+  const auto twice = std::ranges::unique(strays_.list, {}, &Strays::Stray::slot);
+  strays_.list.erase(twice.begin(), twice.end());
+  tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
+  std::vector<std::uint32_t> kinematic_bodies;
+  for (const std::uint32_t slot : active_)
+    if (state_.flags[slot] & kinematic) kinematic_bodies.push_back(slot);
+  for (const Strays::Stray& stray : strays_.list) hold_back_stray(stray, kinematic_bodies);
+  strays_.list.clear();
+}
+
+void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies) {
+  // What holds it back from one may take it to another. Where it began it was outside of all.
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    bool is_free = true;
+    for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies)) is_free &= !hold_back(stray, slot);
+    if (is_free) return;
+  }
+  place(stray.slot, stray.begin, state_.velocities[stray.slot]);
+}
+
+/// What is fixed or kinematic near the stray's way, ascending.
+std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& stray,
+                                                         const std::vector<std::uint32_t>& kinematic_bodies) const {
+  const BodyInfo& info = bodies[stray.slot];
+  const Vec3 begin = stray.begin.position, way = state_.poses[stray.slot].position - begin;
+  const Vec3 reach{info.radius, info.radius, info.radius};
+  struct Found final : BodyVisitor {
+    float visit(std::uint32_t slot) override {
+      slots.push_back(slot);
+      return 1;
     }
+    std::vector<std::uint32_t> slots;
+  } found;
+  tree_.visit_fixed({begin, reach, way}, found);
+  const Aabb box{min(begin, begin + way) - reach, max(begin, begin + way) + reach};
+  for (const std::uint32_t slot : kinematic_bodies)
+    if (overlaps(state_.bounds[slot].fat_box, box)) found.slots.push_back(slot);
+  std::erase_if(found.slots, [&](std::uint32_t slot) {
+    return !may_collide(bodies[slot].filter, info.filter) || joints.keeps_apart(slot, stray.slot);
+  });
+  std::ranges::sort(found.slots);
+  return found.slots;
+}
+
+bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstacle) {
+  const BodyInfo &info = bodies[stray.slot], &other = bodies[obstacle];
+  const Velocity v = state_.velocities[obstacle];
+  const Pose& end = state_.poses[obstacle];
+  const Pose pose = other.motion == MotionType::fixed ? end : advanced(end, v, -def.dt);
+  const Velocity way = velocity_between(stray.begin, state_.poses[stray.slot], def.dt);
+  const Vec3 reach{info.radius, info.radius, info.radius}, to = state_.poses[stray.slot].position;
+  const Aabb box{min(stray.begin.position, to) - reach, max(stray.begin.position, to) + reach};
+  bool is_held = false;
+  for_each_near_piece(other, pose, info, stray.begin, box, [&](Children children) {
+    const Piece a = piece_of(other, children.a), b = piece_of(info, children.b);
+    if (!may_collide(a.filter, b.filter)) return;
+    Apart first{};
+    if (!other.geometry.is_surface()) {
+      const Mover on_a = mover_of(a, pose, v, def.dt), on_b = mover_of(b, stray.begin, way, def.dt);
+      const float skin = skin_of(on_a, on_b, min(a.half, b.half));
+      first = apart_at_first(on_a, on_b, near_cores(on_a, on_b, def.dt, skin), {}, skin);
+    }
+    is_held |= hold_back({none, obstacle, stray.slot, pose, stray.begin, first, children});
+  });
+  return is_held;
+}
+
+/// Manifolds of the pair, of which this is the first contact, are made anew in the next step.
+void NativeSimulator::forget_build(std::uint32_t first) {
+  const auto forget = [&](std::uint32_t index) {
+    if (graph_[index].touching()) graph_.manifold(graph_[index]).forget_build();
+  };
+  if (graph_[first].in_parts)
+    graph_.for_each_in_ring(first, forget);
+  else
+    forget(first);
 }
 
 }  // namespace fathom::native

@@ -150,7 +150,7 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
                                          joint.anchor_a, joint.anchor_b, row);
     row.pull = swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a);
     if (generic.reacts != 0) begin_rates(row, generic, view.bodies[joint.a], view.bodies[joint.b]);
-    write_generic_lane(block, lane, row, generic, constrained.generic_impulses[index]);
+    write_generic_lane(block, lane, row, generic, started(constrained.generic_impulses[index], joint.most_start));
     load_joint_bodies(block, lane, joint, view);
     h.moves = h.moves || generic.moves != 0;
     h.reacts = h.reacts || generic.reacts != 0;

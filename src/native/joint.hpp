@@ -13,6 +13,8 @@ struct Joint {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   Vec3 anchor_a, anchor_b;           ///< m, body axes
   Softness softness;
+  float most_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
+  float most_start = 0;    ///< N·s, that sweeps begin a step with
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;
@@ -20,7 +22,7 @@ struct Joint {
   ConstraintKind kind = ConstraintKind::ball_joint;
   std::uint8_t unused[3] = {};
 };
-static_assert(sizeof(Joint) == 52);  // without padding, which snapshots would hold
+static_assert(sizeof(Joint) == 60);  // without padding, which snapshots would hold
 
 /// What outlasts a step (N·s on B, world axes).
 struct JointImpulse {

@@ -6,15 +6,26 @@
 
 namespace fathom::native {
 
-Softness NativeSimulator::softness_of(std::uint32_t joint) const {
-  const JointDef& definition = joints[joint].def;
-  const float h = def.dt / static_cast<float>(def.solver.substeps);
-  return joint_softness(definition.hertz, definition.damping_ratio, h);
-}
-
 static ConstraintKind kind_of(JointType type) {
   if (type == JointType::ball) return ConstraintKind::ball_joint;
   return type == JointType::coupling ? ConstraintKind::coupling : ConstraintKind::generic_joint;
+}
+
+/// Without a colour.
+static Joint joint_of(const JointInfo& info, float h) {
+  const JointDef& def = info.def;
+  return {info.a,
+          info.b,
+          info.anchor_a,
+          info.anchor_b,
+          joint_softness(def.hertz, def.damping_ratio, h),
+          most_impulse(def.hertz, def.max_force, h),
+          most_start(info.swing_rate, h),
+          no_colour,
+          info.fixed_a,
+          true,
+          def.hertz == 0,
+          kind_of(def.type)};
 }
 
 void NativeSimulator::define_joint(std::uint32_t slot, std::uint32_t ignoring) {
@@ -37,8 +48,7 @@ void NativeSimulator::wake_joined(std::uint32_t joint) {
 
 void NativeSimulator::joint_added(std::uint32_t slot) {
   const JointInfo& info = joints[slot];
-  graph_.add_joint(slot, {info.a, info.b, info.anchor_a, info.anchor_b, softness_of(slot), no_colour, info.fixed_a,
-                          true, info.def.hertz == 0, kind_of(info.def.type)});
+  graph_.add_joint(slot, joint_of(info, def.dt / static_cast<float>(def.solver.substeps)));
   define_joint(slot);
   define_couplings_beside(slot);
   wake_joined(slot);
@@ -71,12 +81,10 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
   if (info.def.collide_connected || others_do) return;
   graph_.keep_apart_no_more(info.a, info.b);
   state_.flags[info.b] |= box_changed;  // it is to be found again
-  queries_are_current_ = false;
 }
 
 void NativeSimulator::joint_changed(std::uint32_t slot) {
-  const JointInfo& info = joints[slot];
-  graph_.change_joint(slot, info.anchor_a, info.anchor_b, softness_of(slot), info.def.hertz == 0);
+  graph_.change_joint(slot, joint_of(joints[slot], def.dt / static_cast<float>(def.solver.substeps)));
   define_joint(slot);
   wake_joined(slot);
 }

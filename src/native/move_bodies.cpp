@@ -7,6 +7,7 @@
 #include <hwy/highway.h>
 
 #include "dynamics/forces.hpp"
+#include "dynamics/look_ahead.hpp"
 #include "dynamics/restitution.hpp"
 #include "dynamics/rolling.hpp"
 #include "dynamics/rotation.hpp"
@@ -322,13 +323,41 @@ V half_speculative_margin(V radius, float dt) {
   return hn::Min(set(0.01f), hn::Add(of_size, set(0.5f * fall_within(dt))));
 }
 
+/// Lists those whose way has left the line that they began along by more than pairs are looked for beside it, and by a
+/// good part of their thickness.
+void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const MoveParameters& p, const Motion& before,
+                 const Motion& m) {
+  const D d;
+  const Vec3V<V> moved = m.position - before.position, way = scale(set(p.dt), before.linear);
+  const V along = hn::Div(dot(moved, way), hn::Max(dot(way, way), set(1e-30f)));
+  const V part = hn::Max(hn::Min(along, set(1.0f)), hn::Zero(d));
+  const Vec3V<V> aside = mul_sub(moved, part, way);
+  const V least = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
+  const V squared = dot(aside, aside);
+  if (HWY_LIKELY(hn::AllTrue(d, hn::Le(squared, hn::Mul(least, least))))) return;
+  HWY_ALIGN float far[width], q[4][width];
+  hn::Store(squared, d, far);
+  const LaneVectors begin(before.position);
+  hn::Store(before.rotation.w, d, q[0]), hn::Store(before.rotation.x, d, q[1]);
+  hn::Store(before.rotation.y, d, q[2]), hn::Store(before.rotation.z, d, q[3]);
+  for (std::size_t i = 0; i < lanes.used; ++i) {
+    const std::uint32_t slot = lanes.item(i);
+    const float slow = slow_share * half_thickness(bodies[slot]);
+    if (bodies[slot].motion != MotionType::dynamic || !(far[i] > slow * slow)) continue;
+    const std::lock_guard lock(p.strays->mutex);
+    p.strays->list.push_back({slot, {begin[i], 0, {q[0][i], q[1][i], q[2][i], q[3][i]}}});
+  }
+}
+
 /// Boxes of the lanes' new motion; a fat box only where the old one is left.
+template <bool in_contact>
 void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
-                  const Motion& m) {
+                  const Motion& before, const Motion& m) {
   const D d;
   BodyBounds* const bounds = state.bounds.data();
   const QuadV<V> second = lanes.load(bounds, 1), third = lanes.load(bounds, 2), shape = lanes.load(bounds, 3);
   const V radius = shape.w;
+  if (p.strays && (in_contact || p.forced)) note_strays(lanes, radius, bodies, p, before, m);
   const Mat3V<V> r = to_matrix(d, m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z);
   const auto extent = [&](V x, V y, V z) {
     return hn::MulAdd(hn::Abs(x), shape.x, hn::MulAdd(hn::Abs(y), shape.y, hn::Mul(hn::Abs(z), shape.z)));
@@ -475,7 +504,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});
   lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.rest.x});
   lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.rest.y});
-  update_boxes(lanes, bodies, state, p, m);
+  update_boxes<in_contact>(lanes, bodies, state, p, before, m);
   if (p.sleeping) account_for_sleep<in_contact>(lanes, bodies, state, p);
   return failed;
 }

@@ -3,22 +3,36 @@
 
 #include <cstdint>
 #include <fathom/world.hpp>
+#include <mutex>
 #include <span>
+#include <vector>
 
 #include "dynamics/speed_limits.hpp"
 #include "native/body_state.hpp"
 
 namespace fathom::native {
 
+/// Bodies that got away from the way that their velocity foretold, farther than pairs were looked for: thrown back by
+/// what they hit, or thrown by others or by forces.
+struct Strays {
+  struct Stray {
+    std::uint32_t slot;
+    Pose begin;
+  };
+  std::vector<Stray> list;  ///< in no order
+  std::mutex mutex;
+};
+
 struct MoveParameters {
   Vec3 gravity;
   float dt = 0;
   int substeps = 1;
   SpeedLimits limits;
-  bool sleeping = false;   ///< keep account of how long bodies have been slow
-  float slow_below = 0;    ///< m/s
-  bool forced = false;     ///< the application's forces act on some body
-  bool scattered = false;  ///< slots are not in the order of memory
+  bool sleeping = false;     ///< keep account of how long bodies have been slow
+  float slow_below = 0;      ///< m/s
+  bool forced = false;       ///< the application's forces act on some body
+  bool scattered = false;    ///< slots are not in the order of memory
+  Strays* strays = nullptr;  ///< null: nobody lists them
 };
 
 /// Bodies that the solver has moved (`in_contact`), or bodies without contacts, which go through all substeps here.

@@ -5,6 +5,7 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include "check/check.hpp"
 #include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "native/prefetch.hpp"
@@ -77,7 +78,7 @@ struct Unset {
 }  // namespace
 
 float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
-  return fathom::recycle_distance(a.shape.type, a.radius, b.shape.type, b.radius);
+  return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
 }
 
 HWY_FLATTEN Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies,
@@ -107,6 +108,7 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
     begun.push_back({index, ahead, b_in_a, fresh});
     return Change::began;
   }
+  FATHOM_ASSERT(!c.round || fresh.count <= 2);  // other points' room has what rolls
   set_manifold(*manifold, fresh, b_in_a, c.axis.reduced);
   if (c.axis.reduced) c.axis.wait = steps_to_settle;
   if (c.ahead != (ahead >= 0)) c.ahead = ahead >= 0;
@@ -127,7 +129,8 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
 }
 
 Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {
-  const auto& [bodies, state, dt, begun, fast] = narrow_phase;
+  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts] = narrow_phase;
+  if (c.in_parts) return update_parts(index, narrow_phase);
   const Inspection seen = inspect_contact(c, manifold, bodies, state, dt);
   if (!seen.collide) return seen.change;
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
@@ -142,7 +145,7 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
 
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
                      const NarrowPhase& narrow_phase, Change* changes) {
-  const auto& [bodies, state, dt, begun, fast] = narrow_phase;
+  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts] = narrow_phase;
   enum class Todo : std::uint8_t { nothing, collide, everything };
   Todo todo[contact_grain] = {};
   bool any_others = false;
@@ -153,7 +156,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     if (i + prefetch_distance < contacts.size()) prefetch_for(contacts[i + prefetch_distance], manifolds, state);
     Contact& c = contacts[i];
     Change& change = changes[i - first] = Change::nothing;
-    if (!c.in_use) continue;
+    if (!c.is_pair()) continue;
     const std::uint8_t flags = state.flags[c.a] | state.flags[c.b];
     if (!(flags & awake)) continue;
     if (c.touching()) {
@@ -165,6 +168,9 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     const int is_box_a = a.is_box(), is_box_b = b.is_box(), together = !parted, near = meet;
     const int boxes = is_box_a & is_box_b, collide = together & near;
     if (parted) change = Change::gone;
+    // Where its first contact has no manifold others may have one.
+    if (c.in_parts) [[unlikely]]
+      todo[i - first] = Todo::everything, any_others = true;
     if (!boxes && collide) todo[i - first] = Todo::everything, any_others = true;
     // No branch, which nobody could predict.
     contact_of[pairs.count] = i;

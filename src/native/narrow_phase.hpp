@@ -21,10 +21,14 @@ enum class Change : std::uint8_t {
 
 /// A manifold that has no place yet, because only one thread may give it one.
 struct NewManifold {
+  /// Of a pair whose first contact this is, with this bit, a contact that is to be made (`ContactGraph::add_part`).
+  static constexpr std::uint32_t new_part = 1u << 31;
   std::uint32_t contact;
   float ahead;  ///< s from the step's beginning to where it was made; below zero: as the bodies are
   Pose b_in_a;
   Manifold manifold;
+  Children children{};  ///< of a new part
+  AxisCache axis{};
 };
 
 /// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_way`).
@@ -32,6 +36,7 @@ struct FastPair {
   std::uint32_t contact, a, b;
   Pose pose_a, pose_b;
   Apart first;
+  Children children{};
 };
 
 /// Distance (m) that two bodies may move against each other before their manifold is made anew.
@@ -47,13 +52,18 @@ struct Inspection {
 };
 Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
                            const BodyState& state, float dt);
-/// What contacts are brought up to date with; `begun` and `fast` are lists to add to.
+class ContactGraph;
+
+/// What contacts are brought up to date with; lists are there to add to.
 struct NarrowPhase {
   const BodyTable& bodies;
   const BodyState& state;
   float dt;
   std::vector<NewManifold>& begun;
   std::vector<FastPair>& fast;
+  ContactGraph& graph;                      ///< parts of pairs
+  std::vector<std::uint32_t>&ended, &gone;  ///< of these parts
+  bool& has_new_parts;                      ///< some of `begun` are
 
   /// What follows from having collided with the result `fresh`: into the `manifold` of a touching contact, or into
   /// `begun`.
@@ -63,6 +73,7 @@ struct NarrowPhase {
  private:
   Change take_fast(std::uint32_t index, Contact& contact, const Manifold& fresh, const Inspection& seen,
                    ContactManifold* manifold) const;
+  friend class PartedPair;
   Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
              ContactManifold* manifold) const;
 };
@@ -74,6 +85,10 @@ inline constexpr std::size_t contact_grain = BoxPairs::most;
 /// side by side. changes[i] is what contact first + i has met. Contacts that nothing moves are left alone.
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
                      const NarrowPhase& narrow_phase, Change* changes);
+
+/// The same of a pair that may touch in several parts, given by its first contact, and of all of these
+/// (parted_pairs.cpp).
+Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase);
 
 /// Updates the contact's axis and, where it touches already, its `manifold`; puts a first manifold into `begun`
 /// with contact index `index`. Writes nothing else.

@@ -11,6 +11,7 @@
 
 #include "check/check.hpp"
 #include "dynamics/move_to.hpp"
+#include "geometry/compound_query.hpp"
 #include "geometry/query.hpp"
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
@@ -76,7 +77,7 @@ void NativeSimulator::step() {
   times.solve = timed([&] { solve(); });
   times.finish = timed([&] { finish(); });
   if (pool_.size() > 1) thread_choice_.took(1e-3 * times.total());
-  queries_are_current_ = false;
+  note_moved(MotionType::dynamic);
   profile.step = ++steps;
   count();
   if constexpr (check::validates) validate();
@@ -160,6 +161,7 @@ NativeSimulator::BlockOfChanges& NativeSimulator::begin_block(std::size_t first_
   block.gone.clear();
   block.fast.clear();
   block.recycled = 0;
+  block.has_new_parts = false;
   return block;
 }
 
@@ -168,8 +170,8 @@ void NativeSimulator::end_block(std::size_t first_contact) {
   const BlockOfChanges& block = blocks_[number];
   const auto counted = [](std::size_t n) { return static_cast<std::uint16_t>(n); };
   // Written once: those of other threads' blocks lie beside them.
-  block_counts_[number] = {counted(block.recycled), counted(block.begun.size()), counted(block.ended.size()),
-                           counted(block.gone.size()), counted(block.fast.size())};
+  block_counts_[number] = {counted(block.recycled),    counted(block.begun.size()), counted(block.ended.size()),
+                           counted(block.gone.size()), counted(block.fast.size()),  block.has_new_parts};
 }
 
 void NativeSimulator::update_manifolds() {
@@ -182,8 +184,7 @@ void NativeSimulator::update_manifolds() {
       const auto first = static_cast<std::uint32_t>(chunk);
       const auto last = static_cast<std::uint32_t>(std::min(chunk + contact_grain, end));
       Change changes[contact_grain];
-      update_contacts({constrained.contacts, size}, first, last, constrained.manifolds,
-                      {bodies, state_, def.dt, block.begun, block.fast}, changes);
+      update_contacts({constrained.contacts, size}, first, last, constrained.manifolds, narrow_phase(block), changes);
       for (std::uint32_t i = first; i < last; ++i) note(block, i, changes[i - first]);
     }
     end_block(begin);
@@ -271,7 +272,8 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
                                   .forced = !forced_.empty(),
-                                  .scattered = pool_.thread_count() > 1 || graph_.domains().in_use()};
+                                  .scattered = pool_.thread_count() > 1 || graph_.domains().in_use(),
+                                  .strays = nullptr};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
 
@@ -400,13 +402,21 @@ void NativeSimulator::collect_changed() {
   changed_count_ = count;
 }
 
-// Between steps the tree may not know of boxes that the last step or the application changed.
-void NativeSimulator::refresh_for_queries() {
-  if (queries_are_current_) return;
-  if (!active_is_current_) list_active();
-  collect_changed();
-  broad_phase_->refresh(broad_phase_input(), pool_);
-  queries_are_current_ = true;
+std::span<const Pose> NativeSimulator::refresh_queries() {
+  tree_.refresh(bodies, state_.bounds.data(), pool_);
+  return state_.poses;
+}
+
+void NativeSimulator::note_moved(MotionType motion) {
+  outdate_queries();
+  tree_.note_moved(motion);
+}
+
+void NativeSimulator::note_set(std::uint32_t slot) {
+  outdate_queries();
+  tree_.note_set(bodies[slot].motion);
+  set_changed_ = true;
+  active_is_current_ = false;
 }
 
 void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity& v) {
@@ -486,14 +496,13 @@ void NativeSimulator::count() {
   counts.islands = islands_.count();
   counts.quarantined = static_cast<std::uint32_t>(quarantined_.size());
   counts.memory_bytes = bodies.memory_bytes() + state_.memory_bytes() + graph_.memory_bytes() +
-                        broad_phase_->memory_bytes() + solver_.memory_bytes() +
+                        broad_phase_->memory_bytes() + tree_.memory_bytes() + solver_.memory_bytes() +
                         (cell_solver_ ? cell_solver_->memory_bytes() : 0) + list_bytes();
 }
 
 // --- changes by the application --------------------------------------------------------------------------------
 
 void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) {
-  queries_are_current_ = false;
   if (slot >= state_.size()) {
     state_.resize(slot + 1);
     graph_.resize(slot + 1);
@@ -508,12 +517,10 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
   state_.note_filter(slot, info.filter);
   state_.note_to_solve(slot);
-  set_changed_ = true;
-  active_is_current_ = false;
+  note_set(slot);
 }
 
 void NativeSimulator::body_removed(std::uint32_t slot) {
-  queries_are_current_ = false;
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
     const std::uint32_t other = c.a == slot ? c.b : c.a;
@@ -524,12 +531,11 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
   solver_.supports().overloads().forget(slot);
   state_.clear(slot);
   std::erase(forced_, slot);
-  set_changed_ = true;
-  active_is_current_ = false;
+  note_set(slot);
 }
 
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
-  queries_are_current_ = false;
+  note_moved(bodies[slot].motion);
   wake(slot);
   wake_neighbours(slot);
   state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
@@ -539,7 +545,7 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 }
 
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
-  queries_are_current_ = false;
+  note_moved(bodies[slot].motion);
   wake(slot);
   if (state_.flags[slot] & kinematic) {
     state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
@@ -566,7 +572,6 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
 }
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {
-  queries_are_current_ = false;
   state_.note_filter(slot, bodies[slot].filter);
   wake(slot);
   wake_neighbours(slot);
@@ -633,7 +638,7 @@ void NativeSimulator::apply(std::uint32_t slot, Vec3 force, Vec3 torque) {
 // --- results and queries -----------------------------------------------------------------------------------------
 
 Aabb NativeSimulator::bounds(std::uint32_t slot) const {
-  return fathom::bounds(bodies[slot].geometry, state_.poses[slot]);
+  return tight_bounds(bodies[slot].geometry, state_.poses[slot]);
 }
 
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
@@ -646,35 +651,15 @@ void NativeSimulator::for_each_contact(const std::function<void(const ContactInf
     const Vec3 normal = rotate(pa.rotation, m.normal);
     ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
     if (c.colour < colour_count) info.colour = c.colour;
+    const Children children = graph_.children(i);
+    info.child_a = c.b < c.a ? children.b : children.a;
+    info.child_b = c.b < c.a ? children.a : children.b;
     for (int p = 0; p < info.point_count; ++p) {
       const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
       info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
     }
     visit(info);
   }
-}
-
-std::optional<RayHit> NativeSimulator::ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const {
-  const_cast<NativeSimulator*>(this)->refresh_for_queries();
-  std::vector<std::uint32_t> candidates;
-  broad_phase_->ray(origin, translation, candidates);
-  std::optional<RayHit> nearest;
-  std::sort(candidates.begin(), candidates.end());
-  for (const std::uint32_t slot : candidates) {
-    if ((bodies[slot].filter.category & mask) == 0) continue;
-    const auto hit = fathom::ray_cast(bodies[slot].geometry, state_.poses[slot], origin, translation);
-    if (!hit || (nearest && nearest->fraction <= hit->fraction)) continue;
-    nearest = RayHit{bodies.id(slot), hit->fraction, mul_add(origin, hit->fraction, translation), hit->normal};
-  }
-  return nearest;
-}
-
-void NativeSimulator::overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const {
-  const_cast<NativeSimulator*>(this)->refresh_for_queries();
-  broad_phase_->overlap(box, slots);
-  std::erase_if(slots, [&](std::uint32_t slot) {
-    return (bodies[slot].filter.category & mask) == 0 || !overlaps(bounds(slot), box);
-  });
 }
 
 }  // namespace native

@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "native/body_state.hpp"
+#include "native/body_tree.hpp"
 #include "native/broad_phase.hpp"
 #include "native/cell_solver.hpp"
 #include "native/contact_graph.hpp"
 #include "native/islands.hpp"
+#include "native/move_bodies.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/neighbourhood.hpp"
 #include "native/solver.hpp"
@@ -56,8 +58,7 @@ class NativeSimulator : public Simulator {
   std::span<const Quarantine> quarantined() const override { return quarantined_; }
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
 
-  std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const override;
-  void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const override;
+  void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
 
  protected:
   /// One without a broad phase must be given it by `set_broad_phase` before anything else.
@@ -74,7 +75,11 @@ class NativeSimulator : public Simulator {
     std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
     std::vector<FastPair> fast;
     std::uint32_t recycled = 0;
+    bool has_new_parts = false;  // in `begun`
   };
+  NarrowPhase narrow_phase(BlockOfChanges& block) {
+    return {bodies, state_, def.dt, block.begun, block.fast, graph_, block.ended, block.gone, block.has_new_parts};
+  }
   /// Room for what the narrow phase finds of every contact.
   void make_room_for_changes();
   std::size_t block_size() const { return block_size_; }  // contacts, a multiple of `contact_grain`
@@ -113,7 +118,9 @@ class NativeSimulator : public Simulator {
   BroadPhaseInput broad_phase_input() const;
   void collect_changed();
   void list_active();
-  void refresh_for_queries();
+  std::span<const Pose> refresh_queries() override;
+  void note_moved(MotionType motion);
+  void note_set(std::uint32_t slot);
   void list_in_contact();
   struct Cost {
     std::uint64_t sweep = 0, contacts = 0;
@@ -128,6 +135,7 @@ class NativeSimulator : public Simulator {
     std::uint32_t block, begun, ended, gone;
   };
   void place_changes();
+  void add_parts(BlockOfChanges& block);
   void gather_changes();
   void gather(const BlockOfChanges& block, PlacedBlock place);
   void begin_one_by_one();
@@ -138,12 +146,22 @@ class NativeSimulator : public Simulator {
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   /// touch_events.cpp
   void report_touches();
+  void report_parts(TouchChanges& changes);
   void report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch);
   void report_hits();
   void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void isolate(std::uint32_t slot);
   void isolate_moved();
+  // fast_pairs.cpp
   void hold_back_fast();
+  void hold_back_strays();
+  void hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies);
+  std::vector<std::uint32_t> obstacles_of(const Strays::Stray& stray,
+                                          const std::vector<std::uint32_t>& kinematic_bodies) const;
+  bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
+  bool hold_back(const FastPair& pair);
+  bool hold_back_from_surface(const FastPair& pair);  // parted_pairs.cpp
+  void forget_build(std::uint32_t first);
   void isolate_on_request();
   /// checks.cpp
   void validate() const;
@@ -158,7 +176,6 @@ class NativeSimulator : public Simulator {
   /// Sleepers that touch the body or are joined to it.
   void wake_neighbours(std::uint32_t slot);
   /// joints.cpp
-  Softness softness_of(std::uint32_t joint) const;
   void define_joint(std::uint32_t slot, std::uint32_t ignoring = none);
   /// Whether those of its bodies are alone may have changed.
   void define_couplings_beside(std::uint32_t joint, std::uint32_t ignoring = none);
@@ -171,6 +188,7 @@ class NativeSimulator : public Simulator {
 
   ThreadChoice thread_choice_;
   std::unique_ptr<BroadPhase> broad_phase_;
+  BodyTree tree_;  // of queries
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
@@ -183,7 +201,6 @@ class NativeSimulator : public Simulator {
   Cost cost_when_divided_;               // into domains
   bool active_is_current_ = false;
   bool in_contact_is_current_ = false;
-  bool queries_are_current_ = false;
   bool are_free_moved_ = false;  // in this step, before `finish`
   bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
   /// Where a kinematic body is to be at the end of the next step.
@@ -211,12 +228,14 @@ class NativeSimulator : public Simulator {
   // something.
   struct BlockCounts {
     std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0, fast = 0;
+    bool has_new_parts = false;
   };
   std::size_t block_size_ = contact_grain;
   std::vector<BlockOfChanges> blocks_;
   std::vector<BlockCounts> block_counts_;
   std::vector<PlacedBlock> changed_blocks_;
   std::vector<std::size_t> fast_blocks_;  // that list fast pairs
+  Strays strays_;
   // Of all blocks, in the order of contacts.
   LargeArray<Seat> seats_begun_, seats_ended_;
   LargeArray<Pair> pairs_gone_;

@@ -20,6 +20,25 @@ void BodyState::restore(ByteReader& in, std::size_t slots) {
   for (std::uint32_t slot = 0; slot < slots; ++slot) note_to_solve(slot);
 }
 
+/// The ring of a contact's pair comes back to it, through contacts of the same bodies of which one is the first.
+void ContactGraph::check_ring(ByteReader& in, std::uint32_t index) const {
+  const Contact& c = contacts_[index];
+  const auto has_child = [&](std::uint32_t slot, std::uint32_t child) {
+    const Geometry& shape = bodies_[slot].geometry;
+    return child < (shape.is_compound() ? shape.compound().children().size() : 1);
+  };
+  int firsts = 0;
+  std::size_t length = 0;
+  for (std::uint32_t part = index; length == 0 || part != index; part = parts_[part].next) {
+    in.require(part < parts_.size() && part < contacts_.size() && ++length <= contacts_.size());
+    const Contact& other = contacts_[part];
+    in.require(other.in_use && other.in_parts && other.a == c.a && other.b == c.b);
+    in.require(has_child(c.a, parts_[part].children.a) && has_child(c.b, parts_[part].children.b));
+    firsts += !other.is_part;
+  }
+  in.require(firsts == 1);
+}
+
 void ContactGraph::restore(ByteReader& in) {
   domains_.restore(in, state_.size());
   archive(*this, in);
@@ -44,8 +63,12 @@ void ContactGraph::restore(ByteReader& in) {
     ++in_use;
     in.require(c.a != c.b && bodies_.alive(c.a) && bodies_.alive(c.b));
     in.require(!c.touching() || c.manifold < manifolds_.size());
-    in.require(!pairs_.contains(c.a, c.b));
-    pairs_.insert(c.a, c.b);
+    if (!c.is_part) {
+      in.require(!pairs_.contains(c.a, c.b));
+      pairs_.insert(c.a, c.b);
+    }
+    in.require(c.in_parts == !(bodies_[c.a].geometry.is_convex() && bodies_[c.b].geometry.is_convex()));
+    if (c.in_parts) check_ring(in, static_cast<std::uint32_t>(&c - contacts_.data()));
     if (c.colour == no_colour) continue;
     ++coloured;
     in.require(c.touching() && c.colour <= overflow_colour);

@@ -48,17 +48,6 @@ class SweepBroadPhase : public BroadPhase {
     }
   }
 
-  void overlap(const Aabb& box, std::vector<std::uint32_t>& found) const override {
-    for_each_slot([&](std::uint32_t slot) {
-      if (overlaps(bounds_[slot].fat_box, box)) found.push_back(slot);
-    });
-  }
-
-  void ray(Vec3 origin, Vec3 translation, std::vector<std::uint32_t>& found) const override {
-    const Vec3 end = origin + translation;
-    overlap({min(origin, end), max(origin, end)}, found);
-  }
-
   void list_neighbours(std::vector<std::uint32_t>& slots) const override {
     for_each_slot([&](std::uint32_t slot) { slots.push_back(slot); });
   }

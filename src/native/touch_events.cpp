@@ -9,9 +9,50 @@ namespace fathom::native {
 
 void NativeSimulator::report_touches() {
   TouchChanges& changes = graph_.touch_changes();
+  if (graph_.any_parts()) report_parts(changes);
   report_touches(changes.begun(), begun_, true);
   report_touches(changes.ended(), ended_, false);
   report_hits();
+}
+
+// Bodies touch as long as one of the pair's contacts does.
+void NativeSimulator::report_parts(TouchChanges& changes) {
+  std::vector<std::uint32_t> pairs;  // their first contacts
+  const auto for_each_of = [&](std::span<std::uint64_t> bits, const auto& act) {
+    for (std::size_t i = 0; i < bits.size(); ++i)
+      for (std::uint64_t left = bits[i]; left != 0; left &= left - 1) {
+        const auto index = static_cast<std::uint32_t>(64 * i + static_cast<std::size_t>(std::countr_zero(left)));
+        if (graph_[index].in_parts) act(index, bits[i], left & (~left + 1));
+      }
+  };
+  for (const std::span<std::uint64_t> bits : {changes.begun(), changes.ended()})
+    for_each_of(bits,
+                [&](std::uint32_t index, std::uint64_t&, std::uint64_t) { pairs.push_back(graph_.first_part(index)); });
+  if (pairs.empty()) return;
+  std::ranges::sort(pairs);
+  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  const auto touches = [&](std::uint32_t first) {
+    bool any = false;
+    graph_.for_each_in_ring(first, [&](std::uint32_t part) { any |= graph_[part].in_touch; });
+    return any;
+  };
+  std::vector<bool> touched;
+  for (const std::uint32_t first : pairs) touched.push_back(touches(first));
+  for_each_of(changes.ended(), [&](std::uint32_t index, std::uint64_t& word, std::uint64_t bit) {
+    graph_[index].in_touch = false;
+    word &= ~bit;
+  });
+  for_each_of(changes.begun(), [&](std::uint32_t index, std::uint64_t& word, std::uint64_t bit) {
+    graph_[index].in_touch = true;
+    word &= ~bit;
+  });
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const bool touch = touches(pairs[i]);
+    if (touch == touched[i]) continue;
+    LargeArray<ContactEvent>& events = touch ? begun_ : ended_;
+    grow_to(events, events.size() + 1);
+    events[events.size() - 1] = event(graph_[pairs[i]].a, graph_[pairs[i]].b);
+  }
 }
 
 // Where each part's events belong is counted first, so that several threads can write them.

@@ -20,6 +20,7 @@ constexpr std::size_t many_spheres = 2000;      // from here on a coarser mesh s
 
 Surface surface_of(const DrawnBody& body) {
   if (body.ground && body.shape.type == ShapeType::box) return Surface::ground;
+  if (body.ground && body.shape.is_surface()) return Surface::terrain;
   switch (body.shape.type) {
     case ShapeType::box:
       return Surface::box;
@@ -28,6 +29,9 @@ Surface surface_of(const DrawnBody& body) {
     case ShapeType::capsule:
       return Surface::capsule;
     case ShapeType::hull:
+    case ShapeType::compound:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
       return Surface::hull;
   }
   return Surface::box;
@@ -42,9 +46,24 @@ Vec3 scale_of(const Shape& shape) {
     case ShapeType::capsule:
       return {shape.radius, shape.radius, shape.half_extents.z};
     case ShapeType::hull:
+    case ShapeType::compound:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
       return {1, 1, 1};
   }
   return {1, 1, 1};
+}
+
+/// The hull, compound or surface that the shape shares with others; null where it has none.
+const void* shared_part(const Shape& shape) {
+  if (shape.hull) return shape.hull.get();
+  if (shape.compound) return shape.compound.get();
+  return shape.surface.get();
+}
+
+Mesh mesh_of(const Shape& shape) {
+  if (shape.compound) return compound_mesh(*shape.compound);
+  return shape.is_surface() ? surface_mesh(*shape.surface) : hull_mesh(*shape.hull);
 }
 
 }  // namespace
@@ -108,29 +127,34 @@ const GpuMesh* BodyBatches::basic_mesh(Surface surface, bool many) {
 }
 
 void BodyBatches::set(std::span<const DrawnBody> bodies) {
-  // Hulls that are still in use keep their meshes.
-  std::vector<KeptHull> hulls;
-  std::unordered_map<const Hull*, std::size_t> hull_index;
+  // Hulls, compounds and surfaces that are still in use keep their meshes.
+  std::vector<KeptMesh> kept;
+  std::unordered_map<const void*, std::size_t> index;
   std::vector<std::vector<Instance>> basic(surface_count);
-  std::vector<std::vector<Instance>> of_hull;
+  struct Sharing {
+    std::vector<Instance> moving, terrain;
+  };
+  std::vector<Sharing> sharing;  // by number in `kept`
   for (const DrawnBody& body : bodies) {
     const Instance instance{scale_of(body.shape), body.slot};
     const Surface surface = surface_of(body);
-    if (surface != Surface::hull) {
+    if (surface != Surface::hull && surface != Surface::terrain) {
       basic[static_cast<std::size_t>(surface)].push_back(instance);
       continue;
     }
-    const auto [entry, is_new] = hull_index.try_emplace(body.shape.hull.get(), hulls.size());
+    const void* part = shared_part(body.shape);
+    const auto [entry, is_new] = index.try_emplace(part, kept.size());
     if (is_new) {
-      const auto kept =
-          std::find_if(hulls_.begin(), hulls_.end(), [&](const KeptHull& k) { return k.hull == body.shape.hull; });
-      hulls.push_back({body.shape.hull, kept != hulls_.end() ? std::move(kept->mesh)
-                                                             : std::make_unique<GpuMesh>(hull_mesh(*body.shape.hull))});
-      of_hull.emplace_back();
+      const auto known =
+          std::find_if(kept_.begin(), kept_.end(), [&](const KeptMesh& k) { return shared_part(k.shape) == part; });
+      kept.push_back(
+          {body.shape, known != kept_.end() ? std::move(known->mesh) : std::make_unique<GpuMesh>(mesh_of(body.shape))});
+      sharing.emplace_back();
     }
-    of_hull[entry->second].push_back(instance);
+    Sharing& bodies_of = sharing[entry->second];
+    (surface == Surface::terrain ? bodies_of.terrain : bodies_of.moving).push_back(instance);
   }
-  hulls_ = std::move(hulls);
+  kept_ = std::move(kept);
 
   batches_.clear();
   std::vector<Instance> all;
@@ -145,7 +169,10 @@ void BodyBatches::set(std::span<const DrawnBody> bodies) {
     const auto& list = basic[static_cast<std::size_t>(surface)];
     add(surface, list.empty() ? nullptr : basic_mesh(surface, list.size() > many_spheres), list);
   }
-  for (std::size_t i = 0; i < hulls_.size(); ++i) add(Surface::hull, hulls_[i].mesh.get(), of_hull[i]);
+  for (std::size_t i = 0; i < kept_.size(); ++i) {
+    add(Surface::hull, kept_[i].mesh.get(), sharing[i].moving);
+    add(Surface::terrain, kept_[i].mesh.get(), sharing[i].terrain);
+  }
   // Last, so that most of the ground is already hidden.
   const auto& floors = basic[static_cast<std::size_t>(Surface::ground)];
   add(Surface::ground, floors.empty() ? nullptr : basic_mesh(Surface::box, false), floors);

@@ -12,8 +12,8 @@
 namespace fathom::render {
 
 /// How a body's surface is drawn: which shader.
-enum class Surface : std::uint8_t { box, round, capsule, hull, ground };
-inline constexpr int surface_count = 5;
+enum class Surface : std::uint8_t { box, round, capsule, hull, ground, terrain };
+inline constexpr int surface_count = 6;
 
 /// Triangles on the GPU: a small mesh several times over, because an instance of a few triangles leaves a GPU's vertex
 /// units half empty and costs a software renderer more than its vertices do.
@@ -40,7 +40,7 @@ struct Batch {
 class BodyBatches {
  public:
   void set(std::span<const DrawnBody> bodies);
-  /// In the order of `Surface`.
+  /// In the order of `Surface`, but what is made of many triangles together and floors last.
   std::span<const Batch> batches() const { return batches_; }
   GLuint instances() const { return instances_.get(); }
 
@@ -50,12 +50,12 @@ class BodyBatches {
   GrowingBuffer instances_;
   std::vector<Batch> batches_;
   std::unique_ptr<GpuMesh> box_, sphere_, coarse_sphere_, capsule_;
-  /// Kept together with the hull, so that another hull at its address is not mistaken for it.
-  struct KeptHull {
-    std::shared_ptr<const Hull> hull;
+  /// Of a hull, mesh or height field, kept together with it, so that another one at its address is not mistaken for it.
+  struct KeptMesh {
+    Shape shape;
     std::unique_ptr<GpuMesh> mesh;
   };
-  std::vector<KeptHull> hulls_;
+  std::vector<KeptMesh> kept_;
 };
 
 }  // namespace fathom::render

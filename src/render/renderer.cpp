@@ -50,7 +50,7 @@ ShadowView shadow_view(const Aabb& box, Vec3 sun, int size) {
 }
 
 std::string defines_of(Surface surface, int taps, bool water) {
-  static constexpr const char* names[surface_count] = {"BOX", "ROUND", "CAPSULE", "HULL", "GROUND"};
+  static constexpr const char* names[surface_count] = {"BOX", "ROUND", "CAPSULE", "HULL", "GROUND", "TERRAIN"};
   return std::string("#define ") + names[static_cast<std::size_t>(surface)] + "\n#define TAPS " + std::to_string(taps) +
          "\n" + (water ? "#define WATER\n" : "");
 }

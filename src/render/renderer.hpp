@@ -1,5 +1,5 @@
-// Draws bodies: instanced, at most two draw calls for each kind of shape and for each hull, after the same for the
-// shadow map. Reads shapes, colours and poses and knows nothing of who moves them.
+// Draws bodies: instanced, at most two draw calls for each kind of shape and for each hull and surface, after the same
+// for the shadow map. Reads shapes, colours and poses and knows nothing of who moves them.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace fathom::render {
 struct DrawnBody {
   std::uint32_t slot = 0;
   Shape shape;
-  bool ground = false;  ///< a floor: it is drawn with a grid in the look's ground colours and throws no shadow
+  bool ground = false;  ///< a floor: it is drawn with a grid in the look's ground colours, and a box throws no shadow
 };
 
 /// A line from `a` to `b`, so many pixels wide; a dot where both are one point.

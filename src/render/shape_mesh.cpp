@@ -50,6 +50,8 @@ Mesh split(const Mesh& coarse) {
   return fine;
 }
 
+constexpr float no_edge = 1e6f;  // where lines along all edges would hide what is drawn
+
 float distance_to_line(Vec3 point, Vec3 a, Vec3 b) { return length(cross(point - a, normalize(b - a))); }
 
 }  // namespace
@@ -122,6 +124,54 @@ Mesh hull_mesh(const Hull& hull) {
       add_triangle(mesh, first, first + 1, first + 2);
     }
   }
+  return mesh;
+}
+
+namespace {
+
+/// One child about its own centre.
+Mesh child_mesh(const Shape& shape) {
+  const Vec3 h = shape.half_extents;
+  if (shape.hull) return hull_mesh(*shape.hull);
+  if (shape.type == ShapeType::box) {
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 8; ++i) corners.push_back({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z});
+    return hull_mesh(*hull(corners).hull);
+  }
+  Mesh mesh = shape.type == ShapeType::sphere ? unit_sphere(3) : unit_capsule(24);
+  for (MeshVertex& v : mesh.vertices) {
+    v.position = shape.radius * v.position + Vec3{0, 0, v.extra * h.z};
+    v.extra = no_edge;
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Mesh compound_mesh(const Compound& compound) {
+  Mesh mesh;
+  for (const ChildShape& child : compound.children()) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const Mesh part = child_mesh(child.shape);
+    for (const MeshVertex& v : part.vertices)
+      mesh.vertices.push_back({transform(child.pose, v.position), rotate(child.pose.rotation, v.normal), v.extra});
+    for (const std::uint32_t index : part.indices) mesh.indices.push_back(first + index);
+  }
+  return mesh;
+}
+
+Mesh surface_mesh(const fathom::Surface& surface) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < surface.triangle_count(); ++i) {
+    if (!surface.has(i)) continue;
+    const auto [a, b, c] = surface.triangle(i).corners;
+    const Vec3 n = normalize(cross(b - a, c - a), {0, 0, 1});
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const Vec3 corner : {a, b, c}) mesh.vertices.push_back({corner, n, no_edge});
+    add_triangle(mesh, first, first + 1, first + 2);
+  }
+  // Where there are holes alone a point stands for what there is nothing of to draw.
+  if (mesh.vertices.empty()) mesh = {{MeshVertex{}}, {0, 0, 0}};
   return mesh;
 }
 

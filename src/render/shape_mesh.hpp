@@ -2,7 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <fathom/shape.hpp>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
 #include <vector>
 
 namespace fathom::render {
@@ -10,7 +11,8 @@ namespace fathom::render {
 struct MeshVertex {
   Vec3 position;
   Vec3 normal;
-  /// Hull: distance (m) from the nearest edge of its face. Capsule: −1 or 1, the end it belongs to. Else 0.
+  /// Hull: distance (m) from the nearest edge of its face; far more than it may be where lines are not drawn. Capsule:
+  /// −1 or 1, the end it belongs to. Else 0.
   float extra = 0;
 };
 
@@ -28,5 +30,9 @@ Mesh unit_sphere(int splits);
 Mesh unit_capsule(int segments);
 /// The hull's faces as fans around their middles, in metres.
 Mesh hull_mesh(const Hull& hull);
+/// All children, in metres.
+Mesh compound_mesh(const Compound& compound);
+/// The surface's triangles, flat and seen from outside alone, as bodies collide with them.
+Mesh surface_mesh(const fathom::Surface& surface);
 
 }  // namespace fathom::render

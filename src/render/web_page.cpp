@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fathom/compound.hpp>
 #include <fathom/error.hpp>
+#include <fathom/mesh.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "render/shape_mesh.hpp"
 #include "web_files.hpp"
@@ -58,8 +61,13 @@ float smallest_extent(const Shape& shape) {
       return min_component(shape.half_extents);
     case ShapeType::hull:
       return shape.hull->inner_radius();
+    case ShapeType::compound:
+      return shape.compound->inner_radius();
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      break;
   }
-  return 1;
+  return 1e30f;  // surfaces have none
 }
 
 float outer_radius(const Shape& shape) {
@@ -72,6 +80,11 @@ float outer_radius(const Shape& shape) {
       return length(shape.half_extents);
     case ShapeType::hull:
       return shape.hull->outer_radius();
+    case ShapeType::compound:
+      return shape.compound->outer_radius();
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      return length(max(abs(shape.surface->bounds().lower), abs(shape.surface->bounds().upper)));
   }
   return 1;
 }
@@ -94,21 +107,22 @@ Json json_of(const Look& look) {
           {"water_surface", look.water_surface}};
 }
 
-/// The page's meshes: those of basic shapes once, one for each hull.
+/// The page's meshes: those of basic shapes once, one for each hull, compound and surface.
 class Meshes {
  public:
   /// Number of the mesh for a shape; it is made where it is new.
   std::size_t number(const Shape& shape, bool ground) {
-    const auto kind = ground && shape.type == ShapeType::box ? -1 : static_cast<int>(shape.type);
-    const auto [entry, is_new] = numbers_.try_emplace({kind, shape.hull.get()}, list_.size());
-    if (is_new) list_.push_back(make(shape, kind));
+    const void* part = shape.surface.get();
+    if (shape.hull) part = shape.hull.get();
+    if (shape.compound) part = shape.compound.get();
+    const auto [entry, is_new] = numbers_.try_emplace({shape.type, ground, part}, list_.size());
+    if (is_new) list_.push_back(make(shape, ground));
     return entry->second;
   }
   const Json& list() const { return list_; }
 
  private:
-  static Json make(const Shape& shape, int kind) {
-    if (kind < 0) return json_of("GROUND", unit_box());
+  static Json make(const Shape& shape, bool ground) {
     switch (shape.type) {
       case ShapeType::sphere:
         return json_of("ROUND", unit_sphere(2));
@@ -116,16 +130,21 @@ class Meshes {
         return json_of("CAPSULE", unit_capsule(20));
       case ShapeType::hull:
         return json_of("HULL", hull_mesh(*shape.hull));
+      case ShapeType::compound:
+        return json_of("HULL", compound_mesh(*shape.compound));
+      case ShapeType::mesh:
+      case ShapeType::height_field:
+        return json_of(ground ? "TERRAIN" : "HULL", surface_mesh(*shape.surface));
       case ShapeType::box:
         break;
     }
-    return json_of("BOX", unit_box());
+    return json_of(ground ? "GROUND" : "BOX", unit_box());
   }
   static Json json_of(const char* surface, const Mesh& mesh) {
     return {{"surface", surface}, {"vertices", base64(mesh.vertices)}, {"indices", base64(mesh.indices)}};
   }
 
-  std::map<std::pair<int, const Hull*>, std::size_t> numbers_;
+  std::map<std::tuple<ShapeType, bool, const void*>, std::size_t> numbers_;
   Json list_ = Json::array();
 };
 
@@ -138,6 +157,9 @@ Vec3 scale_of(const Shape& shape) {
     case ShapeType::box:
       return shape.half_extents;
     case ShapeType::hull:
+    case ShapeType::compound:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
       break;
   }
   return {1, 1, 1};
@@ -236,7 +258,8 @@ std::string WebPage::html(bool under_water, float azimuth, float elevation) cons
   float ground = -1e30f;
   for (const Entry& entry : entries_) {
     moving += entry.dynamic;
-    if (entry.ground) ground = max(ground, quantum_ * static_cast<float>(entry.before[2]) + entry.shape.half_extents.z);
+    if (entry.ground && !entry.shape.is_surface())
+      ground = max(ground, quantum_ * static_cast<float>(entry.before[2]) + entry.shape.half_extents.z);
     bodies.push_back({{"mesh", meshes.number(entry.shape, entry.ground)},
                       {"scale", list(scale_of(entry.shape))},
                       {"colour", {entry.colour.r, entry.colour.g, entry.colour.b}},

@@ -21,6 +21,7 @@ bool covers(const Aabb& wall, const Aabb& inside, int axis, bool upper) {
 bool is_ground(const World& world, BodyId id) {
   if (world.motion(id) != MotionType::fixed) return false;
   const Shape& shape = world.shape(id);
+  if (shape.is_surface()) return true;
   return shape.type == ShapeType::box && shape.half_extents.x >= floor_half_width &&
          shape.half_extents.y >= floor_half_width;
 }
@@ -49,7 +50,8 @@ void WorldPicture::list_bodies(const World& world, Renderer& renderer) {
     if (std::ranges::find(walls, id) != walls.end()) continue;
     const bool ground = is_ground(world, id);
     drawn.push_back({id.index, world.shape(id), ground});
-    if (ground) ground_height_ = max(ground_height_.value_or(-1e30f), world.bounds(id).upper.z);
+    if (ground && !world.shape(id).is_surface())
+      ground_height_ = max(ground_height_.value_or(-1e30f), world.bounds(id).upper.z);
   }
   renderer.set_bodies(drawn);
 }

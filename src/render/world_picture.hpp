@@ -21,7 +21,7 @@ class WorldPicture {
   /// `moving_bounds` (m) as of the last update that read poses.
   const Aabb& moving() const { return moving_; }
 
-  /// Height (m) of the highest floor.
+  /// Height (m) of the highest floor that is level.
   std::optional<float> ground_height() const { return ground_height_; }
 
  private:
@@ -35,7 +35,7 @@ class WorldPicture {
   std::optional<float> ground_height_;
 };
 
-/// A fixed box so wide that it is a floor.
+/// A fixed box so wide that it is a floor, or a fixed surface.
 bool is_ground(const World& world, BodyId id);
 
 /// The fixed bodies that wall in all that moves on its four sides, so that nobody could see it; else none.

@@ -53,7 +53,7 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 18> table{{
+constexpr std::array<Environment, 20> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
@@ -75,6 +75,9 @@ constexpr std::array<Environment, 18> table{{
     {"joint_grid", "a net of balls, its top row fixed, held together by ball joints (Box3D's)", 9900, nullptr,
      joint_grid},
     {"chains", "chains of 20 links with 20 times a link's mass at the end, let go level", 1050, nullptr, chains},
+    {"ragdolls", "ragdolls of 14 capsules with limited joints that fall from 20 m, 3 in a cell (after Box3D's rain)",
+     4200, nullptr, ragdolls},
+    {"rain", "the same on triangle meshes: a square and a torus in each cell (after Box3D's)", 4200, nullptr, rain},
     {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},
     {"spheres", "balls that fall into a bin", 3000, nullptr, spheres},
     {"capsules", "capsules that fall into a bin", 3000, nullptr, capsules},

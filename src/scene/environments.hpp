@@ -1,5 +1,5 @@
 // Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks,
-// seven of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
+// nine of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
 #pragma once
 
 #include <cstdint>
@@ -49,6 +49,12 @@ Scene joint_grid(std::int64_t bodies);
 
 /// Chains of 20 links of 1 kg and 25 cm with 20 kg at the end, let go level, 1 m apart in rows.
 Scene chains(std::int64_t bodies);
+
+/// Ragdolls of 14 capsules, ball joints with cones and hinges with limits, that fall from 20 m, three in a cell of 15 m
+/// (after Box3D's `rain`); the last may lack limbs.
+Scene ragdolls(std::int64_t bodies);
+/// The same on a square mesh of 8 × 8 cells and a torus of 512 triangles a cell.
+Scene rain(std::int64_t bodies);
 
 // Heaps of bodies of 1,000 kg/m³ that fall into a bin, about ten layers.
 

@@ -215,15 +215,27 @@ Heap make_heap(std::uint64_t seed) {
   return heap;
 }
 
+static std::string describe_surface(const Heap& heap) {
+  if (!heap.surface) return {};
+  char text[80];
+  const bool is_mesh = heap.scene.bodies[heap.surface->body].shape.type == ShapeType::mesh;
+  std::snprintf(text, sizeof text, " on a %s, cells %.2g and heights %.2g of the largest",
+                is_mesh ? "mesh" : "height field", heap.surface->cell, heap.surface->height);
+  return text;
+}
+
 std::string describe(const Heap& heap) {
   const WorldDef& world = heap.scene.world;
-  char text[200];
+  const std::size_t bodies = heap.scene.bodies.size() - first_body - (heap.surface ? 1 : 0);
+  const std::string joints =
+      heap.scene.joints.empty() ? "" : ", " + std::to_string(heap.scene.joints.size()) + " joints";
+  char text[300];
   std::snprintf(
       text, sizeof text,
-      "%s, %zu bodies up to %.3g m, sizes 1:%g, slenderness %g, densities 1:%g, restitution %.2f, Δt 1/%ld s, "
+      "%s%s, %zu bodies%s up to %.3g m, sizes 1:%g, slenderness %g, densities 1:%g, restitution %.2f, Δt 1/%ld s, "
       "%d substeps, sleeping %s",
-      name_of(heap.kind), heap.scene.bodies.size() - first_body, heap.largest, heap.size_ratio, heap.slenderness,
-      heap.density_ratio, heap.largest_restitution, std::lround(1 / static_cast<double>(world.dt)),
+      name_of(heap.kind), describe_surface(heap).c_str(), bodies, joints.c_str(), heap.largest, heap.size_ratio,
+      heap.slenderness, heap.density_ratio, heap.largest_restitution, std::lround(1 / static_cast<double>(world.dt)),
       world.solver.substeps, world.sleep.enabled ? "on" : "off");
   return text;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "scene/scene.hpp"
 
@@ -15,6 +16,13 @@ enum class HeapKind : std::uint8_t {
   stream,         ///< bodies leave and come back all the time
 };
 const char* name_of(HeapKind kind);
+
+/// Uneven ground over a heap's floor.
+struct HeapSurface {
+  std::size_t body = 0;  ///< in the heap's scene
+  double cell = 0;       ///< width of its cells, of the largest body's extent
+  double height = 0;     ///< from its lowest to its highest point at most, of the same
+};
 
 struct Heap {
   Scene scene;  ///< body 0 is the floor, 1 to 4 are the walls
@@ -30,6 +38,7 @@ struct Heap {
   double largest_restitution = 0;
   /// Times are multiples of it (s): what is L times as large falls and settles √L times as slowly. 1 up to 1 m.
   double time_unit = 1;
+  std::optional<HeapSurface> surface;
 
   /// Where the floor rests and nobody comes or goes.
   bool is_at_rest_in_the_end() const { return kind == HeapKind::bin || kind == HeapKind::slope; }
@@ -38,6 +47,15 @@ struct Heap {
 /// The heap of a seed, which decides everything. 30 to 300 bodies from 5 mm to 50 m, Δt from 1/240 to 1/30 s, 2 to 8
 /// substeps; the same on every machine.
 Heap make_heap(std::uint64_t seed);
+
+/// The same bodies in the same bin, but on a triangle mesh or a height field: waves or hills, with cells of 0.05 to 0.6
+/// of the largest body. Floors that would slide lie still.
+Heap make_surface_heap(std::uint64_t seed);
+
+/// The same bodies in the same bin, some of which are joined to a neighbour, to chains of up to 12 and to trees of up
+/// to 9, by joints of every type with and without limits. None has a motor or a spring, none a ratio of masses beyond
+/// 1:100. Nobody comes or goes.
+Heap make_joint_heap(std::uint64_t seed);
 
 /// One line of text: what is particular about a heap.
 std::string describe(const Heap& heap);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
 #include <vector>
 
 #include "scene/scene_parts.hpp"
@@ -63,6 +65,9 @@ Shape random_shape(Random& random, const HeapRecipe& recipe) {
     case ShapeType::box:
       return box(half);
     case ShapeType::hull:
+    case ShapeType::compound:
+    case ShapeType::mesh:
+    case ShapeType::height_field:
       break;
   }
   return random_hull(random, half);
@@ -119,6 +124,13 @@ double outer_radius(const Shape& shape) {
       return static_cast<double>(shape.half_extents.z + shape.radius);
     case ShapeType::box:
       return static_cast<double>(length(shape.half_extents));
+    case ShapeType::mesh:
+    case ShapeType::height_field: {
+      const Aabb& box = shape.surface->bounds();
+      return static_cast<double>(length(max(abs(box.lower), abs(box.upper))));
+    }
+    case ShapeType::compound:
+      return static_cast<double>(shape.compound->outer_radius());
     case ShapeType::hull:
       break;
   }

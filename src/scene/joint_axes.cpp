@@ -4,10 +4,12 @@
 #include <array>
 #include <limits>
 
+#include "world/validate.hpp"
+
 namespace fathom {
 namespace {
 
-constexpr std::array<std::pair<std::string_view, JointWord>, 11> words{{{"ball", JointWord::ball},
+constexpr std::array<std::pair<std::string_view, JointWord>, 12> words{{{"ball", JointWord::ball},
                                                                         {"fixed", JointWord::fixed},
                                                                         {"revolute", JointWord::revolute},
                                                                         {"prismatic", JointWord::prismatic},
@@ -17,7 +19,8 @@ constexpr std::array<std::pair<std::string_view, JointWord>, 11> words{{{"ball",
                                                                         {"generic", JointWord::generic},
                                                                         {"gear", JointWord::gear},
                                                                         {"rack", JointWord::rack},
-                                                                        {"pulley", JointWord::pulley}}};
+                                                                        {"pulley", JointWord::pulley},
+                                                                        {"target", JointWord::target}}};
 constexpr std::array<std::pair<std::string_view, AxisMode>, 3> modes{
     {{"free", AxisMode::free}, {"limited", AxisMode::limited}, {"locked", AxisMode::locked}}};
 constexpr std::array<std::string_view, joint_axis_count> axis_keys{"x", "y", "z", "twist", "swing_y", "swing_z"};
@@ -29,6 +32,7 @@ struct KeyUse {
 };
 constexpr unsigned bit(JointWord word) { return 1u << static_cast<unsigned>(word); }
 constexpr unsigned gear = bit(JointWord::gear), rack = bit(JointWord::rack), pulley = bit(JointWord::pulley);
+constexpr unsigned target = bit(JointWord::target);
 constexpr unsigned not_generic = bit(JointWord::ball) | bit(JointWord::distance), generic = 0xffu & ~not_generic;
 constexpr unsigned driven = bit(JointWord::revolute) | bit(JointWord::prismatic) | bit(JointWord::wheel);
 constexpr KeyUse key_uses[] = {
@@ -55,7 +59,9 @@ constexpr KeyUse key_uses[] = {
     {"motor", driven},
     {"suspension", bit(JointWord::wheel)},
     {"steering", bit(JointWord::wheel)},
-    {"point", 0xffu & ~bit(JointWord::distance)},
+    {"point", (0xffu & ~bit(JointWord::distance)) | target},
+    {"target", target},
+    {"max_force", bit(JointWord::ball) | target},
     {"length", bit(JointWord::distance) | pulley},
     {"lower", bit(JointWord::distance) | pulley},
     {"upper", bit(JointWord::distance)},
@@ -96,10 +102,6 @@ void read_bounds(const TomlTable& table, std::string_view what, JointAxis& axis,
   table.read("lower", axis.lower);
   table.read("upper", axis.upper);
   check_bounds(table, *table.find("upper"), what, axis, reach);
-}
-
-bool is_locked(const JointAxis& axis) {
-  return axis.mode == AxisMode::locked || (axis.mode == AxisMode::limited && axis.lower == axis.upper);
 }
 
 void check_can_move(const TomlTable& table, const toml::node& at, std::string_view what, const JointAxis& axis) {
@@ -144,11 +146,8 @@ JointDrive read_drive(const TomlTable& outer, const toml::node& node) {
 void read_reactions(const TomlTable& table, JointAxis& axis) {
   table.read("restitution", axis.restitution, Range::not_negative);
   table.read("armature", axis.armature, Range::not_negative);
-  if (axis.restitution > 1) table.fail(*table.find("restitution"), "'restitution' must be at most 1");
-  if (axis.restitution > 0 && axis.mode != AxisMode::limited)
-    table.fail(*table.find("restitution"), "an axis without limits has no restitution; give 'lower' and 'upper'");
-  if (axis.armature > 0 && is_locked(axis))
-    table.fail(*table.find("armature"), "an axis that is locked has no armature; remove it");
+  if (const char* const fault = restitution_fault(axis)) table.fail(*table.find("restitution"), fault);
+  if (const char* const fault = armature_fault(axis)) table.fail(*table.find("armature"), fault);
 }
 
 void read_axis(const TomlTable& joint, std::size_t index, JointAxis& axis) {
@@ -296,7 +295,8 @@ void read_or_infinite(const TomlTable& table, std::string_view key, float& value
 
 Vec3 read_direction(const TomlTable& table, std::string_view key, Vec3 otherwise) {
   table.read(key, otherwise);
-  if (!(length_squared(otherwise) > 1e-12f)) table.fail(*table.find(key), "'" + std::string(key) + "' has no length");
+  if (const char* const fault = joint_parts::direction_fault(otherwise))
+    table.fail(*table.find(key), "'" + std::string(key) + "' " + fault);
   return normalize(otherwise);
 }
 
@@ -304,7 +304,7 @@ JointWord read_joint_word(const TomlTable& table) {
   JointWord word = JointWord::ball;
   table.required("type",
                  "write type = \"ball\", \"fixed\", \"revolute\", \"prismatic\", \"universal\", \"wheel\", "
-                 "\"distance\", \"generic\", \"gear\", \"rack\" or \"pulley\"");
+                 "\"distance\", \"generic\", \"gear\", \"rack\", \"pulley\" or \"target\"");
   table.read_choice<JointWord>("type", word, words);
   return word;
 }
@@ -321,7 +321,7 @@ void check_joint_keys(const TomlTable& table, JointWord word) {
 }
 
 void read_joint_axes(const TomlTable& table, JointWord word, JointDef& def) {
-  if (word == JointWord::ball) return;
+  if (word == JointWord::ball || word == JointWord::target) return;
   const JointDef preset = generic_of(word);
   def.type = word == JointWord::distance ? JointType::distance : JointType::generic;
   def.axes = preset.axes;

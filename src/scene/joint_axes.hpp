@@ -19,9 +19,10 @@ enum class JointWord : std::uint8_t {
   generic,
   gear,
   rack,
-  pulley
+  pulley,
+  target
 };
-inline bool is_coupling(JointWord word) { return word >= JointWord::gear; }
+inline bool is_coupling(JointWord word) { return word >= JointWord::gear && word <= JointWord::pulley; }
 
 JointWord read_joint_word(const TomlTable& table);
 /// Fails at the first key that joints of this type do not have.

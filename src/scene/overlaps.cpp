@@ -9,6 +9,8 @@
 #include "collision/collide.hpp"
 #include "geometry/geometry.hpp"
 #include "geometry/support.hpp"
+#include "terrain/surface_contact.hpp"
+#include "world/filter.hpp"
 
 namespace fathom {
 namespace {
@@ -23,11 +25,34 @@ struct Placed {
 };
 
 bool may_touch(const Placed& a, const Placed& b) {
-  return (a.is_dynamic || b.is_dynamic) && (a.filter.category & b.filter.mask) != 0 &&
-         (b.filter.category & a.filter.mask) != 0;
+  return (a.is_dynamic || b.is_dynamic) && may_collide(a.filter, b.filter);
+}
+
+double overlap_with_surface(const Placed& surface, const Placed& b) {
+  SurfaceScratch scratch;
+  SurfaceContact contact;
+  collide_surface(surface.geometry.surface(), b.geometry, relative(surface.pose, b.pose), 0, scratch, contact);
+  float deepest = 0;
+  for (int k = 0; k < contact.count; ++k)
+    for (int i = 0; i < contact.manifolds[k].count; ++i)
+      deepest = max(deepest, -contact.manifolds[k].points[i].separation);
+  return static_cast<double>(deepest);
 }
 
 double overlap_of(const Placed& a, const Placed& b) {
+  if (a.geometry.is_compound()) {
+    double deepest = 0;
+    for (const ChildShape& child : a.geometry.compound().children()) {
+      Placed piece = a;
+      piece.geometry = geometry(child.shape);
+      piece.pose = a.pose * child.pose;
+      deepest = std::max(deepest, overlap_of(piece, b));
+    }
+    return deepest;
+  }
+  if (b.geometry.is_compound()) return overlap_of(b, a);
+  if (a.geometry.is_surface()) return overlap_with_surface(a, b);
+  if (b.geometry.is_surface()) return overlap_with_surface(b, a);
   AxisCache axis;
   const Manifold manifold = collide_shapes(a.geometry, b.geometry, relative(a.pose, b.pose), 0, axis);
   float deepest = 0;

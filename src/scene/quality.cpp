@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,7 +19,25 @@ bool is_finite(const Pose& pose, const Velocity& velocity) {
   return fathom::is_finite(pose) && fathom::is_finite(velocity.linear) && fathom::is_finite(velocity.angular);
 }
 
+float extent(const Surface& surface, Vec3 direction) {
+  float farthest = -std::numeric_limits<float>::infinity();
+  for (std::uint32_t i = 0; i < surface.triangle_count(); ++i)
+    if (surface.has(i))
+      for (const Vec3 corner : surface.triangle(i).corners) farthest = max(farthest, dot(corner, direction));
+  return farthest;
+}
+
 /// How far the shape reaches from its centre towards the unit direction, which is in the body's axes.
+float extent(const Shape& shape, Vec3 direction);
+
+float extent(const Compound& compound, Vec3 direction) {
+  float farthest = 0;
+  for (const ChildShape& child : compound.children())
+    farthest = max(farthest, dot(child.pose.position, direction) +
+                                 extent(child.shape, inverse_rotate(child.pose.rotation, direction)));
+  return farthest;
+}
+
 float extent(const Shape& shape, Vec3 direction) {
   switch (shape.type) {
     case ShapeType::sphere:
@@ -25,6 +46,11 @@ float extent(const Shape& shape, Vec3 direction) {
       return shape.radius + shape.half_extents.z * abs(direction.z);
     case ShapeType::box:
       return dot(shape.half_extents, abs(direction));
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      return extent(*shape.surface, direction);
+    case ShapeType::compound:
+      return extent(*shape.compound, direction);
     case ShapeType::hull:
       break;
   }
@@ -46,22 +72,10 @@ float excess(const JointAxis& axis, float value) {
   return axis.mode == AxisMode::locked ? value : max(axis.lower - value, max(value - axis.upper, 0.0f));
 }
 
-/// How far a joint's anchors are from where its translations, or its distance, allow them to be (m).
-float gap_of(const Scene& scene, const SceneJoint& joint, std::span<const Pose> poses) {
-  const JointDef& def = joint.def;
-  const Vec3 gap = transform(poses[joint.b], def.frame_b.position) - transform(poses[joint.a], def.frame_a.position);
-  if (def.type == JointType::ball) return length(gap);
-  if (def.type == JointType::distance) return excess(def.axis(JointAxisName::x), length(gap));
-  const bool in_b = scene.bodies[joint.b].motion != MotionType::dynamic;
-  const Quat frame = poses[in_b ? joint.b : joint.a].rotation * (in_b ? def.frame_b : def.frame_a).rotation;
-  const Vec3 along = inverse_rotate(normalize(frame), gap);
-  return length({excess(def.axes[0], along.x), excess(def.axes[1], along.y), excess(def.axes[2], along.z)});
-}
-
 double widest_gap(const Scene& scene, std::span<const Pose> poses) {
   float widest = 0;
   for (const SceneJoint& joint : scene.joints) {
-    const float gap = gap_of(scene, joint, poses);
+    const float gap = joint_gap(scene, joint, poses);
     if (joint.def.hertz == 0 && fathom::is_finite(Vec3{gap, 0, 0})) widest = max(widest, gap);
   }
   return static_cast<double>(widest);
@@ -75,6 +89,17 @@ void measure_against_ground(Quality& quality, double depth) {
 double height(const Pose& pose) { return static_cast<double>(pose.position.z); }
 
 }  // namespace
+
+float joint_gap(const Scene& scene, const SceneJoint& joint, std::span<const Pose> poses) {
+  const JointDef& def = joint.def;
+  const Vec3 gap = transform(poses[joint.b], def.frame_b.position) - transform(poses[joint.a], def.frame_a.position);
+  if (def.type == JointType::ball) return length(gap);
+  if (def.type == JointType::distance) return excess(def.axis(JointAxisName::x), length(gap));
+  const bool in_b = scene.bodies[joint.b].motion != MotionType::dynamic;
+  const Quat frame = poses[in_b ? joint.b : joint.a].rotation * (in_b ? def.frame_b : def.frame_a).rotation;
+  const Vec3 along = inverse_rotate(normalize(frame), gap);
+  return length({excess(def.axes[0], along.x), excess(def.axes[1], along.y), excess(def.axes[2], along.z)});
+}
 
 float lowest_point(const Shape& shape, const Pose& pose) {
   const Vec3 down = inverse_rotate(pose.rotation, {0, 0, -1});

@@ -26,6 +26,9 @@ Quality measure_quality(const Scene& scene, std::span<const Pose> poses, std::sp
 /// The same of a scene in a world.
 Quality measure_quality(const Scene& scene, const SceneInstance& instance, const World& world);
 
+/// How far a joint's anchors are from where its translations, or its distance, allow them to be (m). Poses as above.
+float joint_gap(const Scene& scene, const SceneJoint& joint, std::span<const Pose> poses);
+
 /// Height (m) of the lowest point of a placed shape.
 float lowest_point(const Shape& shape, const Pose& pose);
 

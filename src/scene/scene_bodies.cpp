@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <fathom/compound.hpp>
 #include <functional>
 #include <map>
 #include <set>
 #include <utility>
 
+#include "scene/scene_surfaces.hpp"
 #include "scene/suggest.hpp"
 
 namespace fathom {
@@ -24,10 +26,13 @@ constexpr std::array<Choice<MotionType>, 4> motions{{{"static", MotionType::fixe
                                                      {"fixed", MotionType::fixed},
                                                      {"kinematic", MotionType::kinematic},
                                                      {"dynamic", MotionType::dynamic}}};
-constexpr std::array<Choice<ShapeType>, 4> shape_types{{{"sphere", ShapeType::sphere},
+constexpr std::array<Choice<ShapeType>, 7> shape_types{{{"sphere", ShapeType::sphere},
                                                         {"capsule", ShapeType::capsule},
                                                         {"box", ShapeType::box},
-                                                        {"hull", ShapeType::hull}}};
+                                                        {"hull", ShapeType::hull},
+                                                        {"mesh", ShapeType::mesh},
+                                                        {"height_field", ShapeType::height_field},
+                                                        {"compound", ShapeType::compound}}};
 
 template <class T>
 using Named = std::map<std::string, T, std::less<>>;
@@ -45,21 +50,20 @@ Material read_material(const TomlTable& outer, const toml::node& node, const std
 }
 
 /// What others call shapes that there are none of, and what to take instead.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> absent_shapes{
-    {{"mesh", "convex parts of type \"hull\""},
-     {"trimesh", "convex parts of type \"hull\""},
-     {"heightfield", "boxes, or convex parts of type \"hull\""},
-     {"height_field", "boxes, or convex parts of type \"hull\""},
+constexpr std::array<std::pair<std::string_view, std::string_view>, 6> absent_shapes{
+    {{"trimesh", "\"mesh\" for what is static or kinematic, else a \"compound\" of hulls"},
+     {"heightfield", "\"height_field\""},
+     {"terrain", "\"height_field\" or \"mesh\""},
      {"plane", "a static body with a large \"box\""},
      {"cylinder", "a \"hull\" with the points of its rims, or a \"capsule\""},
-     {"cone", "a \"hull\" with its tip and the points of its rim"},
-     {"compound", "bodies held together by joints of type \"fixed\""}}};
+     {"cone", "a \"hull\" with its tip and the points of its rim"}}};
 
 /// The type alone; which other keys a shape may have depends on it.
 ShapeType read_shape_type(const TomlTable& outer, const toml::table& shape, const std::string& name) {
   const TomlTable table(shape, name, outer.file());
   ShapeType type = ShapeType::box;
-  const toml::node& node = table.required("type", "write type = \"sphere\", \"capsule\", \"box\" or \"hull\"");
+  const toml::node& node = table.required(
+      "type", "write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"compound\", \"mesh\" or \"height_field\"");
   for (const auto& [absent, instead] : absent_shapes)
     if (node.value<std::string_view>() == absent)
       table.fail(node, "there is no shape of type '" + std::string(absent) + "'; take " + std::string(instead));
@@ -101,7 +105,68 @@ Shape read_hull(const TomlTable& table) {
   return hull(points);
 }
 
-Shape read_shape_of_type(const TomlTable& outer, const toml::table& shape, ShapeType type, const std::string& name) {
+Filter read_filter(const TomlTable& outer, const toml::node& node) {
+  const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask"});
+  Filter filter;
+  table.read("category", filter.category);
+  table.read("mask", filter.mask);
+  return filter;
+}
+
+/// What `key` of the table names in the section [keys] of the file, e.g. [shapes.wheel] of shape = "wheel".
+std::pair<const toml::node*, std::string> look_up_node(const TomlTable& root, const TomlTable& table,
+                                                       std::string_view key) {
+  std::string name;
+  table.read(key, name);
+  const std::string section = std::string(key) + "s";
+  std::vector<std::string_view> known;
+  if (const toml::node* node = root.find(section))
+    for (const auto& [other, value] : root.as_table(*node, section)) {
+      if (other.str() == name) return {&value, "[" + section + "." + name + "]"};
+      known.push_back(other.str());
+    }
+  table.fail(*table.find(key), "there is no [" + section + "." + name + "]" +
+                                   (known.empty() ? "; write one, or the " + std::string(key) + " itself as a table"
+                                                  : suggestion(name, known)));
+}
+
+Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node& node, const std::string& name);
+
+Shape read_child_shape(const TomlTable& root, const TomlTable& child) {
+  const toml::node& given = child.required("shape", "the name of one of [shapes], or a table");
+  const auto [node, name] =
+      given.is_table() ? std::pair(&given, std::string("shape")) : look_up_node(root, child, "shape");
+  if (const toml::table* table = node->as_table(); table && (*table)["type"].value<std::string_view>() == "compound")
+    child.fail(given, "a child is one convex shape, no compound; give its children here");
+  return read_shape(root, child, *node, name);
+}
+
+Shape read_compound(const TomlTable& root, const toml::table& shape, const std::string& name) {
+  const TomlTable table(shape, name, root.file(), {"type", "children"});
+  const toml::node& node = table.required("children", "a list of tables, each with a shape and a position (m)");
+  std::vector<ChildShape> children;
+  for (const toml::node& entry : table.as_array(node, "children")) {
+    const std::string number = "child " + std::to_string(children.size());
+    const TomlTable child(table.as_table(entry, number), number, root.file(),
+                          {"shape", "position", "rotation", "density", "material", "filter", "user_data"});
+    ChildShape& c = children.emplace_back();
+    c.shape = read_child_shape(root, child);
+    child.read("position", c.pose.position);
+    child.read("rotation", c.pose.rotation);
+    child.read("density", c.density, Range::positive);
+    child.read("user_data", c.user_data);
+    if (const toml::node* filter = child.find("filter")) c.filter = read_filter(child, *filter);
+    if (const toml::node* material = child.find("material")) {
+      const auto [named, full_name] =
+          material->is_table() ? std::pair(material, std::string("material")) : look_up_node(root, child, "material");
+      c.material = read_material(child, *named, full_name);
+    }
+  }
+  return compound(children);
+}
+
+Shape read_shape_of_type(const TomlTable& root, const TomlTable& outer, const toml::table& shape, ShapeType type,
+                         const std::string& name) {
   const std::string_view file = outer.file();
   switch (type) {
     case ShapeType::sphere:
@@ -110,17 +175,23 @@ Shape read_shape_of_type(const TomlTable& outer, const toml::table& shape, Shape
       return read_capsule({shape, name, file, {"type", "radius", "half_length"}});
     case ShapeType::box:
       return read_box({shape, name, file, {"type", "half_extents"}});
+    case ShapeType::mesh:
+      return read_mesh(outer, shape, name);
+    case ShapeType::height_field:
+      return read_height_field(outer, shape, name);
+    case ShapeType::compound:
+      return read_compound(root, shape, name);
     case ShapeType::hull:
       break;
   }
   return read_hull({shape, name, file, {"type", "points"}});
 }
 
-Shape read_shape(const TomlTable& outer, const toml::node& node, const std::string& name) {
+Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node& node, const std::string& name) {
   const toml::table& shape = outer.as_table(node, name);
   const ShapeType type = read_shape_type(outer, shape, name);
   try {
-    return read_shape_of_type(outer, shape, type, name);
+    return read_shape_of_type(root, outer, shape, type, name);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::file) throw;  // it has its place already
     outer.fail(node, name + ": " + error.what());
@@ -135,7 +206,7 @@ Named<T> read_named(const TomlTable& root, std::string_view section, Read read) 
   if (!node) return things;
   for (const auto& [key, value] : root.as_table(*node, section)) {
     const std::string name = "[" + std::string(section) + "." + std::string(key.str()) + "]";
-    things.emplace(key.str(), read(root, value, name));
+    things.emplace(key.str(), read(value, name));
   }
   return things;
 }
@@ -167,8 +238,12 @@ class BodyReader {
   BodyReader(const TomlTable& root, Scene& scene)
       : root_(root),
         scene_(scene),
-        materials_(read_named<Material>(root, "materials", read_material)),
-        shapes_(read_named<Shape>(root, "shapes", read_shape)) {}
+        materials_(read_named<Material>(
+            root, "materials",
+            [&](const toml::node& node, const std::string& name) { return read_material(root, node, name); })),
+        shapes_(read_named<Shape>(root, "shapes", [&](const toml::node& node, const std::string& name) {
+          return read_shape(root, root, node, name);
+        })) {}
 
   void read(const toml::table& node) {
     const TomlTable table(node, "[[body]]", root_.file(),
@@ -192,7 +267,7 @@ class BodyReader {
 
   void read_shape_of(const TomlTable& table, BodyDef& body) const {
     const toml::node& node = table.required("shape", "the name of one of [shapes], or a table");
-    body.shape = node.is_table() ? read_shape(table, node, "shape") : look_up(table, "shape", shapes_);
+    body.shape = node.is_table() ? read_shape(root_, table, node, "shape") : look_up(table, "shape", shapes_);
     if (const toml::node* material = table.find("material")) {
       body.material =
           material->is_table() ? read_material(table, *material, "material") : look_up(table, "material", materials_);
@@ -254,11 +329,7 @@ class BodyReader {
     table.read("angular_damping", body.angular_damping, Range::not_negative);
     table.read("can_sleep", body.can_sleep);
     table.read("user_data", body.user_data);
-    if (const toml::node* node = table.find("filter")) {
-      const TomlTable filter(table.as_table(*node, "filter"), "filter", table.file(), {"category", "mask"});
-      filter.read("category", body.filter.category);
-      filter.read("mask", body.filter.mask);
-    }
+    if (const toml::node* node = table.find("filter")) body.filter = read_filter(table, *node);
   }
 
   static Repeat read_repeat(const TomlTable& body) {

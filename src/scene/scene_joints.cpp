@@ -6,6 +6,7 @@
 #include "scene/couplings.hpp"
 #include "scene/joint_axes.hpp"
 #include "scene/suggest.hpp"
+#include "world/validate.hpp"
 
 namespace fathom {
 namespace {
@@ -36,37 +37,59 @@ class JointReader {
   }
 
   void read(const toml::table& node) {
-    const TomlTable table(node, "[[joint]]", root_.file(), {"type",        "a",
-                                                            "b",           "point",
-                                                            "anchor_a",    "anchor_b",
-                                                            "hertz",       "damping_ratio",
-                                                            "axis",        "frame_a",
-                                                            "frame_b",     "x",
-                                                            "y",           "z",
-                                                            "twist",       "swing_y",
-                                                            "swing_z",     "cone_angle",
-                                                            "motor",       "suspension",
-                                                            "steering",    "length",
-                                                            "lower",       "upper",
-                                                            "drive",       "collide_connected",
-                                                            "user_data",   "repeat",
-                                                            "axis_a",      "axis_b",
-                                                            "ratio",       "direction",
-                                                            "radius",      "wheel_a",
-                                                            "wheel_b",     "break_force",
-                                                            "break_torque"});
+    const TomlTable table(node, "[[joint]]", root_.file(),
+                          {"type",
+                           "a",
+                           "b",
+                           "point",
+                           "anchor_a",
+                           "anchor_b",
+                           "hertz",
+                           "damping_ratio",
+                           "axis",
+                           "frame_a",
+                           "frame_b",
+                           "x",
+                           "y",
+                           "z",
+                           "twist",
+                           "swing_y",
+                           "swing_z",
+                           "cone_angle",
+                           "motor",
+                           "suspension",
+                           "steering",
+                           "length",
+                           "lower",
+                           "upper",
+                           "drive",
+                           "collide_connected",
+                           "user_data",
+                           "repeat",
+                           "axis_a",
+                           "axis_b",
+                           "ratio",
+                           "direction",
+                           "radius",
+                           "wheel_a",
+                           "wheel_b",
+                           "break_force",
+                           "break_torque",
+                           "max_force",
+                           "target"});
     SceneJoint joint;
     const JointWord word = read_joint_word(table);
     check_joint_keys(table, word);
     const std::string a = read_body(table, "a", joint.a), b = read_body(table, "b", joint.b);
     check_pair(table, joint);
-    read_spring(table, joint.def);
+    read_spring(table, word, joint.def);
     if (is_coupling(word))
       read_coupling(table, word, scene_, joint);
     else
       read_joint_axes(table, word, joint.def);
     read_or_infinite(table, "break_force", joint.def.break_force, unbreakable);
     read_or_infinite(table, "break_torque", joint.def.break_torque, unbreakable);
+    if (word == JointWord::target) joint.def.collide_connected = true;
     table.read("collide_connected", joint.def.collide_connected);
     table.read("user_data", joint.def.user_data);
     const WorldFrame frame = is_coupling(word) ? WorldFrame{} : read_frames(table, word, joint);
@@ -114,14 +137,21 @@ class JointReader {
       table.fail(*table.find("b"), "neither 'a' nor 'b' is dynamic; a joint can move dynamic bodies alone");
   }
 
-  static void read_spring(const TomlTable& table, JointDef& def) {
-    table.read("hertz", def.hertz, Range::not_negative);
+  static void read_spring(const TomlTable& table, JointWord word, JointDef& def) {
+    if (word == JointWord::target) table.required("hertz", "the frequency (Hz) of the spring that pulls");
+    table.read("hertz", def.hertz, word == JointWord::target ? Range::positive : Range::not_negative);
     table.read("damping_ratio", def.damping_ratio, Range::not_negative);
     if (table.has("damping_ratio") && def.hertz == 0)
       table.fail(*table.find("damping_ratio"), "a rigid joint has no damping ratio; give 'hertz' too, or remove it");
+    read_or_infinite(table, "max_force", def.max_force, JointDef{}.max_force);
+    if (const char* const fault = joint_force_fault(def)) table.fail(*table.find("max_force"), fault);
   }
 
   WorldFrame read_frames(const TomlTable& table, JointWord word, SceneJoint& joint) const {
+    if (word == JointWord::target) {
+      read_target(table, joint);
+      return {};
+    }
     if (table.has("frame_a") || table.has("frame_b")) {
       read_frame(table, "frame_a", joint.def.frame_a);
       read_frame(table, "frame_b", joint.def.frame_b);
@@ -133,6 +163,19 @@ class JointReader {
       joint.turn_to(*frame.rotation, scene_.bodies);
     }
     return frame;
+  }
+
+  /// A holds the target, B is held at 'point'; where nothing else is said the target is there too.
+  void read_target(const TomlTable& table, SceneJoint& joint) const {
+    if (scene_.bodies[joint.a].motion == MotionType::dynamic)
+      table.fail(*table.find("a"), "the target is held by 'a', which must be static or kinematic");
+    table.required("point", "where 'b' is held, in the world at the start (m)");
+    Vec3 point;
+    table.read("point", point);
+    joint.place_at(point, scene_.bodies);
+    table.read("target", point);
+    const Pose& holder = scene_.bodies[joint.a].pose;
+    joint.def.frame_a.position = inverse_rotate(normalize(holder.rotation), point - holder.position);
   }
 
   static void read_frame(const TomlTable& table, std::string_view key, Pose& frame) {

@@ -57,6 +57,8 @@ void joint_mechanisms(const Setup& setup, Record& record);
 void joint_wedged(const Setup& setup, Record& record);
 // heaps.cpp
 void heaps(const Setup& setup, Record& record);
+void heaps_on_surfaces(const Setup& setup, Record& record);
+void heaps_with_joints(const Setup& setup, Record& record);
 // tunnelling.cpp
 void bullets(const Setup& setup, Record& record);
 void spinning_rods(const Setup& setup, Record& record);

@@ -2,28 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fathom/error.hpp>
 #include <limits>
+
+#include "validate/frame.hpp"
 
 namespace fathom::validate {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-
-/// The columns of the rotation.
-struct Frame {
-  Vec3d x, y, z, origin;
-
-  explicit Frame(const Pose& pose) : origin(to_double(pose.position)) {
-    double w = to_double(pose.rotation.w), a = to_double(pose.rotation.x), b = to_double(pose.rotation.y),
-           c = to_double(pose.rotation.z);
-    const double scale = 1 / std::sqrt(w * w + a * a + b * b + c * c);
-    w *= scale, a *= scale, b *= scale, c *= scale;
-    x = {1 - 2 * (b * b + c * c), 2 * (a * b + w * c), 2 * (a * c - w * b)};
-    y = {2 * (a * b - w * c), 1 - 2 * (a * a + c * c), 2 * (b * c + w * a)};
-    z = {2 * (a * c + w * b), 2 * (b * c - w * a), 1 - 2 * (a * a + b * b)};
-  }
-  Vec3d operator()(Vec3d p) const { return origin + p.x * x + p.y * y + p.z * z; }
-};
 
 /// Unit normal of a polygon by Newell's sums, which no three nearly collinear corners spoil (Sutherland et al. 1974).
 Vec3d polygon_normal(const std::vector<Vec3d>& corners, const std::vector<int>& polygon) {
@@ -78,6 +65,18 @@ double core_overlap(const Solid& a, const Solid& b) {
   const auto try_direction = [&](Vec3d direction) { least = std::min(least, overlap_along(a, b, direction)); };
   for (const Solid::Face& face : a.faces) try_direction(face.normal);
   for (const Solid::Face& face : b.faces) try_direction(-1.0 * face.normal);
+  if (least < 0) return least;
+  // A point or segment in a triangle's plane is beside it along that plane, if at all.
+  for (const Solid* flat : {&a, &b})
+    if (flat->faces.size() == 2)
+      for (const Solid* edged : {&a, &b})
+        for (const auto& [i, j] : edged->edges) {
+          const Vec3d across = cross(corner(*edged, j) - corner(*edged, i), flat->faces[0].normal);
+          const double size = length(across);
+          if (!(size > 1e-9 * length(corner(*edged, j) - corner(*edged, i)))) continue;
+          try_direction(1 / size * across);
+          try_direction(-1 / size * across);
+        }
   if (least < 0) return least;
   for (const auto& [i, j] : a.edges)
     for (const auto& [k, l] : b.edges) {
@@ -165,7 +164,23 @@ Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radi
       }
       break;
     }
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+    case ShapeType::compound:
+      throw Error(ErrorCode::invalid_argument, "a surface or a compound is no solid");
   }
+  find_bounds();
+}
+
+Solid::Solid(const Triangle& triangle, const Pose& pose) : edges{{0, 1}, {1, 2}, {2, 0}} {
+  const Frame place(pose);
+  for (const Vec3& corner : triangle.corners) corners.push_back(place(to_double(corner)));
+  const Vec3d normal = polygon_normal(corners, {0, 1, 2});
+  faces = {{normal, {0, 1, 2}}, {-normal, {0, 2, 1}}};
+  find_bounds();
+}
+
+void Solid::find_bounds() {
   lower = {infinite, infinite, infinite};
   upper = {-infinite, -infinite, -infinite};
   for (const Vec3d& p : corners) {

@@ -2,7 +2,7 @@
 // without a line of the engine's own collision detection, which it judges.
 #pragma once
 
-#include <fathom/shape.hpp>
+#include <fathom/mesh.hpp>
 #include <utility>
 #include <vector>
 
@@ -23,6 +23,11 @@ struct Solid {
   Vec3d lower, upper;  ///< bounds
 
   Solid(const Shape& shape, const Pose& pose);
+  /// A triangle of a placed surface.
+  Solid(const Triangle& triangle, const Pose& pose);
+
+ private:
+  void find_bounds();
 };
 
 /// The least distance (m) by which one must move so that they do not overlap; 0 where they do not.

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "scene/heap_bodies.hpp"
+#include "scene/quality.hpp"
 #include "validate/bodies.hpp"
 #include "validate/exact_overlap.hpp"
+#include "validate/exact_surface.hpp"
 
 namespace fathom::validate {
 namespace {
@@ -81,6 +85,7 @@ class HeapRun {
       mass_.push_back(is_dynamic ? world_.mass_properties(id) : MassProperties{});
       outer_.push_back(outer_radius(world_.shape(id)));
     }
+    if (heap.surface) ground_.emplace(*surface().shape.surface);
     over_rim_.resize(instance_.ids().size());
     outside_.resize(instance_.ids().size());
     total_mass_ = 0;
@@ -114,19 +119,16 @@ class HeapRun {
     return sum;
   }
 
-  /// Notes who is beyond a wall or the floor by more than `share` of its outer radius. Who once rose over the rim may
-  /// be anywhere.
+  /// Notes who is beyond a wall, the floor or the surface on it by more than `share` of its outer radius. Who once rose
+  /// over the rim may be anywhere.
   void look_for_bodies_outside(double share) {
-    const Pose& floor = world_.pose(id(0));
-    const Vec3d up = to_double(rotate(floor.rotation, {0, 0, 1}));
-    const Vec3d surface = to_double(floor.position) + wide(heap_.floor_half_height) * up;
     for (std::size_t i = 0; i < mass_.size(); ++i) {
       if (!is_dynamic(i)) continue;
       const Vec3d p = to_double(world_.pose(id(i)).position);
       const double within = share * outer_[i];
       if (p.z + outer_[i] > wide(heap_.rim)) over_rim_[i] = 1;
       const bool is_beside = std::max(std::abs(p.x), std::abs(p.y)) > wide(heap_.half_width) + within;
-      if (!over_rim_[i] && (is_beside || dot(up, p - surface) < -within)) outside_[i] = 1;
+      if (!over_rim_[i] && (is_beside || height_over_floor(p) < -within)) outside_[i] = 1;
     }
   }
 
@@ -134,19 +136,70 @@ class HeapRun {
   struct Overlap {
     double depth = 0, limit = 1;  // m
     std::size_t a = 0, b = 0;     // places in the scene
+
+    double share() const { return depth / limit; }
   };
   Overlap deepest_overlap() const {
-    std::vector<Solid> solids;
-    for (const BodyId body : instance_.ids()) solids.emplace_back(world_.shape(body), world_.pose(body));
+    std::vector<std::optional<Solid>> solids;  // none of surfaces
+    for (const BodyId body : instance_.ids()) {
+      const Shape& shape = world_.shape(body);
+      solids.push_back(shape.is_surface() ? std::nullopt
+                                          : std::optional<Solid>(std::in_place, shape, world_.pose(body)));
+    }
     Overlap worst;
     for (std::size_t i = 0; i < solids.size(); ++i)
       for (std::size_t k = i + 1; k < solids.size(); ++k) {
-        if (!is_dynamic(k)) continue;
-        const double depth = overlap_depth(solids[i], solids[k]);
+        if (!is_dynamic(k) || !solids[i] || is_joined(i, k)) continue;
+        const double depth = overlap_depth(*solids[i], *solids[k]);
         const double limit = is_dynamic(i) ? std::min(depth_limit(i), depth_limit(k)) : depth_limit(k);
         if (depth / limit > worst.depth / worst.limit) worst = {depth, limit, i, k};
       }
     return worst;
+  }
+
+  /// The same of bodies and the surface that they lie on.
+  Overlap deepest_in_surface() const {
+    std::vector<std::size_t> places;
+    std::vector<Solid> solids;
+    for (std::size_t i = 0; i < mass_.size(); ++i)
+      if (is_dynamic(i)) {
+        places.push_back(i);
+        solids.emplace_back(world_.shape(id(i)), world_.pose(id(i)));
+      }
+    const std::vector<double> depths =
+        depths_in(*surface().shape.surface, world_.pose(id(heap_.surface->body)), solids);
+    Overlap worst;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const double limit = depth_limit(places[k]);
+      if (depths[k] / limit > worst.depth / worst.limit) worst = {depths[k], limit, heap_.surface->body, places[k]};
+    }
+    return worst;
+  }
+
+  /// The widest gap of a joint beside what it may be, which is `limit_of` the smaller body's outer radius.
+  template <class Limit>
+  Overlap widest_gap(const Limit& limit_of) const {
+    std::vector<Pose> poses;
+    for (const BodyId body : instance_.ids()) poses.push_back(world_.pose(body));
+    Overlap worst;
+    for (const SceneJoint& joint : heap_.scene.joints) {
+      const double gap = wide(joint_gap(heap_.scene, joint, poses));
+      const double limit = limit_of(std::min(outer_[joint.a], outer_[joint.b]));
+      if (gap / limit > worst.depth / worst.limit) worst = {gap, limit, joint.a, joint.b};
+    }
+    return worst;
+  }
+
+  /// How far a joint's angle is beyond its limits (rad).
+  double farthest_beyond_limits() const {
+    double farthest = 0;
+    for (const JointId id : world_.joints()) {
+      const JointAxis& twist = world_.joint(id).axis(JointAxisName::twist);
+      if (world_.joint(id).type != JointType::generic || twist.mode != AxisMode::limited) continue;
+      const double angle = wide(world_.joint_positions(id)[static_cast<std::size_t>(JointAxisName::twist)]);
+      farthest = std::max({farthest, wide(twist.lower) - angle, angle - wide(twist.upper)});
+    }
+    return farthest;
   }
 
   std::string between(const Overlap& overlap) const {
@@ -176,8 +229,23 @@ class HeapRun {
   const World& world() const { return world_; }
 
  private:
+  bool is_joined(std::size_t a, std::size_t b) const {
+    return std::ranges::any_of(heap_.scene.joints, [&](const SceneJoint& joint) {
+      return (joint.a == a && joint.b == b) || (joint.a == b && joint.b == a);
+    });
+  }
   bool is_dynamic(std::size_t i) const { return mass_[i].mass > 0; }
   BodyId id(std::size_t i) const { return instance_.ids()[i]; }
+  const BodyDef& surface() const { return heap_.scene.bodies[heap_.surface->body]; }
+
+  double height_over_floor(Vec3d p) const {
+    if (ground_) {
+      if (const auto height = ground_->height_over(world_.pose(id(heap_.surface->body)), p)) return *height;
+    }
+    const Pose& floor = world_.pose(id(0));
+    const Vec3d up = to_double(rotate(floor.rotation, {0, 0, 1}));
+    return dot(up, p - to_double(floor.position)) - wide(heap_.floor_half_height);
+  }
 
   /// 2 mm or 2 % of the inner radius. Of bodies thinner than 2 cm 2 mm would be much of the body, so for them it is a
   /// fifth of the inner radius, a tenth of the thickness.
@@ -195,6 +263,7 @@ class HeapRun {
   WaysAndVelocities ways_;
   std::vector<MassProperties> mass_;  // by place in the scene; without mass what is not dynamic
   std::vector<double> outer_;
+  std::optional<Ground> ground_;
   std::vector<char> over_rim_, outside_;
   std::vector<std::uint32_t> lost_;
   double total_mass_ = 0;
@@ -215,12 +284,23 @@ int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expec
   return differ;
 }
 
-}  // namespace
-
+constexpr const char* known_of_joints =
+    "some heaps with joints: slender and light bodies are thrown about (docs/joints.md)";
 constexpr const char* known = "some heaps: springs give way, and thin bodies are pressed in by their centre";
 
-Record judge_heap(std::uint64_t seed, const Setup& setup) {
-  const Heap heap = make_heap(seed);
+/// Of the smaller body's outer radius (m), as overlaps are judged by the inner one.
+double gap_limit(double outer) { return std::max(0.02 * outer, std::min(0.002, 0.2 * outer)); }
+
+void judge_joints_at_rest(const HeapRun& run, Record& record) {
+  const HeapRun::Overlap gap = run.widest_gap(gap_limit);
+  record.at_most("widest gap of a joint once settled", gap.depth, gap.limit, "m").known = known;
+  if (gap.depth > gap.limit) record.note(run.between(gap));
+  record.at_most("beyond a joint's limit once settled", run.farthest_beyond_limits(), 0.05, "rad").known = known;
+}
+
+}  // namespace
+
+Record judge_heap(const Heap& heap, const Setup& setup) {
   Record record;
   record.note(describe(heap));
   HeapRun run(heap, setup, setup.threads);
@@ -233,7 +313,8 @@ Record judge_heap(std::uint64_t seed, const Setup& setup) {
   constexpr int between_looks = 16;
 
   const double start_energy = run.potential_energy();
-  double energy = start_energy, largest_rise = 0, energy_when_settled = 0;
+  const bool has_joints = !heap.scene.joints.empty();
+  double energy = start_energy, largest_rise = 0, energy_when_settled = 0, widest_gap = 0;
   std::uint64_t hash = 0;
   for (int i = 1; i <= most_steps && !run.has_lost_bodies(); ++i) {
     run.step();
@@ -245,32 +326,43 @@ Record judge_heap(std::uint64_t seed, const Setup& setup) {
     if (i == to_compare) hash = run.world().state_hash();
     if (i == to_settle) energy_when_settled = run.kinetic_energy();
     if (i % between_looks == 0) run.look_for_bodies_outside(1);
+    if (has_joints && i % between_looks == 0)
+      widest_gap = std::max(widest_gap, run.widest_gap([](double outer) { return outer; }).share());
     if (i >= to_settle && run.awake() == 0) break;
   }
-  record.at_most("bodies quarantined or not finite", run.lost(), 0);
+  const char* const thrown = has_joints ? known_of_joints : "";
+  record.at_most("bodies quarantined or not finite", run.lost(), 0).known = thrown;
   if (run.lost() > 0) return record;
   // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known;
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
-  record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
+  record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies)).known = thrown;
   // A floor that moves drives what is jammed against a wall.
   if (heap.is_at_rest_in_the_end())
-    record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4);
+    record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known = thrown;
   if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3).known = known;
   if (rests) {
     record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg").known = known;
     const HeapRun::Overlap overlap = run.deepest_overlap();
     record.at_most("deepest overlap once settled", overlap.depth, overlap.limit, "m").known = known;
     if (overlap.depth > overlap.limit) record.note(run.between(overlap));
+    if (heap.surface) {
+      const HeapRun::Overlap in_surface = run.deepest_in_surface();
+      record.at_most("deepest overlap with the surface once settled", in_surface.depth, in_surface.limit, "m").known =
+          known;
+      if (in_surface.depth > in_surface.limit) record.note(run.between(in_surface));
+    }
   }
+  if (has_joints) record.at_most("widest gap of a joint, of the smaller outer radius", widest_gap, 1).known = known;
+  if (has_joints && rests) judge_joints_at_rest(run, record);
   if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0).known = known;
   record.at_most("hashes that differ with 1, 2 and 4 threads", hashes_that_differ(heap, setup, hash), 0);
   return record;
 }
 
-std::string view_command(std::uint64_t seed, const Setup& setup) {
-  std::string command = "fathom view heap --seed " + std::to_string(seed);
+std::string view_command(const std::string& name, std::uint64_t seed, const Setup& setup) {
+  std::string command = "fathom view " + name + " --seed " + std::to_string(seed);
   if (setup.simulator == SimulatorKind::device) command += " --simulator device";
   if (setup.simulator == SimulatorKind::hybrid) command += " --simulator hybrid";
   if (setup.simulator != SimulatorKind::native) command += " --device " + setup.device;

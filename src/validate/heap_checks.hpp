@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "scene/heap.hpp"
 #include "validate/record.hpp"
@@ -9,12 +10,12 @@
 
 namespace fathom::validate {
 
-/// Simulates the heap of the seed and checks what can be asked of one of its kind. Names of checks are the same for all
-/// seeds. A heap that loses a body is not simulated to its end. Checks that some heaps are known to fail say so
+/// Simulates the heap and checks what can be asked of one of its kind. Names of checks are the same for all heaps of a
+/// case. A heap that loses a body is not simulated to its end. Checks that some heaps are known to fail say so
 /// (docs/validation.md counts them).
-Record judge_heap(std::uint64_t seed, const Setup& setup);
+Record judge_heap(const Heap& heap, const Setup& setup);
 
-/// The command that shows it.
-std::string view_command(std::uint64_t seed, const Setup& setup);
+/// The command that shows the heap of that name ("heap", "surface_heap", "joint_heap").
+std::string view_command(const std::string& name, std::uint64_t seed, const Setup& setup);
 
 }  // namespace fathom::validate

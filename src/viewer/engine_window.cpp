@@ -20,6 +20,7 @@ std::uint8_t encoded(float linear) {
 }
 
 bool is_floor(const Shape& shape) {
+  if (shape.is_surface()) return true;
   return shape.type == ShapeType::box && shape.half_extents.x >= floor_half_width &&
          shape.half_extents.y >= floor_half_width;
 }

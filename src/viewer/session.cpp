@@ -35,10 +35,28 @@ void Session::step() {
 }
 
 bool Session::grab(Vec3 origin, Vec3 direction) {
-  const auto hit = world_->ray_cast(origin, reach * direction);
+  release();
+  const auto hit = world_->cast_ray(origin, reach * direction);
   if (!hit || world_->motion(hit->body) != MotionType::dynamic) return false;
-  grip_ = {hit->body, inverse_transform(world_->pose(hit->body), hit->point), hit->point};
+  grip_ = {hit->body, inverse_transform(world_->pose(hit->body), hit->point), hit->point, {}, {}};
+  if (world_->definition().partition == Partition::colours) join(hit->point);
   return true;
+}
+
+void Session::join(Vec3 point) {
+  BodyDef holder;
+  holder.motion = MotionType::fixed;
+  holder.shape = sphere(0.01f);
+  holder.filter = {0, 0};
+  holder.pose.position = point;
+  grip_->holder = world_->add(holder);
+  grip_->joint = world_->add_joint(target_joint(grip_->holder, holder.pose, grip_->body, grip_->anchor, point,
+                                                spring_hertz, 1, strongest_pull * world_->mass(grip_->body)));
+}
+
+void Session::release() {
+  if (grip_ && world_->contains(grip_->holder)) world_->remove(grip_->holder);  // and its joint with it
+  grip_.reset();
 }
 
 void Session::drag(Vec3 origin, Vec3 direction, Vec3 view_direction) {
@@ -49,7 +67,17 @@ void Session::drag(Vec3 origin, Vec3 direction, Vec3 view_direction) {
 
 void Session::pull() {
   if (!grip_) return;
-  if (!world_->contains(grip_->body)) return grip_.reset();
+  if (!world_->contains(grip_->body)) return release();
+  if (world_->contains(grip_->joint))
+    world_->set_joint_target(grip_->joint, grip_->hand);
+  else
+    pull_by_force();
+  // A hand does not let a body spin.
+  const float inertia = max_component(world_->mass_properties(grip_->body).principal_moments);
+  world_->apply_torque(grip_->body, (-spin_damping * inertia) * world_->velocity(grip_->body).angular);
+}
+
+void Session::pull_by_force() {
   const Pose& pose = world_->pose(grip_->body);
   const Velocity& velocity = world_->velocity(grip_->body);
   const Vec3 point = transform(pose, grip_->anchor);
@@ -59,9 +87,6 @@ void Session::pull() {
   const float size = length(acceleration);
   if (size > strongest_pull) acceleration = (strongest_pull / size) * acceleration;
   world_->apply_force_at(grip_->body, world_->mass(grip_->body) * acceleration, point);
-  // A hand does not let a body spin.
-  const float inertia = max_component(world_->mass_properties(grip_->body).principal_moments);
-  world_->apply_torque(grip_->body, (-spin_damping * inertia) * velocity.angular);
 }
 
 BodyId Session::shoot(Vec3 from, Vec3 direction) {

@@ -55,16 +55,19 @@ class Session {
   /// Times of the last steps, oldest first.
   const std::deque<StageTimes>& history() const { return history_; }
 
-  // Picking: a spring of 4 Hz, critically damped, from the grabbed point to where the hand is.
+  // Picking: a target joint of 4 Hz, critically damped, from the grabbed point to where the hand is; a force of the
+  // same law where the world has no joints (Partition::cells).
   /// Grabs the dynamic body under a ray; false where there is none.
   bool grab(Vec3 origin, Vec3 direction);
   /// Moves the hand to where the ray passes the depth at which the body was grabbed.
   void drag(Vec3 origin, Vec3 direction, Vec3 view_direction);
-  void release() { grip_.reset(); }
+  void release();
   struct Grip {
     BodyId body;
-    Vec3 anchor;  ///< m, in the body's frame
-    Vec3 hand;    ///< m, world
+    Vec3 anchor;    ///< m, in the body's frame
+    Vec3 hand;      ///< m, world
+    BodyId holder;  ///< what the joint holds on to: a fixed body that touches nothing
+    JointId joint;  ///< none where the world has no joints
   };
   const std::optional<Grip>& grip() const { return grip_; }
 
@@ -72,7 +75,9 @@ class Session {
   BodyId shoot(Vec3 from, Vec3 direction);
 
  private:
+  void join(Vec3 point);
   void pull();
+  void pull_by_force();
 
   SceneMaker make_;
   Choice choice_;

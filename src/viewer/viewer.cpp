@@ -59,6 +59,11 @@ class Viewer {
     }
   }
 
+  ViewResult result() const {
+    const World& world = session_.world();
+    return {session_.scene().name, world.step_count(), world.time(), world.state_hash()};
+  }
+
  private:
   float aspect() const { return static_cast<float>(window_.width()) / static_cast<float>(window_.height()); }
 
@@ -313,8 +318,10 @@ class Viewer {
 
 }  // namespace
 
-void view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings) {
-  Viewer(make, choice, settings).run();
+ViewResult view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings) {
+  Viewer viewer(make, choice, settings);
+  viewer.run();
+  return viewer.result();
 }
 
 }  // namespace fathom::viewer

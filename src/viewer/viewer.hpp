@@ -1,6 +1,7 @@
 // The program's window.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -27,8 +28,16 @@ struct ViewerSettings {
   std::string screenshot;       ///< PNG of the last frame, with the panel
 };
 
-/// Returns when the window was closed or `ended` says so. Throws `Error{unavailable}` without a display or OpenGL 4.5,
-/// and what `make` throws for the first choice.
-void view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings);
+/// What was simulated at the end.
+struct ViewResult {
+  std::string scene;
+  std::uint64_t steps = 0;
+  double time = 0;  ///< s, simulated
+  std::uint64_t state_hash = 0;
+};
+
+/// Returns when the window was closed, `frames` are made, or `ended` says so. Throws `Error{unavailable}` without a
+/// display or OpenGL 4.5, and what `make` throws for the first choice.
+ViewResult view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings);
 
 }  // namespace fathom::viewer

@@ -41,8 +41,7 @@ BodyInfo make_info(const BodyDef& def) {
   BodyInfo info;
   info.motion = def.motion;
   info.can_sleep = def.can_sleep;
-  info.shape = def.shape;
-  info.geometry = geometry(def.shape);
+  info.set_shape(def.shape);
   info.radius = bounding_radius(info.geometry);
   info.gravity_scale = def.gravity_scale;
   info.linear_damping = def.linear_damping;
@@ -68,6 +67,26 @@ BodyInfo make_info(const BodyDef& def) {
 
 }  // namespace
 
+void BodyInfo::set_shape(const Shape& shape) {
+  geometry = fathom::geometry(shape);
+  shape_data = shape.hull;
+  if (shape.is_surface()) shape_data = shape.surface;
+  if (shape.compound) shape_data = shape.compound;
+}
+
+Shape BodyInfo::shape() const {
+  Shape shape{geometry.type, geometry.radius, geometry.half_extents};
+  if (geometry.type == ShapeType::hull) shape.half_extents = {}, shape.hull = hull();
+  if (geometry.is_compound())
+    shape.half_extents = {}, shape.compound = std::static_pointer_cast<const Compound>(shape_data);
+  if (geometry.is_surface()) shape.surface = std::static_pointer_cast<const Surface>(shape_data);
+  return shape;
+}
+
+std::shared_ptr<const Hull> BodyInfo::hull() const {
+  return geometry.type == ShapeType::hull ? std::static_pointer_cast<const Hull>(shape_data) : nullptr;
+}
+
 std::uint32_t BodyTable::next_slot() const { return free_slots_.empty() ? slot_count() : free_slots_.back(); }
 
 float half_thickness(const BodyInfo& info) {
@@ -79,10 +98,37 @@ void BodyTable::note_thickness(const BodyInfo& info) {
   if (info.motion == MotionType::dynamic) least_half_thickness_ = min(least_half_thickness_, half_thickness(info));
 }
 
+void BodyTable::note(const BodyInfo& info) {
+  any_anisotropic_ = any_anisotropic_ || !info.isotropic;
+  any_in_parts_ = any_in_parts_ || !info.geometry.is_convex();
+  note_thickness(info);
+}
+
+BodyDef BodyTable::definition(std::uint32_t slot) const {
+  const BodyInfo& info = infos_[slot];
+  BodyDef def;
+  def.motion = info.motion;
+  def.shape = info.shape();
+  def.material = info.material;
+  def.filter = info.filter;
+  if (info.motion == MotionType::dynamic) def.mass = info.mass, def.inertia = info.inertia;
+  def.gravity_scale = info.gravity_scale;
+  def.linear_damping = info.linear_damping;
+  def.angular_damping = info.angular_damping;
+  def.can_sleep = info.can_sleep;
+  def.user_data = info.user_data;
+  return def;
+}
+
+void BodyTable::change(std::uint32_t slot, const BodyDef& def) {
+  BodyInfo info = make_info(def);
+  note(info);
+  infos_[slot] = std::move(info);
+}
+
 BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
-  any_anisotropic_ = any_anisotropic_ || !info.isotropic;
-  note_thickness(info);
+  note(info);
   const std::uint32_t slot = next_slot();
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);

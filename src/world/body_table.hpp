@@ -28,14 +28,19 @@ struct alignas(64) BodyInfo {
   float angular_damping = 0;  ///< 1/s
   Geometry geometry;          ///< its hull's view, last, is on the second line
 
-  SymMat3 inertia;          ///< body axes, 0 unless dynamic
-  SymMat3 inverse_inertia;  ///< body axes, 0 unless dynamic
-  float mass = 0;           ///< kg, 0 unless dynamic
-  Shape shape;
+  SymMat3 inertia;                         ///< body axes, 0 unless dynamic
+  SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
+  float mass = 0;                          ///< kg, 0 unless dynamic
+  std::shared_ptr<const void> shape_data;  ///< what the geometry of a hull, a surface or a compound lies in
   Material material;
   Filter filter;
   std::uint64_t user_data = 0;
+
+  void set_shape(const Shape& shape);
+  Shape shape() const;
+  std::shared_ptr<const Hull> hull() const;  ///< null where it is none
 };
+static_assert(sizeof(BodyInfo) == 256);
 
 /// Half of the body's thickness (m), about.
 float half_thickness(const BodyInfo& info);
@@ -48,6 +53,10 @@ class BodyTable {
   /// `def` must have been checked (see `check_body`).
   BodyId add(const BodyDef& def);
   void remove(BodyId id);
+  /// The definition that would make the body as it is, but for pose and velocity.
+  BodyDef definition(std::uint32_t slot) const;
+  /// Makes the body in the slot anew, under the same id. `def` must have been checked.
+  void change(std::uint32_t slot, const BodyDef& def);
 
   bool contains(BodyId id) const {
     return id.index < generations_.size() && generations_[id.index] == id.generation && alive(id.index);
@@ -61,6 +70,8 @@ class BodyTable {
   std::uint32_t count() const { return count_; }
   /// True once any dynamic body had an inertia that is no multiple of the identity.
   bool any_anisotropic() const { return any_anisotropic_; }
+  /// True once any body was a mesh, a height field or a compound: it touches others in several parts.
+  bool any_in_parts() const { return any_in_parts_; }
   /// Of the thinnest dynamic body so far (m).
   float least_half_thickness() const { return least_half_thickness_; }
   /// Living bodies in ascending order of slot.
@@ -76,13 +87,14 @@ class BodyTable {
   const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
 
  private:
+  void note(const BodyInfo& info);
   void note_thickness(const BodyInfo& info);
 
   std::vector<BodyInfo> infos_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::uint32_t count_ = 0;
-  bool any_anisotropic_ = false;
+  bool any_anisotropic_ = false, any_in_parts_ = false;
   float least_half_thickness_ = std::numeric_limits<float>::max();
   mutable std::vector<BodyId> living_;
   mutable bool living_is_current_ = true;

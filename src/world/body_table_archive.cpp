@@ -21,7 +21,7 @@ void BodyTable::save(ByteWriter& write) const {
   ShapeWriter shapes(write);
   for (const BodyId body : living()) {
     archive_info(write, infos_[body.index]);
-    shapes.write(infos_[body.index].shape);
+    shapes.write(infos_[body.index].shape());
   }
 }
 
@@ -38,8 +38,9 @@ void BodyTable::restore(ByteReader& in) {
     BodyInfo& info = infos_[body.index];
     archive_info(in, info);
     in.require(info.motion <= MotionType::dynamic);
-    info.shape = shapes.read();
-    info.geometry = geometry(info.shape);
+    info.set_shape(shapes.read());
+    in.require(!info.geometry.is_surface() || info.motion != MotionType::dynamic);
+    any_in_parts_ = any_in_parts_ || !info.geometry.is_convex();
     note_thickness(info);
   }
 }

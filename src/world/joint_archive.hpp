@@ -11,7 +11,8 @@ namespace fathom {
 template <class Def, class Archive>
 void archive_joint(Def& def, Archive& archive) {
   archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,
-          def.collide_connected, def.hertz, def.damping_ratio, def.break_force, def.break_torque, def.user_data);
+          def.collide_connected, def.hertz, def.damping_ratio, def.max_force, def.break_force, def.break_torque,
+          def.user_data);
   if (def.type == JointType::ball) return;
   archive(def.cone_angle);
   for (auto& axis : def.axes)

@@ -4,6 +4,7 @@
 #include <fathom/error.hpp>
 #include <string>
 
+#include "dynamics/ball_joint.hpp"
 #include "world/archive.hpp"
 #include "world/growth.hpp"
 #include "world/joint_archive.hpp"
@@ -22,6 +23,8 @@ JointInfo make_info(const JointDef& def, const BodyTable& bodies) {
   info.anchor_a = info.swapped ? def.frame_b.position : def.frame_a.position;
   info.anchor_b = info.swapped ? def.frame_a.position : def.frame_b.position;
   info.fixed_a = bodies[info.a].motion != MotionType::dynamic;
+  info.swing_rate = max(swing_rate(info.anchor_a, bodies[info.a].inverse_inertia),
+                        swing_rate(info.anchor_b, bodies[info.b].inverse_inertia));
   return info;
 }
 

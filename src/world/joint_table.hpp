@@ -17,6 +17,7 @@ class ByteWriter;
 struct JointInfo {
   std::uint32_t a = 0xffffffffu, b = 0xffffffffu;  ///< slots
   Vec3 anchor_a, anchor_b;                         ///< m, body axes
+  float swing_rate = 0;                            ///< the larger of both bodies' (dynamics/ball_joint.hpp)
   bool swapped = false;                            ///< A is the definition's B
   bool fixed_a = false;                            ///< A is fixed or kinematic
   JointDef def;

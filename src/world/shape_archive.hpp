@@ -1,8 +1,12 @@
-// Shapes and body definitions as bytes. Hulls are written once each: bodies share them.
+// Shapes and body definitions as bytes. Hulls, surfaces and compounds are written once each: bodies
+// share them.
 #pragma once
 
 #include <fathom/body.hpp>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "world/archive.hpp"
@@ -15,6 +19,32 @@ struct HullArchive {
   static std::shared_ptr<const Hull> read(ByteReader& in);
 };
 
+/// Meshes and height fields: a mesh built anew from its triangles would order them otherwise. Reading checks all that
+/// searches and contacts rely on; boxes are computed again.
+struct SurfaceArchive {
+  static void write(ByteWriter& out, ShapeType type, const Surface& surface);
+  static std::shared_ptr<const Surface> read(ByteReader& in, ShapeType type);
+
+ private:
+  static std::shared_ptr<const Surface> read_mesh(ByteReader& in);
+  static std::shared_ptr<const Surface> read_height_field(ByteReader& in);
+  static void check_triangles(ByteReader& in, const TriangleMesh& mesh);
+  static void check_tree(ByteReader& in, const TriangleMesh& mesh);
+  static void measure_tree(TriangleMesh& mesh);
+};
+
+class ShapeReader;
+class ShapeWriter;
+
+/// A compound built anew from its children would be moved by a rounding. The tree of boxes is made again.
+struct CompoundArchive {
+  static void write(ByteWriter& out, ShapeWriter& shapes, const Compound& compound);
+  static std::shared_ptr<const Compound> read(ByteReader& in, ShapeReader& shapes);
+
+ private:
+  static ChildShape read_child(ByteReader& in, ShapeReader& shapes);
+};
+
 class ShapeWriter {
  public:
   explicit ShapeWriter(ByteWriter& out) : out_(out) {}
@@ -23,6 +53,8 @@ class ShapeWriter {
  private:
   ByteWriter& out_;
   std::vector<const Hull*> hulls_;
+  std::vector<const Surface*> surfaces_;
+  std::vector<const Compound*> compounds_;
 };
 
 class ShapeReader {
@@ -33,6 +65,8 @@ class ShapeReader {
  private:
   ByteReader& in_;
   std::vector<std::shared_ptr<const Hull>> hulls_;
+  std::vector<std::pair<ShapeType, std::shared_ptr<const Surface>>> surfaces_;
+  std::vector<std::shared_ptr<const Compound>> compounds_;
 };
 
 void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def);

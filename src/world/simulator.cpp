@@ -26,4 +26,16 @@ void Simulator::add_impulse(std::uint32_t slot, const Velocity& impulse) {
   set_velocity(slot, v);
 }
 
+// Whoever comes first refreshes, the others wait: a thread that sees the flag sees what was refreshed.
+std::span<const Pose> Simulator::prepare_queries() const {
+  if (!queries_are_current_.load(std::memory_order_acquire)) {
+    const std::lock_guard lock(refreshing_);
+    if (!queries_are_current_.load(std::memory_order_relaxed)) {
+      queried_poses_ = const_cast<Simulator*>(this)->refresh_queries();
+      queries_are_current_.store(true, std::memory_order_release);
+    }
+  }
+  return queried_poses_;
+}
+
 }  // namespace fathom

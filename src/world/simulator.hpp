@@ -1,10 +1,13 @@
 // What a simulator must offer to be a World's engine. Arguments have been checked by World.
 #pragma once
 
+#include <atomic>
 #include <fathom/world.hpp>
 #include <memory>
+#include <mutex>
 
 #include "world/body_table.hpp"
+#include "world/body_visitor.hpp"
 #include "world/event_list.hpp"
 #include "world/joint_table.hpp"
 
@@ -93,9 +96,24 @@ class Simulator {
   virtual std::span<const Quarantine> quarantined() const = 0;
   virtual void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const = 0;
 
-  virtual std::optional<RayHit> ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const = 0;
-  /// Slots of bodies whose tight bounds overlap the box, in any order.
-  virtual void overlap(const Aabb& box, std::uint32_t mask, std::vector<std::uint32_t>& slots) const = 0;
+  // Queries. Any number of threads may ask at once while nobody changes or steps the world.
+  /// Brings up to date what queries see; returns the poses by slot. They stay what they are until the world is changed,
+  /// stepped, or read otherwise.
+  std::span<const Pose> prepare_queries() const;
+  /// Bodies whose boxes the moving one meets, about in that order. After `prepare_queries`.
+  virtual void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const = 0;
+
+ protected:
+  /// Poses or the set of bodies have changed.
+  void outdate_queries() { queries_are_current_.store(false, std::memory_order_relaxed); }
+
+ private:
+  /// Brings the tree up to date; returns the poses that it belongs to.
+  virtual std::span<const Pose> refresh_queries() = 0;
+
+  mutable std::mutex refreshing_;
+  mutable std::atomic<bool> queries_are_current_ = false;
+  mutable std::span<const Pose> queried_poses_;
 };
 
 /// The one that `def.simulator` names.

@@ -16,7 +16,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 13;
+constexpr std::uint32_t version = 16;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
@@ -79,6 +79,7 @@ void World::restore(std::span<const std::byte> bytes) {
   in(fresh->steps);
   fresh->profile.step = fresh->steps;
   fresh->bodies.restore(in);
+  in.require(def.simulator != SimulatorKind::device || !fresh->bodies.any_in_parts());
   fresh->joints.restore(in, fresh->bodies);
   std::vector<JointBreak> broken;
   in(broken);

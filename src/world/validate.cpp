@@ -27,23 +27,6 @@ void require_not_negative(float value, const char* action, const char* name) {
   refuse(std::string(action) + ": " + name + " is " + text(value) + "; it must be finite and at least 0");
 }
 
-void check_shape(const Shape& shape) {
-  const char* action = "add body";
-  switch (shape.type) {
-    case ShapeType::sphere:
-      return require_positive(shape.radius, action, "the sphere's radius");
-    case ShapeType::capsule:
-      require_positive(shape.radius, action, "the capsule's radius");
-      return require_not_negative(shape.half_extents.z, action, "the capsule's half length");
-    case ShapeType::box:
-      return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
-    case ShapeType::hull:
-      if (!shape.hull) refuse("add body: the shape's type is hull but it has none; make it with fathom::hull(points)");
-      return;
-  }
-  refuse("add body: the shape's type is " + std::to_string(static_cast<int>(shape.type)) + ", which is unknown");
-}
-
 // Sylvester's criterion: all leading minors positive.
 bool is_positive_definite(const SymMat3& m) {
   const float minor = m.xx * m.yy - m.xy * m.xy;
@@ -114,11 +97,43 @@ void check_damping(float linear, float angular, const char* action) {
   require_not_negative(angular, action, "the angular damping");
 }
 
+void check_shape(const Shape& shape, const char* action) {
+  switch (shape.type) {
+    case ShapeType::sphere:
+      return require_positive(shape.radius, action, "the sphere's radius");
+    case ShapeType::capsule:
+      require_positive(shape.radius, action, "the capsule's radius");
+      return require_not_negative(shape.half_extents.z, action, "the capsule's half length");
+    case ShapeType::box:
+      return require_positive(min_component(shape.half_extents), action, "the box's smallest half extent");
+    case ShapeType::hull:
+      if (!shape.hull)
+        refuse(std::string(action) + ": the shape's type is hull but it has none; make it with fathom::hull(points)");
+      return;
+    case ShapeType::mesh:
+    case ShapeType::height_field:
+      if (!shape.surface)
+        refuse(std::string(action) +
+               ": the shape is a surface but has none; make it with fathom::mesh or fathom::height_field");
+      return;
+    case ShapeType::compound:
+      if (!shape.compound)
+        refuse(std::string(action) +
+               ": the shape's type is compound but it has none; make it with fathom::compound(children)");
+      return;
+  }
+  refuse(std::string(action) + ": the shape's type is " + std::to_string(static_cast<int>(shape.type)) +
+         ", which is unknown");
+}
+
 void check_body(const BodyDef& def) {
   const char* action = "add body";
   if (def.motion > MotionType::dynamic)
     refuse("add body: the motion is " + std::to_string(static_cast<int>(def.motion)) + ", which is no MotionType");
-  check_shape(def.shape);
+  check_shape(def.shape, action);
+  if (def.shape.is_surface() && def.motion == MotionType::dynamic)
+    refuse(
+        "add body: a mesh or height field cannot be dynamic; make the body fixed or kinematic, or its shape of hulls");
   check_pose(def.pose, action);
   check_finite(def.velocity.linear, action, "the linear velocity");
   check_finite(def.velocity.angular, action, "the angular velocity");
@@ -174,6 +189,7 @@ void check_joint(const JointDef& def, const char* action) {
   check_pose(def.frame_a, action);
   check_pose(def.frame_b, action);
   check_joint_spring(def.hertz, def.damping_ratio, action);
+  check_joint_force(def, action);
   check_joint_break(def.break_force, def.break_torque, action);
   if (def.type == JointType::ball) return;
   if (def.type == JointType::coupling) check_coupling(def, action);
@@ -194,6 +210,21 @@ void check_joint(const JointDef& def, const char* action) {
   }
 }
 
+bool is_locked(const JointAxis& axis) {
+  return axis.mode == AxisMode::locked || (axis.mode == AxisMode::limited && axis.lower == axis.upper);
+}
+
+const char* restitution_fault(const JointAxis& axis) {
+  if (axis.restitution > 1) return "the restitution must be at most 1";
+  if (axis.restitution > 0 && axis.mode != AxisMode::limited)
+    return "an axis without limits has no restitution; limit it by a lower and an upper bound";
+  return nullptr;
+}
+
+const char* armature_fault(const JointAxis& axis) {
+  return axis.armature > 0 && is_locked(axis) ? "an axis that is locked has no armature; leave it 0" : nullptr;
+}
+
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action) {
   if (name > JointAxisName::swing_z)
     refuse(std::string(action) + ": " + std::to_string(static_cast<int>(name)) + " is no JointAxisName");
@@ -208,10 +239,9 @@ void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& 
   require_not_negative(axis.drive.damping, action, (what + "'s damping").c_str());
   require_not_negative(axis.drive.max_force, action, (what + "'s largest force").c_str());
   require_not_negative(axis.restitution, action, (what + "'s restitution").c_str());
-  if (axis.restitution > 1)
-    refuse(std::string(action) + ": " + what + "'s restitution is " + text(axis.restitution) +
-           "; it must be at most 1");
   require_not_negative(axis.armature, action, (what + "'s armature").c_str());
+  for (const char* const fault : {restitution_fault(axis), armature_fault(axis)})
+    if (fault) refuse(std::string(action) + ": " + what + ": " + fault);
   if (axis.drive.by_frequency && axis.drive.is_on() && axis.drive.stiffness == 0)
     refuse(std::string(action) + ": the drive of " + what +
            " has a damping ratio but no frequency; set its stiffness (Hz)");
@@ -229,6 +259,18 @@ void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& 
 void check_joint_spring(float hertz, float damping_ratio, const char* action) {
   require_not_negative(hertz, action, "the spring's frequency (hertz)");
   require_not_negative(damping_ratio, action, "the spring's damping ratio");
+}
+
+const char* joint_force_fault(const JointDef& def) {
+  if (def.max_force >= JointDef{}.max_force) return nullptr;
+  if (def.type != JointType::ball) return "a largest force is for ball joints; give an axis a drive with one";
+  return def.hertz > 0 ? nullptr : "a rigid joint has no largest force; give it a frequency (hertz)";
+}
+
+void check_joint_force(const JointDef& def, const char* action) {
+  if (!(def.max_force >= 0))
+    refuse(std::string(action) + ": the largest force is " + text(def.max_force) + "; it must be at least 0");
+  if (const char* const fault = joint_force_fault(def)) refuse(std::string(action) + ": " + fault);
 }
 
 void check_world(const WorldDef& def) {

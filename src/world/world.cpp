@@ -8,10 +8,8 @@
 #include <xxhash.h>
 
 #include "check/check.hpp"
-#include "collision/manifold.hpp"
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/speed_limits.hpp"
-#include "geometry/support.hpp"
 #include "math/eigen.hpp"
 #include "world/placement.hpp"
 #include "world/simulator.hpp"
@@ -74,9 +72,17 @@ void tell_of_limits(Simulator& sim, std::uint32_t slot, Vec3 linear, Vec3 angula
 
 }  // namespace
 
+static void check_available(const Shape& shape, SimulatorKind simulator) {
+  if (!shape.is_convex() && simulator == SimulatorKind::device)
+    throw Error(ErrorCode::unavailable,
+                "add body: the device simulator has no meshes, height fields and compounds yet; take the native or the "
+                "hybrid one");
+}
+
 BodyId World::add(const BodyDef& def) {
   check_body(def);
   Simulator& sim = *simulator_;
+  check_available(def.shape, sim.def.simulator);
   if (sim.bodies.count() >= sim.def.max_bodies)
     throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " +
                                          std::to_string(sim.def.max_bodies) + " bodies; raise WorldDef::max_bodies");
@@ -187,9 +193,7 @@ void World::move_to(BodyId id, const Pose& pose) {
 MotionType World::motion(BodyId id) const {
   return simulator_->bodies[simulator_->bodies.slot(id, "read motion")].motion;
 }
-const Shape& World::shape(BodyId id) const {
-  return simulator_->bodies[simulator_->bodies.slot(id, "read shape")].shape;
-}
+Shape World::shape(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read shape")].shape(); }
 float World::mass(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read mass")].mass; }
 
 MassProperties World::mass_properties(BodyId id) const {
@@ -226,6 +230,65 @@ void World::set_filter(BodyId id, Filter filter) {
   simulator_->filter_changed(slot);
 }
 
+/// Begins the body anew as another one, with its joints.
+static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
+  try {
+    check_body(def);
+    check_available(def.shape, sim.def.simulator);
+    BodyTable().add(def);  // throws what the table would, while nothing has changed
+  } catch (const Error& error) {
+    constexpr std::string_view adding = "add body";
+    std::string text = error.what();
+    if (text.starts_with(adding)) text.replace(0, adding.size(), action);
+    throw Error(error.code(), text);
+  }
+  sim.synchronise();
+  const Pose pose = sim.poses()[slot];
+  const Velocity velocity = def.motion == MotionType::fixed ? Velocity{} : sim.velocities()[slot];
+  const std::vector<std::uint32_t> joints(sim.joints.of(slot).begin(), sim.joints.of(slot).end());
+  for (const std::uint32_t joint : joints) sim.joint_removed(joint);
+  sim.body_removed(slot);
+  sim.bodies.change(slot, def);
+  sim.body_added(slot, pose, velocity);
+  for (const std::uint32_t joint : joints) {
+    sim.joints.change(joint, JointDef(sim.joints[joint].def), sim.bodies);
+    sim.joint_added(joint);
+  }
+}
+
+void World::set_motion(BodyId id, MotionType motion) {
+  Simulator& sim = *simulator_;
+  const std::uint32_t slot = sim.bodies.slot(id, "set motion");
+  BodyDef def = sim.bodies.definition(slot);
+  if (def.motion == motion) return;
+  if (def.motion == MotionType::dynamic)
+    for (const std::uint32_t joint : sim.joints.of(slot)) {
+      const JointDef& of = sim.joints[joint].def;
+      if (sim.bodies[of.a == id ? of.b.index : of.a.index].motion != MotionType::dynamic)
+        refuse("set motion: a joint holds this body to one that is not dynamic either; remove the joint first");
+    }
+  def.motion = motion;
+  if (motion != MotionType::dynamic) def.mass.reset(), def.inertia.reset();
+  change_body(sim, slot, def, "set motion");
+}
+
+void World::set_shape(BodyId id, const Shape& shape) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set shape");
+  BodyDef def = simulator_->bodies.definition(slot);
+  def.shape = shape;
+  def.inertia.reset();
+  change_body(*simulator_, slot, def, "set shape");
+}
+
+void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set mass");
+  BodyDef def = simulator_->bodies.definition(slot);
+  if (def.motion != MotionType::dynamic) refuse("set mass: the body is not dynamic; only dynamic bodies have a mass");
+  def.mass = mass;
+  def.inertia = inertia;
+  change_body(*simulator_, slot, def, "set mass");
+}
+
 void World::set_gravity_scale(BodyId id, float scale) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "set gravity scale");
   check_finite({scale, 0, 0}, "set gravity scale", "the scale");
@@ -246,7 +309,7 @@ void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake
 
 // Joints ----------------------------------------------------------------------------------------------------
 
-static void change_joint(Simulator& sim, std::uint32_t slot, const JointDef& def) {
+static void apply_change(Simulator& sim, std::uint32_t slot, const JointDef& def) {
   sim.joints.change(slot, def, sim.bodies);
   sim.joint_changed(slot);
 }
@@ -288,7 +351,8 @@ void World::set_joint_spring(JointId id, float hertz, float damping_ratio) {
   check_joint_spring(hertz, damping_ratio, "set joint spring");
   JointDef def = simulator_->joints[slot].def;
   def.hertz = hertz, def.damping_ratio = damping_ratio;
-  change_joint(*simulator_, slot, def);
+  check_joint_force(def, "set joint spring");
+  apply_change(*simulator_, slot, def);
 }
 
 void World::set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis) {
@@ -298,7 +362,7 @@ void World::set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis
   check_joint_axis(def, name, axis, "set joint axis");
   def.axis(name) = axis;
   check_joint(def, "set joint axis");
-  change_joint(*simulator_, slot, def);
+  apply_change(*simulator_, slot, def);
 }
 
 void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b) {
@@ -306,7 +370,25 @@ void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_
   JointDef def = simulator_->joints[slot].def;
   def.frame_a = frame_a, def.frame_b = frame_b;
   check_joint(def, "set joint frames");
-  change_joint(*simulator_, slot, def);
+  apply_change(*simulator_, slot, def);
+}
+
+void World::set_joint_target(JointId id, Vec3 target) {
+  const char* const action = "set joint target";
+  Simulator& sim = *simulator_;
+  const std::uint32_t slot = sim.joints.slot(id, action);
+  check_finite(target, action, "the target");
+  JointDef def = sim.joints[slot].def;
+  const std::uint32_t a = sim.bodies.slot(def.a, action), b = sim.bodies.slot(def.b, action);
+  const bool a_moves = sim.bodies[a].motion == MotionType::dynamic;
+  if (a_moves && sim.bodies[b].motion == MotionType::dynamic)
+    refuse("set joint target: both bodies are dynamic; a target is where a joint holds on to a fixed or kinematic one");
+  Vec3& anchor = (a_moves ? def.frame_b : def.frame_a).position;
+  const Vec3 there = inverse_transform(pose(a_moves ? def.b : def.a), target);
+  if (there == anchor) return;
+  anchor = there;
+  check_joint(def, action);
+  apply_change(sim, slot, def);
 }
 
 void World::set_joint_break(JointId id, float force, float torque) {
@@ -314,7 +396,32 @@ void World::set_joint_break(JointId id, float force, float torque) {
   check_joint_break(force, torque, "set joint break");
   JointDef def = simulator_->joints[slot].def;
   def.break_force = force, def.break_torque = torque;
-  change_joint(*simulator_, slot, def);
+  apply_change(*simulator_, slot, def);
+}
+
+void World::change_joint(JointId id, const JointDef& definition) {
+  const char* const action = "change joint";
+  const std::uint32_t slot = simulator_->joints.slot(id, action);
+  const JointDef& last = simulator_->joints[slot].def;
+  if (definition.type != last.type || definition.collide_connected != last.collide_connected)
+    refuse("change joint: its type and `collide_connected` stay as they are; remove it and add another");
+  JointDef next = definition;
+  next.a = last.a, next.b = last.b;
+  check_joint(next, action);
+  apply_change(*simulator_, slot, next);
+}
+
+JointId World::find_joint(BodyId a, BodyId b, std::uint64_t user_data) const {
+  const JointTable& joints = simulator_->joints;
+  const std::uint32_t body = simulator_->bodies.slot(a, "find joint");
+  simulator_->bodies.slot(b, "find joint");
+  for (const std::uint32_t slot : joints.of(body)) {
+    const JointDef& def = joints[slot].def;
+    if (def.a == a && def.b == b && def.user_data == user_data) return joints.id(slot);
+  }
+  throw Error(ErrorCode::stale_id, "find joint: no joint from body " + std::to_string(a.index) + " to body " +
+                                       std::to_string(b.index) + " has the user data " + std::to_string(user_data) +
+                                       "; it went with a body, broke, or was never added");
 }
 
 JointReaction World::reaction(JointId id) const {
@@ -419,54 +526,6 @@ std::span<const Quarantine> World::quarantined() const { return simulator_->quar
 
 void World::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   simulator_->for_each_contact(visit);
-}
-
-// Queries -----------------------------------------------------------------------------------------------------
-
-std::optional<RayHit> World::ray_cast(Vec3 origin, Vec3 translation, std::uint32_t mask) const {
-  check_finite(origin, "ray cast", "the origin");
-  check_finite(translation, "ray cast", "the translation");
-  if (length_squared(translation) == 0) refuse("ray cast: the translation is zero; give the vector from origin to end");
-  return simulator_->ray_cast(origin, translation, mask);
-}
-
-namespace {
-
-std::vector<BodyId> sorted_ids(const BodyTable& bodies, std::vector<std::uint32_t>& slots) {
-  std::sort(slots.begin(), slots.end());
-  std::vector<BodyId> ids;
-  ids.reserve(slots.size());
-  for (const std::uint32_t slot : slots) ids.push_back(bodies.id(slot));
-  return ids;
-}
-
-}  // namespace
-
-std::vector<BodyId> World::overlap_aabb(const Aabb& box, std::uint32_t mask) const {
-  check_finite(box.lower, "overlap", "the box's lower corner");
-  check_finite(box.upper, "overlap", "the box's upper corner");
-  if (min_component(box.upper - box.lower) < 0) refuse("overlap: the box's upper corner is below its lower corner");
-  std::vector<std::uint32_t> slots;
-  simulator_->overlap(box, mask, slots);
-  return sorted_ids(simulator_->bodies, slots);
-}
-
-std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, std::uint32_t mask) const {
-  BodyDef probe;
-  probe.motion = MotionType::fixed;
-  probe.shape = shape;
-  probe.pose = pose;
-  check_body(probe);
-  const Pose placed{pose.position, 0, normalize(pose.rotation)};
-  const Geometry probe_geometry = geometry(shape);
-  std::vector<std::uint32_t> slots;
-  simulator_->overlap(fathom::bounds(probe_geometry, placed), mask, slots);
-  std::erase_if(slots, [&](std::uint32_t slot) {
-    AxisCache cache;
-    const Pose other = relative(placed, simulator_->poses()[slot]);
-    return collide(probe_geometry, simulator_->bodies[slot].geometry, other, 0.0f, cache).count == 0;
-  });
-  return sorted_ids(simulator_->bodies, slots);
 }
 
 std::uint64_t World::state_hash() const {

@@ -57,7 +57,8 @@ class CudaDevice final : public Memory {
     if (range.capacity == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
     start_launch();
-    launch_kernel(cuda::run_items<Kernel>, blocks_for(range, size), size, where, range, kernel);
+    launch_kernel(cuda::run_items<Kernel>, blocks_for(range, size / cuda::work_items_each<Kernel>()), size, where,
+                  range, kernel);
   }
 
   template <GroupKernel Kernel>

@@ -7,6 +7,7 @@
 #include "exec/kernel.hpp"
 #include "exec/phases.hpp"
 #include "exec/range.hpp"
+#include "math/team.hpp"
 
 namespace fathom::exec::cuda {
 
@@ -21,13 +22,20 @@ __device__ inline void follow() {
 #endif
 }
 
+/// Work-items that run an item.
+template <class Kernel>
+constexpr std::uint32_t work_items_each() {
+  return runs_in_teams<Kernel>() ? team::size : 1;
+}
+
 template <class Kernel>
 __global__ __launch_bounds__(items_per_group<Kernel>()) void run_items(const __grid_constant__ Range range,
                                                                        const __grid_constant__ Kernel kernel) {
   follow();
   const std::uint32_t n = range.size();
-  const std::uint32_t stride = gridDim.x * blockDim.x;
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < n; i += stride) kernel(i);
+  constexpr std::uint32_t team = work_items_each<Kernel>();
+  const std::uint32_t stride = gridDim.x * blockDim.x / team;
+  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / team; i < n; i += stride) kernel(i);
 }
 
 template <class Kernel>

@@ -1,5 +1,5 @@
 // The surface of a body: rounded edges, quarters, grid, shadows. For the renderer and for the web page, after light.glsl.
-// One of BOX, ROUND, CAPSULE, HULL and GROUND is defined, and TAPS: samples of the shadow map along each axis, 0 for none.
+// One of BOX, ROUND, CAPSULE, HULL, GROUND and TERRAIN is defined, and TAPS: samples of the shadow map along each axis, 0 for none.
 
 vec3 rotate(vec4 q, vec3 v) {
   vec3 t = 2.0 * cross(q.yzw, v);
@@ -50,7 +50,7 @@ vec3 surface(vec4 colour, vec3 world_position, vec3 local_position, vec3 local_n
 #elif defined(HULL)
   float line = max(0.02, footprint);
   albedo *= 1.0 - 0.45 * (1.0 - smoothstep(0.3 * line, 1.3 * line, extra));
-#elif defined(GROUND)
+#elif defined(GROUND) || defined(TERRAIN)
   gloss = 0.0;
 #else
   // Quarters in two tones show how a round body turns.
@@ -60,6 +60,8 @@ vec3 surface(vec4 colour, vec3 world_position, vec3 local_position, vec3 local_n
   n = rotate(rotation, n);
 #if defined(GROUND)
   if (n.z > 0.7) albedo = ground_albedo(world_position, n);
+#elif defined(TERRAIN)
+  albedo = ground_albedo(world_position, n);
 #endif
   // Less than full alpha: asleep.
   float awake = step(0.99, colour.a);

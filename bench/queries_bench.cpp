@@ -1,0 +1,137 @@
+// Queries of 10,000 bodies: a cloud of cubes (the published `drift`), and cubes and hulls in layers on a ground.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+#include <fathom/world.hpp>
+#include <random>
+#include <vector>
+
+namespace fathom {
+namespace {
+
+constexpr int body_count = 10000;
+constexpr std::size_t ray_count = 1 << 16;
+
+/// Half the side (m) of what holds the bodies.
+constexpr float reach = 43.0f;
+
+float uniform(std::mt19937& random, float low, float high) {
+  return low + (high - low) * (static_cast<float>(random() >> 8) * 0x1p-24f);
+}
+Vec3 in_cube(std::mt19937& random) {
+  const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
+  return {x, y, z};
+}
+Quat any_rotation(std::mt19937& random) {
+  const Vec3 v = in_cube(random);
+  return normalize(Quat{uniform(random, -1, 1), v.x, v.y, v.z});
+}
+
+Shape pebble(std::mt19937& random) {
+  std::vector<Vec3> corners;
+  for (int i = 0; i < 20; ++i) corners.push_back(0.5f * normalize(in_cube(random)));
+  return hull(corners);
+}
+
+WorldDef definition(SimulatorKind kind) {
+  WorldDef def;
+  def.simulator = kind;
+  def.device = "host";
+  def.threads = 1;
+  return def;
+}
+
+World cloud(SimulatorKind kind) {
+  World world(definition(kind));
+  std::mt19937 random(1);
+  for (int i = 0; i < body_count; ++i)
+    world.add({.pose = {reach * in_cube(random), 0, any_rotation(random)}, .shape = box({0.5f, 0.5f, 0.5f})});
+  return world;
+}
+
+World layers(SimulatorKind kind) {
+  World world(definition(kind));
+  std::mt19937 random(1);
+  world.add({.motion = MotionType::fixed, .shape = box({500, 500, 0.5f})});
+  const Shape stone = pebble(random), cube = box({0.5f, 0.5f, 0.5f});
+  for (int i = 0; i < body_count; ++i) {
+    const int column = i % 2500, layer = i / 2500;
+    const Vec3 at{1.1f * static_cast<float>(column % 50 - 25), 1.1f * static_cast<float>(column / 50 - 25),
+                  1.0f + 1.1f * static_cast<float>(layer)};
+    world.add({.pose = {at, 0, {}}, .shape = i % 2 ? stone : cube});
+  }
+  return world;
+}
+
+std::vector<Ray> rays(float length) {
+  std::mt19937 random(2);
+  std::vector<Ray> all;
+  for (std::size_t i = 0; i < ray_count; ++i)
+    all.push_back({0.7f * reach * in_cube(random), length * normalize(in_cube(random))});
+  return all;
+}
+
+using MakeWorld = World (*)(SimulatorKind);
+
+/// Calls ask(world, ray) for one ray after the other.
+template <class Ask>
+void ask_of_each(benchmark::State& state, MakeWorld make, const Ask& ask) {
+  const World world = make(SimulatorKind::native);
+  const std::vector<Ray> all = rays(static_cast<float>(state.range(0)));
+  std::size_t next = 0, met = 0;
+  for (auto _ : state) met += ask(world, all[next++ % all.size()]);
+  state.counters["met"] = static_cast<double>(met) / static_cast<double>(state.iterations());
+}
+
+void cast_rays(benchmark::State& state, MakeWorld make, SimulatorKind kind) {
+  const World world = make(kind);
+  const std::vector<Ray> all = rays(static_cast<float>(state.range(0)));
+  std::vector<std::optional<CastHit>> hits(all.size());
+  for (auto _ : state) world.cast_rays(all, hits);
+  std::size_t met = 0;
+  for (const auto& hit : hits) met += hit.has_value();
+  state.counters["met"] = static_cast<double>(met) / static_cast<double>(hits.size());
+  state.SetItemsProcessed(static_cast<std::int64_t>(all.size() * state.iterations()));
+}
+BENCHMARK_CAPTURE(cast_rays, cloud, cloud, SimulatorKind::native)->Arg(10)->Arg(100);
+BENCHMARK_CAPTURE(cast_rays, cloud_device, cloud, SimulatorKind::device)->Arg(100);
+BENCHMARK_CAPTURE(cast_rays, layers, layers, SimulatorKind::native)->Arg(10)->Arg(100);
+
+void cast_ray_all(benchmark::State& state, MakeWorld make) {
+  ask_of_each(state, make, [](const World& world, const Ray& ray) {
+    return world.cast_ray_all(ray.origin, ray.translation).size();
+  });
+}
+BENCHMARK_CAPTURE(cast_ray_all, cloud, cloud)->Arg(100);
+
+void cast_shape(benchmark::State& state, MakeWorld make, const Shape& shape) {
+  ask_of_each(state, make, [&](const World& world, const Ray& ray) {
+    return world.cast_shape(shape, {ray.origin, 0, {}}, ray.translation).has_value();
+  });
+}
+BENCHMARK_CAPTURE(cast_shape, sphere_in_cloud, cloud, sphere(0.5f))->Arg(10)->Arg(100);
+BENCHMARK_CAPTURE(cast_shape, capsule_in_cloud, cloud, capsule(0.3f, 0.6f))->Arg(10);
+BENCHMARK_CAPTURE(cast_shape, box_in_cloud, cloud, box({0.5f, 0.5f, 0.5f}))->Arg(10);
+BENCHMARK_CAPTURE(cast_shape, sphere_over_layers, layers, sphere(0.5f))->Arg(10);
+
+void overlap_shape(benchmark::State& state, MakeWorld make, const Shape& shape) {
+  ask_of_each(state, make, [&](const World& world, const Ray& ray) {
+    return world.overlap_shape(shape, {ray.origin, 0, {}}).size();
+  });
+}
+BENCHMARK_CAPTURE(overlap_shape, sphere_in_cloud, cloud, sphere(2))->Arg(10);
+
+// What the first question after a step costs besides: all bodies have moved.
+void first_after_a_change(benchmark::State& state, SimulatorKind kind) {
+  World world = cloud(kind);
+  const BodyId moved = world.bodies()[0];
+  for (auto _ : state) {
+    world.set_pose(moved, world.pose(moved));
+    benchmark::DoNotOptimize(world.overlap_aabb({{1000, 0, 0}, {1001, 1, 1}}));
+  }
+}
+BENCHMARK_CAPTURE(first_after_a_change, native, SimulatorKind::native);
+BENCHMARK_CAPTURE(first_after_a_change, device, SimulatorKind::device);
+
+}  // namespace
+}  // namespace fathom

@@ -1,0 +1,128 @@
+// Surfaces of triangles for fixed and kinematic bodies: triangle meshes and height fields.
+#pragma once
+
+#include <cstdint>
+#include <fathom/box_tree.hpp>
+#include <fathom/math.hpp>
+#include <fathom/shape.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace fathom {
+
+/// One triangle of a surface.
+struct Triangle {
+  Vec3 corners[3];                 ///< m, in the surface's frame; counter-clockwise seen from outside
+  std::uint32_t vertices[3] = {};  ///< what the corners are called; triangles that share one call it the same
+};
+
+/// Who looks at triangles that lie on a way.
+class TriangleVisitor {
+ public:
+  /// Returns the fraction of the way up to which it looks at more.
+  virtual float visit(std::uint32_t triangle) = 0;
+
+ protected:
+  ~TriangleVisitor() = default;
+};
+
+/// What meshes and height fields have in common. Immutable; bodies share it. Triangles are solid on the side that their
+/// normals point away from: bodies collide with the outside alone.
+class Surface {
+ public:
+  virtual ~Surface() = default;
+
+  /// Bounds of all triangles (m).
+  FATHOM_HD const Aabb& bounds() const { return bounds_; }
+  /// Triangles have the indices 0 … triangle_count() − 1.
+  virtual std::uint32_t triangle_count() const = 0;
+  /// False for holes of a height field.
+  virtual bool has(std::uint32_t triangle) const = 0;
+  virtual Triangle triangle(std::uint32_t triangle) const = 0;
+  /// Appends the triangles whose bounds meet `box` (m, the surface's frame), in an order of the surface's own.
+  virtual void find(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
+  /// Shows the visitor triangles whose bounds a box meets on its way: half its extents, where its centre begins, and
+  /// the translation (m, the surface's frame). Nearer ones come first, roughly; rounding adds some and leaves out none.
+  virtual void find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const = 0;
+  virtual std::size_t memory_bytes() const = 0;
+
+ protected:
+  Aabb bounds_{};
+};
+
+/// Triangles in any arrangement. At most 40 bytes per triangle where vertices are shared.
+class TriangleMesh final : public Surface {
+ public:
+  using Node = BoxTreeNode;
+
+  std::span<const Vec3> vertices() const { return vertices_; }
+  /// Three vertices per triangle, ordered by where triangles lie: not in the order in which they were given.
+  std::span<const std::uint32_t> indices() const { return indices_; }
+
+  std::uint32_t triangle_count() const override { return static_cast<std::uint32_t>(indices_.size() / 3); }
+  bool has(std::uint32_t triangle) const override { return triangle < triangle_count(); }
+  Triangle triangle(std::uint32_t triangle) const override;
+  void find(const Aabb& box, std::vector<std::uint32_t>& found) const override;
+  void find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const override;
+  std::size_t memory_bytes() const override;
+
+ private:
+  friend class MeshBuilder;
+  friend struct SurfaceArchive;
+  std::vector<Vec3> vertices_;
+  std::vector<std::uint32_t> indices_;
+  std::vector<Node> nodes_;
+};
+
+/// What a height field is made from. Samples lie on a grid in the plane z = 0 of the surface's frame, the first one in
+/// its origin; sample (i, j) is at x = i · cell.x, y = j · cell.y and number j · columns + i.
+struct HeightFieldDef {
+  std::uint32_t columns = 0, rows = 0;  ///< of samples along x and y, at least 2 each
+  float cell_x = 1, cell_y = 1;         ///< m between samples
+  std::span<const float> heights;       ///< m, columns · rows
+  /// Whether cell (i, j), number j · (columns − 1) + i, is a hole. Empty: there are none.
+  std::span<const bool> holes = {};
+};
+
+/// Heights over a grid, two triangles per cell, solid below. Some 2 bytes per triangle.
+class HeightField final : public Surface {
+ public:
+  std::uint32_t columns() const { return columns_; }
+  std::uint32_t rows() const { return rows_; }
+  float cell_x() const { return cell_x_; }
+  float cell_y() const { return cell_y_; }
+  std::span<const float> heights() const { return heights_; }
+  bool is_hole(std::uint32_t cell) const { return !holes_.empty() && (holes_[cell / 64] >> cell % 64 & 1) != 0; }
+
+  std::uint32_t triangle_count() const override { return 2 * (columns_ - 1) * (rows_ - 1); }
+  bool has(std::uint32_t triangle) const override { return triangle < triangle_count() && !is_hole(triangle / 2); }
+  Triangle triangle(std::uint32_t triangle) const override;
+  void find(const Aabb& box, std::vector<std::uint32_t>& found) const override;
+  void find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const override;
+  std::size_t memory_bytes() const override;
+
+ private:
+  friend Shape height_field(const HeightFieldDef& def);
+  friend struct SurfaceArchive;
+  Vec3 sample(std::uint32_t i, std::uint32_t j) const;
+  void measure();
+  std::uint32_t columns_ = 0, rows_ = 0;
+  float cell_x_ = 1, cell_y_ = 1;
+  std::vector<float> heights_;
+  std::vector<std::uint64_t> holes_;
+};
+
+/// Triangle mesh for fixed and kinematic bodies: `indices` has three vertices per triangle, counter-clockwise seen from
+/// outside. Vertices at equal places become one, so that bodies do not catch on the seam between their triangles;
+/// triangles without area are left out. It need not be closed, nor manifold. The body's frame is the vertices' own: no
+/// centre of mass is sought. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
+/// indices out of range or not in threes, and `Error{degenerate_shape}` where no triangle is left.
+Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+
+/// Height field for fixed and kinematic bodies. Throws `Error{invalid_argument}` on fewer than 2 × 2 samples, more than
+/// 2³⁰ of them, spans of another size, cells that are not larger than zero, and heights that are not finite or beyond
+/// 10⁶ m.
+Shape height_field(const HeightFieldDef& def);
+
+}  // namespace fathom

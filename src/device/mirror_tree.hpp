@@ -1,0 +1,28 @@
+// The tree that queries of the device simulator search: on the host, over the mirror's poses.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "native/body_tree.hpp"
+
+namespace fathom::device {
+
+class MirrorTree {
+ public:
+  // What has changed; bodies that are not fixed always count as moved.
+  void note_set(MotionType motion) { tree_.note_set(motion); }
+  void note_moved(MotionType motion) { tree_.note_moved(motion); }
+
+  /// Brings the tree up to date with bodies at these poses, by slot.
+  void refresh(const BodyTable& bodies, std::span<const Pose> poses);
+  void visit(const MovingBox& box, BodyVisitor& visitor) const { tree_.visit(box, visitor); }
+
+ private:
+  native::BodyTree tree_;
+  std::vector<native::BodyBounds> bounds_;
+  ThreadPool pool_{1};
+};
+
+}  // namespace fathom::device

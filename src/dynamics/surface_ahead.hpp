@@ -1,0 +1,31 @@
+// What a fast body will touch of a surface within a step, and how far its way there is free (dynamics/look_ahead.hpp,
+// triangle by triangle).
+#pragma once
+
+#include "dynamics/look_ahead.hpp"
+#include "terrain/surface_contact.hpp"
+
+namespace fathom {
+
+struct SurfaceAhead {
+  Pose b_in_a;      ///< where manifolds are to be made
+  float time = -1;  ///< s from the step's beginning to there; below zero: as the bodies are
+};
+
+/// Of the surface `a` and the body `b` with the speculative margin `margin` (m): the first impact with any of its
+/// triangles that gets deep within the step. `half`: half of b's thickness (m).
+SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, float margin, float half, float dt,
+                        SurfaceScratch& scratch);
+
+/// Where b's centre gets to on its way to `end_b`, while the surface goes to `end_a`, if it comes no nearer to the back
+/// of a triangle than `depth` (m), or than it was: from there on it goes along the triangle.
+struct CentreWay {
+  static constexpr int most_stops = 4;
+  int stops = 0;
+  Vec3 normals[most_stops];  ///< of the triangles that stopped it, world axes
+  Vec3 end;                  ///< m, world; where nothing stopped it, unset
+};
+CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, float depth,
+                     SurfaceScratch& scratch);
+
+}  // namespace fathom

@@ -1,0 +1,172 @@
+// Makes and searches trees of boxes over the parts of meshes and compounds.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <fathom/box_tree.hpp>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "math/vec3d.hpp"
+
+namespace fathom {
+
+/// Makes a tree over parts 0 … count − 1, of which box_of(part) tells the bounds.
+template <class BoxOf>
+class BoxTreeBuilder {
+ public:
+  /// Overwrites `nodes`. Leaves have up to `leaf_size` parts, and count them in the order that is in `order`.
+  BoxTreeBuilder(std::size_t count, std::size_t leaf_size, const BoxOf& box_of, std::vector<BoxTreeNode>& nodes,
+                 std::vector<std::uint32_t>& order)
+      : leaf_size_(leaf_size), box_of_(box_of), nodes_(nodes), order_(order) {
+    items_.resize(count);
+    for (std::uint32_t i = 0; i < count; ++i) items_[i] = {centre(box_of(i)), i};
+    nodes_.clear();
+    nodes_.reserve(2 * count / leaf_size + 1);
+    order_.clear();
+    order_.reserve(count);
+    add_node(0, count);
+    nodes_.shrink_to_fit();
+  }
+
+ private:
+  /// A part on its way into the tree: its box's centre decides where it goes.
+  struct Item {
+    Vec3 centre;
+    std::uint32_t part;
+  };
+
+  Aabb box_of(std::size_t begin, std::size_t end) const {
+    Aabb box = box_of_(items_[begin].part);
+    for (std::size_t i = begin + 1; i < end; ++i) box = merged(box, box_of_(items_[i].part));
+    return box;
+  }
+
+  // Halves at the median along the longest side of the centres' box: as deep as the logarithm, however parts lie.
+  void add_node(std::size_t begin, std::size_t end) {
+    const std::size_t node = nodes_.size();
+    const Aabb box = box_of(begin, end);
+    nodes_.push_back({box.lower, 0, box.upper, 0});
+    if (end - begin <= leaf_size_) {
+      nodes_[node].next = static_cast<std::uint32_t>(order_.size());
+      nodes_[node].count = static_cast<std::uint32_t>(end - begin);
+      for (std::size_t i = begin; i < end; ++i) order_.push_back(items_[i].part);
+      return;
+    }
+    Aabb centres{items_[begin].centre, items_[begin].centre};
+    for (std::size_t i = begin; i < end; ++i) centres = merged(centres, {items_[i].centre, items_[i].centre});
+    const Vec3 size = centres.upper - centres.lower;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    // Leaves are full but for the last one.
+    const std::size_t half = (end - begin + 1) / 2, middle = begin + (half + leaf_size_ - 1) / leaf_size_ * leaf_size_;
+    const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [axis](const Item& a, const Item& b) {
+      return std::tuple(a.centre[axis], a.part) < std::tuple(b.centre[axis], b.part);
+    });
+    add_node(begin, middle);
+    nodes_[node].next = static_cast<std::uint32_t>(nodes_.size());
+    add_node(middle, end);
+  }
+
+  std::size_t leaf_size_;
+  const BoxOf& box_of_;
+  std::vector<BoxTreeNode>& nodes_;
+  std::vector<std::uint32_t>& order_;
+  std::vector<Item> items_;
+};
+
+/// Second children that a search keeps, at most: a tree halves its parts.
+inline constexpr int deepest_box_tree = 64;
+
+/// Calls act(i) for the parts of leaves that the box meets, i being their number in the order of leaves.
+template <class Act>
+void search_box_tree(std::span<const BoxTreeNode> nodes, const Aabb& box, const Act& act) {
+  std::uint32_t waiting[deepest_box_tree];
+  int count = 0;
+  std::uint32_t node = 0;
+  for (;;) {
+    const BoxTreeNode& n = nodes[node];
+    if (overlaps({n.lower, n.upper}, box)) {
+      if (n.count == 0) {
+        waiting[count++] = n.next;
+        ++node;
+        continue;
+      }
+      for (std::uint32_t i = n.next; i < n.next + n.count; ++i) act(i);
+    }
+    if (count == 0) return;
+    node = waiting[--count];
+  }
+}
+
+/// The way of a box (its half extents, where its centre begins, the translation) against other boxes, by slabs (Kay,
+/// Kajiya 1986): all three quotients are rounded relative to themselves, and what coordinates lose is added to the
+/// moving box.
+class BoxWay {
+ public:
+  BoxWay(Vec3 centre, Vec3 half, Vec3 translation) {
+    const float c[] = {centre.x, centre.y, centre.z}, h[] = {half.x, half.y, half.z},
+                t[] = {translation.x, translation.y, translation.z};
+    for (int axis = 0; axis < 3; ++axis) {
+      centre_[axis] = c[axis];
+      half_[axis] = h[axis] + 0x1p-21f * (abs(c[axis]) + abs(t[axis]) + h[axis]);
+      // What does not move along an axis is at every moment where it is: its slab is all of the way or nothing of it.
+      per_way_[axis] = t[axis] != 0 ? 1 / t[axis] : 0;
+    }
+  }
+
+  /// The fraction at which the box begins to meet this one; above 1: never.
+  float entry(Vec3 lower, Vec3 upper) const {
+    constexpr float never = 2, rounding = 1 + 0x1p-20f;
+    const float lo[] = {lower.x, lower.y, lower.z}, hi[] = {upper.x, upper.y, upper.z};
+    float enter = 0, leave = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float near = lo[axis] - half_[axis] - centre_[axis], far = hi[axis] + half_[axis] - centre_[axis];
+      if (per_way_[axis] == 0) {
+        if (near > 0 || far < 0) return never;
+        continue;
+      }
+      const float a = near * per_way_[axis], b = far * per_way_[axis];
+      enter = max(enter, min(a, b) * (min(a, b) > 0 ? 1 / rounding : rounding));
+      leave = min(leave, max(a, b) * (max(a, b) > 0 ? rounding : 1 / rounding));
+    }
+    return enter <= leave ? enter : never;
+  }
+
+ private:
+  float centre_[3], half_[3], per_way_[3];
+};
+
+/// Calls limit = act(i, limit) for the parts of leaves that the box meets on its way before the fraction `limit` of it;
+/// nearer leaves come first, roughly.
+template <class Act>
+void search_box_tree(std::span<const BoxTreeNode> nodes, const BoxWay& way, const Act& act) {
+  struct Waiting {
+    std::uint32_t node;
+    float entry;
+  };
+  Waiting waiting[deepest_box_tree];
+  int count = 0;
+  float limit = 1;
+  const auto entry_of = [&](std::uint32_t node) { return way.entry(nodes[node].lower, nodes[node].upper); };
+  Waiting now{0, entry_of(0)};
+  for (;;) {
+    const BoxTreeNode& n = nodes[now.node];
+    if (now.entry <= limit) {
+      if (n.count == 0) {
+        Waiting near{now.node + 1, entry_of(now.node + 1)}, far{n.next, entry_of(n.next)};
+        if (far.entry < near.entry) std::swap(near, far);
+        if (far.entry <= limit) waiting[count++] = far;
+        now = near;
+        continue;
+      }
+      for (std::uint32_t i = n.next; i < n.next + n.count; ++i) limit = act(i, limit);
+    }
+    if (count == 0) return;
+    now = waiting[--count];
+  }
+}
+
+}  // namespace fathom

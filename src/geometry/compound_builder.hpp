@@ -1,0 +1,22 @@
+// Makes compounds: mass properties of all children, and a tree of their boxes.
+#pragma once
+
+#include <fathom/compound.hpp>
+#include <memory>
+#include <span>
+
+namespace fathom {
+
+class CompoundBuilder {
+ public:
+  /// Of children that have been checked. Throws `Error{degenerate_shape}` where single precision cannot hold their
+  /// volume or their size.
+  static std::shared_ptr<const Compound> build(std::span<const ChildShape> children);
+
+ private:
+  friend struct CompoundArchive;
+  /// What follows from the children, whose poses are in the compound's frame.
+  static void arrange(Compound& compound);
+};
+
+}  // namespace fathom

@@ -1,0 +1,26 @@
+// Where a shape is as its neighbour sees it, for queries about surfaces and compounds.
+#pragma once
+
+#include "geometry/placed_shape.hpp"
+
+namespace fathom {
+
+/// A box about a shape, in the frame of a placed surface or compound.
+struct LocalBox {
+  Vec3d centre, half;
+
+  LocalBox(const PlacedShape& frame, const PlacedShape& shape)
+      : centre(frame.to_local(shape.position - frame.position)),
+        half{shape.reach(frame.axes[0]), shape.reach(frame.axes[1]), shape.reach(frame.axes[2])} {}
+  /// With `more` (m) around it, and what single precision loses of it.
+  Aabb grown(double more) const {
+    const auto rounding = [&](double c, double h) { return h + more + 0x1p-21 * (std::abs(c) + h + more); };
+    const Vec3d reach{rounding(centre.x, half.x), rounding(centre.y, half.y), rounding(centre.z, half.z)};
+    return {to_float(centre - reach), to_float(centre + reach)};
+  }
+};
+
+/// What to look for beyond the nearest so far: who is as near up to rounding may have the lesser number.
+inline float search_limit(double nearest) { return static_cast<float>(std::min(1.0, nearest * (1 + 1e-6))); }
+
+}  // namespace fathom

@@ -1,0 +1,68 @@
+// A shape at a pose in double precision, for queries.
+//
+// Queries reach far: a ray of a kilometre passes a pebble, a plate of a kilometre meets one. In single precision the
+// pebble would be smaller than the rounding. Queries run on the host and outside the step, so they can afford better.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/geometry.hpp"
+#include "math/vec3d.hpp"
+
+namespace fathom {
+
+/// A core, which is a box (flat, a segment, a point) or a hull, and all that is within `radius` of it.
+struct PlacedShape {
+  Vec3d position;       ///< m
+  Vec3d axes[3];        ///< the shape's, unit
+  Vec3d half;           ///< of the box (m)
+  HullView hull;        ///< without vertices where the core is a box
+  double radius = 0;    ///< m
+  double thinnest = 0;  ///< half the least width, or about (m)
+
+  PlacedShape(const Geometry& shape, const Pose& pose) : position(to_double(pose.position)) {
+    const Quat& q = pose.rotation;
+    const Vec3d v = to_double(q.vector());
+    const double w = to_double(q.w), s = 2 / (w * w + dot(v, v));
+    axes[0] = {1 - s * (v.y * v.y + v.z * v.z), s * (v.x * v.y + w * v.z), s * (v.x * v.z - w * v.y)};
+    axes[1] = {s * (v.x * v.y - w * v.z), 1 - s * (v.x * v.x + v.z * v.z), s * (v.y * v.z + w * v.x)};
+    axes[2] = {s * (v.x * v.z + w * v.y), s * (v.y * v.z - w * v.x), 1 - s * (v.x * v.x + v.y * v.y)};
+    const Vec3d extents = to_double(shape.half_extents);
+    thinnest = to_double(min_component(shape.half_extents));
+    if (shape.type == ShapeType::hull) {
+      hull = shape.hull;
+    } else if (shape.type == ShapeType::box) {
+      half = extents;
+    } else {
+      radius = thinnest = to_double(shape.radius);
+      if (shape.type == ShapeType::capsule) half.z = extents.z;
+    }
+  }
+
+  Vec3d to_local(Vec3d direction) const {
+    return {dot(axes[0], direction), dot(axes[1], direction), dot(axes[2], direction)};
+  }
+  Vec3d to_world(Vec3d local) const { return local.x * axes[0] + (local.y * axes[1] + local.z * axes[2]); }
+
+  /// The core's point that is farthest along `direction`, from `position`, both in world axes.
+  Vec3d support(Vec3d direction) const {
+    const Vec3d d = to_local(direction);
+    if (hull.vertex_count == 0)
+      return to_world({std::copysign(half.x, d.x), std::copysign(half.y, d.y), std::copysign(half.z, d.z)});
+    int best = 0;
+    double highest = dot(to_double(hull.vertices[0]), d);
+    for (int i = 1; i < hull.vertex_count; ++i) {
+      const double height = dot(to_double(hull.vertices[i]), d);
+      if (height > highest) highest = height, best = i;
+    }
+    return to_world(to_double(hull.vertices[best]));
+  }
+
+  /// Half the extent about `position`, at least, along a unit vector (m).
+  double reach(Vec3d axis) const { return radius + std::max(dot(support(axis), axis), -dot(support(-axis), axis)); }
+  /// Of the shape's bounds, by axis.
+  Vec3d reach() const { return {reach({1, 0, 0}), reach({0, 1, 0}), reach({0, 0, 1})}; }
+};
+
+}  // namespace fathom

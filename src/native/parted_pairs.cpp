@@ -1,0 +1,346 @@
+// Pairs that may touch in several parts, each with a contact of its own: those with a surface have one for each
+// direction in which it is touched (terrain/), those with a compound one for each two children, and both where both
+// are met. Parts are matched with those of the last step by their children, and those of surfaces by their normals.
+#include <algorithm>
+#include <tuple>
+
+#include "check/check.hpp"
+#include "collision/collide.hpp"
+#include "dynamics/manifold_update.hpp"
+#include "dynamics/surface_ahead.hpp"
+#include "geometry/compound_query.hpp"
+#include "native/native_simulator.hpp"
+#include "native/pieces.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+/// A contact of the pair.
+struct Part {
+  std::uint32_t index;
+  Children children;
+  bool touches;
+  bool is_matched = false;
+
+  auto key() const { return std::tuple(children.a, children.b, !touches); }
+};
+
+/// What was found of two pieces.
+struct FoundPart {
+  Children children;
+  float ahead;  ///< see NewManifold
+  Pose b_in_a;  ///< of the bodies
+  Manifold manifold;
+  AxisCache axis;
+};
+
+/// What is found on the way; kept from pair to pair for its room.
+struct PairScratch {
+  std::vector<Part> parts;  ///< by children, those that touch first
+  std::vector<FoundPart> found;
+  std::vector<Part*> places;  ///< of these among the parts
+  std::vector<std::uint32_t> children_a, children_b;
+  SurfaceScratch surface;
+};
+
+Pose inverse(const Pose& pose) { return relative(pose, {}); }
+
+/// Seen from the frame in which the one it is told in is at `pose`.
+Manifold moved(Manifold m, const Pose& pose) {
+  m.normal = rotate(pose.rotation, m.normal);
+  for (int i = 0; i < m.count; ++i) m.points[i].position = transform(pose, m.points[i].position);
+  return m;
+}
+
+}  // namespace
+
+/// One pair while it is brought up to date. Its contacts are looked at by one thread, that of the first one.
+class PartedPair {
+ public:
+  PartedPair(std::uint32_t first, const NarrowPhase& narrow_phase, PairScratch& scratch)
+      : first_(first),
+        narrow_phase_(narrow_phase),
+        scratch_(scratch),
+        a_(narrow_phase.bodies[narrow_phase.graph[first].a]),
+        b_(narrow_phase.bodies[narrow_phase.graph[first].b]) {
+    scratch_.parts.clear();
+    scratch_.found.clear();
+    const ContactGraph& graph = narrow_phase.graph;
+    graph.for_each_in_ring(first, [&](std::uint32_t index) {
+      scratch_.parts.push_back({index, graph.children(index), graph[index].touching()});
+    });
+    std::ranges::stable_sort(scratch_.parts, {}, &Part::key);
+  }
+
+  Change update() {
+    const std::uint32_t touching = any_touching();
+    const Inspection seen =
+        inspect_contact(contact(touching != none ? touching : first_), touching != none ? &manifold(touching) : nullptr,
+                        narrow_phase_.bodies, narrow_phase_.state, narrow_phase_.dt);
+    if (seen.change == Change::recycled && others_moved_little(touching)) {
+      watch_all();
+      return Change::recycled;
+    }
+    if (!seen.collide && seen.change != Change::recycled) return end_all(seen.change == Change::gone);
+    find_parts();
+    return match();
+  }
+
+ private:
+  const BodyState& state() const { return narrow_phase_.state; }
+  const Pose& pose_a() const { return state().poses[contact(first_).a]; }
+  const Pose& pose_b() const { return state().poses[contact(first_).b]; }
+  const Velocity& velocity_a() const { return state().velocities[contact(first_).a]; }
+  const Velocity& velocity_b() const { return state().velocities[contact(first_).b]; }
+  Contact& contact(std::uint32_t index) const { return narrow_phase_.graph[index]; }
+  ContactManifold& manifold(std::uint32_t index) const { return narrow_phase_.graph.manifold(contact(index)); }
+
+  std::uint32_t any_touching() const {
+    for (const Part& part : scratch_.parts)
+      if (part.touches) return part.index;
+    return none;
+  }
+
+  /// All parts but the one that has been asked already. A compound that turns moves its other children, too: none of
+  /// these gets near unseen.
+  bool others_moved_little(std::uint32_t asked) const {
+    const Pose b_in_a = relative(pose_a(), pose_b());
+    for (const Part& part : scratch_.parts) {
+      if (!part.touches) continue;
+      Contact& c = contact(part.index);
+      const float distance = max(c.recycle_distance, 0.0f);
+      const ContactManifold& m = manifold(part.index);
+      if (part.index != asked && (c.ahead || !moved_little(m, b_in_a, distance) || is_to_reduce_anew(c.axis, m)))
+        return false;
+      if (!b_.geometry.is_compound()) continue;
+      const Vec3 half_turn = (conjugate(m.rotation_at_build) * b_in_a.rotation).vector();
+      if (!(4 * length_squared(half_turn) * b_.radius * b_.radius < distance * distance)) return false;
+    }
+    return true;
+  }
+
+  /// What the first contact has met is told by the one who asked, what others have by lists.
+  Change end_all(bool gone) {
+    for (const Part& part : scratch_.parts) {
+      if (part.index == first_) continue;
+      if (part.touches) narrow_phase_.ended.push_back(part.index);
+      if (gone) narrow_phase_.gone.push_back(part.index);
+    }
+    if (gone) return Change::gone;
+    return contact(first_).touching() ? Change::ended : Change::nothing;
+  }
+
+  // --- what touches ------------------------------------------------------------------------------------------
+
+  float margin() const {
+    return speculative_margin(a_.radius, b_.radius, velocity_a(), velocity_b(), narrow_phase_.dt);
+  }
+
+  /// Numbers of the pieces of B that may touch A.
+  std::span<const std::uint32_t> near_children_of_b() {
+    std::vector<std::uint32_t>& near = scratch_.children_b;
+    near.clear();
+    if (b_.geometry.is_compound())
+      find_children(b_.geometry.compound(), grown(bounds(a_.geometry, relative(pose_b(), pose_a())), margin()), near);
+    else
+      near.push_back(0);
+    std::ranges::sort(near);
+    return near;
+  }
+
+  void find_parts() {
+    for (const std::uint32_t child : near_children_of_b()) {
+      const Piece b = piece_of(b_, child);
+      if (a_.geometry.is_surface())
+        touch_surface(b, child);
+      else
+        touch_pieces(b, child);
+    }
+  }
+
+  void watch_all() {
+    if (!a_.geometry.is_surface()) return;
+    for (const std::uint32_t child : near_children_of_b()) watch(child);
+  }
+
+  /// Where the piece gets to is looked at after the step: a load may press what is thin through within one.
+  void watch(std::uint32_t child_b) {
+    const Contact& c = contact(first_);
+    narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), {}, {0, child_b}});
+  }
+
+  void touch_surface(const Piece& b, std::uint32_t child) {
+    if (!may_collide(a_.filter, b.filter)) return;
+    watch(child);
+    const float dt = narrow_phase_.dt;
+    const Mover surface{a_.geometry, a_.radius, pose_a(), velocity_a()};
+    const Mover body = mover_of(b, pose_b(), velocity_b(), dt);
+    const Pose b_in_a = relative(surface.pose, body.pose);
+    const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
+    const float movement = movement_of(near, surface.radius, body.radius, dt);
+    SurfaceContact found;
+    SurfaceAhead ahead{b_in_a, -1};
+    if (movement <= max(slow_movement, slow_share * b.half)) {
+      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, scratch_.surface, found);
+    } else {
+      ahead = look_ahead(surface, body, b_in_a, near, b.half, dt, scratch_.surface);
+      const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
+      collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
+                      scratch_.surface, found);
+    }
+    const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
+    for (int g = 0; g < found.count; ++g)
+      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], {}});
+  }
+
+  void touch_pieces(const Piece& b, std::uint32_t child_b) {
+    const Pose b_in_a = relative(pose_a(), pose_b()) * b.pose;
+    std::vector<std::uint32_t>& near = scratch_.children_a;
+    near.clear();
+    if (a_.geometry.is_compound())
+      find_children(a_.geometry.compound(), grown(bounds(b.geometry, b_in_a), margin()), near);
+    else
+      near.push_back(0);
+    std::ranges::sort(near);
+    for (const std::uint32_t child_a : near) touch(piece_of(a_, child_a), b, {child_a, child_b});
+  }
+
+  void touch(const Piece& a, const Piece& b, Children children) {
+    if (!may_collide(a.filter, b.filter)) return;
+    const float dt = narrow_phase_.dt;
+    const Mover on_a = mover_of(a, pose_a(), velocity_a(), dt), on_b = mover_of(b, pose_b(), velocity_b(), dt);
+    const Pose b_in_a = relative(on_a.pose, on_b.pose);
+    const float margin = speculative_margin(a.radius, b.radius, on_a.velocity, on_b.velocity, dt);
+    AxisCache axis;
+    PatchLoad load;
+    if (const Part* const part = touching_part(children)) {
+      axis = contact(part->index).axis;
+      if (axis.reduced) load = load_of(manifold(part->index));
+      load.at = inverse_transform(a.pose, load.at);
+    }
+    const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, axis, load);
+    const auto take = [&](const Manifold& m, const Pose& at, float ahead) {
+      if (m.count > 0)
+        scratch_.found.push_back({children, ahead, a.pose * at * inverse(b.pose), moved(m, a.pose), axis});
+    };
+    const float half = min(a.half, b.half);
+    if (movement_of(margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
+      return take(fresh, b_in_a, -1);
+    const bool fixed_a = contact(first_).fixed_a;
+    if (!fixed_a && pass_for_certain(fresh, axis, on_a.velocity, on_b.velocity, dt)) return;
+    const LookAhead seen = look_ahead(on_a, on_b, fresh, margin, half, dt);
+    if (seen.is_fast && fixed_a) {
+      const Contact& c = contact(first_);
+      narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), seen.first, children});
+    }
+    if (seen.ahead == Ahead::meets) return take(seen.manifold, seen.b_in_a, seen.time);
+    if (seen.ahead == Ahead::as_seen) take(fresh, b_in_a, -1);
+  }
+
+  // --- which contact it is -----------------------------------------------------------------------------------
+
+  std::span<Part> parts_of(Children children) const {
+    const auto same = std::ranges::equal_range(scratch_.parts, std::tuple(children.a, children.b), {},
+                                               [](const Part& p) { return std::tuple(p.children.a, p.children.b); });
+    return {same.begin(), same.end()};
+  }
+
+  const Part* touching_part(Children children) const {
+    const std::span<Part> same = parts_of(children);
+    return !same.empty() && same[0].touches ? &same[0] : nullptr;
+  }
+
+  Change match() {
+    std::vector<Part*>& places = scratch_.places;
+    places.clear();
+    for (const FoundPart& found : scratch_.found) places.push_back(taken(most_alike(found)));
+    Change of_first = contact(first_).touching() ? Change::ended : Change::nothing;
+    std::size_t unused = 0;
+    for (std::size_t i = 0; i < scratch_.found.size(); ++i) {
+      const FoundPart& found = scratch_.found[i];
+      if (!places[i]) places[i] = taken(next_unused(unused, found.children));
+      if (!places[i]) {
+        narrow_phase_.has_new_parts = true;
+        narrow_phase_.begun.push_back(
+            {first_ | NewManifold::new_part, found.ahead, found.b_in_a, found.manifold, found.children, found.axis});
+        continue;
+      }
+      const std::uint32_t index = places[i]->index;
+      Contact& c = contact(index);
+      c.axis = found.axis;
+      const Change change = narrow_phase_.put(index, c, found.manifold, found.b_in_a, found.ahead,
+                                              c.touching() ? &manifold(index) : nullptr);
+      if (index == first_) of_first = change;
+    }
+    for (const Part& part : scratch_.parts)
+      if (part.index != first_ && !part.is_matched && part.touches) narrow_phase_.ended.push_back(part.index);
+    return of_first;
+  }
+
+  static Part* taken(Part* part) {
+    if (part) part->is_matched = true;
+    return part;
+  }
+
+  /// Of those of the same children that touch: with a surface, the one whose normal is nearest to this one; null: none
+  /// is near.
+  Part* most_alike(const FoundPart& found) const {
+    constexpr float alike = 0.9f;
+    Part* best = nullptr;
+    float nearest = a_.geometry.is_surface() ? alike : -2.0f;
+    for (Part& part : parts_of(found.children)) {
+      if (part.is_matched || !part.touches) continue;
+      const float cosine = dot(manifold(part.index).normal, found.manifold.normal);
+      if (cosine > nearest) best = &part, nearest = cosine;
+    }
+    return best;
+  }
+
+  /// A contact that does not touch, for other children from now on.
+  Part* next_unused(std::size_t& next, Children children) {
+    while (next < scratch_.parts.size() && (scratch_.parts[next].is_matched || scratch_.parts[next].touches)) ++next;
+    if (next == scratch_.parts.size()) return nullptr;
+    narrow_phase_.graph.set_children(scratch_.parts[next].index, children);
+    return &scratch_.parts[next];
+  }
+
+  std::uint32_t first_;
+  const NarrowPhase& narrow_phase_;
+  PairScratch& scratch_;
+  const BodyInfo &a_, &b_;
+};
+
+Change update_parts(std::uint32_t index, const NarrowPhase& narrow_phase) {
+  thread_local PairScratch scratch;
+  return PartedPair(index, narrow_phase, scratch).update();
+}
+
+/// A piece's centre never gets behind a triangle: it would be pushed out on the other side. It goes along the triangle
+/// from where it is as far in front as half the piece's thickness, or as it was, and loses its approach.
+bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
+  thread_local SurfaceScratch scratch;
+  const BodyInfo& a = bodies[pair.a];
+  const Piece b = piece_of(bodies[pair.b], pair.children.b);
+  const Velocity& of_surface = state_.velocities[pair.a];
+  Pose end = state_.poses[pair.b];
+  const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
+  const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
+                     inverse_transform(pair.pose_a, begin_of_piece.position);
+  if (length_squared(moved) <= 0.0625f * b.half * b.half) return false;
+  Velocity v = state_.velocities[pair.b];
+  const CentreWay way =
+      centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
+                 state_.poses[pair.a], end_of_piece, b.half, scratch);
+  if (way.stops == 0) return false;
+  end.position = b.is_child ? end.position + (way.end - end_of_piece.position) : way.end;
+  const Vec3 of_place = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
+  const Vec3 of_piece = cross(v.angular, way.end - end.position);
+  for (int i = 0; i < way.stops; ++i)
+    v.linear = mul_add(v.linear, max(dot(way.normals[i], of_place - of_piece - v.linear), 0.0f), way.normals[i]);
+  place(pair.b, end, v);
+  if (pair.contact != none) forget_build(pair.contact);
+  return true;
+}
+
+}  // namespace fathom::native

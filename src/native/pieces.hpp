@@ -1,0 +1,49 @@
+// What touches in one contact: a body's shape, or one child of its compound.
+#pragma once
+
+#include "dynamics/look_ahead.hpp"
+#include "dynamics/overlap.hpp"
+#include "geometry/support.hpp"
+#include "native/contact.hpp"
+#include "world/body_table.hpp"
+#include "world/filter.hpp"
+
+namespace fathom::native {
+
+struct Piece {
+  Geometry geometry;
+  Pose pose;     ///< in the body's frame; of a body's whole shape the identity
+  float radius;  ///< of the bounding sphere (m)
+  float half;    ///< of its thickness (m)
+  const Material& material;
+  const Filter& filter;
+  bool is_child;
+};
+
+inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
+  if (!info.geometry.is_compound())
+    return {info.geometry, {}, info.radius, half_thickness(info), info.material, info.filter, false};
+  const ChildShape& c = info.geometry.compound().children()[child];
+  const Geometry shape = geometry(c.shape);
+  return {shape,
+          c.pose,
+          c.shape.hull ? c.shape.hull->outer_radius() : bounding_radius(shape),
+          half_thickness(shape.type, shape.half_extents, shape.radius),
+          c.material ? *c.material : info.material,
+          c.filter ? *c.filter : info.filter,
+          true};
+}
+
+inline float recycle_distance(const Piece& a, const Piece& b) {
+  return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
+}
+
+/// The piece as a body of its own, whose centre is within dt (s) where the body takes it.
+inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, float dt) {
+  if (!piece.is_child) return {piece.geometry, piece.radius, pose, v};
+  Mover m{piece.geometry, piece.radius, pose * piece.pose, v};
+  m.velocity.linear = (1 / dt) * (transform(advanced(pose, v, dt), piece.pose.position) - m.pose.position);
+  return m;
+}
+
+}  // namespace fathom::native

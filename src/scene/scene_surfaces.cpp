@@ -1,0 +1,258 @@
+#include "scene/scene_surfaces.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fathom/mesh.hpp>
+#include <filesystem>
+#include <memory>
+
+#include "files/input_file.hpp"
+#include "scene/made_ground.hpp"
+#include "scene/obj_file.hpp"
+#include "scene/pgm_file.hpp"
+
+namespace fathom {
+namespace {
+
+constexpr int most_samples_a_side = 1 << 20;
+constexpr std::uint64_t most_samples = std::uint64_t{1} << 26;
+
+/// The only one of the keys that the table has.
+std::string_view only_one_of(const TomlTable& table, std::initializer_list<std::string_view> keys,
+                             const std::string& remedy) {
+  std::string_view found;
+  for (const std::string_view key : keys) {
+    if (!table.has(key)) continue;
+    if (!found.empty())
+      table.fail(*table.find(key), table.name() + " has both '" + std::string(found) + "' and '" + std::string(key) +
+                                       "'; remove one of them");
+    found = key;
+  }
+  if (found.empty()) table.fail(table.name() + " needs " + remedy);
+  return found;
+}
+
+/// A key that goes with another one alone would seem to work.
+void refuse_with(const TomlTable& table, std::string_view source, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys)
+    if (const toml::node* node = table.find(key))
+      table.fail(*node,
+                 "'" + std::string(key) + "' does not go with '" + std::string(source) + "'; remove one of them");
+}
+
+struct SurfaceFile {
+  std::string path, content;
+};
+
+SurfaceFile read_file(const TomlTable& table, const std::string& kind) {
+  std::string name;
+  table.read("file", name);
+  const toml::node& node = *table.find("file");
+  const std::filesystem::path path = std::filesystem::path(table.file()).parent_path() / name;
+  const std::string remedy = "; give the path of " + kind + " from the scene file's folder";
+  std::error_code ignored;
+  if (!name.empty() && std::filesystem::is_directory(path, ignored))
+    table.fail(node, path.string() + " is a folder" + remedy);
+  if (name.empty() || !std::filesystem::is_regular_file(path, ignored))
+    table.fail(node, "there is no file " + (name.empty() ? "named ''" : path.string()) + remedy);
+  try {
+    return {path.string(), files::read_file(path.string(), "check its permissions")};
+  } catch (const Error& error) {
+    table.fail(node, error.what());
+  }
+}
+
+/// Whole numbers from 0 to below a limit each, which `what` calls in complaints.
+std::vector<std::uint32_t> read_indices(const TomlTable& table, const toml::node& node, std::string_view key,
+                                        std::initializer_list<std::size_t> limits, std::string_view what) {
+  const std::vector<float> numbers = table.numbers(node, key, limits.size(), limits.size());
+  std::vector<std::uint32_t> indices;
+  for (const std::size_t limit : limits) {
+    const double value = static_cast<double>(numbers[indices.size()]);
+    if (!(value >= 0) || value != std::floor(value) || value >= static_cast<double>(limit))
+      table.fail(node, "there is no such " + std::string(what) + " in '" + std::string(key) + "': they go from 0 to " +
+                           std::to_string(limit - 1));
+    indices.push_back(static_cast<std::uint32_t>(value));
+  }
+  return indices;
+}
+
+ObjTriangles read_triangles(const TomlTable& table) {
+  const std::string remedy = "lists [x, y, z] of 'vertices' (m) and [0, 1, 2] of 'triangles', or a 'file' (*.obj)";
+  ObjTriangles read;
+  for (const toml::node& vertex : table.as_array(table.required("vertices", remedy), "vertices")) {
+    const std::vector<float> v = table.numbers(vertex, "vertices", 3, 3);
+    read.vertices.push_back({v[0], v[1], v[2]});
+  }
+  const std::size_t count = read.vertices.size();
+  const toml::node& triangles = table.required("triangles", remedy);
+  if (count == 0) table.fail(triangles, "there are no 'vertices' for the triangles; list them");
+  if (count >= (1 << 24))
+    table.fail("there are too many 'vertices' to list, " + std::to_string(count) + "; use a 'file'");
+  for (const toml::node& triangle : table.as_array(triangles, "triangles")) {
+    const auto corners = read_indices(table, triangle, "triangles", {count, count, count}, "vertex");
+    read.indices.insert(read.indices.end(), corners.begin(), corners.end());
+  }
+  return read;
+}
+
+/// One factor, or one along each axis.
+Vec3 read_scale(const TomlTable& table) {
+  Vec3 scale{1, 1, 1};
+  const toml::node* node = table.find("scale");
+  if (node && node->is_number()) {
+    table.read("scale", scale.x, Range::positive);
+    return {scale.x, scale.x, scale.x};
+  }
+  table.read("scale", scale, Range::positive);
+  return scale;
+}
+
+/// Heights (m) and how many there are along x and y.
+struct Heights {
+  int columns = 0, rows = 0;
+  std::vector<float> values;
+};
+
+/// Width of a cell along x and y.
+std::pair<float, float> read_cell(const TomlTable& table) {
+  const toml::node& node = table.required("cell", "m between heights, one number, or [x, y]");
+  float width = 0;
+  if (node.is_number()) {
+    table.read("cell", width, Range::positive);
+    return {width, width};
+  }
+  const std::vector<float> both = table.numbers(node, "cell", 2, 2);
+  if (!(std::min(both[0], both[1]) > 0)) table.fail(node, "'cell' must be greater than 0");
+  return {both[0], both[1]};
+}
+
+Heights read_size(const TomlTable& table) {
+  Heights heights;
+  table.required("columns", "how many heights there are along x");
+  table.required("rows", "how many heights there are along y");
+  table.read("columns", heights.columns, 2, most_samples_a_side);
+  table.read("rows", heights.rows, 2, most_samples_a_side);
+  const auto samples = static_cast<std::uint64_t>(heights.columns) * static_cast<std::uint64_t>(heights.rows);
+  if (samples > most_samples)
+    table.fail("'columns' × 'rows' are " + std::to_string(samples) + " heights; at most " +
+               std::to_string(most_samples) + " are possible");
+  return heights;
+}
+
+Heights listed(const TomlTable& table) {
+  Heights heights = read_size(table);
+  const auto samples = static_cast<std::size_t>(heights.columns) * static_cast<std::size_t>(heights.rows);
+  heights.values = table.numbers(*table.find("heights"), "heights", samples, samples);
+  return heights;
+}
+
+/// The picture's upper edge is the far one: seen from above, y up, the ground looks as the picture does.
+Heights pictured(const TomlTable& table) {
+  refuse_with(table, "file", {"columns", "rows"});
+  float scale = 0, offset = 0;
+  table.required("scale", "height of white above black (m)");
+  table.read("scale", scale, Range::positive);
+  table.read("offset", offset);
+  const SurfaceFile file = read_file(table, "a grey picture (*.pgm)");
+  const GreyPicture picture = parse_pgm(file.content, file.path, most_samples);
+  Heights heights{static_cast<int>(picture.width), static_cast<int>(picture.height), {}};
+  for (std::size_t row = picture.height; row-- > 0;)
+    for (std::size_t column = 0; column < picture.width; ++column)
+      heights.values.push_back(offset + scale * picture.pixels[row * picture.width + column]);
+  return heights;
+}
+
+/// Reads what waves and hills have in common.
+template <class Ground>
+void read_ground(const TomlTable& table, float cell, Ground& ground) {
+  float height = 0, length = 0;
+  table.required("height", "from the lowest to the highest that there may be (m)");
+  table.required("length", "width of the largest (m)");
+  table.read("height", height, Range::positive);
+  table.read("length", length, Range::positive);
+  table.read("seed", ground.seed);
+  if (length < 2 * cell)
+    table.fail(*table.find("length"), "'length' must be at least two cells, or the ground cannot show it");
+  ground.height = static_cast<double>(height);
+  ground.length = static_cast<double>(length);
+}
+
+Waves read_waves(const TomlTable& outer, float cell) {
+  const TomlTable table(outer.as_table(*outer.find("waves"), "waves"), "waves", outer.file(),
+                        {"height", "length", "seed"});
+  Waves waves;
+  read_ground(table, cell, waves);
+  return waves;
+}
+
+Hills read_hills(const TomlTable& outer, float cell) {
+  const TomlTable table(outer.as_table(*outer.find("hills"), "hills"), "hills", outer.file(),
+                        {"height", "length", "roughness", "seed"});
+  Hills hills;
+  read_ground(table, cell, hills);
+  float roughness = 0.5f;
+  table.read("roughness", roughness, Range::unit_interval);
+  hills.roughness = static_cast<double>(roughness);
+  // No hill is narrower than two cells.
+  hills.layers = std::clamp(1 + static_cast<int>(std::log2(hills.length / (2 * static_cast<double>(cell)))), 1, 8);
+  return hills;
+}
+
+template <class Ground>
+Heights made(const TomlTable& table, std::pair<float, float> cell, const Ground& ground) {
+  Heights heights = read_size(table);
+  for (int j = 0; j < heights.rows; ++j)
+    for (int i = 0; i < heights.columns; ++i)
+      heights.values.push_back(
+          static_cast<float>(ground.at(i * static_cast<double>(cell.first), j * static_cast<double>(cell.second))));
+  return heights;
+}
+
+}  // namespace
+
+Shape read_mesh(const TomlTable& outer, const toml::table& shape, const std::string& name) {
+  const TomlTable table(shape, name, outer.file(), {"type", "file", "scale", "vertices", "triangles"});
+  ObjTriangles read;
+  if (table.has("file")) {
+    refuse_with(table, "file", {"vertices", "triangles"});
+    const SurfaceFile file = read_file(table, "a mesh (*.obj)");
+    read = parse_obj(file.content, file.path);
+  } else {
+    read = read_triangles(table);
+  }
+  const Vec3 scale = read_scale(table);
+  for (Vec3& vertex : read.vertices) vertex = {scale.x * vertex.x, scale.y * vertex.y, scale.z * vertex.z};
+  return mesh(read.vertices, read.indices);
+}
+
+Shape read_height_field(const TomlTable& outer, const toml::table& shape, const std::string& name) {
+  const TomlTable table(
+      shape, name, outer.file(),
+      {"type", "columns", "rows", "cell", "heights", "file", "scale", "offset", "waves", "hills", "holes"});
+  const std::string_view source =
+      only_one_of(table, {"heights", "file", "waves", "hills"},
+                  "one of 'heights' (a list, m), 'file' (*.pgm), 'waves' and 'hills': where its heights come from");
+  if (source != "file") refuse_with(table, source, {"scale", "offset"});
+  const auto cell = read_cell(table);
+  const float widest = std::max(cell.first, cell.second);
+  const Heights heights = source == "heights" ? listed(table)
+                          : source == "file"  ? pictured(table)
+                          : source == "waves" ? made(table, cell, read_waves(table, widest))
+                                              : made(table, cell, read_hills(table, widest));
+  HeightFieldDef def{static_cast<std::uint32_t>(heights.columns), static_cast<std::uint32_t>(heights.rows), cell.first,
+                     cell.second, heights.values};
+  std::unique_ptr<bool[]> holes;
+  if (const toml::node* node = table.find("holes"); node && heights.columns >= 2 && heights.rows >= 2) {
+    const std::size_t across = def.columns - 1, along = def.rows - 1;
+    holes = std::make_unique<bool[]>(across * along);
+    for (const toml::node& hole : table.as_array(*node, "holes")) {
+      const auto at = read_indices(table, hole, "holes", {across, along}, "cell");
+      holes[at[1] * across + at[0]] = true;
+    }
+    def.holes = {holes.get(), across * along};
+  }
+  return height_field(def);
+}
+
+}  // namespace fathom

@@ -1,0 +1,218 @@
+#include "terrain/surface_contact.hpp"
+
+#include <algorithm>
+
+#include "collision/clip.hpp"
+#include "collision/reduce.hpp"
+#include "geometry/support.hpp"
+
+namespace fathom {
+namespace {
+
+/// Normals within some 5° of each other make one manifold.
+constexpr float same_normal = 0.996f;
+
+/// The triangles found, as each other's neighbours.
+class Found final : public Surroundings {
+ public:
+  explicit Found(SurfaceScratch& scratch) : hulls_(scratch.hulls), corners_(scratch.corners) { corners_.clear(); }
+
+  bool rises(const TriangleHull& t, unsigned tips, Vec3 axis) const override {
+    constexpr float flat = 2e-5f;  // the sine of an angle that rounding may make
+    if (corners_.empty()) sort_corners();
+    std::uint32_t shared[3];
+    int count = 0;
+    for (unsigned k = 0; k < 3; ++k)
+      if (tips >> k & 1) shared[count++] = t.names[k];
+    const auto is_shared = [&](std::uint32_t name) {
+      for (int i = 0; i < count; ++i)
+        if (shared[i] == name) return true;
+      return false;
+    };
+    using Corner = SurfaceScratch::Corner;
+    for (auto c = std::ranges::lower_bound(corners_, shared[0], {}, &Corner::name);
+         c != corners_.end() && c->name == shared[0]; ++c) {
+      const TriangleHull& other = hulls_[c->triangle];
+      if (&other == &t) continue;
+      int met = 0;
+      Vec3 at;
+      for (int k = 0; k < 3; ++k)
+        if (is_shared(other.names[k])) ++met, at = other.vertices[k];
+      if (met < count) continue;
+      for (int k = 0; k < 3; ++k) {
+        if (is_shared(other.names[k])) continue;
+        const Vec3 way = other.vertices[k] - at;
+        const float height = dot(way, axis);
+        if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  void sort_corners() const {
+    for (std::uint32_t t = 0; t < hulls_.size(); ++t)
+      for (const std::uint32_t name : hulls_[t].names) corners_.push_back({name, t});
+    std::ranges::sort(corners_, {}, &SurfaceScratch::Corner::name);
+  }
+
+  const std::vector<TriangleHull>& hulls_;
+  std::vector<SurfaceScratch::Corner>& corners_;  // made when they are first asked for
+};
+
+/// The points of a group, of which four stay.
+class Patch {
+ public:
+  Patch(Vec3 normal, const Tolerance& tolerance) : tolerance_(tolerance) { frame_ = make_face_frame({normal, 0}); }
+
+  void add(const ManifoldPoint& point) {
+    // Neighbours find the corners that they share twice.
+    const float apart = tolerance_.side * tolerance_.side;
+    for (int i = 0; i < count_; ++i)
+      if (length_squared(kept_[i].position - point.position) <= apart) {
+        if (point.separation < kept_[i].separation) kept_[i] = point;
+        return;
+      }
+    if (count_ == max_face_points) thin_out();
+    kept_[count_++] = point;
+  }
+
+  void put(Manifold& m, bool of_round) {
+    m.normal = frame_.n;
+    if (of_round) return put_line(m);
+    FacePoint points[max_face_points];
+    to_face(points);
+    m.count = reduce(points, count_, tolerance_.depth_tie);
+    for (int i = 0; i < m.count; ++i) m.points[i] = kept_[points[i].feature];
+  }
+
+ private:
+  void to_face(FacePoint* points) const {
+    for (int i = 0; i < count_; ++i) {
+      points[i] = fathom::to_face(frame_, kept_[i].position, static_cast<std::uint32_t>(i));
+      points[i].z = kept_[i].separation;
+    }
+  }
+
+  /// What is round touches along a line: its two ends stay, or the deepest point in place of the end that is nearer to
+  /// it.
+  void put_line(Manifold& m) const {
+    int deepest = 0;
+    for (int i = 1; i < count_; ++i)
+      if (kept_[i].separation < kept_[deepest].separation) deepest = i;
+    int end = farthest_from(deepest), other = farthest_from(end);
+    if (kept_[deepest].separation < min(kept_[end].separation, kept_[other].separation) - tolerance_.depth_tie)
+      other = deepest;
+    m.points[0] = kept_[end];
+    m.points[1] = kept_[other];
+    m.count = end == other ? 1 : 2;
+  }
+  int farthest_from(int i) const {
+    int farthest = i;
+    float most = 0;
+    for (int k = 0; k < count_; ++k) {
+      const float apart = length_squared(kept_[k].position - kept_[i].position);
+      if (apart > most) farthest = k, most = apart;
+    }
+    return farthest;
+  }
+
+  /// Leaves the farthest points in sixteen directions, and the deepest.
+  void thin_out() {
+    constexpr float x[] = {1, 0.924f, 0.707f, 0.383f, 0, -0.383f, -0.707f, -0.924f};
+    constexpr float y[] = {0, 0.383f, 0.707f, 0.924f, 1, 0.924f, 0.707f, 0.383f};
+    FacePoint points[max_face_points];
+    to_face(points);
+    bool stays[max_face_points] = {};
+    int deepest = 0;
+    for (int i = 1; i < count_; ++i)
+      if (points[i].z < points[deepest].z) deepest = i;
+    stays[deepest] = true;
+    for (int direction = 0; direction < 8; ++direction) {
+      int farthest = 0, nearest = 0;
+      const auto along = [&](int i) { return points[i].x * x[direction] + points[i].y * y[direction]; };
+      for (int i = 1; i < count_; ++i) {
+        if (along(i) > along(farthest)) farthest = i;
+        if (along(i) < along(nearest)) nearest = i;
+      }
+      stays[farthest] = stays[nearest] = true;
+    }
+    int left = 0;
+    for (int i = 0; i < count_; ++i)
+      if (stays[i]) kept_[left++] = kept_[i];
+    count_ = left;
+  }
+
+  Tolerance tolerance_;
+  FaceFrame frame_;
+  ManifoldPoint kept_[max_face_points];
+  int count_ = 0;
+};
+
+/// Of touches that are all deeper than the shape is thick: those along the normal by which the way out is the shortest.
+void keep_least_deep(std::vector<SurfaceScratch::Touch>& touches) {
+  const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
+  std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
+}
+
+/// Every touch gets a group; returns the groups' normals, the deepest first.
+int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surface_manifolds]) {
+  int groups = 0;
+  for (SurfaceScratch::Touch& touch : touches) {
+    int best = -1;
+    float nearest = same_normal;
+    for (int g = 0; g < groups; ++g) {
+      const float cosine = dot(normals[g], touch.manifold.normal);
+      if (cosine > nearest) best = g, nearest = cosine;
+    }
+    if (best < 0 && groups < max_surface_manifolds) {
+      best = groups;
+      normals[groups++] = touch.manifold.normal;
+    }
+    touch.group = best;  // that of none: more directions than anything can rest on
+  }
+  return groups;
+}
+
+}  // namespace
+
+void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
+                     SurfaceScratch& scratch, SurfaceContact& contact) {
+  auto& [triangles, hulls, corners, touches] = scratch;
+  contact.count = 0;
+  triangles.clear();
+  surface.find(grown(bounds(b, b_in_a), margin), triangles);
+  if (triangles.empty()) return;
+  hulls.clear();
+  for (const std::uint32_t t : triangles) hulls.emplace_back(surface.triangle(t), b_in_a.position);
+
+  const TurnedShape shape(b, b_in_a.rotation);
+  const Found found(scratch);
+  touches.clear();
+  bool any_sound = false;
+  for (const TriangleHull& hull : hulls) {
+    const auto [m, is_deep] = collide_triangle(hull, shape, margin, found);
+    if (m.count == 0 || (is_deep && any_sound)) continue;
+    if (!is_deep && !any_sound) touches.clear(), any_sound = true;
+    touches.push_back({m, nearest_of(m), 0});
+  }
+  if (touches.empty()) return;
+  if (!any_sound) keep_least_deep(touches);
+  std::ranges::stable_sort(touches, {}, &SurfaceScratch::Touch::nearest);
+
+  Vec3 normals[max_surface_manifolds];
+  contact.count = group(touches, normals);
+  const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
+  for (int g = 0; g < contact.count; ++g) {
+    Patch patch(normals[g], tolerance);
+    for (const SurfaceScratch::Touch& touch : touches) {
+      if (touch.group != g) continue;
+      for (int i = 0; i < touch.manifold.count; ++i) patch.add(touch.manifold.points[i]);
+    }
+    Manifold& m = contact.manifolds[g];
+    patch.put(m, shape.is_round());
+    for (int i = 0; i < m.count; ++i) m.points[i].position += b_in_a.position;
+  }
+}
+
+}  // namespace fathom

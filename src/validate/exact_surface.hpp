@@ -1,0 +1,36 @@
+// What lies in or below a surface of triangles, slow and exact, without a line of the engine's own collision detection.
+#pragma once
+
+#include <fathom/mesh.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "validate/exact_overlap.hpp"
+
+namespace fathom::validate {
+
+/// How deep each of the solids is in the placed surface (m): of all triangles the largest of the least ways out.
+std::vector<double> depths_in(const Surface& surface, const Pose& pose, std::span<const Solid> solids);
+
+/// Ground that nowhere hangs over: heights over its triangles.
+class Ground {
+ public:
+  explicit Ground(const Surface& surface);
+
+  /// How far (m) the point is above the triangle below or above it, along z of the surface placed there. None beside
+  /// the surface and in holes.
+  std::optional<double> height_over(const Pose& pose, Vec3d point) const;
+
+ private:
+  std::size_t place(int i, int j) const { return static_cast<std::size_t>(j * side_ + i); }
+  int column(double x) const;
+  int row(double y) const;
+
+  const Surface& surface_;
+  int side_;  // cells of a grid along x and y
+  Vec3d lower_, size_;
+  std::vector<std::vector<std::uint32_t>> grid_;  // triangles by where they are seen from above
+};
+
+}  // namespace fathom::validate

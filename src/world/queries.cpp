@@ -1,0 +1,259 @@
+// World's queries: checks what is asked, lets the simulator's tree offer bodies, and asks each of them exactly.
+//
+// What is answered depends on bodies and poses alone, not on the tree: all simulators give the same.
+#include <algorithm>
+#include <fathom/world.hpp>
+#include <string>
+
+#include "geometry/compound_query.hpp"
+#include "geometry/query.hpp"
+#include "geometry/separation.hpp"
+#include "geometry/support.hpp"
+#include "geometry/surface_query.hpp"
+#include "world/simulator.hpp"
+#include "world/validate.hpp"
+
+namespace fathom {
+
+namespace {
+
+bool is_before(float fraction, BodyId id, const CastHit& other) {
+  return fraction != other.fraction ? fraction < other.fraction : id.index < other.body.index;
+}
+
+/// What one query looks at.
+class Query {
+ public:
+  Query(const Simulator& simulator, const QueryFilter& filter, const char* action)
+      : bodies_(simulator.bodies), simulator_(simulator), filter_(filter) {
+    for (const BodyId id : filter.ignored) bodies_.slot(id, action);
+    poses_ = simulator.prepare_queries();
+  }
+
+  /// The nearest of what `meet(geometry, pose, limit)` finds, an optional `SurfaceHit` up to the fraction `limit`, of
+  /// bodies that the box meets. Of equally near ones the one with the least index.
+  template <class Meet>
+  std::optional<CastHit> nearest(const MovingBox& box, const Meet& meet) const {
+    std::optional<CastHit> nearest;
+    for_each_in(box, [&](std::uint32_t slot) {
+      // Whoever is as near up to rounding may have the lesser index.
+      const double limit = nearest ? std::min(1.0, (1 + 1e-7) * static_cast<double>(nearest->fraction)) : 1.0;
+      const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], limit);
+      const bool is_nearer = hit && (!nearest || is_before(hit->fraction, bodies_.id(slot), *nearest));
+      if (is_nearer && accepts(slot)) nearest = cast_hit(slot, *hit);
+      return nearest ? nearest->fraction : 1.0f;
+    });
+    return nearest;
+  }
+
+  /// All of them, the nearest first.
+  template <class Meet>
+  std::vector<CastHit> all(const MovingBox& box, const Meet& meet) const {
+    std::vector<CastHit> hits;
+    for_each_in(box, [&](std::uint32_t slot) {
+      const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], 1.0);
+      if (hit && accepts(slot)) hits.push_back(cast_hit(slot, *hit));
+      return 1.0f;
+    });
+    std::ranges::sort(hits, [](const CastHit& a, const CastHit& b) { return is_before(a.fraction, a.body, b); });
+    return hits;
+  }
+
+  /// Bodies, ascending, of which `overlap(geometry, pose)` says so, out of those that the box meets.
+  template <class Overlap>
+  std::vector<BodyId> overlaps(const MovingBox& box, const Overlap& overlap) const {
+    std::vector<BodyId> ids;
+    for_each_in(box, [&](std::uint32_t slot) {
+      if (overlap(bodies_[slot].geometry, poses_[slot]) && accepts(slot)) ids.push_back(bodies_.id(slot));
+      return 1.0f;
+    });
+    std::ranges::sort(ids, {}, &BodyId::index);
+    return ids;
+  }
+
+  const Geometry& geometry(std::uint32_t slot) const { return bodies_[slot].geometry; }
+  const Pose& pose(std::uint32_t slot) const { return poses_[slot]; }
+
+ private:
+  /// Calls visit(slot) for bodies that the mask and the list let pass.
+  template <class Visit>
+  void for_each_in(const MovingBox& box, const Visit& visit) const {
+    struct Visitor final : BodyVisitor {
+      Visitor(const Query& of, const Visit& how) : query(of), act(how) {}
+      float visit(std::uint32_t slot) override {
+        if (query.looks_at(slot)) limit = act(slot);
+        return limit;
+      }
+      const Query& query;
+      const Visit& act;
+      float limit = 1;
+    } visitor(*this, visit);
+    simulator_.visit_bodies(box, visitor);
+  }
+
+  bool looks_at(std::uint32_t slot) const {
+    if ((bodies_[slot].filter.category & filter_.mask) == 0) return false;
+    return std::ranges::find(filter_.ignored, slot, &BodyId::index) == filter_.ignored.end();
+  }
+  bool accepts(std::uint32_t slot) const { return !filter_.accepts || filter_.accepts(bodies_.id(slot)); }
+
+  CastHit cast_hit(std::uint32_t slot, const SurfaceHit& hit) const {
+    return {bodies_.id(slot), hit.fraction, hit.point, hit.normal, hit.starts_inside, hit.triangle, hit.child};
+  }
+
+  const BodyTable& bodies_;
+  const Simulator& simulator_;
+  const QueryFilter& filter_;
+  std::span<const Pose> poses_;
+};
+
+void check_translation(Vec3 translation, const std::string& action) {
+  check_finite(translation, action.c_str(), "the translation");
+  if (translation == Vec3{}) refuse(action + ": the translation is zero; give the vector from origin to end");
+}
+
+void check_ray(const Ray& ray, const std::string& action) {
+  check_finite(ray.origin, action.c_str(), "the origin");
+  check_translation(ray.translation, action);
+}
+
+PlacedShape checked(const Shape& shape, const Pose& pose, const char* action) {
+  check_shape(shape, action);
+  if (shape.is_surface())
+    refuse(std::string(action) + ": the shape is a mesh or a height field; ask with a convex one");
+  if (shape.compound) refuse(std::string(action) + ": the shape is a compound; ask with each of its children");
+  check_pose(pose, action);
+  return {geometry(shape), pose};
+}
+
+MovingBox box_of(const Ray& ray) { return {ray.origin, {}, ray.translation}; }
+MovingBox box_of(const PlacedShape& shape, Vec3 translation) {
+  return {to_float(shape.position), to_float(shape.reach()), translation};
+}
+
+auto meeting(const Ray& ray) {
+  return [ray](const Geometry& shape, const Pose& pose, double limit) {
+    return ray_cast(shape, pose, ray.origin, ray.translation, limit);
+  };
+}
+auto meeting(const PlacedShape& moving, Vec3 translation) {
+  return [&moving, translation](const Geometry& shape, const Pose& pose, double limit) {
+    if (shape.is_compound()) return shape_cast_at_compound(moving, translation, shape.compound(), pose, limit);
+    return shape.is_surface() ? shape_cast_at_surface(moving, translation, shape, pose, limit)
+                              : shape_cast(moving, translation, {shape, pose}, limit);
+  };
+}
+
+/// `s` is of a shape at the position `at`.
+ClosestPoints points_of(const Separation& s, Vec3d at) {
+  return {static_cast<float>(s.distance), to_float(at + s.on_a), to_float(at + s.on_b), to_float(s.normal)};
+}
+
+ClosestPoints turned(const ClosestPoints& p) { return {p.distance, p.on_b, p.on_a, -p.normal}; }
+
+/// The nearest of what `points_to(child, pose)` finds; of equally near ones that of the child with the least index.
+template <class PointsTo>
+ClosestPoints nearest_child(const Compound& compound, const Pose& pose, const PointsTo& points_to) {
+  std::optional<ClosestPoints> nearest;
+  for (const ChildShape& child : compound.children()) {
+    const ClosestPoints points = points_to(geometry(child.shape), pose * child.pose);
+    if (!nearest || points.distance < nearest->distance) nearest = points;
+  }
+  return *nearest;
+}
+
+ClosestPoints closest_points(const PlacedShape& a, const Geometry& b, const Pose& pose) {
+  if (b.is_compound())
+    return nearest_child(b.compound(), pose, [&](const Geometry& child, const Pose& at) {
+      return points_of(separation(a, {child, at}), a.position);
+    });
+  if (b.is_surface()) return turned(points_of(separation_from_surface(b, pose, a), to_double(pose.position)));
+  return points_of(separation(a, {b, pose}), a.position);
+}
+
+}  // namespace
+
+std::optional<CastHit> World::cast_ray(Vec3 origin, Vec3 translation, const QueryFilter& filter) const {
+  const Ray ray{origin, translation};
+  check_ray(ray, "cast ray");
+  return Query(*simulator_, filter, "cast ray").nearest(box_of(ray), meeting(ray));
+}
+
+std::vector<CastHit> World::cast_ray_all(Vec3 origin, Vec3 translation, const QueryFilter& filter) const {
+  const Ray ray{origin, translation};
+  check_ray(ray, "cast ray");
+  return Query(*simulator_, filter, "cast ray").all(box_of(ray), meeting(ray));
+}
+
+void World::cast_rays(std::span<const Ray> rays, std::span<std::optional<CastHit>> hits,
+                      const QueryFilter& filter) const {
+  if (rays.size() != hits.size())
+    refuse("cast rays: there are " + std::to_string(rays.size()) + " rays and room for " + std::to_string(hits.size()) +
+           " hits; give as many of each");
+  for (std::size_t i = 0; i < rays.size(); ++i) try {
+      check_ray(rays[i], "cast rays");
+    } catch (const Error& error) {
+      throw Error(error.code(), "ray " + std::to_string(i) + ": " + error.what());
+    }
+  const Query query(*simulator_, filter, "cast rays");
+  for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = query.nearest(box_of(rays[i]), meeting(rays[i]));
+}
+
+std::optional<CastHit> World::cast_shape(const Shape& shape, const Pose& pose, Vec3 translation,
+                                         const QueryFilter& filter) const {
+  const PlacedShape moving = checked(shape, pose, "cast shape");
+  check_translation(translation, "cast shape");
+  return Query(*simulator_, filter, "cast shape").nearest(box_of(moving, translation), meeting(moving, translation));
+}
+
+std::vector<CastHit> World::cast_shape_all(const Shape& shape, const Pose& pose, Vec3 translation,
+                                           const QueryFilter& filter) const {
+  const PlacedShape moving = checked(shape, pose, "cast shape");
+  check_translation(translation, "cast shape");
+  return Query(*simulator_, filter, "cast shape").all(box_of(moving, translation), meeting(moving, translation));
+}
+
+std::vector<BodyId> World::overlap_aabb(const Aabb& box, const QueryFilter& filter) const {
+  check_finite(box.lower, "overlap", "the box's lower corner");
+  check_finite(box.upper, "overlap", "the box's upper corner");
+  if (min_component(box.upper - box.lower) < 0) refuse("overlap: the box's upper corner is below its lower corner");
+  const Vec3 lower = 0.5f * box.lower, upper = 0.5f * box.upper;
+  return Query(*simulator_, filter, "overlap")
+      .overlaps({lower + upper, upper - lower, {}}, [&](const Geometry& shape, const Pose& pose) {
+        return fathom::overlaps(tight_bounds(shape, pose), box);
+      });
+}
+
+std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, const QueryFilter& filter) const {
+  const PlacedShape placed = checked(shape, pose, "overlap");
+  return Query(*simulator_, filter, "overlap").overlaps(box_of(placed, {}), [&](const Geometry& other, const Pose& at) {
+    if (other.is_compound()) return touches_compound(placed, other.compound(), at);
+    return other.is_surface() ? touches_surface(placed, other, at) : separation(placed, {other, at}).touch();
+  });
+}
+
+ClosestPoints World::closest_points(const Shape& shape, const Pose& pose, BodyId body) const {
+  const PlacedShape placed = checked(shape, pose, "closest points");
+  const std::uint32_t slot = simulator_->bodies.slot(body, "closest points");
+  const QueryFilter everything;
+  const Query query(*simulator_, everything, "closest points");
+  return fathom::closest_points(placed, query.geometry(slot), query.pose(slot));
+}
+
+ClosestPoints World::closest_points(BodyId a, BodyId b) const {
+  const std::uint32_t slot_a = simulator_->bodies.slot(a, "closest points");
+  const std::uint32_t slot_b = simulator_->bodies.slot(b, "closest points");
+  const QueryFilter everything;
+  const Query query(*simulator_, everything, "closest points");
+  const Geometry &of_a = query.geometry(slot_a), &of_b = query.geometry(slot_b);
+  if (of_a.is_surface() && of_b.is_surface())
+    refuse("closest points: both bodies are meshes or height fields; one of them must be convex");
+  if (of_a.is_surface()) return turned(closest_points(b, a));
+  if (of_a.is_compound())
+    return nearest_child(of_a.compound(), query.pose(slot_a), [&](const Geometry& child, const Pose& at) {
+      return fathom::closest_points({child, at}, of_b, query.pose(slot_b));
+    });
+  return fathom::closest_points({of_a, query.pose(slot_a)}, of_b, query.pose(slot_b));
+}
+
+}  // namespace fathom

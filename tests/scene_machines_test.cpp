@@ -1,0 +1,98 @@
+// The examples of machines, each run for what it is there to show; SceneExamples runs all of them for a few steps.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "joint_worlds.hpp"
+#include "scene/scene_file.hpp"
+
+namespace fathom::test {
+namespace {
+
+struct Example {
+  Scene scene;
+  World world;
+  SceneInstance instance;
+
+  explicit Example(const std::string& name) : scene(load(name)), world(scene.world), instance(scene, world) {}
+  static Scene load(const std::string& name) {
+    Scene scene = load_scene(FATHOM_SOURCE_DIR "/examples/scenes/" + name + ".toml");
+    scene.world.threads = 1;
+    return scene;
+  }
+  void step(int count) {
+    for (int i = 0; i < count; ++i) instance.prepare_step(), world.step();
+  }
+  BodyId find(std::string_view name) const {
+    for (const NamedBody& named : scene.names)
+      if (named.name == name) return instance.ids()[named.body];
+    ADD_FAILURE() << name;
+    return {};
+  }
+  /// Of the joint whose B is named so.
+  float twist(std::string_view name) const {
+    for (const JointId id : world.joints())
+      if (world.joint(id).b == find(name))
+        return world.joint_positions(id)[static_cast<std::size_t>(JointAxisName::twist)];
+    ADD_FAILURE() << name;
+    return 0;
+  }
+  float height(std::string_view name) const { return world.pose(find(name)).position.z; }
+};
+
+TEST(SceneMachines, TheRagdollLiesDownWithinItsLimits) {
+  Example example("ragdoll");
+  float bent = 0;
+  for (int i = 0; i < 600; ++i) {
+    example.step(1);
+    for (const char* shin : {"shin_left", "shin_right"}) {
+      // A contact's blow may press a limb past its limit for a moment.
+      ASSERT_GT(example.twist(shin), -0.1f) << i;
+      ASSERT_LT(example.twist(shin), 2.2f + 0.1f) << i;
+      bent = max(bent, example.twist(shin));
+    }
+    ASSERT_LT(widest_gap(example.world), 0.05f) << i;
+  }
+  EXPECT_GT(bent, 0.5f) << "knees give way";
+  EXPECT_LT(example.height("head"), 0.3f);
+  EXPECT_GT(example.height("head"), -1) << "on the ground";
+  for (const BodyId id : example.world.bodies()) EXPECT_LT(length(example.world.velocity(id).linear), 0.5f);
+}
+
+TEST(SceneMachines, TheRopeBridgeBearsItsCrates) {
+  Example example("rope_bridge");
+  example.step(900);
+  for (const JointId id : example.world.joints()) EXPECT_LT(gap_of(example.world, id), 0.06f);
+  const float sag = -example.height("plank.10");
+  EXPECT_GT(sag, 0.4f);
+  EXPECT_LT(sag, 1.2f);
+  for (const char* crate : {"crate.0", "crate.1", "crate.2"}) EXPECT_GT(example.height(crate), -1.2f) << crate;
+}
+
+TEST(SceneMachines, TheArmGoesWhereItsMotorsAreTold) {
+  Example example("arm");
+  example.step(600);
+  EXPECT_NEAR(example.twist("turntable"), 1.2f, 1e-3f);
+  EXPECT_NEAR(example.twist("upper_arm"), 0.7f, 0.01f);
+  EXPECT_NEAR(example.twist("forearm"), 0.9f, 0.01f);
+  EXPECT_NEAR(example.twist("hand"), -0.5f, 0.01f);
+  EXPECT_LT(length(example.world.velocity(example.find("load")).linear), 1e-3f);
+  EXPECT_LT(widest_gap(example.world), 1e-5f);
+}
+
+TEST(SceneMachines, TheDrumWindsItsChainUp) {
+  Example example("drum");
+  const float start = example.height("weight");
+  float widest = 0;
+  for (int i = 0; i < 360; ++i) {
+    example.step(1);
+    widest = max(widest, widest_gap(example.world));
+  }
+  // The chain's middle lies 0.43 m from the axle; straight links cut the corner.
+  EXPECT_NEAR(example.height("weight") - start, 3 * 0.43f, 0.1f);
+  EXPECT_NEAR(example.world.velocity(example.find("drum")).angular.y, -0.5f, 0.02f);
+  EXPECT_LT(widest, 0.02f);
+}
+
+}  // namespace
+}  // namespace fathom::test
