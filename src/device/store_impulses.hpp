@@ -45,16 +45,21 @@ struct StoreImpulses {
     // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
     // away leaves some of the cone to rounding.
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
-    // What is left of a load that ended within the step is as good as its rounding.
-    [[maybe_unused]] const float rounding = 1e-6f * m.step_impulse + 1e-20f;
-    FATHOM_VALIDATE(!ends_with_friction || fathom::sqrt(fma(f.x, f.x, f.y * f.y)) <=
-                                               beyond * m.friction * ((n.x + n.y) + (n.z + n.w)) + rounding,
+    FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(constraints.bodies[k])),
                     constraints.bodies[k].b);
     mark_overload(k, m.step_impulse);
     look_at_touch(k, m, m.step_impulse > 0);
   }
 
  private:
+  /// What stops any slide of the two (N·s), for checks.
+  FATHOM_HD float stopping_impulse(const PairRecord& pair) const {
+    const auto speed = [&](std::uint32_t i) {
+      return fastest_speed(bodies.constants[i].radius, bodies.solver[i].linear.xyz(), bodies.solver[i].angular.xyz());
+    };
+    return (speed(pair.a) + speed(pair.b)) / bodies.constants[pair.b].inverse_mass;
+  }
+
   FATHOM_HD void look_at_touch(std::uint32_t k, const ContactManifold& m, bool pressed) const {
     Contact& c = contacts.contacts[constraints.contact[k]];
     const bool touches = pressed || c.bits & near_bit;

@@ -62,4 +62,19 @@ struct alignas(16) ContactManifold {
 };
 static_assert(sizeof(ContactManifold) == 208);
 
+/// The fastest speed (m/s) of any point of a body.
+FATHOM_HD float fastest_speed(float radius, Vec3 linear, Vec3 angular) {
+  return length(linear) + radius * length(angular);
+}
+
+/// Whether friction is within `beyond` times its cone, for checks. What is left of a load that ended within the step is
+/// as good as its rounding; and where friction is less than 1e-19 of the impulse `stopping` (N·s) that would stop the
+/// slide, the quotient of both squares in `solve_friction` is below float's normal numbers and loses digits.
+FATHOM_HD bool is_within_cone(const ContactManifold& m, float beyond, float stopping) {
+  const float load = (m.impulses[0] + m.impulses[1]) + (m.impulses[2] + m.impulses[3]);
+  const float slide = fathom::sqrt(fma(m.friction_impulse[0], m.friction_impulse[0],
+                                       m.friction_impulse[1] * m.friction_impulse[1]));
+  return slide <= beyond * m.friction * load + (1e-6f * m.step_impulse + 1e-18f * stopping + 1e-20f);
+}
+
 }  // namespace fathom

@@ -38,6 +38,10 @@ void NativeSimulator::validate_bodies() const {
 void NativeSimulator::validate_contacts() const {
   // A direct solution of supports that takes a load away leaves some of the cone to rounding.
   const float beyond = !solver_.supports().empty() ? 1.25f : 1.001f;
+  const auto speed_of = [this](std::uint32_t slot) {
+    const Velocity& v = state_.velocities[slot];
+    return fastest_speed(bodies[slot].radius, v.linear, v.angular);
+  };
   std::size_t in_use = 0;
   for (std::uint32_t i = 0; i < graph_.size(); ++i) {
     const Contact& c = graph_[i];
@@ -50,20 +54,13 @@ void NativeSimulator::validate_contacts() const {
     if (!c.touching()) continue;
     const ContactManifold& m = graph_.manifold(c);
     FATHOM_VALIDATE(m.point_count() >= 1 && m.point_count() <= max_manifold_points, c.b);
-    float sum = 0;
-    for (int p = 0; p < m.point_count(); ++p) {
+    for (int p = 0; p < m.point_count(); ++p)
       FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
-      sum += m.impulses[p];
-    }
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
     // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;
-    const float size_squared =
-        m.friction_impulse[0] * m.friction_impulse[0] + m.friction_impulse[1] * m.friction_impulse[1];
-    // What is left of a load that ended within the step is as good as its rounding.
-    const float rounding = 1e-6f * m.step_impulse + 1e-20f;
-    FATHOM_VALIDATE(fathom::sqrt(size_squared) <= beyond * m.friction * sum + rounding, c.b);
+    FATHOM_VALIDATE(is_within_cone(m, beyond, (speed_of(c.a) + speed_of(c.b)) / bodies[c.b].inverse_mass), c.b);
   }
   FATHOM_VALIDATE(in_use == graph_.pair_count());
 }

@@ -49,7 +49,8 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 void NativeSimulator::hold_back_fast() {
   for (const std::size_t block : fast_blocks_)
     for (const FastPair& pair : blocks_[block].fast)
-      hold_back(pair);
+      if (hold_back(pair)) strays_.list.push_back({pair.b, pair.pose_b});
+  hold_back_strays();
 }
 
 /// Returns whether it has changed where B gets to.

@@ -273,7 +273,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .slow_below = def.sleep.linear_speed,
                                   .forced = !forced_.empty(),
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use(),
-                                  .strays = nullptr};
+                                  .strays = &strays_};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
 }
 
