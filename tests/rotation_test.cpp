@@ -53,7 +53,7 @@ TEST_F(Rotations, TurnedStaysOfUnitLengthForAnyFiniteVector) {
     ASSERT_NEAR(length_of(q), 1, 3e-7);
   }
   constexpr float most = std::numeric_limits<float>::max();
-  EXPECT_NEAR(length_of(turned({}, {most, most, most})), 1, 3e-7);
+  EXPECT_NEAR(length_of(turned(Quat{}, Vec3{most, most, most})), 1, 3e-7);
 }
 
 TEST_F(Rotations, RenormalisedIsSafeForAnyLength) {

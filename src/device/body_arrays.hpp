@@ -93,10 +93,6 @@ FATHOM_HD NotedBox no_box() {
   return {{far, far, far}, 0, {-far, -far, -far}, 0};
 }
 
-struct Force {
-  Vec3 force, torque;
-};
-
 struct alignas(16) Quad {
   float x, y, z, w;
 

@@ -16,6 +16,7 @@
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "dynamics/integrate.hpp"
 #include "exec/atomic.hpp"
 #include "exec/host/host_group.hpp"
 #include "exec/kernel.hpp"
@@ -457,9 +458,8 @@ struct LoadBodies {
     bodies.solver[i] = SolverQuads(body);
     BodyMotion motion;
     if (c.is_dynamic()) {
-      motion.acceleration = c.gravity_scale * counters->gravity;
-      motion.linear_damping = c.inverse_mass > 0 ? damping_factor(c.linear_damping, h) : 0.0f;
-      motion.angular_damping = damping_factor(c.angular_damping, h);
+      motion = motion_under(c.gravity_scale * counters->gravity, c.linear_damping, c.angular_damping, h);
+      if (!(c.inverse_mass > 0)) motion.linear_damping = 0;
       const Quat q = bodies.poses[i].rotation;
       if (bodies.flags[i] & forced_flag) {
         const Acceleration a = forced_acceleration(bodies, i, q, motion.acceleration);

@@ -6,7 +6,7 @@
 #include "device/grid.hpp"
 #include "device/solve.hpp"
 #include "dynamics/bounds.hpp"
-#include "dynamics/restitution.hpp"
+#include "dynamics/forces.hpp"
 #include "dynamics/rotation.hpp"
 #include "dynamics/sleep.hpp"
 #include "exec/atomic.hpp"
@@ -51,7 +51,7 @@ struct MoveBodies {
     Vec3 moved_by_contacts;
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
       const SolverBody s = bodies.solver[i].body();
-      if (!fly_on(i, c, flags, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
+      if (!fly_on(i, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
       v.angular = s.angular;
       Vec3 moved = s.moved, turning = s.turned;
       moved_by_contacts = moved;
@@ -63,8 +63,10 @@ struct MoveBodies {
       if (forced) {
         const BodyMotion motion = bodies.motion[i];
         const Velocity start = bodies.velocities[i];
-        complete_forced(i, start, v, {motion.acceleration, motion.angular_acceleration},
-                        has_flown(bodies.warm[i], v.linear), moved, turning);
+        complete_forced(moved, turning, bodies.forces[i], {motion.acceleration, motion.angular_acceleration},
+                        start.linear, v.linear, start.angular, v.angular, has_flown(bodies.warm[i], v.linear), p.dt,
+                        static_cast<float>(p.substeps));
+        moved = limited(moved, p.dt * p.limits.linear);
       }
       pose.position = pose.position + moved;
       if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
@@ -128,18 +130,14 @@ struct MoveBodies {
   }
 
  private:
-  /// What acts on a body but its forces (m/s²).
-  FATHOM_HD Vec3 pull(const BodyConstants& c) const { return c.gravity_scale * counters->gravity; }
-
   /// Whether contacts could have touched a body and did not: it has flown freely, the solver rounding its velocity
   /// `after` in every substep. `v` then becomes the velocity of a flight without.
-  FATHOM_HD bool fly_on(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Vec3 after, Vec3& v,
-                        Vec3& rest) const {
-    const float substeps = static_cast<float>(p.substeps);
-    if (flags & forced_flag || damping_factor(c.linear_damping, p.dt / substeps) != 1.0f) return false;
+  FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& rest) const {
+    const BodyMotion motion = bodies.motion[i];
+    if (motion.linear_damping != 1.0f) return false;
     Vec3 flown = v, left = rest;
-    accelerate(flown, left, mul_add(rest, p.dt, pull(c)));
-    if (!may_have_flown(v, after, flown, substeps)) return false;
+    accelerate(flown, left, mul_add(rest, p.dt, motion.acceleration));
+    if (!may_have_flown(v, after, flown, static_cast<float>(p.substeps))) return false;
     if (!has_flown(bodies.warm[i], after)) return false;
     v = flown;
     rest = left;
@@ -159,55 +157,33 @@ struct MoveBodies {
     pose.rotation = turned(pose.rotation, turning);
   }
 
-  /// All substeps of a dynamic body without contacts.
+  /// A dynamic body without contacts.
   FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose, Velocity& v,
                            Vec3& rest) const {
     const float h = p.dt / static_cast<float>(p.substeps);
-    const Velocity start = v;
-    Acceleration all{pull(c), {}};
-    if (flags & forced_flag) all = forced_acceleration(bodies, i, pose.rotation, all.linear);
-    const Vec3 acceleration = all.linear, angular_acceleration = all.angular;
-    const float linear_damping = damping_factor(c.linear_damping, h);
-    const float angular_damping = damping_factor(c.angular_damping, h);
-    Vec3 moved, turning;
-    for (std::uint32_t s = 0; s < p.substeps; ++s) {
-      v.angular = limited(mul_add(angular_damping * v.angular, h, angular_acceleration), p.limits.angular);
-      if (c.is_isotropic())
-        turning = mul_add(turning, h, v.angular);
-      else
-        step_torque_free(pose.rotation, v.angular, bodies.tensors[i].inertia, bodies.tensors[i].inverse, h);
-    }
-    if (linear_damping == 1.0f) {
-      // An exact parabola, in one.
-      accelerate(v.linear, rest, mul_add(rest, p.dt, acceleration));
-      moved = p.dt * mean_velocity(false, v.linear, acceleration, p.dt);
-    } else {
-      rest = {};
-      for (std::uint32_t s = 0; s < p.substeps; ++s) {
-        v.linear = mul_add(linear_damping * v.linear, h, acceleration);
-        moved = mul_add(moved, h, mean_velocity(false, v.linear, acceleration, h));
-      }
-    }
     const bool forced = flags & forced_flag;
-    if (forced) {
-      // The torque-free turn's part in the change of angular velocity is no torque's doing.
-      Vec3 spin = start.angular;
-      for (std::uint32_t s = 0; s < p.substeps; ++s) spin = mul_add(angular_damping * spin, h, angular_acceleration);
-      complete_forced(i, start, {v.linear, 0, spin, 0}, all, true, moved, turning);
+    const Velocity start = v;
+    Acceleration all{c.gravity_scale * counters->gravity, {}};
+    if (forced) all = forced_acceleration(bodies, i, pose.rotation, all.linear);
+    const FlightForces<Vec3> by{all.linear, all.angular, damping_factor(c.linear_damping, h),
+                                damping_factor(c.angular_damping, h)};
+    Flight<Vec3> f{v.linear, v.angular, rest, {}, {}};
+    const int substeps = static_cast<int>(p.substeps);
+    fly(f, by, p.dt, substeps, p.limits.angular);
+    v.linear = f.linear, v.angular = f.angular;
+    rest = f.rest;
+    if (!c.is_isotropic()) f.turned = {};
+    // The torque-free turn's part in the change of angular velocity is no torque's doing.
+    if (forced)
+      complete_forced(f.moved, f.turned, bodies.forces[i], all, start.linear, f.linear, start.angular, f.angular, true,
+                      p.dt, static_cast<float>(p.substeps));
+    pose.position = pose.position + limited(f.moved, p.dt * p.limits.linear);
+    if (!c.is_isotropic()) {
+      v.angular = start.angular;
+      spin_freely(pose.rotation, v.angular, all.angular, by.angular_damping, bodies.tensors[i].inertia,
+                  bodies.tensors[i].inverse, h, substeps, p.limits.angular);
     }
-    pose.position = pose.position + limited(moved, p.dt * p.limits.linear);
-    if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
-  }
-
-  /// `rest_of_force` of a body on which the application's forces act.
-  FATHOM_HD void complete_forced(std::uint32_t i, const Velocity& before, const Velocity& after, const Acceleration& a,
-                                 bool is_parabola, Vec3& moved, Vec3& turning) const {
-    const Force f = bodies.forces[i];
-    const float substeps = static_cast<float>(p.substeps);
-    if (!(f.force == Vec3{}))
-      moved += rest_of_force(before.linear, after.linear, a.linear, is_parabola, p.dt, substeps);
-    if (!(f.torque == Vec3{}))
-      turning += rest_of_force(before.angular, after.angular, a.angular, false, p.dt, substeps);
+    if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, f.turned);
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v, Vec3 moved) const {

@@ -474,16 +474,10 @@ struct SolveConstraints {
     exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
   }
 
-  /// W brought up to date: with what contacts have done since velocities were integrated.
+  /// W brought up to date.
   FATHOM_HD static void carry_on(WarmStart& w, Vec3 linear, Vec3 angular) {
-    w.linear += linear - w.linear_reference;
-    w.angular += angular - w.angular_reference;
-  }
-  /// v ← damping · v + h · acceleration + W (native/solver.hpp).
-  FATHOM_HD static void integrate(Vec3& v, Vec3 acceleration, float damping, float h, Vec3 warm_velocity,
-                                  Vec3& reference) {
-    v = mul_add(damping * v, h, acceleration) + warm_velocity;
-    reference = v;
+    w.linear = carried(w.linear, linear, w.linear_reference);
+    w.angular = carried(w.angular, angular, w.angular_reference);
   }
 
   /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
@@ -542,8 +536,8 @@ struct SolveConstraints {
       w = warm_start_of(f);
       if (!carried) carry_on(w, linear, angular);
     }
-    integrate(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear, w.linear_reference);
-    integrate(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular, w.angular_reference);
+    linear = w.linear_reference = substep_velocity(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear);
+    angular = w.angular_reference = substep_velocity(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular);
     fail_on_request(SolverStage::velocities, place, i, linear, angular);
     store_velocity(i, linear, angular, due + 1);
     bodies.warm[i] = w;
@@ -554,17 +548,15 @@ struct SolveConstraints {
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
     fail_on_request(SolverStage::pushes, place, i, linear, angular);
-    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) | slow_down(i, linear, angular);
-    const Vec3 acceleration = touched ? Vec3{} : f.rows[4].xyz();
-    const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean_velocity(touched, linear, acceleration, p.h));
+    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) |
+                         slow_down(linear, angular, bodies.warm[i], p.limits);
+    const Vec3 mean = touched ? linear : mean_velocity(linear, f.rows[4].xyz(), p.h);
+    const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean);
     Vec3 turned = f.rows[7].xyz();
     if (f.rows[8].x == 0) {
-      // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyTensors t = bodies.tensors[i];
-      const Vec3 before = angular;
-      turned += step_torque_free_in_contact(bodies.inertia[i].rotation, bodies.poses[i].rotation, angular, t.inertia,
-                                            t.inverse, p.h);
-      bodies.warm[i].angular_reference += angular - before;
+      turned += spin_in_contact(bodies.inertia[i].rotation, bodies.poses[i].rotation, angular, bodies.warm[i],
+                                t.inertia, t.inverse, p.h);
     } else {
       turned = mul_add(turned, p.h, angular);
     }
@@ -605,18 +597,6 @@ struct SolveConstraints {
         bodies.constants[i].category == body_fault.category)
       body_fault.act(linear, angular);
 #endif
-  }
-
-  /// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was.
-  FATHOM_HD bool slow_down(std::uint32_t i, Vec3& linear, Vec3& angular) const {
-    const Vec3 slower = limited(linear, p.limits.linear), turning_slower = limited(angular, p.limits.angular);
-    const bool is_cut = !(slower == linear);
-    if (!is_cut && turning_slower == angular) return false;
-    bodies.warm[i].linear_reference += slower - linear;
-    bodies.warm[i].angular_reference += turning_slower - angular;
-    linear = slower;
-    angular = turning_slower;
-    return is_cut;
   }
 
   /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.

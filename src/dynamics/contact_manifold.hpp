@@ -72,8 +72,8 @@ FATHOM_HD float fastest_speed(float radius, Vec3 linear, Vec3 angular) {
 /// slide, the quotient of both squares in `solve_friction` is below float's normal numbers and loses digits.
 FATHOM_HD bool is_within_cone(const ContactManifold& m, float beyond, float stopping) {
   const float load = (m.impulses[0] + m.impulses[1]) + (m.impulses[2] + m.impulses[3]);
-  const float slide = fathom::sqrt(fma(m.friction_impulse[0], m.friction_impulse[0],
-                                       m.friction_impulse[1] * m.friction_impulse[1]));
+  const float slide =
+      fathom::sqrt(fma(m.friction_impulse[0], m.friction_impulse[0], m.friction_impulse[1] * m.friction_impulse[1]));
   return slide <= beyond * m.friction * load + (1e-6f * m.step_impulse + 1e-18f * stopping + 1e-20f);
 }
 

@@ -6,7 +6,6 @@
 
 #include "dynamics/contact_manifold.hpp"
 #include "dynamics/lane_scalar.hpp"
-#include "dynamics/restitution.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 

@@ -5,6 +5,11 @@
 
 namespace fathom {
 
+/// What the application lets act on a body in the next step (N, N·m).
+struct Force {
+  Vec3 force, torque;
+};
+
 struct Acceleration {
   Vec3 linear;   ///< m/s²
   Vec3 angular;  ///< rad/s²
@@ -51,6 +56,15 @@ FATHOM_HD Vec3 rest_of_force(Vec3 before, Vec3 after, Vec3 acceleration, bool is
   const float missing = 0.5f * (substeps - 1) / substeps * dt;
   const Vec3 rest = missing * (middle + off);
   return is_parabola ? mul_add(rest, dt / substeps, middle) : rest;
+}
+
+/// Adds to what a body has moved (m) and turned (rad) in a step what `rest_of_force` says of both, where the
+/// application's forces act. Velocities are those at the step's ends.
+FATHOM_HD void complete_forced(Vec3& moved, Vec3& turned, const Force& f, const Acceleration& a, Vec3 linear_before,
+                               Vec3 linear_after, Vec3 angular_before, Vec3 angular_after, bool is_parabola, float dt,
+                               float substeps) {
+  if (!(f.force == Vec3{})) moved += rest_of_force(linear_before, linear_after, a.linear, is_parabola, dt, substeps);
+  if (!(f.torque == Vec3{})) turned += rest_of_force(angular_before, angular_after, a.angular, false, dt, substeps);
 }
 
 }  // namespace fathom

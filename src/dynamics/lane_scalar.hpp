@@ -8,6 +8,18 @@ namespace fathom {
 
 template <class L>
 using VecOf = Vec3;
+/// The other way round, for laws over vectors.
+template <class Vec>
+struct LanesOf;
+template <>
+struct LanesOf<Vec3> {
+  using Lane = float;
+  using Quaternion = Quat;
+};
+template <class Vec>
+using LaneOf = typename LanesOf<Vec>::Lane;
+template <class Vec>
+using QuatOf = typename LanesOf<Vec>::Quaternion;
 template <class L>
 FATHOM_HD L splat(float value) {
   return value;
@@ -20,14 +32,21 @@ FATHOM_HD Vec3 mul_sub(Vec3 a, float s, Vec3 b) { return mul_add(a, -s, b); }
 FATHOM_HD float root(float a) { return fathom::sqrt(a); }
 FATHOM_HD float larger(float a, float b) { return max(a, b); }
 FATHOM_HD float smaller(float a, float b) { return min(a, b); }
+FATHOM_HD Vec3 larger(Vec3 a, Vec3 b) { return max(a, b); }
+FATHOM_HD Vec3 smaller(Vec3 a, Vec3 b) { return min(a, b); }
+FATHOM_HD float magnitude(float a) { return abs(a); }
+/// `a`, not negative, less its fraction.
+FATHOM_HD float whole(float a) { return a < 0x1p23f ? static_cast<float>(static_cast<int>(a)) : a; }
 FATHOM_HD float inverse_or_zero(float a) { return a > 0 ? 1.0f / a : 0.0f; }
 FATHOM_HD float one_where_zero(float a) { return a == 0 ? 1.0f : 0.0f; }
 
 FATHOM_HD bool is_above(float a, float b) { return a > b; }
+FATHOM_HD bool is_at_most(float a, float b) { return a <= b; }
 FATHOM_HD bool both(bool a, bool b) { return a && b; }
 /// Whether any lane has a > b.
 FATHOM_HD bool any_above(float a, float b) { return a > b; }
 FATHOM_HD float select(bool mask, float a, float b) { return mask ? a : b; }
+FATHOM_HD Vec3 select(bool mask, Vec3 a, Vec3 b) { return mask ? a : b; }
 
 /// 1 or 0, for conditions that are stored.
 FATHOM_HD float is_less(float a, float b) { return a < b ? 1.0f : 0.0f; }

@@ -1,44 +1,11 @@
-// Turning bodies: the exponential map and torque-free rotation. Pure, for host and device.
+// Turning bodies, torque-free rotation. Pure, for host and device.
 #pragma once
 
 #include <fathom/math.hpp>
 
-#include "dynamics/speed_limits.hpp"
+#include "dynamics/integrate.hpp"
 
 namespace fathom {
-
-/// The rotation vector `phi` (rad) less whole turns: at most half a turn long. One beyond a million rad, whose own
-/// rounding is a tenth of a radian, becomes none.
-FATHOM_HD Vec3 within_half_a_turn(Vec3 phi) {
-  const float squared = dot(phi, phi);
-  if (!(squared > pi * pi)) return phi;
-  const float angle = fathom::sqrt(squared);
-  if (!(angle < 0x1p20f)) return {};
-  // 2π as the sum of two floats (Cody and Waite, "Software Manual for the Elementary Functions", 1980).
-  const float turns = static_cast<float>(static_cast<int>(fma(angle, 0.15915494f, 0.5f)));
-  const float rest = fma(turns, 1.7484556e-7f, fma(-turns, 6.2831855f, angle));
-  return (rest / angle) * phi;
-}
-
-/// Rotation by the vector `phi` (rad, world axes) as cos and sin of half the angle from their series, so that every
-/// target computes the same bits: of unit length and exact to 1e-7, whatever the angle.
-FATHOM_HD Quat exponential(Vec3 phi) {
-  phi = within_half_a_turn(phi);
-  const float x = 0.25f * dot(phi, phi);  // half the angle, squared
-  float c = fma(x, 1.0f / 479001600.0f, -1.0f / 3628800.0f);
-  c = fma(x, c, 1.0f / 40320.0f);
-  c = fma(x, c, -1.0f / 720.0f);
-  c = fma(x, c, 1.0f / 24.0f);
-  c = fma(x, c, -0.5f);
-  c = fma(x, c, 1.0f);
-  float s = fma(x, 1.0f / 6227020800.0f, -1.0f / 39916800.0f);
-  s = fma(x, s, 1.0f / 362880.0f);
-  s = fma(x, s, -1.0f / 5040.0f);
-  s = fma(x, s, 1.0f / 120.0f);
-  s = fma(x, s, -1.0f / 6.0f);
-  s = 0.5f * fma(x, s, 1.0f);
-  return {c, s * phi.x, s * phi.y, s * phi.z};
-}
 
 /// A quaternion of about unit length, brought nearer by one Newton step; any other is normalised. `normalize` leaves
 /// lengths within its square root's rounding as they are, always on the same side.
@@ -47,10 +14,6 @@ FATHOM_HD Quat renormalised(Quat q) {
   if (!(abs(e) < 1e-3f)) return normalize(q);
   return {fma(e, q.w, q.w), fma(e, q.x, q.x), fma(e, q.y, q.y), fma(e, q.z, q.z)};
 }
-
-/// `q` turned by the rotation vector `phi` in world axes, of unit length. For a constant angular velocity this
-/// is exact, where q + ½Δt·Q(q)ω (dissertation, equations 3.8–3.9) lags behind by third order in the angle.
-FATHOM_HD Quat turned(Quat q, Vec3 phi) { return normalize(exponential(phi) * q); }
 
 /// Angle (rad) that one part of a torque-free step turns a body by, and how many parts a step has at most.
 inline constexpr float torque_free_part = 0.25f;
@@ -117,6 +80,27 @@ FATHOM_HD Vec3 step_torque_free_in_contact(Quat& q, Quat start, Vec3& w, const S
   Vec3 spin = inverse_rotate(start, w);
   const Vec3 turned_by = step_torque_free_spin(q, spin, inertia, inverse_inertia, h);
   w = rotate(start, spin);
+  return turned_by;
+}
+
+/// All substeps of length `h` (s) of a body that nothing touches and that has several principal moments: the
+/// torque-free turn, damped by the factor `damping` per substep and under the angular acceleration `acceleration`
+/// (rad/s²).
+FATHOM_HD void spin_freely(Quat& q, Vec3& w, Vec3 acceleration, float damping, const SymMat3& inertia,
+                           const SymMat3& inverse_inertia, float h, int substeps, float most) {
+  for (int i = 0; i < substeps; ++i) {
+    w = limited(mul_add(damping * w, h, acceleration), most);
+    step_torque_free(q, w, inertia, inverse_inertia, h);
+  }
+}
+
+/// The turn of such a body in a substep in which contacts may touch it (`step_torque_free_in_contact`). It changes the
+/// angular velocity, which is no contact's doing, so W's reference follows.
+FATHOM_HD Vec3 spin_in_contact(Quat& q, Quat start, Vec3& w, WarmStart& warm, const SymMat3& inertia,
+                               const SymMat3& inverse_inertia, float h) {
+  const Vec3 before = w;
+  const Vec3 turned_by = step_torque_free_in_contact(q, start, w, inertia, inverse_inertia, h);
+  warm.angular_reference += w - before;
   return turned_by;
 }
 

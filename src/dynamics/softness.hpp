@@ -1,6 +1,7 @@
 // Coefficients of soft constraints and of material mixing.
 #pragma once
 
+#include <cstdint>
 #include <fathom/body.hpp>
 #include <fathom/math.hpp>
 #include <fathom/world.hpp>
@@ -64,6 +65,9 @@ inline float contact_sag(const WorldDef& def) {
 inline float friction_lead(const SolverSettings& settings, float h) {
   return settings.method == Solver::soft && settings.warm_start ? -0.5f * h : 0.5f * h;
 }
+
+/// Sweeps of strikes that a substep has at most: a hit passes on through one body a sweep at least.
+inline constexpr std::uint32_t most_strike_sweeps = 8;
 
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
 inline float strike_threshold(const WorldDef& def, float h) {

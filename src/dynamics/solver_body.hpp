@@ -27,9 +27,6 @@ struct alignas(32) BodyMotion {
   float angular_damping = 0;
 };
 
-/// Factor by which a substep of length h (s) damps a velocity, implicit: never below zero.
-FATHOM_HD float damping_factor(float damping, float h) { return 1.0f / (1.0f + h * damping); }
-
 /// The velocity that all contacts together gave the body in the last substep, and the velocity it is measured
 /// from. See native/solver.hpp for why this replaces three of four warm-starting sweeps.
 struct alignas(64) WarmStart {

@@ -18,14 +18,4 @@ inline constexpr float most_turn = 16;
 /// Of substeps of length h (s).
 FATHOM_HD SpeedLimits speed_limits(float max_linear_speed, float h) { return {max_linear_speed, most_turn / h}; }
 
-/// `v`, no longer than `most`.
-FATHOM_HD Vec3 limited(Vec3 v, float most) {
-  const float squared = dot(v, v);
-  if (!(squared > most * most)) return v;
-  // Scaled first, because the square may have overflowed.
-  const float largest = max_component(abs(v));
-  const Vec3 scaled{v.x / largest, v.y / largest, v.z / largest};
-  return (most / length(scaled)) * scaled;
-}
-
 }  // namespace fathom

@@ -22,10 +22,6 @@ enum BodyFlag : std::uint8_t {
   filtered = 32,  ///< there are bodies that its filter does not let it collide with
 };
 
-struct Force {
-  Vec3 force, torque;
-};
-
 /// Of a body with this orientation on which a force of the application acts beside `gravity` (m/s²).
 inline Acceleration forced_acceleration(const BodyInfo& info, Quat rotation, const Force& f, Vec3 gravity) {
   Acceleration a{gravity, {}};

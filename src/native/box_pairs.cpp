@@ -7,13 +7,16 @@
 #include <hwy/highway.h>
 
 #include "collision/cache.hpp"
-#include "native/lanes-inl.hpp"
+#include "native/lane_functions-inl.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-using namespace HWY_NAMESPACE;  // lanes-inl.hpp, for the instruction set this file is compiled for
+using namespace HWY_NAMESPACE;  // lane_functions-inl.hpp, for the instruction set this file is compiled for
+#define FATHOM_LANE_FUNCTION HWY_INLINE
+#include "dynamics/bounds-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
 using D = hn::ScalableTag<float>;
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
@@ -57,10 +60,6 @@ PoseLanes relative(const Lanes& a, const Lanes& b, const BodyState& state) {
 }
 
 V length(Vec3V<V> v) { return hn::Sqrt(dot(v, v)); }
-
-V half_speculative_margin(V radius, float dt) {
-  return hn::Min(set(0.01f), add(mul(set(0.05f), radius), set(0.5f * fall_within(dt))));
-}
 
 V speculative_margin(const Lanes& a, const Lanes& b, const BodyState& state, V radius_a, V radius_b, float dt) {
   const Velocity* const velocities = state.velocities.data();

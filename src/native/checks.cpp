@@ -54,8 +54,7 @@ void NativeSimulator::validate_contacts() const {
     if (!c.touching()) continue;
     const ContactManifold& m = graph_.manifold(c);
     FATHOM_VALIDATE(m.point_count() >= 1 && m.point_count() <= max_manifold_points, c.b);
-    for (int p = 0; p < m.point_count(); ++p)
-      FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
+    for (int p = 0; p < m.point_count(); ++p) FATHOM_VALIDATE(is_finite(m.impulses[p]) && m.impulses[p] >= 0, c.b);
     FATHOM_VALIDATE(is_finite(m.friction_impulse[0]) && is_finite(m.friction_impulse[1]) && is_finite(m.twist_impulse),
                     c.b);
     // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.

@@ -5,63 +5,49 @@
 #include <hwy/highway.h>
 
 #include "dynamics/rotation.hpp"
-#include "dynamics/solver_body.hpp"
-#include "dynamics/speed_limits.hpp"
 #include "native/solver.hpp"
 #include "world/body_table.hpp"
 
-namespace fathom::native {
+namespace fathom {
+
+namespace native {
+struct Vec3Q;
+}
+template <>
+struct LanesOf<native::Vec3Q> {
+  using Lane = float;
+};
+
+namespace native {
 
 // Quads as vectors: linear and angular parts go through the same operations, and the fourth elements stay zero.
 namespace hn = hwy::HWY_NAMESPACE;
 using QuadTag = hn::CappedTag<float, 4>;
 using Quad = hn::Vec<QuadTag>;
 
-HWY_INLINE Quad load(const Vec3& quad) { return hn::Load(QuadTag(), &quad.x); }
-HWY_INLINE void put(Vec3& quad, Quad value) { hn::Store(value, QuadTag(), &quad.x); }
+/// One body's vector, as the laws of dynamics/integrate-inl.hpp ask for it.
+struct Vec3Q {
+  Quad quad;
+};
+HWY_INLINE Vec3Q operator+(Vec3Q a, Vec3Q b) { return {hn::Add(a.quad, b.quad)}; }
+HWY_INLINE Vec3Q operator-(Vec3Q a, Vec3Q b) { return {hn::Sub(a.quad, b.quad)}; }
+HWY_INLINE Vec3Q scale(float s, Vec3Q a) { return {hn::Mul(hn::Set(QuadTag(), s), a.quad)}; }
+HWY_INLINE Vec3Q mul_add(Vec3Q a, float s, Vec3Q b) { return {hn::MulAdd(hn::Set(QuadTag(), s), b.quad, a.quad)}; }
+HWY_INLINE bool is_zero(Vec3Q a) { return hn::AllTrue(QuadTag(), hn::Eq(a.quad, hn::Zero(QuadTag()))); }
+
+/// `v`, whose fourth element is zero.
+HWY_INLINE Vec3Q load(const Vec3& v) { return {hn::Load(QuadTag(), &v.x)}; }
+/// `v`, whatever its fourth element is.
+HWY_INLINE Vec3Q load_three(const Vec3& v) {
+  return {hn::IfThenElseZero(hn::FirstN(QuadTag(), 3), hn::Load(QuadTag(), &v.x))};
+}
+HWY_INLINE void put(Vec3& to, Vec3Q value) { hn::Store(value.quad, QuadTag(), &to.x); }
 
 /// NaN in some element where a body's velocity is not finite, else zeros. It never becomes so again, and while it is,
 /// what the body has moved is finite too.
 HWY_INLINE Quad not_finite(const SolverBody& body) {
-  const Quad sum = hn::Add(load(body.linear), load(body.angular));
+  const Quad sum = (load(body.linear) + load(body.angular)).quad;
   return hn::Sub(sum, sum);
-}
-
-/// v ← damping · v + h · acceleration + W.
-HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, float h, Vec3& warm, Vec3& reference,
-                          Carry carry) {
-  const QuadTag d;
-  const Quad now = load(v);
-  const Quad a = hn::IfThenElseZero(hn::FirstN(d, 3), load(acceleration));  // its fourth element is the damping
-  const Quad w = carry == Carry::nothing   ? hn::Zero(d)
-                 : carry == Carry::to_date ? hn::Add(load(warm), hn::Sub(now, load(reference)))
-                                           : load(warm);
-  const Quad next = hn::Add(hn::MulAdd(hn::Set(d, h), a, hn::Mul(hn::Set(d, damping), now)), w);
-  put(warm, w);
-  put(v, next);
-  put(reference, next);
-}
-
-/// `fathom::mean_velocity` of a body in contact, or of one that swings.
-HWY_INLINE Quad mean_velocity(const SolverBody& body, const BodyMotion& motion, const WarmStart& warm, bool swings,
-                              float h) {
-  const QuadTag d;
-  const Quad v = load(body.linear);
-  const Quad acted = hn::Or(hn::Sub(v, load(warm.linear_reference)), load(warm.linear));
-  if (!hn::AllTrue(d, hn::Eq(acted, hn::Zero(d))) && !swings) return v;
-  return hn::NegMulAdd(hn::Set(d, 0.5f * h), hn::IfThenElseZero(hn::FirstN(d, 3), load(motion.acceleration)), v);
-}
-
-/// What is cut of a velocity beyond the limits is no contact's doing. Returns whether the linear one was. Rare, and a
-/// function of its own without `this`, so that loops keep what they know of BodyIntegration in registers.
-HWY_NOINLINE inline bool slow_down(SolverBody& body, WarmStart& warm, SpeedLimits limits) {
-  const Vec3 linear = limited(body.linear, limits.linear), angular = limited(body.angular, limits.angular);
-  warm.linear_reference += linear - body.linear;
-  warm.angular_reference += angular - body.angular;
-  const bool is_cut = !(linear == body.linear);
-  body.linear = linear;
-  body.angular = angular;
-  return is_cut;
 }
 
 /// Plain pointers, so that loops need not look for the arrays again after every body.
@@ -80,8 +66,8 @@ struct BodyIntegration {
   HWY_INLINE void carry(std::uint32_t slot) const {
     const SolverBody& body = bodies[slot];
     WarmStart& w = warm[slot];
-    put(w.linear, hn::Add(load(w.linear), hn::Sub(load(body.linear), load(w.linear_reference))));
-    put(w.angular, hn::Add(load(w.angular), hn::Sub(load(body.angular), load(w.angular_reference))));
+    put(w.linear, carried(load(w.linear), load(body.linear), load(w.linear_reference)));
+    put(w.angular, carried(load(w.angular), load(body.angular), load(w.angular_reference)));
   }
 
   HWY_INLINE void velocity(std::uint32_t slot, Carry carry) const {
@@ -90,37 +76,58 @@ struct BodyIntegration {
     const BodyMotion& m = motion[slot];
     WarmStart& w = warm[slot];
     // The reference leaves the warm start out in the first substep, where a sweep applies it.
-    integrate(body.linear, m.acceleration, m.linear_damping, h, w.linear, w.linear_reference, carry);
-    integrate(body.angular, m.angular_acceleration, m.angular_damping, h, w.angular, w.angular_reference, carry);
+    integrate(body.linear, m.acceleration, m.linear_damping, w.linear, w.linear_reference, carry);
+    integrate(body.angular, m.angular_acceleration, m.angular_damping, w.angular, w.angular_reference, carry);
   }
 
   HWY_INLINE void position(std::uint32_t slot) const {
-    const QuadTag d;
     SolverBody& body = bodies[slot];
-    const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down(body, warm[slot], limits);
-    const bool swings = any_swings && any_swings[slot];
-    const Quad mean = is_cut ? load(body.linear) : mean_velocity(body, motion[slot], warm[slot], swings, h);
-    put(body.moved, hn::MulAdd(hn::Set(d, h), mean, load(body.moved)));
+    const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down_apart(body, warm[slot], limits);
+    put(body.moved, mul_add(load(body.moved), h, is_cut ? load(body.linear) : mean(slot)));
     if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
-      // Anisotropic: the torque-free turn also changes the angular velocity, which is no contact's doing.
       const BodyInfo& info = table[slot];
-      const Vec3 before = body.angular;
-      body.turned += step_torque_free_in_contact(inertia[slot].rotation, poses[slot].rotation, body.angular,
-                                                 info.inertia, info.inverse_inertia, h);
-      warm[slot].angular_reference += body.angular - before;
+      body.turned += spin_in_contact(inertia[slot].rotation, poses[slot].rotation, body.angular, warm[slot],
+                                     info.inertia, info.inverse_inertia, h);
     } else {
-      put(body.turned, hn::MulAdd(hn::Set(d, h), load(body.angular), load(body.turned)));
+      put(body.turned, mul_add(load(body.turned), h, load(body.angular)));
     }
   }
 
  private:
+  HWY_INLINE void integrate(Vec3& v, const Vec3& acceleration, float damping, Vec3& warm_start, Vec3& reference,
+                            Carry carry) const {
+    const Vec3Q now = load(v);
+    const Vec3Q w = carry == Carry::nothing   ? Vec3Q{hn::Zero(QuadTag())}
+                    : carry == Carry::to_date ? carried(load(warm_start), now, load(reference))
+                                              : load(warm_start);
+    const Vec3Q next = substep_velocity(now, load_three(acceleration), damping, h, w);
+    put(warm_start, w);
+    put(v, next);
+    put(reference, next);
+  }
+
+  /// Of a substep (m/s): that of a flight where no contact has acted (`has_flown`), or where the body swings.
+  HWY_INLINE Vec3Q mean(std::uint32_t slot) const {
+    const WarmStart& w = warm[slot];
+    const Vec3Q v = load(bodies[slot].linear);
+    const Vec3Q acted{hn::Or((v - load(w.linear_reference)).quad, load(w.linear).quad)};
+    if (!is_zero(acted) && !(any_swings && any_swings[slot])) return v;
+    return mean_velocity(v, load_three(motion[slot].acceleration), h);
+  }
+
+  /// Rare, and a function of its own without `this`, so that loops keep what they know of BodyIntegration in registers.
+  HWY_NOINLINE static bool slow_down_apart(SolverBody& body, WarmStart& warm, SpeedLimits limits) {
+    return slow_down(body.linear, body.angular, warm, limits);
+  }
+
   /// Cheaper than the velocities' lengths: true for all that are beyond a limit, and some that are near.
   HWY_INLINE bool may_be_too_fast(const SolverBody& body) const {
     const QuadTag d;
     const float least = limits.linear < limits.angular ? limits.linear : limits.angular;
-    const Quad v = load(body.linear), w = load(body.angular);
+    const Quad v = load(body.linear).quad, w = load(body.angular).quad;
     return !hn::AllFalse(d, hn::Gt(hn::MulAdd(v, v, hn::Mul(w, w)), hn::Set(d, 0.33f * least * least)));
   }
 };
 
-}  // namespace fathom::native
+}  // namespace native
+}  // namespace fathom

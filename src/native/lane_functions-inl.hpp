@@ -17,6 +17,17 @@ namespace fathom::native::HWY_NAMESPACE {
 
 template <class L>
 using VecOf = Vec3V<L>;
+template <class Vec>
+struct LanesOf;
+template <class V>
+struct LanesOf<Vec3V<V>> {
+  using Lane = V;
+  using Quaternion = QuatV<V>;
+};
+template <class Vec>
+using LaneOf = typename LanesOf<Vec>::Lane;
+template <class Vec>
+using QuatOf = typename LanesOf<Vec>::Quaternion;
 template <class L>
 HWY_INLINE L splat(float value) {
   return hn::Set(hn::DFromV<L>(), value);
@@ -42,6 +53,23 @@ HWY_INLINE V smaller(V a, V b) {
   return hn::Min(a, b);
 }
 template <class V>
+HWY_INLINE Vec3V<V> larger(Vec3V<V> a, Vec3V<V> b) {
+  return {hn::Max(a.x, b.x), hn::Max(a.y, b.y), hn::Max(a.z, b.z)};
+}
+template <class V>
+HWY_INLINE Vec3V<V> smaller(Vec3V<V> a, Vec3V<V> b) {
+  return {hn::Min(a.x, b.x), hn::Min(a.y, b.y), hn::Min(a.z, b.z)};
+}
+template <class V>
+HWY_INLINE V magnitude(V a) {
+  return hn::Abs(a);
+}
+/// `a`, not negative, less its fraction.
+template <class V>
+HWY_INLINE V whole(V a) {
+  return hn::Floor(a);
+}
+template <class V>
 HWY_INLINE V inverse_or_zero(V a) {
   const hn::DFromV<V> d;
   const V one = hn::Set(d, 1.0f);
@@ -58,6 +86,10 @@ template <class V>
 HWY_INLINE auto is_above(V a, V b) {
   return hn::Gt(a, b);
 }
+template <class V>
+HWY_INLINE auto is_at_most(V a, V b) {
+  return hn::Le(a, b);
+}
 /// Whether any lane has a > b.
 template <class V>
 HWY_INLINE bool any_above(V a, V b) {
@@ -70,6 +102,10 @@ HWY_INLINE M both(M a, M b) {
 template <class V, class M>
 HWY_INLINE V select(M mask, V a, V b) {
   return hn::IfThenElse(mask, a, b);
+}
+template <class V, class M>
+HWY_INLINE Vec3V<V> select(M mask, Vec3V<V> a, Vec3V<V> b) {
+  return {hn::IfThenElse(mask, a.x, b.x), hn::IfThenElse(mask, a.y, b.y), hn::IfThenElse(mask, a.z, b.z)};
 }
 
 /// 1 or 0, for conditions that are stored.

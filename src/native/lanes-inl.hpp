@@ -83,6 +83,28 @@ HWY_INLINE Mat3V<V> to_matrix(D d, V w, V x, V y, V z) {
           {hn::MulAdd(x, z2, wy), hn::MulSub(y, z2, wx), hn::Sub(one, hn::Add(xx, yy))}};
 }
 
+/// A rotation, as fathom::Quat.
+template <class V>
+struct QuatV {
+  V w, x, y, z;
+};
+/// Hamilton product.
+template <class V>
+HWY_INLINE QuatV<V> operator*(const QuatV<V>& a, const QuatV<V>& b) {
+  const auto component = [](V p, V q, V r, V s, V t, V u, V minus, V times) HWY_ATTR {
+    return hn::NegMulAdd(minus, times, hn::MulAdd(t, u, hn::MulAdd(r, s, hn::Mul(p, q))));
+  };
+  return {hn::NegMulAdd(a.z, b.z, hn::NegMulAdd(a.y, b.y, hn::NegMulAdd(a.x, b.x, hn::Mul(a.w, b.w)))),
+          component(a.w, b.x, a.x, b.w, a.y, b.z, a.z, b.y), component(a.w, b.y, a.y, b.w, a.z, b.x, a.x, b.z),
+          component(a.w, b.z, a.z, b.w, a.x, b.y, a.y, b.x)};
+}
+template <class V>
+HWY_INLINE QuatV<V> normalize(const QuatV<V>& q) {
+  const V squared = hn::MulAdd(q.w, q.w, hn::MulAdd(q.x, q.x, hn::MulAdd(q.y, q.y, hn::Mul(q.z, q.z))));
+  const V s = hn::Div(hn::Set(hn::DFromV<V>(), 1.0f), hn::Sqrt(squared));
+  return {hn::Mul(s, q.w), hn::Mul(s, q.x), hn::Mul(s, q.y), hn::Mul(s, q.z)};
+}
+
 template <class V>
 struct QuadV {
   V x, y, z, w;

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "dynamics/joint_limits.hpp"
-#include "dynamics/speed_limits.hpp"
+#include "dynamics/integrate.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {

@@ -8,19 +8,25 @@
 
 #include "dynamics/forces.hpp"
 #include "dynamics/look_ahead.hpp"
-#include "dynamics/restitution.hpp"
 #include "dynamics/rolling.hpp"
 #include "dynamics/rotation.hpp"
 #include "dynamics/sleep.hpp"
 #include "geometry/support.hpp"
-#include "native/lanes-inl.hpp"
+#include "native/lane_functions-inl.hpp"
 #include "native/prefetch.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-using namespace HWY_NAMESPACE;  // lanes-inl.hpp, for the instruction set this file is compiled for
+using namespace HWY_NAMESPACE;  // lane_functions-inl.hpp, for the instruction set this file is compiled for
+#define FATHOM_LANE_FUNCTION HWY_INLINE
+#define FATHOM_LANE_LAMBDA HWY_ATTR
+#include "dynamics/bounds-inl.hpp"
+#include "dynamics/integrate-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
+#undef FATHOM_LANE_LAMBDA
+
 using D = hn::ScalableTag<float>;
 using V = hn::Vec<D>;
 constexpr std::size_t width = hn::MaxLanes(D());
@@ -30,80 +36,20 @@ using Lanes = LaneItems<D>;
 V set(float value) { return hn::Set(D(), value); }
 Vec3V<V> set(Vec3 v) { return {set(v.x), set(v.y), set(v.z)}; }
 Vec3V<V> zero3() { return {hn::Zero(D()), hn::Zero(D()), hn::Zero(D())}; }
-Vec3V<V> min3(Vec3V<V> a, Vec3V<V> b) { return {hn::Min(a.x, b.x), hn::Min(a.y, b.y), hn::Min(a.z, b.z)}; }
-Vec3V<V> max3(Vec3V<V> a, Vec3V<V> b) { return {hn::Max(a.x, b.x), hn::Max(a.y, b.y), hn::Max(a.z, b.z)}; }
-
-struct QuatV {
-  V w, x, y, z;
-};
-
-/// `fathom::exponential` in lanes, the same series, of at most half a turn.
-QuatV exponential(Vec3V<V> phi) {
-  const V x = hn::Mul(set(0.25f), dot(phi, phi));
-  V c = hn::MulAdd(x, set(1.0f / 479001600.0f), set(-1.0f / 3628800.0f));
-  for (const float k : {1.0f / 40320.0f, -1.0f / 720.0f, 1.0f / 24.0f, -0.5f, 1.0f}) c = hn::MulAdd(x, c, set(k));
-  V s = hn::MulAdd(x, set(1.0f / 6227020800.0f), set(-1.0f / 39916800.0f));
-  for (const float k : {1.0f / 362880.0f, -1.0f / 5040.0f, 1.0f / 120.0f, -1.0f / 6.0f, 1.0f})
-    s = hn::MulAdd(x, s, set(k));
-  const Vec3V<V> v = scale(hn::Mul(set(0.5f), s), phi);
-  return {c, v.x, v.y, v.z};
-}
-
-QuatV product(QuatV a, QuatV b) {
-  const auto component = [](V p, V q, V r, V s, V t, V u, V minus, V times) {
-    return hn::NegMulAdd(minus, times, hn::MulAdd(t, u, hn::MulAdd(r, s, hn::Mul(p, q))));
-  };
-  return {hn::NegMulAdd(a.z, b.z, hn::NegMulAdd(a.y, b.y, hn::NegMulAdd(a.x, b.x, hn::Mul(a.w, b.w)))),
-          component(a.w, b.x, a.x, b.w, a.y, b.z, a.z, b.y), component(a.w, b.y, a.y, b.w, a.z, b.x, a.x, b.z),
-          component(a.w, b.z, a.z, b.w, a.x, b.y, a.y, b.x)};
-}
-
-QuatV normalised(QuatV q) {
-  const V squared = hn::MulAdd(q.w, q.w, hn::MulAdd(q.x, q.x, hn::MulAdd(q.y, q.y, hn::Mul(q.z, q.z))));
-  const V s = hn::Div(set(1.0f), hn::Sqrt(squared));
-  return {hn::Mul(s, q.w), hn::Mul(s, q.x), hn::Mul(s, q.y), hn::Mul(s, q.z)};
-}
 
 /// `to` becomes `from` in some lanes.
 void take(hn::Mask<D> lanes, const Vec3V<V>& from, Vec3V<V>& to) {
   to = {hn::IfThenElse(lanes, from.x, to.x), hn::IfThenElse(lanes, from.y, to.y), hn::IfThenElse(lanes, from.z, to.z)};
 }
 
-/// `fathom::limited` in lanes.
-Vec3V<V> limited(Vec3V<V> v, float limit) {
-  const auto fast = hn::Gt(dot(v, v), set(limit * limit));
-  const V largest = hn::Max(hn::Abs(v.x), hn::Max(hn::Abs(v.y), hn::Abs(v.z)));
-  const Vec3V<V> scaled{hn::Div(v.x, largest), hn::Div(v.y, largest), hn::Div(v.z, largest)};
-  take(fast, scale(hn::Div(set(limit), hn::Sqrt(dot(scaled, scaled))), scaled), v);
-  return v;
-}
-
-/// `fathom::within_half_a_turn` in lanes.
-Vec3V<V> within_half_a_turn(Vec3V<V> phi) {
-  const auto far = hn::Gt(dot(phi, phi), set(pi * pi));
-  const V angle = hn::IfThenElse(far, hn::Sqrt(dot(phi, phi)), set(1.0f));
-  const V turns = hn::Floor(hn::MulAdd(angle, set(0.15915494f), set(0.5f)));
-  const V rest = hn::MulAdd(turns, set(1.7484556e-7f), hn::NegMulAdd(turns, set(6.2831855f), angle));
-  const V kept = hn::IfThenElseZero(hn::Lt(angle, set(0x1p20f)), hn::Div(rest, angle));
-  return scale(hn::IfThenElse(far, kept, set(1.0f)), phi);
-}
-
 // −0 becomes +0: which one a sum of zeros gives can depend on how lanes were grouped.
 Vec3V<V> without_negative_zeros(Vec3V<V> v) { return v + zero3(); }
 
-struct Motion {
-  Vec3V<V> position, linear, angular;
-  Vec3V<V> rest;  // of the linear velocity: what rounding has left out (`fathom::accelerate`)
-  Vec3V<V> moved, turned;
-  QuatV rotation;
+struct Motion : Flight<Vec3V<V>> {
+  Vec3V<V> position;
+  QuatV<V> rotation;
 };
-
-/// `fathom::accelerate` in lanes.
-void accelerate(Motion& m, Vec3V<V> change) {
-  const Vec3V<V> next = m.linear + change;
-  m.rest = change - (next - m.linear);
-  m.linear = next;
-}
+using Forces = FlightForces<Vec3V<V>>;
 
 /// Vectors in lanes as arrays, for what is done lane by lane.
 struct LaneVectors {
@@ -142,60 +88,27 @@ void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& st
   if (any) linear = v.lanes(), angular = w.lanes();
 }
 
-/// All substeps of bodies without contacts, which are all dynamic. Without damping they are one, an exact parabola.
-void integrate_free(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
-                    Motion& m) {
-  const V h = set(p.dt / static_cast<float>(p.substeps));
+/// What acts on bodies without contacts, which are all dynamic.
+Forces forces_on(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p) {
   const QuadV<V> flight = lanes.load(state.flight.data(), 0);
-  Vec3V<V> acceleration = scale(flight.x, set(p.gravity)), angular_acceleration = zero3();
-  add_forces(lanes, bodies, state, p, acceleration, angular_acceleration);
-  const V linear_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.y, set(1.0f)));
-  const V angular_damping = hn::Div(set(1.0f), hn::MulAdd(h, flight.z, set(1.0f)));
-  m.moved = m.turned = zero3();
-  for (int i = 0; i < p.substeps; ++i) {
-    m.angular = mul_add(scale(angular_damping, m.angular), h, angular_acceleration);
-    m.turned = mul_add(m.turned, h, m.angular);
-  }
-  const V dt = set(p.dt);
-  Motion undamped = m;
-  accelerate(undamped, mul_add(m.rest, dt, acceleration));
-  undamped.moved = scale(dt, mul_add(undamped.linear, hn::Mul(set(-0.5f), dt), acceleration));
-  const auto damped = hn::Ne(linear_damping, set(1.0f));
-  if (!hn::AllFalse(D(), damped)) {
-    const V back = hn::Mul(set(-0.5f), h);
-    for (int i = 0; i < p.substeps; ++i) {
-      m.linear = mul_add(scale(linear_damping, m.linear), h, acceleration);
-      m.moved = mul_add(m.moved, h, mul_add(m.linear, back, acceleration));  // `mean_velocity` of what nothing touches
-    }
-    m.rest = zero3();
-    take(damped, m.linear, undamped.linear);
-    take(damped, m.rest, undamped.rest);
-    take(damped, m.moved, undamped.moved);
-  }
-  m.linear = undamped.linear;
-  m.rest = undamped.rest;
-  m.moved = undamped.moved;
+  const V h = set(p.dt / static_cast<float>(p.substeps));
+  Forces f{scale(flight.x, set(p.gravity)), zero3(), damping_factor(flight.y, h), damping_factor(flight.z, h)};
+  add_forces(lanes, bodies, state, p, f.acceleration, f.angular_acceleration);
+  return f;
 }
 
 /// Lanes that contacts could have touched and did not have flown freely, the solver rounding their velocity in every
 /// substep; they get the one of a flight without. All others have no rest.
 void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const Motion& before, Motion& m) {
   const D d;
-  const auto untouched = [&](V after, V flown, V start, hn::Mask<D> and_this) {
-    const V share = set(static_cast<float>(p.substeps) * 6e-8f);  // as in `may_have_flown`
-    const V most = hn::Mul(share, hn::Add(hn::Abs(start), hn::Abs(flown)));
-    return hn::And(and_this, hn::Le(hn::Abs(hn::Sub(after, flown)), most));
-  };
   const QuadV<V> motion = lanes.load(state.motion.data(), 0);  // acceleration and linear damping
   Motion flown = before;
-  accelerate(flown, mul_add(before.rest, set(p.dt), motion.xyz()));
-  auto free = hn::Eq(motion.w, set(1.0f));
-  free = untouched(m.linear.x, flown.linear.x, before.linear.x, free);
-  free = untouched(m.linear.y, flown.linear.y, before.linear.y, free);
-  free = untouched(m.linear.z, flown.linear.z, before.linear.z, free);
+  accelerate(flown.linear, flown.rest, mul_add(before.rest, set(p.dt), motion.xyz()));
+  auto free = hn::And(hn::Eq(motion.w, set(1.0f)),
+                      may_have_flown(before.linear, m.linear, flown.linear, static_cast<float>(p.substeps)));
   m.rest = zero3();
   if (hn::AllFalse(d, free)) return;
-  // W is what contacts gave in all substeps but the last, and the reference the velocity before they acted in that.
+  // As `has_flown`.
   const Vec3V<V> given = lanes.load(state.warm.data(), 0).xyz(), reference = lanes.load(state.warm.data(), 2).xyz();
   const auto none = [&](V w, V after, V start) { return hn::And(hn::Eq(w, hn::Zero(d)), hn::Eq(after, start)); };
   free = hn::And(free, none(given.x, m.linear.x, reference.x));
@@ -205,22 +118,20 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   take(free, flown.rest, m.rest);
 }
 
-/// Bodies with several principal moments turn substep by substep; those in contact the solver has turned already.
-template <bool in_contact>
+/// Bodies with several principal moments turn substep by substep; those in contact (no `forces`) the solver has turned
+/// already.
 void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
-                      const Motion& before, Motion& m) {
-  if (!bodies.any_anisotropic()) return;
+                      const Motion& before, const Forces* forces, Motion& m) {
   bool any = false;
   for (std::size_t i = 0; i < lanes.used; ++i) any |= !bodies[lanes.item(i)].isotropic;
   if (!any) return;
   const D d;
-  HWY_ALIGN float q[4][width], w[3][width];
+  HWY_ALIGN float q[4][width], damping[width];
   hn::Store(m.rotation.w, d, q[0]), hn::Store(m.rotation.x, d, q[1]), hn::Store(m.rotation.y, d, q[2]),
       hn::Store(m.rotation.z, d, q[3]);
-  hn::Store(m.angular.x, d, w[0]), hn::Store(m.angular.y, d, w[1]), hn::Store(m.angular.z, d, w[2]);
-  HWY_ALIGN float start[3][width];
-  hn::Store(before.angular.x, d, start[0]), hn::Store(before.angular.y, d, start[1]),
-      hn::Store(before.angular.z, d, start[2]);
+  hn::Store(forces ? forces->angular_damping : hn::Zero(d), d, damping);
+  LaneVectors w(m.angular);
+  const LaneVectors start(before.angular), acceleration(forces ? forces->angular_acceleration : zero3());
   const float h = p.dt / static_cast<float>(p.substeps);
   for (std::size_t i = 0; i < lanes.used; ++i) {
     const std::uint32_t slot = lanes.item(i);
@@ -228,73 +139,50 @@ void turn_anisotropic(const Lanes& lanes, const BodyTable& bodies, BodyState& st
     if (info.isotropic || state.flags[slot] & isolated) continue;
     Quat rotation = state.poses[slot].rotation;
     Vec3 angular;
-    if constexpr (in_contact) {
-      const Quat now = state.inertia[slot].rotation;
-      angular = rotate(now, inverse_rotate(rotation, {w[0][i], w[1][i], w[2][i]}));
-      rotation = now;
+    if (forces) {
+      angular = start[i];
+      spin_freely(rotation, angular, acceleration[i], damping[i], info.inertia, info.inverse_inertia, h, p.substeps,
+                  p.limits.angular);
     } else {
-      // Damping and torque change the angular velocity by the same amount in lanes; here it is spread over the
-      // substeps.
-      angular = fathom::limited({start[0][i], start[1][i], start[2][i]}, p.limits.angular);
-      const Vec3 change = (1.0f / static_cast<float>(p.substeps)) * (Vec3{w[0][i], w[1][i], w[2][i]} - angular);
-      for (int s = 0; s < p.substeps; ++s) {
-        angular = fathom::limited(angular + change, p.limits.angular);
-        step_torque_free(rotation, angular, info.inertia, info.inverse_inertia, h);
-      }
+      const Quat now = state.inertia[slot].rotation;
+      angular = rotate(now, inverse_rotate(rotation, w[i]));
+      rotation = now;
     }
-    angular = fathom::limited(angular, p.limits.angular);
-    w[0][i] = angular.x, w[1][i] = angular.y, w[2][i] = angular.z;
+    w.set(i, fathom::limited(angular, p.limits.angular));
     q[0][i] = rotation.w, q[1][i] = rotation.x, q[2][i] = rotation.y, q[3][i] = rotation.z;
   }
   m.rotation = {hn::Load(d, q[0]), hn::Load(d, q[1]), hn::Load(d, q[2]), hn::Load(d, q[3])};
-  m.angular = {hn::Load(d, w[0]), hn::Load(d, w[1]), hn::Load(d, w[2])};
+  m.angular = w.lanes();
 }
 
-/// `fathom::rest_of_force` of lanes on which forces act. Bodies with several principal moments have turned already:
-/// `turn` gets what their orientation still has to.
-template <bool in_contact>
+/// `fathom::complete_forced` of lanes on which forces act. Bodies with several principal moments have turned already:
+/// `turn` gets what their orientation still has to. `forces`: of bodies without contacts.
 bool complete_forced(const Lanes& lanes, const BodyTable& bodies, BodyState& state, const MoveParameters& p,
-                     const Motion& before, Motion& m, Vec3V<V>& turn) {
-  if (!p.forced) return false;
+                     const Motion& before, const Forces* forces, Motion& m, Vec3V<V>& turn) {
   const LaneVectors v0(before.linear), w0(before.angular), v(m.linear), w(m.angular);
+  const LaneVectors linear(forces ? forces->acceleration : zero3()),
+      angular(forces ? forces->angular_acceleration : zero3());
   LaneVectors moved(m.moved), turned(m.turned), left(zero3());
-  const float substeps = static_cast<float>(p.substeps);
   const bool any = for_each_forced(lanes, state, p, [&](std::size_t i, std::uint32_t slot) {
-    const BodyInfo& info = bodies[slot];
-    const Force& f = state.forces[slot];
-    Acceleration a;
+    Acceleration a{linear[i], angular[i]};
     bool is_parabola = true;
-    if constexpr (in_contact) {
+    if (!forces) {
       const BodyMotion& motion = state.motion[slot];
       a = {motion.acceleration, motion.angular_acceleration};
       is_parabola = has_flown(state.warm[slot], state.solver_bodies()[slot].linear);
-    } else {
-      a = forced_acceleration(info, state.poses[slot].rotation, f, info.gravity_scale * p.gravity);
     }
-    if (!(f.force == Vec3{}))
-      moved.set(i, moved[i] + rest_of_force(v0[i], v[i], a.linear, is_parabola, p.dt, substeps));
-    if (f.torque == Vec3{}) return;
-    const Vec3 rest = rest_of_force(w0[i], w[i], a.angular, false, p.dt, substeps);
-    LaneVectors& to = info.isotropic ? turned : left;
-    to.set(i, to[i] + rest);
+    LaneVectors& turned_by = bodies[slot].isotropic ? turned : left;
+    Vec3 way = moved[i], turning = turned_by[i];
+    fathom::complete_forced(way, turning, state.forces[slot], a, v0[i], v[i], w0[i], w[i], is_parabola, p.dt,
+                            static_cast<float>(p.substeps));
+    moved.set(i, way);
+    turned_by.set(i, turning);
   });
   if (!any) return false;
   m.moved = moved.lanes();
   m.turned = turned.lanes();
   turn = left.lanes();
   return true;
-}
-
-/// `fathom::fat_box` in lanes.
-void fatten(const Motion& m, V radius, const MoveParameters& p, Vec3V<V>& lower, Vec3V<V>& upper) {
-  const V limit = hn::Mul(set(0.25f), radius), back = hn::Neg(limit);
-  const Vec3V<V> way = scale(set(8.0f * p.dt), m.linear);
-  const auto within = [&](V x) { return hn::Max(back, hn::Min(x, limit)); };
-  const Vec3V<V> ahead{within(way.x), within(way.y), within(way.z)};
-  const V margin = hn::Min(set(0.03f), hn::Mul(set(0.1f), radius));
-  const Vec3V<V> grown{margin, margin, margin};
-  lower = (lower - grown) + min3(ahead, zero3());
-  upper = (upper + grown) + max3(ahead, zero3());
 }
 
 /// `motion_box` of lanes that are no boxes.
@@ -316,12 +204,6 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
 
 // What is read and written of BodyBounds by quads.
 static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
-
-/// As fathom::half_speculative_margin.
-V half_speculative_margin(V radius, float dt) {
-  const V of_size = hn::Mul(set(0.05f), radius);
-  return hn::Min(set(0.01f), hn::Add(of_size, set(0.5f * fall_within(dt))));
-}
 
 /// Lists those whose way has left the line that they began along by more than pairs are looked for beside it, and by a
 /// good part of their thickness.
@@ -363,12 +245,12 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
     return hn::MulAdd(hn::Abs(x), shape.x, hn::MulAdd(hn::Abs(y), shape.y, hn::Mul(hn::Abs(z), shape.z)));
   };
   // The same box as `motion_box`, for boxes.
-  const V turning = hn::Mul(hn::Min(hn::Mul(hn::Sqrt(dot(m.angular, m.angular)), set(p.dt)), set(1.0f)), radius);
-  const V margin = hn::Add(turning, half_speculative_margin(radius, p.dt));
+  const V margin = reach_beyond_box(m.angular, radius, p.dt);
   const Vec3V<V> reach{hn::Add(extent(r.x.x, r.y.x, r.z.x), margin), hn::Add(extent(r.x.y, r.y.y, r.z.y), margin),
                        hn::Add(extent(r.x.z, r.y.z, r.z.z), margin)};
-  const Vec3V<V> path = scale(set(p.dt), m.linear);
-  Vec3V<V> lower = (m.position - reach) + min3(path, zero3()), upper = (m.position + reach) + max3(path, zero3());
+  const BoxOf<Vec3V<V>> swept_box =
+      swept(BoxOf<Vec3V<V>>{m.position - reach, m.position + reach}, scale(set(p.dt), m.linear));
+  Vec3V<V> lower = swept_box.lower, upper = swept_box.upper;
   if (!hn::AllTrue(d, hn::Gt(shape.x, hn::Zero(d)))) bound_others(lanes, bodies, state, p, lower, upper);
 
   const Vec3V<V> fat_lower{second.z, second.w, third.x}, fat_upper{third.y, third.z, third.w};
@@ -381,11 +263,10 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
   lanes.store(bounds, 0, {lower.x, lower.y, lower.z, upper.x});
   if (hn::AllFalse(d, left)) return lanes.store(bounds, 1, {upper.y, upper.z, second.z, second.w});
 
-  Vec3V<V> new_lower = lower, new_upper = upper;
-  fatten(m, radius, p, new_lower, new_upper);
+  const BoxOf<Vec3V<V>> fat = fat_box(radius, BoxOf<Vec3V<V>>{lower, upper}, m.linear, p.dt);
   Vec3V<V> to_lower = fat_lower, to_upper = fat_upper;
-  take(left, new_lower, to_lower);
-  take(left, new_upper, to_upper);
+  take(left, fat.lower, to_lower);
+  take(left, fat.upper, to_upper);
   lanes.store(bounds, 1, {upper.y, upper.z, to_lower.x, to_lower.y});
   lanes.store(bounds, 2, {to_lower.z, to_upper.x, to_upper.y, to_upper.z});
   std::uint8_t bits[8] = {};
@@ -413,11 +294,11 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
 /// m in a step; substeps at the limit add up to a little more than a step at it.
 float most_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
 
-/// Whether all lanes are finite and within the limits, and turn by no more than half a turn.
+/// Whether all lanes are finite and within the limits.
 bool is_ordinary(const Motion& m, const MoveParameters& p) {
   const auto within = [](Vec3V<V> v, float most) { return hn::Le(dot(v, v), set(std::min(most * most, 3e38f))); };
   return hn::AllTrue(D(), hn::And(hn::And(within(m.linear, p.limits.linear), within(m.angular, p.limits.angular)),
-                                  hn::And(within(m.moved, most_moved(p)), within(m.turned, pi))));
+                                  hn::And(within(m.moved, most_moved(p)), within(m.turned, 1e18f))));
 }
 
 /// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
@@ -435,14 +316,14 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   const auto kept = [](hn::Mask<D> where, Vec3V<V> v) {
     return Vec3V<V>{hn::IfThenElseZero(where, v.x), hn::IfThenElseZero(where, v.y), hn::IfThenElseZero(where, v.z)};
   };
-  m.linear = kept(finite, limited(m.linear, p.limits.linear));
-  m.angular = kept(finite, limited(m.angular, p.limits.angular));
+  m.linear = kept(finite, limited(m.linear, set(p.limits.linear)));
+  m.angular = kept(finite, limited(m.angular, set(p.limits.angular)));
   // Not those that `is_ordinary` lets pass, or it would matter which bodies share a vector.
   const auto too_far = hn::Gt(dot(m.moved, m.moved), set(std::min(most_moved(p) * most_moved(p), 3e38f)));
-  take(too_far, limited(m.moved, p.dt * p.limits.linear), m.moved);
+  take(too_far, limited(m.moved, set(p.dt * p.limits.linear)), m.moved);
   m.moved = kept(finite, m.moved);
-  m.turned = kept(finite, within_half_a_turn(m.turned));
-  turn_left = kept(finite, within_half_a_turn(turn_left));
+  m.turned = kept(finite, m.turned);
+  turn_left = kept(finite, turn_left);
   m.rest = kept(hn::And(finite, keeps_rest), m.rest);
   HWY_ALIGN float ok[width];
   hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
@@ -458,7 +339,7 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
 /// Not those that have nothing left, which rounding would turn: it would matter which bodies share a vector.
 void turn_further(Vec3V<V> turn, Motion& m) {
   const auto turns = hn::Gt(dot(turn, turn), hn::Zero(D()));
-  const QuatV q = normalised(product(exponential(turn), m.rotation));
+  const QuatV<V> q = turned(m.rotation, turn);
   m.rotation = {hn::IfThenElse(turns, q.w, m.rotation.w), hn::IfThenElse(turns, q.x, m.rotation.x),
                 hn::IfThenElse(turns, q.y, m.rotation.y), hn::IfThenElse(turns, q.z, m.rotation.z)};
 }
@@ -474,6 +355,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   before.angular = angular.xyz();
   before.rest = {linear.w, angular.w, position.w};
   m = before;
+  Forces forces;
   if constexpr (in_contact) {
     const SolverBody* solver = state.solver_bodies();
     m.linear = lanes.load(solver, 0).xyz();
@@ -482,10 +364,12 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     m.turned = lanes.load(solver, 3).xyz();
     fly_on(lanes, state, p, before, m);
   } else {
-    integrate_free(lanes, bodies, state, p, m);
+    forces = forces_on(lanes, bodies, state, p);
+    fly(m, forces, p.dt, p.substeps, p.limits.angular);
   }
+  const Forces* const free_forces = in_contact ? nullptr : &forces;
   Vec3V<V> turn_left = zero3();
-  const bool forced = complete_forced<in_contact>(lanes, bodies, state, p, before, m, turn_left);
+  const bool forced = p.forced && complete_forced(lanes, bodies, state, p, before, free_forces, m, turn_left);
   std::size_t failed = 0;
   if (HWY_UNLIKELY(!is_ordinary(m, p))) {
     Motion restrained = m;
@@ -493,8 +377,8 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
     m = restrained;
   }
   m.position = m.position + m.moved;
-  m.rotation = normalised(product(exponential(m.turned), m.rotation));
-  turn_anisotropic<in_contact>(lanes, bodies, state, p, before, m);
+  m.rotation = turned(m.rotation, m.turned);
+  if (bodies.any_anisotropic()) turn_anisotropic(lanes, bodies, state, p, before, free_forces, m);
   if (forced) turn_further(turn_left, m);
   m.rest = without_negative_zeros(m.rest);
   m.linear = without_negative_zeros(m.linear);

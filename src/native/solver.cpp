@@ -6,7 +6,6 @@
 #include <type_traits>
 
 #include "dynamics/overlap.hpp"
-#include "dynamics/restitution.hpp"
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
 #include "native/prefetch.hpp"
@@ -386,19 +385,16 @@ void ContactSolver::load_body(std::uint32_t slot) {
   const float threshold = def_.solver.restitution_threshold, turning = info.radius * info.radius;
   if (fma(turning, length_squared(v.angular), length_squared(v.linear)) > 0.125f * threshold * threshold)
     any_fast_.store(true, std::memory_order_relaxed);
-  BodyMotion& motion = state_.motion[slot];
-  motion = {};
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if (info.motion != MotionType::dynamic) {
+    state_.motion[slot] = {};
     // A little less than the limits, so that no substep cuts it again: stand-ins keep the velocity they are made with.
     const SpeedLimits limits = speed_limits(def_.solver.max_linear_speed, h);
     body.linear = limited(v.linear, 0.99999f * limits.linear);
     body.angular = limited(v.angular, 0.99999f * limits.angular);
     return;
   }
-  motion.acceleration = info.gravity_scale * def_.gravity;
-  motion.linear_damping = damping_factor(info.linear_damping, h);
-  motion.angular_damping = damping_factor(info.angular_damping, h);
+  state_.motion[slot] = motion_under(info.gravity_scale * def_.gravity, info.linear_damping, info.angular_damping, h);
   if (state_.flags[slot] & (has_force | jointed) || !info.isotropic || supports_.overloads().any_scaled())
     load_rest(slot);
 }

@@ -9,7 +9,7 @@
 
 #include "check/check.hpp"
 #include "dynamics/generic_joint.hpp"
-#include "dynamics/speed_limits.hpp"
+#include "dynamics/integrate.hpp"
 #include "math/eigen.hpp"
 #include "world/placement.hpp"
 #include "world/simulator.hpp"
