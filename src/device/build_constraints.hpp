@@ -18,7 +18,8 @@
 #include "device/joint_arrays.hpp"
 #include "dynamics/integrate.hpp"
 #include "exec/atomic.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/bits.hpp"
+#include "exec/group.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {
@@ -37,15 +38,6 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
 /// Whether contacts have been deferred: then colours wait for them.
 FATHOM_HD bool is_stopping(const Counters& c) { return c.all_deferred() > 0; }
 
-/// The lowest bit that is not set; some bit is not.
-FATHOM_HD std::uint32_t lowest_free(std::uint64_t taken) {
-#if defined(__CUDA_ARCH__)
-  return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(~taken)) - 1);
-#else
-  return static_cast<std::uint32_t>(__builtin_ctzll(~taken));
-#endif
-}
-
 /// A contact between dynamic bodies takes the lowest colour that is free on both, where one is.
 FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* further, Counters& counters) {
   constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
@@ -58,7 +50,7 @@ FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* 
     first = further_colour;
     exec::atomic_store(counters.any_further, 1u);
   }
-  const std::uint32_t free = lowest_free(taken);
+  const std::uint32_t free = exec::lowest_bit(~taken);
   c.set_colour(first + free);
   colours[c.a] |= std::uint64_t{1} << free;
   colours[c.b] |= std::uint64_t{1} << free;
@@ -159,7 +151,7 @@ struct ColourContacts {
       constexpr std::uint64_t dynamic = ~(~std::uint64_t{0} << dynamic_colours);
       const std::uint64_t taken = bodies.colours[c.b] | dynamic;
       if (~taken == 0) return;
-      c.set_colour(lowest_free(taken));
+      c.set_colour(exec::lowest_bit(~taken));
       bodies.colours[c.b] |= std::uint64_t{1} << c.colour();
     } else {
       choose_colour(c, bodies.colours, bodies.further, *counters);
@@ -438,7 +430,7 @@ struct LoadBodies {
     // A body's contacts have a colour each, but those in the overflow, which in cells are all that are awake: so
     // colours share no body.
     FATHOM_VALIDATE(counters->overflow > 0 || !bodies.is_awake(i) ||
-                        bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) == bodies.touching[i],
+                        exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i]) == bodies.touching[i],
                     i);
     const bool solved = bodies.touching[i] > 0 || c.motion() != MotionType::dynamic;
     if (!solved) return;

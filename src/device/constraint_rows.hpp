@@ -28,14 +28,6 @@ enum ConstraintBits : std::uint32_t {
 
 FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
-FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
-#if defined(__CUDA_ARCH__)
-  return static_cast<std::uint32_t>(__popcll(bits));
-#else
-  return static_cast<std::uint32_t>(__builtin_popcountll(bits));
-#endif
-}
-
 /// Where the rows of constraint k begin; row r is 32·r quads further.
 FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
   return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);

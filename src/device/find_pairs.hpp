@@ -8,7 +8,7 @@
 #include "device/grid.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "exec/atomic.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/group.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {

@@ -8,6 +8,7 @@
 
 #include "device/support_factors.hpp"
 #include "device/union_find.hpp"
+#include "exec/bits.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {
@@ -154,7 +155,7 @@ struct FindSupports {
     SupportNode& node = bodies.nodes[i];
     node.supports = node.changed = 0;
     node.held = 0;
-    node.contacts = pushable ? bit_count(bodies.colours[i]) + bit_count(bodies.further[i]) : 0;
+    node.contacts = pushable ? exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i]) : 0;
     if (node.contacts == 0) return;
     node.first = exec::atomic_add(counters->contacts_listed, node.contacts);
     for (std::uint32_t k = 0; k < node.contacts; ++k) constraints.contacts_of[node.first + k] = none;
@@ -177,8 +178,9 @@ struct FindSupports {
   FATHOM_HD void join(std::uint32_t k, std::uint32_t colour, std::uint32_t i) const {
     const std::uint64_t before = (std::uint64_t{1} << colour % further_colour) - 1;
     const bool is_further = colour >= further_colour;
-    const std::uint32_t rank = is_further ? bit_count(bodies.colours[i]) + bit_count(bodies.further[i] & before)
-                                          : bit_count(bodies.colours[i] & before);
+    const std::uint32_t rank = is_further
+                                   ? exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i] & before)
+                                   : exec::bit_count(bodies.colours[i] & before);
     const SupportNode& node = bodies.nodes[i];
     if (rank < node.contacts) constraints.contacts_of[node.first + rank] = k;
   }

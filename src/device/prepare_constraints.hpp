@@ -6,6 +6,7 @@
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/touch.hpp"
 #include "exec/atomic.hpp"
+#include "exec/bits.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {
@@ -178,8 +179,8 @@ struct PrepareConstraints {
   FATHOM_HD std::uint32_t ranks_of(PairRecord pair, std::uint32_t colour) const {
     const std::uint64_t before = (std::uint64_t{1} << colour % further_colour) - 1;
     const std::uint64_t colours_a = bodies.colours[pair.a], colours_b = bodies.colours[pair.b];
-    return bit_count(colours_a & before) << rank_a_shift | bit_count(colours_b & before) << rank_b_shift |
-           bit_count(colours_a) << count_a_shift | bit_count(colours_b) << count_b_shift;
+    return exec::bit_count(colours_a & before) << rank_a_shift | exec::bit_count(colours_b & before) << rank_b_shift |
+           exec::bit_count(colours_a) << count_a_shift | exec::bit_count(colours_b) << count_b_shift;
   }
 };
 

@@ -13,6 +13,7 @@
 #include "dynamics/rotation.hpp"
 #include "dynamics/support.hpp"
 #include "exec/atomic.hpp"
+#include "exec/bits.hpp"
 #include "exec/kernel.hpp"
 #include "exec/load.hpp"
 
@@ -485,7 +486,7 @@ struct SolveConstraints {
   FATHOM_HD_INLINED void fetch_body(Place place, std::uint32_t i, Fetched& f) const {
     f.head.a = bodies.touching[i];
     if (f.head.a == 0) return;
-    if (place.by_data) f.head.b = bit_count(bodies.colours[i]);
+    if (place.by_data) f.head.b = exec::bit_count(bodies.colours[i]);
     const BodyMotion motion = bodies.motion[i];
     f.rows[4] = quad(motion.acceleration, motion.linear_damping);
     f.rows[5] = quad(motion.angular_acceleration, motion.angular_damping);
@@ -588,15 +589,10 @@ struct SolveConstraints {
     exec::atomic_store(counters->stopped, static_cast<std::uint32_t>(body_failed));
   }
 
-  /// For tests, and on the host alone. What a sweep does is done to a body before its next integration.
-  FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage stage, [[maybe_unused]] Place place,
-                                 [[maybe_unused]] std::uint32_t i, [[maybe_unused]] Vec3& linear,
-                                 [[maybe_unused]] Vec3& angular) const {
-#if !defined(__CUDA_ARCH__) && !defined(FATHOM_SYCL_SOURCE)
-    if (body_fault.is_due(stage, stage == SolverStage::relaxes ? place.substep - 1 : place.substep) &&
-        bodies.constants[i].category == body_fault.category)
-      body_fault.act(linear, angular);
-#endif
+  /// For tests. What a sweep does is done to a body before its next integration.
+  FATHOM_HD void fail_on_request(SolverStage stage, Place place, std::uint32_t i, Vec3& linear, Vec3& angular) const {
+    const std::uint32_t substep = stage == SolverStage::relaxes ? place.substep - 1 : place.substep;
+    fathom::fail_on_request(stage, substep, bodies.constants[i].category, linear, angular);
   }
 
   /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.

@@ -11,7 +11,7 @@
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/group.hpp"
 #include "exec/kernel.hpp"
 #include "math/team.hpp"
 

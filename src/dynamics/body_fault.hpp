@@ -36,4 +36,13 @@ struct BodyFault {
 
 inline BodyFault body_fault;
 
+/// A body of this category fails if that is asked for; on a GPU none does.
+FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage now, [[maybe_unused]] std::uint32_t substep,
+                               [[maybe_unused]] std::uint32_t category, [[maybe_unused]] Vec3& linear,
+                               [[maybe_unused]] Vec3& angular) {
+#if !defined(__CUDA_ARCH__) && !defined(FATHOM_SYCL_SOURCE)
+  if (body_fault.is_due(now, substep) && category == body_fault.category) body_fault.act(linear, angular);
+#endif
+}
+
 }  // namespace fathom

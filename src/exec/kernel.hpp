@@ -23,7 +23,7 @@ concept KernelArguments = std::is_trivially_copyable_v<K> && sizeof(K) <= max_ke
 template <class K>
 concept ItemKernel = KernelArguments<K> && std::invocable<const K&, std::uint32_t>;
 
-/// One call for each work-group, which shares a `Local` and walks through sections (host/host_group.hpp tells how):
+/// One call for each work-group, which shares a `Local` and walks through sections (group.hpp tells how):
 ///
 ///     struct Local { ... };                          trivial: it is not initialised
 ///     static constexpr std::uint32_t group_size;     a multiple of 32, at most 1024

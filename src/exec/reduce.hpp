@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "exec/device.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/group.hpp"
 
 namespace fathom::exec {
 

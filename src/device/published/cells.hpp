@@ -19,7 +19,7 @@
 
 #include "device/build_constraints.hpp"
 #include "device/contact_arrays.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/group.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {

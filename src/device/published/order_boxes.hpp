@@ -12,7 +12,7 @@
 #pragma once
 
 #include "device/contact_arrays.hpp"
-#include "exec/host/host_group.hpp"
+#include "exec/group.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {

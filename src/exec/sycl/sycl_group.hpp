@@ -1,4 +1,4 @@
-// A work-group on SYCL. See host/host_group.hpp for what sections are.
+// A work-group on SYCL. See group.hpp for what sections are.
 //
 // Barriers and local memory only: AdaptiveCpp's generic target compiles group algorithms and fails when they run.
 #pragma once
