@@ -49,7 +49,7 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 void NativeSimulator::hold_back_fast() {
   for (const std::size_t block : fast_blocks_)
     for (const FastPair& pair : blocks_[block].fast)
-      if (hold_back(pair)) strays_.list.push_back({pair.b, pair.pose_b});
+      if (hold_back(pair)) strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
   hold_back_strays();
 }
 
@@ -78,6 +78,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
 void NativeSimulator::hold_back_strays() {
   if (strays_.list.empty()) return;
   std::ranges::sort(strays_.list, {}, &Strays::Stray::slot);
+  // Those listed twice are listed alike, so it does not matter which thread came first.
   const auto twice = std::ranges::unique(strays_.list, {}, &Strays::Stray::slot);
   strays_.list.erase(twice.begin(), twice.end());
   tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);

@@ -216,9 +216,10 @@ void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const Mo
   const Vec3V<V> aside = mul_sub(moved, part, way);
   const V least = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
   const V squared = dot(aside, aside);
-  if (HWY_LIKELY(hn::AllTrue(d, hn::Le(squared, hn::Mul(least, least))))) return;
+  const auto is_far = hn::Gt(squared, hn::Mul(least, least));
+  if (HWY_LIKELY(hn::AllFalse(d, is_far))) return;
   HWY_ALIGN float far[width], q[4][width];
-  hn::Store(squared, d, far);
+  hn::Store(hn::IfThenElseZero(is_far, squared), d, far);
   const LaneVectors begin(before.position);
   hn::Store(before.rotation.w, d, q[0]), hn::Store(before.rotation.x, d, q[1]);
   hn::Store(before.rotation.y, d, q[2]), hn::Store(before.rotation.z, d, q[3]);
