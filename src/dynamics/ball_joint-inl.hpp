@@ -158,6 +158,15 @@ struct BallJointSweep {
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
+  /// The part of this impulse that turns neither body by more than `most_drift` in a substep of h seconds. A sweep that
+  /// gives more throws the anchors past each other.
+  FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
+    const VecOf<L> by_b = spun_b(impulse);
+    if constexpr (Bodies::only_pushes_b)
+      return followed_share(by_b, by_b, h);
+    else
+      return followed_share(spun_a(impulse), by_b, h);
+  }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
     bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, impulse);
@@ -167,10 +176,20 @@ struct BallJointSweep {
       spin(spun_a(impulse), bodies.a.angular, row.spun_a);
     }
   }
-  /// The impulse so far acts at the arms as they are now.
-  FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row) {
-    spin(spun_b(row.impulse) - row.spun_b, bodies.b.angular, row.spun_b);
-    if constexpr (!Bodies::only_pushes_b) spin(spun_a(row.impulse) - row.spun_a, bodies.a.angular, row.spun_a);
+  /// The impulse so far acts at the arms as they are now, as much of it as does not throw the bodies round: of a thin
+  /// rod what went along the arm a substep ago spins the rod about its own axis now.
+  FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row, L h) {
+    const VecOf<L> now_b = spun_b(row.impulse);
+    VecOf<L> now_a = row.spun_a;
+    if constexpr (!Bodies::only_pushes_b) now_a = spun_a(row.impulse);
+    const L share = followed_share(now_a - row.spun_a, now_b - row.spun_b, h), less = share - splat<L>(1.0f);
+    bodies.b.linear = mul_add(bodies.b.linear, less * bodies.b.inverse_mass, row.impulse);
+    spin(scale(share, now_b) - row.spun_b, bodies.b.angular, row.spun_b);
+    if constexpr (!Bodies::only_pushes_b) {
+      bodies.a.linear = mul_sub(bodies.a.linear, less * bodies.a.inverse_mass, row.impulse);
+      spin(scale(share, now_a) - row.spun_a, bodies.a.angular, row.spun_a);
+    }
+    row.impulse = scale(share, row.impulse);
   }
   /// The impulse that changes the anchors' relative velocity by `change`.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
@@ -179,6 +198,10 @@ struct BallJointSweep {
   }
 
  private:
+  FATHOM_LANE_FUNCTION static L followed_share(VecOf<L> by_a, VecOf<L> by_b, L h) {
+    const L most = splat<L>(most_drift * most_drift), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
+    return root(most / larger(h * h * fastest, most));
+  }
   /// To second order, of turns up to `most_drift`: of a longer one an anchor comes back on its circle.
   FATHOM_LANE_FUNCTION static VecOf<L> drift_of(VecOf<L> spin, VecOf<L> arm, L h) {
     const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
@@ -235,7 +258,7 @@ FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> i
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
-  if constexpr (pass != JointPass::relax) sweep.carry_along(row);
+  if constexpr (pass != JointPass::relax) sweep.carry_along(row, h);
   VecOf<L> wanted = sweep.velocity();
   if constexpr (pass != JointPass::relax) {
     wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
@@ -248,6 +271,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   else
     change = mul_add(scale(zero - row.mass_scale, change), zero - row.impulse_scale, row.impulse);
   if (any_above(row.most, zero)) change = change - beyond_most(row, row.impulse + change);
+  change = scale(sweep.followed_share(change, h), change);
   row.impulse = row.impulse + change;
   if (ends_substep) row.total = row.total + row.impulse;
   sweep.push(row, change);

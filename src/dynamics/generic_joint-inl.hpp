@@ -118,13 +118,13 @@ struct GenericJointRows {
     set_translations(row, frame, gap, apart + cross(omega_a, gap), h);
     const L slides = splat<L>(1.0f) - row.distance;
     VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, gap), h);
-    curve = curve - scale(slides * h, cross(omega_a, apart));
-    const VecOf<L> relative = omega_b - omega_a;
+    const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
+    curve = curve - scale(slides * h, cross(slow_a, apart));
     for (int i = 0; i < translations; ++i) {
       set_turns(i, spin_a, spin_b, cross(reach, along[i]), cross(arm_b, along[i]));
       set_turns(translations + i, spin_a, spin_b, about[i], about[i]);
       drift[i] = drift[i] + dot(along[i], curve) - splat<L>(0.5f) * h * dot(along[i], row.pull);
-      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(omega_a, about[i]), relative);
+      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(slow_a, about[i]), relative);
     }
     torque_axes_[0] = about[0], torque_axes_[1] = about[1], torque_axes_[2] = about[2];
     reach_ = reach, arm_ = arm_b;
@@ -147,16 +147,38 @@ struct GenericJointRows {
     if constexpr (!only_pushes_b) inverse_mass = inverse_mass + bodies.a.inverse_mass;
     return mul_add(sum, inverse_mass, dot(along[i], along[j]));
   }
+  /// As a ball joint's.
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
+    const L zero = splat<L>(0.0f);
+    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h);
+  }
+  /// Less what the bodies have been given already.
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h) const {
+    const L zero = splat<L>(0.0f), most = splat<L>(most_drift * most_drift);
+    VecOf<L> by_a{zero, zero, zero}, by_b = by_a;
+    for (int i = 0; i < axis_count; ++i) {
+      by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
+      if constexpr (!only_pushes_b) by_a = mul_add(by_a, impulses[i], spin_of_a[i]);
+    }
+    by_b = by_b - spun_b;
+    if constexpr (!only_pushes_b) by_a = by_a - spun_a;
+    return root(most / larger(h * h * larger(dot(by_a, by_a), dot(by_b, by_b)), most));
+  }
   /// The rows' impulses are larger by these from now on.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
     const L zero = splat<L>(0.0f);
     const VecOf<L> none{zero, zero, zero};
     push(row, impulses, none, none, none);
   }
-  /// The impulses so far act along the rows as they are now.
-  FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row) {
+  /// The impulses so far act along the rows as they are now, as a ball joint's.
+  FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
     L impulses[axis_count];
     for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
+    const L share = followed_share(impulses, row.spun_a, row.spun_b, h);
+    for (int i = 0; i < axis_count; ++i) {
+      impulses[i] = share * impulses[i];
+      row.hold[i] = share * row.hold[i], row.drive[i] = share * row.drive[i];
+    }
     push(row, impulses, row.given, row.spun_a, row.spun_b);
   }
   /// What the impulses so far are in the world.
@@ -200,6 +222,11 @@ struct GenericJointRows {
       return angular;
     else
       return turned_by(spin, angular);
+  }
+  /// As much of a spin as a substep turns by `most_drift`.
+  FATHOM_LANE_FUNCTION static VecOf<L> followed(VecOf<L> spin, L h) {
+    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    return scale(root(most / larger(turned, most)), spin);
   }
   /// To second order, of turns up to `most_drift`, as a ball joint's.
   FATHOM_LANE_FUNCTION static VecOf<L> curve_of(VecOf<L> spin, VecOf<L> arm, L h) {
@@ -461,7 +488,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
 /// The last step's impulses act again at once.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void warm_start_generic_joint(GenericJointRow<L>& row, Bodies& bodies) {
-  GenericJointRows<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row);
+  GenericJointRows<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row, splat<L>(0.0f));
 }
 
 /// What an axis does while velocities relax, besides what it did without armature and restitution.
@@ -499,7 +526,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   const L zero = splat<L>(0.0f);
   GenericJointRows<L, Bodies> rows(row, bodies, h);
   L hold[axis_count], drive[axis_count], more[axis_count];
-  if constexpr (!relaxes) rows.carry_along(row);
+  if constexpr (!relaxes) rows.carry_along(row, h);
   GenericSystem<L> system;
   const L most = choose(row.rigid, splat<L>(most_pull), splat<L>(3e37f));
   for (int i = 0; i < axis_count; ++i) {
@@ -543,7 +570,13 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
       hold[i] = choose(a.locked, row.hold[i] + soft, hold[i]);
     }
     more[i] = (hold[i] - row.hold[i]) + (drive[i] - row.drive[i]);
-    row.hold[i] = hold[i], row.drive[i] = drive[i];
+  }
+  const L share = rows.followed_share(more, h);
+  const auto is_cut = is_above(splat<L>(1.0f), share);
+  for (int i = 0; i < axis_count; ++i) {
+    more[i] = share * more[i];
+    row.hold[i] = select(is_cut, mul_add(row.hold[i], share, hold[i] - row.hold[i]), hold[i]);
+    row.drive[i] = select(is_cut, mul_add(row.drive[i], share, drive[i] - row.drive[i]), drive[i]);
   }
   rows.push(row, more);
   // Of several sweeps a substep all begin with the rates that it began with.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "dynamics/joint_limits.hpp"
 #include "dynamics/integrate.hpp"
+#include "dynamics/joint_limits.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
