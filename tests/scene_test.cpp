@@ -130,6 +130,7 @@ gravity_scale = -1
 linear_damping = 0.1
 angular_damping = 0.2
 can_sleep = false
+sensor = true
 filter = {category = 0x4, mask = 0xfffffff0}
 user_data = 99
 )");
@@ -155,6 +156,7 @@ user_data = 99
   EXPECT_EQ(body.linear_damping, 0.1f);
   EXPECT_EQ(body.angular_damping, 0.2f);
   EXPECT_FALSE(body.can_sleep);
+  EXPECT_TRUE(body.sensor);
   EXPECT_EQ(body.filter.category, 4u);
   EXPECT_EQ(body.filter.mask, 0xfffffff0u);
   EXPECT_EQ(body.user_data, 99u);
@@ -474,6 +476,7 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "gravity_scale",
                           "linear_damping",
                           "can_sleep",
+                          "sensor",
                           "angular_damping",
                           "filter",
                           "category",

@@ -62,6 +62,7 @@ struct BodyDef {
   float linear_damping = 0.0f;   ///< 1/s, ≥ 0
   float angular_damping = 0.0f;  ///< 1/s, ≥ 0
   bool can_sleep = true;
+  bool sensor = false;  ///< pushes nobody and is not pushed; tells who is in it (sensor.hpp)
   std::uint64_t user_data = 0;
 };
 

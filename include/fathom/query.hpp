@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// Which bodies a query looks at: those that pass all three.
+/// Which bodies a query looks at: those that pass all of it.
 struct QueryFilter {
   /// Bodies whose `Filter::category` has a bit in common with it. Categories have the lower 32 bits.
   std::uint64_t mask = ~std::uint64_t{0};
@@ -17,6 +17,7 @@ struct QueryFilter {
   /// Asked last, of bodies that the query has met, in no order; false goes on as if the body were not there. It may
   /// read what the application has given the body (user data, shape, motion), and must not change the world.
   std::function<bool(BodyId)> accepts{};
+  bool sensors = false;  ///< sensors are there, too
 };
 
 /// From `origin` to `origin` + `translation` (m, world).

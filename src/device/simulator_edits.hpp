@@ -68,8 +68,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.angular_damping = info.angular_damping;
   shapes_ |= shape_bit(info.geometry.type);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
-  c.category = info.filter.category;
-  c.mask = info.filter.mask;
+  // Sensors collide with nobody.
+  if (!info.is_sensor) c.category = info.filter.category, c.mask = info.filter.mask;
   c.friction = info.material.friction;
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;

@@ -515,7 +515,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   state_.flight[slot] = flight_data(info);
   state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
-  state_.note_filter(slot, info.filter);
+  state_.note_filter(slot, info);
   state_.note_to_solve(slot);
   note_set(slot);
 }
@@ -572,7 +572,7 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
 }
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {
-  state_.note_filter(slot, bodies[slot].filter);
+  state_.note_filter(slot, bodies[slot]);
   wake(slot);
   wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });

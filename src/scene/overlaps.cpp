@@ -148,7 +148,7 @@ double deepest_overlap(const Scene& scene, std::span<const Pose> poses) {
   std::vector<Placed> placed;
   float cell = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!is_finite(poses[i])) continue;
+    if (!is_finite(poses[i]) || bodies[i].sensor) continue;
     const bool is_dynamic = bodies[i].motion == MotionType::dynamic;
     const Geometry shape = fathom::geometry(bodies[i].shape);
     const Aabb box = bounds(shape, poses[i]);

@@ -10,6 +10,7 @@
 #include "world/body_visitor.hpp"
 #include "world/event_list.hpp"
 #include "world/joint_table.hpp"
+#include "world/sensors.hpp"
 
 namespace fathom {
 
@@ -29,6 +30,7 @@ class Simulator {
   std::uint64_t steps = 0;
   Profile profile;
   EventList<JointBreak> broken;
+  Sensors sensors;
   bool told_of_limits = false;  ///< `def.log` was, that velocities are cut
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
@@ -77,6 +79,8 @@ class Simulator {
   virtual std::string hardware() const { return {}; }
 
   virtual void step() = 0;
+  /// Whether events of steps are collected until they are read.
+  bool collects_events() const { return def.ahead > 0 && def.simulator == SimulatorKind::device; }
   /// After a step: removes the joints whose reaction was too large, and tells of them.
   void break_joints();
   /// Returns when the newest step asked for is the one that is read.

@@ -289,6 +289,18 @@ void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inerti
   change_body(*simulator_, slot, def, "set mass");
 }
 
+void World::set_sensor(BodyId id, bool sensor) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set sensor");
+  BodyDef def = simulator_->bodies.definition(slot);
+  if (def.sensor == sensor) return;
+  def.sensor = sensor;
+  change_body(*simulator_, slot, def, "set sensor");
+}
+
+bool World::is_sensor(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read whether it is a sensor")].is_sensor;
+}
+
 void World::set_gravity_scale(BodyId id, float scale) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "set gravity scale");
   check_finite({scale, 0, 0}, "set gravity scale", "the scale");
@@ -485,7 +497,9 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 
 void World::step() {
   if constexpr (check::asserts) check::current_step = simulator_->steps + 1;
+  simulator_->sensors.begin_step(*simulator_);
   simulator_->step();
+  simulator_->sensors.end_step(*simulator_);
   simulator_->break_joints();
   if (!simulator_->def.log) return;
   for (const Quarantine& q : simulator_->quarantined())
@@ -523,6 +537,19 @@ std::span<const ContactEvent> World::contacts_ended() const { return simulator_-
 std::span<const HitEvent> World::hits() const { return simulator_->hits(); }
 std::span<const JointBreak> World::joints_broken() const { return simulator_->broken.read(); }
 std::span<const Quarantine> World::quarantined() const { return simulator_->quarantined(); }
+
+std::span<const SensorEvent> World::sensor_begun() const { return simulator_->sensors.begun.read(); }
+std::span<const SensorEvent> World::sensor_ended() const { return simulator_->sensors.ended.read(); }
+
+void World::for_each_in_sensor(BodyId sensor, const std::function<void(BodyId)>& visit) const {
+  const char* const action = "read who is in a sensor";
+  if (!simulator_->bodies[simulator_->bodies.slot(sensor, action)].is_sensor)
+    refuse(std::string(action) + ": the body is no sensor; make it one with BodyDef::sensor or set_sensor");
+  std::vector<BodyId> inside;
+  for (const Presence& p : simulator_->sensors.inside(sensor))
+    if (simulator_->bodies.contains(p.body)) inside.push_back(p.body);
+  for (const BodyId id : inside) visit(id);
+}
 
 void World::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   simulator_->for_each_contact(visit);
