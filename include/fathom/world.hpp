@@ -227,6 +227,14 @@ class World {
   void set_material(BodyId id, const Material& material);
   const Material& material(BodyId id) const;
   void set_filter(BodyId id, Filter filter);
+  Filter filter(BodyId id) const;
+  /// Keeps two bodies from colliding, whatever their filters, until `include` or the end of one of them: what touches
+  /// ends, and both wake. Sensors do not see bodies that they are excluded with. Throws `stale_id`, and
+  /// `invalid_argument` where both are one body.
+  void exclude(BodyId a, BodyId b);
+  /// Takes that back; their filters and joints decide again.
+  void include(BodyId a, BodyId b);
+  bool is_excluded(BodyId a, BodyId b) const;
   // The next four begin the body anew, under the same id, with its pose, velocity and joints: what it touches ends and
   // begins again in the next step, and forces applied since the last one are gone. They throw what `add` throws, and
   // leave the body as it was.
@@ -335,6 +343,10 @@ class World {
   void for_each_in_sensor(BodyId sensor, const std::function<void(BodyId)>& visit) const;
   /// Calls `visit` for every pair that touches by its events. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
+
+  /// The same for the pairs of one body, in ascending order of the other's index. Waits for the last step. Throws
+  /// `stale_id`.
+  void for_each_contact_of(BodyId id, const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------
   // Of bodies as they stand: at once after a change, asleep ones too; with `WorldDef::ahead` as the newest finished

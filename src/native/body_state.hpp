@@ -73,8 +73,7 @@ struct BodyState {
   }
   bool is_to_solve(std::uint32_t slot) const { return to_solve[slot / 64] >> slot % 64 & 1; }
   void note_filter(std::uint32_t slot, const BodyInfo& info) {
-    const Filter& filter = info.filter;
-    const bool is = info.is_sensor || filter.category == 0 || filter.mask != ~decltype(filter.mask){0};
+    const bool is = info.is_sensor || may_keep_out(info.filter);
     flags[slot] = static_cast<std::uint8_t>(is ? flags[slot] | filtered : flags[slot] & ~filtered);
   }
   /// Brings the bit of `to_solve` up to date.

@@ -642,24 +642,32 @@ Aabb NativeSimulator::bounds(std::uint32_t slot) const {
 }
 
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
-  for (std::uint32_t i = 0; i < graph_.size(); ++i) {
-    const Contact& c = graph_[i];
-    if (!c.in_use || !c.in_touch) continue;
-    const ContactManifold& m = graph_.manifold(c);
-    const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
-    const ContactEvent ids = event(c.a, c.b);
-    const Vec3 normal = rotate(pa.rotation, m.normal);
-    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
-    if (c.colour < colour_count) info.colour = c.colour;
-    const Children children = graph_.children(i);
-    info.child_a = c.b < c.a ? children.b : children.a;
-    info.child_b = c.b < c.a ? children.a : children.b;
-    for (int p = 0; p < info.point_count; ++p) {
-      const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
-    }
-    visit(info);
+  for (std::uint32_t i = 0; i < graph_.size(); ++i)
+    if (graph_[i].in_use && graph_[i].in_touch) visit(contact_info(i));
+}
+
+void NativeSimulator::for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit) {
+  graph_.for_each_of(slot, [&](std::uint32_t i) {
+    if (graph_[i].in_touch) visit(contact_info(i));
+  });
+}
+
+ContactInfo NativeSimulator::contact_info(std::uint32_t i) const {
+  const Contact& c = graph_[i];
+  const ContactManifold& m = graph_.manifold(c);
+  const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
+  const ContactEvent ids = event(c.a, c.b);
+  const Vec3 normal = rotate(pa.rotation, m.normal);
+  ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
+  if (c.colour < colour_count) info.colour = c.colour;
+  const Children children = graph_.children(i);
+  info.child_a = c.b < c.a ? children.b : children.a;
+  info.child_b = c.b < c.a ? children.a : children.b;
+  for (int p = 0; p < info.point_count; ++p) {
+    const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
+    info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
   }
+  return info;
 }
 
 }  // namespace native

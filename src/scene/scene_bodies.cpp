@@ -106,10 +106,11 @@ Shape read_hull(const TomlTable& table) {
 }
 
 Filter read_filter(const TomlTable& outer, const toml::node& node) {
-  const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask"});
+  const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask", "group"});
   Filter filter;
-  table.read("category", filter.category);
-  table.read("mask", filter.mask);
+  table.read_bits("category", filter.category);
+  table.read_bits("mask", filter.mask);
+  table.read("group", filter.group, std::numeric_limits<int>::min());
   return filter;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geometry/geometry.hpp"
+#include "world/filter.hpp"
 
 namespace fathom {
 
@@ -42,6 +43,11 @@ struct alignas(64) BodyInfo {
   std::shared_ptr<const Hull> hull() const;  ///< null where it is none
 };
 static_assert(sizeof(BodyInfo) == 256);
+
+/// Sensors collide with nobody.
+inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
+  return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
+}
 
 /// Half of the body's thickness (m), about.
 float half_thickness(const BodyInfo& info);

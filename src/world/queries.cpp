@@ -94,8 +94,12 @@ class Query {
 
   bool looks_at(std::uint32_t slot) const {
     if (bodies_[slot].is_sensor && !filter_.sensors) return false;
-    if ((bodies_[slot].filter.category & filter_.mask) == 0) return false;
+    if (!passes(bodies_[slot].filter)) return false;
     return std::ranges::find(filter_.ignored, slot, &BodyId::index) == filter_.ignored.end();
+  }
+  bool passes(const Filter& body) const {
+    if (filter_.group != 0 && filter_.group == body.group) return filter_.group > 0;
+    return (body.category & filter_.mask) != 0 && (filter_.category == 0 || (filter_.category & body.mask) != 0);
   }
   bool accepts(std::uint32_t slot) const { return !filter_.accepts || filter_.accepts(bodies_.id(slot)); }
 

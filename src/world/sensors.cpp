@@ -6,7 +6,6 @@
 #include "geometry/any_query.hpp"
 #include "geometry/compound_query.hpp"
 #include "world/archive.hpp"
-#include "world/filter.hpp"
 #include "world/simulator.hpp"
 
 namespace fathom {
@@ -97,7 +96,7 @@ void Sensors::look_at(std::uint32_t sensor, const Simulator& simulator, std::spa
 
   for (const std::uint32_t slot : candidates_) {
     const BodyInfo& body = bodies[slot];
-    if (!may_see(info, body)) continue;
+    if (!may_see(info, body) || simulator.excluded.contains(sensor, slot)) continue;
     const Vec3 way = poses[slot].position - before_[slot].position - own_way;
     const Aabb end = tight_bounds(body.geometry, poses[slot]);
     if (!overlaps(merged(end, {end.lower - way, end.upper - way}), box)) continue;

@@ -9,6 +9,7 @@
 #include "world/body_table.hpp"
 #include "world/body_visitor.hpp"
 #include "world/event_list.hpp"
+#include "world/excluded_pairs.hpp"
 #include "world/joint_table.hpp"
 #include "world/sensors.hpp"
 
@@ -27,6 +28,7 @@ class Simulator {
   WorldDef def;
   BodyTable bodies;
   JointTable joints;
+  ExcludedPairs excluded;
   std::uint64_t steps = 0;
   Profile profile;
   EventList<JointBreak> broken;
@@ -69,6 +71,10 @@ class Simulator {
   /// N and N·m on the definition's B, of a simulator that has been synchronised.
   JointReaction reaction(std::uint32_t slot) const;
 
+  // Excluded pairs by slot, when `excluded` says so. Both wake both bodies.
+  virtual void pair_excluded(std::uint32_t a, std::uint32_t b) = 0;
+  virtual void pair_included(std::uint32_t a, std::uint32_t b) = 0;
+
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;
   virtual Aabb bounds(std::uint32_t slot) const = 0;
@@ -99,6 +105,8 @@ class Simulator {
   virtual std::span<const HitEvent> hits() const = 0;
   virtual std::span<const Quarantine> quarantined() const = 0;
   virtual void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const = 0;
+  /// Of one body, in any order.
+  virtual void for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit);
 
   // Queries. Any number of threads may ask at once while nobody changes or steps the world.
   /// Brings up to date what queries see; returns the poses by slot. They stay what they are until the world is changed,
