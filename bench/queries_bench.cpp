@@ -133,5 +133,23 @@ void first_after_a_change(benchmark::State& state, SimulatorKind kind) {
 BENCHMARK_CAPTURE(first_after_a_change, native, SimulatorKind::native);
 BENCHMARK_CAPTURE(first_after_a_change, device, SimulatorKind::device);
 
+/// A step of the cloud, adrift, with as many sensors: balls of 2 m.
+void step_with_sensors(benchmark::State& state, SimulatorKind kind) {
+  World world = cloud(kind);
+  world.set_gravity({});
+  std::mt19937 random(3);
+  for (const BodyId id : world.bodies()) world.set_velocity(id, in_cube(random), in_cube(random));
+  for (int i = 0; i < state.range(0); ++i)
+    world.add({.motion = MotionType::fixed,
+               .pose = {0.7f * reach * in_cube(random), 0, {}},
+               .shape = sphere(2),
+               .sensor = true});
+  for (auto _ : state) {
+    world.step();
+    benchmark::DoNotOptimize(world.sensor_begun().size());
+  }
+}
+BENCHMARK_CAPTURE(step_with_sensors, native, SimulatorKind::native)->Arg(0)->Arg(1)->Arg(100)->Arg(1000);
+
 }  // namespace
 }  // namespace fathom

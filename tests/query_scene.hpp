@@ -86,7 +86,7 @@ class Scene {
   Random random;
   Vec3 centre;
   float spread, smallest, largest;
-  std::vector<std::uint32_t> categories;  // by index
+  std::vector<std::uint64_t> categories;  // by index
 };
 
 }  // namespace test

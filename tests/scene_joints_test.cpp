@@ -251,7 +251,7 @@ TEST(SceneJoints, JointMistakes) {
       {joint_with("a = \"a\"\nb = \"something\""),
        "scene.toml:19:5: no [[body]] is named 'something'; give one this name"},
       {joint_with("a = \"post\"\nb = \"link\""),
-       "scene.toml:19:5: 'link' is repeated; a joint holds single bodies: name one of 'link.0' to 'link.2'"},
+       "scene.toml:19:5: 'link' is repeated; this takes single bodies: name one of 'link.0' to 'link.2'"},
       {joint_with("a = \"post\"\nb = \"link.3\""),
        "scene.toml:19:5: no [[body]] is named 'link.3'; did you mean 'link.0'?"},
       {joint_with("a = \"a\"\nb = \"a\""),

@@ -130,6 +130,7 @@ gravity_scale = -1
 linear_damping = 0.1
 angular_damping = 0.2
 can_sleep = false
+sensor = true
 filter = {category = 0x4, mask = 0xfffffff0}
 user_data = 99
 )");
@@ -155,6 +156,7 @@ user_data = 99
   EXPECT_EQ(body.linear_damping, 0.1f);
   EXPECT_EQ(body.angular_damping, 0.2f);
   EXPECT_FALSE(body.can_sleep);
+  EXPECT_TRUE(body.sensor);
   EXPECT_EQ(body.filter.category, 4u);
   EXPECT_EQ(body.filter.mask, 0xfffffff0u);
   EXPECT_EQ(body.user_data, 99u);
@@ -263,7 +265,9 @@ TEST(SceneFile, NumbersOutOfRange) {
        "scene.toml:3:11: 'inertia' must be positive definite; the diagonal must outweigh the products"},
       {body_with("inertia = [1, 1, 1, 1]"),
        "scene.toml:3:11: 'inertia' must be [xx, yy, zz] or [xx, yy, zz, xy, xz, yz] (kg·m²)"},
-      {body_with("filter = {category = -1}"), "scene.toml:3:22: 'category' must be between 0 and 4294967295, not -1"},
+      {body_with("filter = {category = 1.5}"), "scene.toml:3:22: 'category' must be an integer, not a number"},
+      {body_with("filter = {group = 3000000000}"),
+       "scene.toml:3:19: 'group' must be between -2147483648 and 2147483647, not 3000000000"},
       {body_with("repeat = {count = [0, 1, 1], spacing = [1, 1, 1]}"),
        "scene.toml:3:19: every component of 'count' must be a whole number from 1"},
       {body_with("repeat = {count = [1000, 1000, 1000], spacing = [1, 1, 1]}"),
@@ -474,10 +478,12 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "gravity_scale",
                           "linear_damping",
                           "can_sleep",
+                          "sensor",
                           "angular_damping",
                           "filter",
                           "category",
                           "mask",
+                          "group",
                           "user_data",
                           "repeat",
                           "count",

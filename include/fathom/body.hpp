@@ -38,10 +38,13 @@ struct Material {
   float rolling_resistance = 0.0f;
 };
 
-/// Two bodies collide where each one's category is in the other's mask.
+/// Two bodies of one group, other than 0, collide where it is positive and do not where it is negative, whatever their
+/// masks. Others collide where each one's category is in the other's mask. See also `World::exclude`.
 struct Filter {
-  std::uint32_t category = 1;
-  std::uint32_t mask = 0xffffffffu;
+  std::uint64_t category = 1;  ///< bits, mostly one
+  std::uint64_t mask = ~std::uint64_t{0};
+  std::int32_t group = 0;
+  std::uint32_t reserved = 0;
 };
 
 /// What a body is created from. The body's frame is centred at its centre of mass (see `hull`).
@@ -62,6 +65,7 @@ struct BodyDef {
   float linear_damping = 0.0f;   ///< 1/s, ≥ 0
   float angular_damping = 0.0f;  ///< 1/s, ≥ 0
   bool can_sleep = true;
+  bool sensor = false;  ///< pushes nobody and is not pushed; tells who is in it (sensor.hpp)
   std::uint64_t user_data = 0;
 };
 

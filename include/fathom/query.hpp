@@ -8,15 +8,21 @@
 
 namespace fathom {
 
-/// Which bodies a query looks at: those that pass all three.
+/// Which bodies a query looks at: those that pass all of it.
 struct QueryFilter {
-  /// Bodies whose `Filter::category` has a bit in common with it. Categories have the lower 32 bits.
+  /// Bodies whose `Filter::category` has a bit in common with it.
   std::uint64_t mask = ~std::uint64_t{0};
   /// Bodies that are not there for the query: mostly the one that asks.
   std::vector<BodyId> ignored{};
   /// Asked last, of bodies that the query has met, in no order; false goes on as if the body were not there. It may
   /// read what the application has given the body (user data, shape, motion), and must not change the world.
   std::function<bool(BodyId)> accepts{};
+  bool sensors = false;  ///< sensors are there, too
+  /// Where it is not 0, bodies whose `Filter::mask` has a bit in common with it alone.
+  std::uint64_t category = 0;
+  /// As `Filter::group`: where it is not 0, bodies of the same group are there if it is positive and are not if it is
+  /// negative, whatever the masks.
+  std::int32_t group = 0;
 };
 
 /// From `origin` to `origin` + `translation` (m, world).

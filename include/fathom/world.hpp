@@ -17,6 +17,7 @@
 #include <fathom/joint.hpp>
 #include <fathom/profile.hpp>
 #include <fathom/query.hpp>
+#include <fathom/sensor.hpp>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -226,7 +227,15 @@ class World {
   void set_material(BodyId id, const Material& material);
   const Material& material(BodyId id) const;
   void set_filter(BodyId id, Filter filter);
-  // The next three begin the body anew, under the same id, with its pose, velocity and joints: what it touches ends and
+  Filter filter(BodyId id) const;
+  /// Keeps two bodies from colliding, whatever their filters, until `include` or the end of one of them: what touches
+  /// ends, and both wake. Sensors do not see bodies that they are excluded with. Throws `stale_id`, and
+  /// `invalid_argument` where both are one body.
+  void exclude(BodyId a, BodyId b);
+  /// Takes that back; their filters and joints decide again.
+  void include(BodyId a, BodyId b);
+  bool is_excluded(BodyId a, BodyId b) const;
+  // The next four begin the body anew, under the same id, with its pose, velocity and joints: what it touches ends and
   // begins again in the next step, and forces applied since the last one are gone. They throw what `add` throws, and
   // leave the body as it was.
 
@@ -238,6 +247,9 @@ class World {
   /// kg; the inertia (kg·m², body axes) is the shape's where none is given. Throws `invalid_argument` for bodies that
   /// are not dynamic.
   void set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia = {});
+  /// Whether it is a sensor (sensor.hpp).
+  void set_sensor(BodyId id, bool sensor);
+  bool is_sensor(BodyId id) const;
   void set_gravity_scale(BodyId id, float scale);
   void set_damping(BodyId id, float linear, float angular);
   bool is_awake(BodyId id) const;
@@ -322,8 +334,19 @@ class World {
   std::span<const Quarantine> quarantined() const;
   /// By slot within a step. A world that has joints that can break waits for each step, whatever `WorldDef::ahead`.
   std::span<const JointBreak> joints_broken() const;
+  /// By sensor and body within a step.
+  std::span<const SensorEvent> sensor_begun() const;
+  std::span<const SensorEvent> sensor_ended() const;
+  /// Calls `visit` for every body that was in the sensor after the last step, in ascending order of index; those
+  /// removed since are left out. Waits for the last step. Throws `stale_id`, and `invalid_argument` for a body that is
+  /// no sensor.
+  void for_each_in_sensor(BodyId sensor, const std::function<void(BodyId)>& visit) const;
   /// Calls `visit` for every pair that touches by its events. Waits for the last step.
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const;
+
+  /// The same for the pairs of one body, in ascending order of the other's index. Waits for the last step. Throws
+  /// `stale_id`.
+  void for_each_contact_of(BodyId id, const std::function<void(const ContactInfo&)>& visit) const;
 
   // Queries -------------------------------------------------------------------------------------------------
   // Of bodies as they stand: at once after a change, asleep ones too; with `WorldDef::ahead` as the newest finished

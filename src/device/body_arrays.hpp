@@ -12,6 +12,7 @@
 #include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
+#include "world/filter.hpp"
 
 namespace fathom::device {
 
@@ -23,7 +24,8 @@ enum BodyBits : std::uint32_t {
   living_bit = 4,     ///< the index holds a body
   isotropic_bit = 8,  ///< its inertia is a multiple of the identity
   can_sleep_bit = 16,
-  shape_shift = 8,  ///< ShapeType, two bits
+  filtered_bit = 32,  ///< its filter may keep others out
+  shape_shift = 8,    ///< ShapeType, two bits
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
   rule_bits = 15
@@ -39,13 +41,14 @@ struct alignas(16) BodyConstants {
   float shape_radius = 0;
   float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
   std::uint32_t hull = 0;  ///< index of the shape's hull
-  std::uint32_t category = 0, mask = 0;
   float friction = 0, restitution = 0;
+  std::uint32_t unused[2] = {};
 
   FATHOM_HD MotionType motion() const { return static_cast<MotionType>(bits & motion_bits); }
   FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
   FATHOM_HD bool is_living() const { return bits & living_bit; }
   FATHOM_HD bool is_isotropic() const { return bits & isotropic_bit; }
+  FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
 };
 static_assert(sizeof(BodyConstants) == 64);
@@ -159,6 +162,7 @@ struct BodyArrays {
   std::uint32_t* slots;  ///< World's slot of each body, or `none`
   BodyConstants* constants;
   BodyTensors* tensors;
+  Filter* filters;  ///< read where one of two bodies `is_filtered`
   Force* forces;
   Pose* targets;  ///< where kinematic bodies are to be at the end of the step
   HullArrays hulls;
@@ -221,6 +225,12 @@ struct BodyArrays {
   }
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
 };
+
+/// Whether the filters of two bodies let them collide.
+FATHOM_HD bool may_collide(const BodyArrays& bodies, std::uint32_t i, std::uint32_t j) {
+  if (!bodies.constants[i].is_filtered() && !bodies.constants[j].is_filtered()) return true;
+  return may_collide(bodies.filters[i], bodies.filters[j]);
+}
 
 /// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).
 FATHOM_HD Acceleration forced_acceleration(const BodyArrays& bodies, std::uint32_t i, Quat rotation, Vec3 gravity) {

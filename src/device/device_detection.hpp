@@ -150,8 +150,7 @@ class DeviceDetection final : public Detection {
     u.constants.half_extents = info.geometry.half_extents;
     u.constants.shape_radius = info.geometry.radius;
     u.constants.hull = hold_hull(slot, info.hull());
-    // Filters are the host's.
-    u.constants.category = u.constants.mask = ~0u;
+    // Filters are the host's: no body is filtered.
     new_bodies_.push_back(u);
     if (info.motion == MotionType::dynamic && settings_.wide_length == 0) radii_.push_back(info.radius);
   }

@@ -42,8 +42,8 @@ class BodyMemory {
   /// Calls act(buffer) for those that outlive a step.
   template <class Act>
   void for_each_lasting(const Act& act) {
-    act(slots_), act(constants_), act(tensors_), act(forces_), act(targets_), act(poses_), act(velocities_),
-        act(flags_);
+    act(slots_), act(constants_), act(tensors_), act(filters_), act(forces_), act(targets_), act(poses_),
+        act(velocities_), act(flags_);
     act(slow_time_), act(fat_), act(known_), act(boxes_), act(colours_), act(further_), act(best_), act(touching_),
         act(island_);
     act(island_woken_), act(isolated_in_), act(solver_), act(support_), act(joint_colours_);
@@ -56,6 +56,7 @@ class BodyMemory {
   exec::Buffer<std::uint32_t> slots_;
   exec::Buffer<BodyConstants> constants_;
   exec::Buffer<BodyTensors> tensors_;
+  exec::Buffer<Filter> filters_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
   exec::Buffer<Pose> poses_, before_;

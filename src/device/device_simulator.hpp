@@ -63,6 +63,8 @@ class DeviceSimulator final : public Simulator {
     note_joint(slot);
   }
   void joint_changed(std::uint32_t slot) override { note_joint(slot); }
+  void pair_excluded(std::uint32_t a, std::uint32_t b) override { note_pair(a, b, true); }
+  void pair_included(std::uint32_t a, std::uint32_t b) override { note_pair(a, b, false); }
   JointReaction joint_impulse(std::uint32_t slot) const override;
 
   std::span<const Pose> poses() const override;
@@ -98,6 +100,7 @@ class DeviceSimulator final : public Simulator {
     std::vector<BodyData> data;
     std::vector<JointEdit> joint_edits;
     std::vector<GenericEdit> generic_edits;
+    std::vector<PairNote> pair_notes;
     std::vector<ApartEdit> apart_edits;
     GravityChange gravity;
     std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
@@ -194,10 +197,12 @@ class DeviceSimulator final : public Simulator {
 
   // Joints.
   void note_joint(std::uint32_t slot);
+  void note_pair(std::uint32_t a, std::uint32_t b, bool apart);
   void list_joint_edits(Flight& flight);
   void make_room_for_joints();
   void stage_joint_edits(Flight& flight);
   void upload_joint_edits(const Flight& flight);
+  void upload_apart_edits(const Flight& flight);
 
   // Finished steps.
   bool oldest_is_done() const;

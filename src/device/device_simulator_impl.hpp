@@ -64,7 +64,7 @@ void DeviceSimulator<D>::step() {
   try {
     make_room();
   } catch (...) {
-    joint_mirror_.take_back(next.joint_edits, next.apart_edits);
+    joint_mirror_.take_back(next.joint_edits, next.pair_notes, next.apart_edits);
     throw;
   }
   if (!lanes_.front()->graph) record();
@@ -91,7 +91,7 @@ void DeviceSimulator<D>::step() {
     list_last_edits();
     uploads_ahead_ = false;
     set_changed_ = flight.set_changed;
-    joint_mirror_.take_back(flight.joint_edits, flight.apart_edits);
+    joint_mirror_.take_back(flight.joint_edits, flight.pair_notes, flight.apart_edits);
     flights_.pop_back();
     --submitted_;
     throw;
@@ -231,6 +231,7 @@ void DeviceSimulator<D>::order_in_space() {
   for (std::uint32_t i = 0; i < order.size(); ++i) new_of[order[i]] = i;
   indices_.reorder(new_of);
   for (Edit& e : edits_) e.index = new_of[e.index];
+  joint_mirror_.reorder(new_of);
   list_last_edits();
 }
 

@@ -56,6 +56,7 @@ inline Edit edit_of(EditKind kind, std::uint32_t index, const Pose& pose) {
 struct alignas(16) BodyData {
   BodyConstants constants;
   BodyTensors tensors;
+  Filter filter;
   Pose pose{};                ///< of a body that is added
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note where constants change
@@ -165,6 +166,7 @@ struct ApplyEdits {
       case EditKind::constants:
         bodies.constants[i] = data[e.data].constants;
         bodies.tensors[i] = data[e.data].tensors;
+        bodies.filters[i] = data[e.data].filter;
         note(i, data[e.data].changes);
         if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;
@@ -183,6 +185,7 @@ struct ApplyEdits {
     bodies.slots[i] = data[e.data].slot;
     bodies.constants[i] = c;
     bodies.tensors[i] = data[e.data].tensors;
+    bodies.filters[i] = data[e.data].filter;
     bodies.poses[i] = data[e.data].pose;
     bodies.velocities[i] = data[e.data].velocity;
     bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
@@ -253,10 +256,10 @@ struct FollowEdits {
 struct IsolateOnRequest {
   BodyArrays bodies;
   Counters* counters;
-  std::uint32_t category;
+  std::uint64_t category;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
-    if (!bodies.is_awake(i) || !bodies.constants[i].is_dynamic() || bodies.constants[i].category != category) return;
+    if (!bodies.is_awake(i) || !bodies.constants[i].is_dynamic() || bodies.filters[i].category != category) return;
     bodies.flags[i] = (bodies.flags[i] & ~static_cast<std::uint32_t>(awake_flag)) | isolated_flag;
     bodies.velocities[i] = Velocity{};
     bodies.poses[i].reserved = 0;

@@ -168,7 +168,7 @@ struct SearchGrid {
     if (overlaps(bodies.known[i].box(), bodies.known[j].box())) return;  // they are a contact already
     const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
     if (!a.is_dynamic() && !b.is_dynamic()) return;
-    if (!(a.category & b.mask) || !(b.category & a.mask)) return;
+    if (!may_collide(bodies, i, j)) return;
     const std::uint32_t place = exec::atomic_add(counters->found, 1u);
     if (place < contacts.capacity) contacts.found[place] = {i, j};
   }

@@ -1,4 +1,5 @@
-// Joints on the host: which colours they have, which pairs they keep apart, and what the device has yet to be told.
+// Joints on the host: which colours they have, which pairs they and the application keep apart, and what the device has
+// yet to be told.
 //
 // All of it follows from the application's calls alone, never from how far the device has got.
 #pragma once
@@ -11,6 +12,7 @@
 #include "device/body_indices.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "world/excluded_pairs.hpp"
 #include "world/joint_table.hpp"
 
 namespace fathom::device {
@@ -94,6 +96,12 @@ class ApartPairs {
   std::size_t count_ = 0;
 };
 
+/// Two bodies, by device index, that collide no more, or again.
+struct PairNote {
+  std::uint32_t a = none, b = none;
+  bool apart = false;
+};
+
 class JointMirror {
  public:
   /// The joint in `slot` came, went or changed.
@@ -107,7 +115,13 @@ class JointMirror {
     note(slot);
     if (slot < joints_.size()) joints_[slot].generation = unknown;
   }
-  bool has_notes() const { return !noted_.empty(); }
+  /// Two bodies, by device index, collide no more (`apart`), or again.
+  void note_pair(std::uint32_t a, std::uint32_t b, bool apart) { pair_notes_.push_back({a, b, apart}); }
+  /// Bodies have other indices, while the device knows none.
+  void reorder(std::span<const std::uint32_t> new_of) {
+    for (PairNote& note : pair_notes_) note.a = new_of[note.a], note.b = new_of[note.b];
+  }
+  bool has_notes() const { return !noted_.empty() || !pair_notes_.empty(); }
   const ApartPairs& apart() const { return apart_; }
 
   /// Edits that bring the device up to date with `table`; `h` is a substep (s), `least_hit`
@@ -137,16 +151,25 @@ class JointMirror {
   }
   /// The definitions that belong to them.
   std::vector<GenericEdit> take_generic_edits() { return std::exchange(generic_edits_, {}); }
+  /// Carries out what was noted of pairs.
+  std::vector<PairNote> take_pair_notes() {
+    if (!pair_notes_.empty()) apart_.begin();
+    for (const PairNote& note : pair_notes_) apply(note);
+    return std::exchange(pair_notes_, {});
+  }
   std::vector<ApartEdit> take_apart_edits() { return apart_.take_edits(); }
   /// Whether there ever was a generic or distance joint.
   bool had_generic() const { return had_generic_; }
 
   /// The device was not told.
-  void take_back(const std::vector<JointEdit>& edits, const std::vector<ApartEdit>& apart_edits) {
+  void take_back(const std::vector<JointEdit>& edits, const std::vector<PairNote>& pair_notes,
+                 const std::vector<ApartEdit>& apart_edits) {
     for (const JointEdit& edit : edits) {
       note(edit.slot);
       if (edit.is_new) joints_[edit.slot].generation = unknown;
     }
+    for (auto note = pair_notes.rbegin(); note != pair_notes.rend(); ++note) apply({note->a, note->b, !note->apart});
+    pair_notes_ = pair_notes;
     for (const ApartEdit& edit : apart_edits)
       if (edit.place < apart_.size()) apart_.touch(edit.place);
   }
@@ -170,9 +193,13 @@ class JointMirror {
     return had_generic_ <= 1 && joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
            std::ranges::all_of(noted_, [&](std::uint32_t slot) { return slot < table.slot_count(); });
   }
-  /// All else, from what was read and is sound.
-  void rebuild() {
+  /// All else, from what was read and is sound; `excluded`: by slot. The device, where it knows bodies, is given the
+  /// whole table of pairs.
+  void rebuild(const ExcludedPairs& excluded, const BodyIndices& indices, bool is_on_device) {
     for (const std::uint32_t slot : std::exchange(noted_, {})) note(slot);
+    excluded.for_each([&](std::uint32_t a, std::uint32_t b) { note_pair(indices.of(a), indices.of(b), true); });
+    if (is_on_device) take_pair_notes();
+    apart_.take_edits();
     if (joints_.empty()) return;
     apart_.begin();
     is_noted_.resize(joints_.size());
@@ -195,6 +222,11 @@ class JointMirror {
     std::uint32_t apart = 0;  // 1: it keeps them apart
     std::uint32_t generation = unknown;
   };
+
+  void apply(const PairNote& note) {
+    const std::uint64_t pair = ApartTable::pair(note.a, note.b);
+    note.apart ? apart_.add(pair) : apart_.remove(pair);
+  }
 
   Mirrored added(const JointTable& table, const BodyIndices& indices, std::uint32_t slot) {
     const JointInfo& info = table[slot];
@@ -245,6 +277,7 @@ class JointMirror {
   std::vector<Mirrored> joints_;        // by slot
   std::vector<std::uint64_t> colours_;  // that joints have taken, by device index
   ApartPairs apart_;
+  std::vector<PairNote> pair_notes_;  // for the next step
   std::vector<std::uint32_t> noted_;
   std::vector<bool> is_noted_;
   std::vector<GenericEdit> generic_edits_;

@@ -68,8 +68,9 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.angular_damping = info.angular_damping;
   shapes_ |= shape_bit(info.geometry.type);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
-  c.category = info.filter.category;
-  c.mask = info.filter.mask;
+  // Sensors collide with nobody.
+  d.filter = info.is_sensor ? Filter{0, 0} : info.filter;
+  if (may_keep_out(d.filter)) c.bits |= filtered_bit;
   c.friction = info.material.friction;
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;

@@ -22,12 +22,20 @@ void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
   }
 }
 
+/// As with a joint that keeps its bodies apart, or goes: contacts are looked at.
+template <exec::Device D>
+void DeviceSimulator<D>::note_pair(std::uint32_t a, std::uint32_t b, bool apart) {
+  joint_mirror_.note_pair(indices_.of(a), indices_.of(b), apart);
+  for (const std::uint32_t body : {a, b}) add_edit(edit_of(EditKind::joints, indices_.of(body), Velocity{}));
+}
+
 template <exec::Device D>
 void DeviceSimulator<D>::list_joint_edits(Flight& flight) {
   if (!joint_mirror_.has_notes()) return;
   flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps),
                                                 def.solver.restitution_threshold);
   flight.generic_edits = joint_mirror_.take_generic_edits();
+  flight.pair_notes = joint_mirror_.take_pair_notes();
   flight.apart_edits = joint_mirror_.take_apart_edits();
 }
 
@@ -55,6 +63,7 @@ void DeviceSimulator<D>::stage_joint_edits(Flight& flight) {
 
 template <exec::Device D>
 void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
+  upload_apart_edits(flight);
   if (flight.joint_edits.empty()) return;
   Lane& lane = lane_of(flight.number);
   const JointArrays arrays = joint_memory_.arrays();
@@ -68,10 +77,15 @@ void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
     device_.parallel_for(static_cast<std::uint32_t>(flight.generic_edits.size()),
                          TakeGenericJoints{arrays, counters_.data(), lane.generic_edits.data()});
   }
+}
+
+template <exec::Device D>
+void DeviceSimulator<D>::upload_apart_edits(const Flight& flight) {
   if (flight.apart_edits.empty()) return;
+  Lane& lane = lane_of(flight.number);
   device_.copy_to_device_aside(lane.apart_edits.data(), lane.staged_apart_edits.data(), flight.apart_edits.size());
   device_.parallel_for(static_cast<std::uint32_t>(flight.apart_edits.size()),
-                       EditApartTable{arrays.apart, counters_.data(), lane.apart_edits.data()});
+                       EditApartTable{joint_memory_.arrays().apart, counters_.data(), lane.apart_edits.data()});
 }
 
 template <exec::Device D>

@@ -70,7 +70,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   Counters counters;
   in(counters);
   check_indices(in, counters);
-  joint_mirror_.rebuild();
+  joint_mirror_.rebuild(excluded, indices_, is_on_device());
   restore_hulls();
   list_last_edits();
   if (is_on_device()) make_room_for_restored(in, counters);

@@ -592,7 +592,7 @@ struct SolveConstraints {
   /// For tests. What a sweep does is done to a body before its next integration.
   FATHOM_HD void fail_on_request(SolverStage stage, Place place, std::uint32_t i, Vec3& linear, Vec3& angular) const {
     const std::uint32_t substep = stage == SolverStage::relaxes ? place.substep - 1 : place.substep;
-    fathom::fail_on_request(stage, substep, bodies.constants[i].category, linear, angular);
+    fathom::fail_on_request(stage, substep, bodies.filters[i].category, linear, angular);
   }
 
   /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.

@@ -22,7 +22,7 @@ inline constexpr SolverStage last_solver_stage = SolverStage::supports;
 /// Of all worlds of the process, while it is armed: bodies with that category fail, unless they cannot be pushed.
 struct BodyFault {
   std::atomic<bool> is_armed{false};
-  std::uint32_t category = 0;
+  std::uint64_t category = 0;
   SolverStage stage = SolverStage::velocities;
   std::uint32_t substep = 0;
   bool turns = false;  ///< its angular velocity becomes NaN instead
@@ -38,7 +38,7 @@ inline BodyFault body_fault;
 
 /// A body of this category fails if that is asked for; on a GPU none does.
 FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage now, [[maybe_unused]] std::uint32_t substep,
-                               [[maybe_unused]] std::uint32_t category, [[maybe_unused]] Vec3& linear,
+                               [[maybe_unused]] std::uint64_t category, [[maybe_unused]] Vec3& linear,
                                [[maybe_unused]] Vec3& angular) {
 #if !defined(__CUDA_ARCH__) && !defined(FATHOM_SYCL_SOURCE)
   if (body_fault.is_due(now, substep) && category == body_fault.category) body_fault.act(linear, angular);

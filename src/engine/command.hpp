@@ -41,11 +41,13 @@ enum class CommandKind : std::uint8_t {
   join,               ///< joint `definition` of the list, from `body` to its other body
   change_joint,       ///< the joint of `body`, the other one and the user data of joint `definition` becomes as that
   unjoin,             ///< removes that joint
+  exclude,            ///< `body` and the other body of joint `definition`, of which nothing else is read
+  include,            ///< the same
 };
-inline constexpr int command_kind_count = static_cast<int>(CommandKind::unjoin) + 1;
+inline constexpr int command_kind_count = static_cast<int>(CommandKind::include) + 1;
 /// Whether a command's `definition` counts the list's joints.
 inline constexpr bool is_of_joint(CommandKind kind) {
-  return kind == CommandKind::join || kind == CommandKind::change_joint || kind == CommandKind::unjoin;
+  return kind >= CommandKind::join && kind <= CommandKind::include;
 }
 
 /// Field meanings are with the kind; units and axes are those of `fathom::World`'s functions of the same name.
@@ -69,7 +71,7 @@ class CommandList {
     push({CommandKind::add, body, {}, {}, {}, static_cast<std::uint32_t>(definitions_.size())});
     definitions_.push_back(definition);
   }
-  /// `kind`: join, change_joint or unjoin.
+  /// `kind`: join or one of those after it.
   void joint(CommandKind kind, BodyHandle a, BodyHandle b, const JointDef& definition) {
     FATHOM_ASSERT(is_of_joint(kind));
     push({kind, a, {}, {}, {}, static_cast<std::uint32_t>(joints_.size())});

@@ -140,6 +140,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
     case CommandKind::join:
     case CommandKind::change_joint:
     case CommandKind::unjoin:
+    case CommandKind::exclude:
+    case CommandKind::include:
       return run(c.kind, id, list.joints().at(c.definition));
     case CommandKind::add:
     case CommandKind::set_gravity:
@@ -150,6 +152,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
 void CommandRunner::run(CommandKind kind, BodyId a, const JointOrder& order) {
   JointDef def = order.def;
   def.a = a, def.b = body(order.other);
+  if (kind == CommandKind::exclude) return world_->exclude(def.a, def.b);
+  if (kind == CommandKind::include) return world_->include(def.a, def.b);
   if (kind == CommandKind::join) {
     world_->add_joint(def);
     return;

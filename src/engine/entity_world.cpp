@@ -81,6 +81,9 @@ void EntityWorld::unjoin(EntityId a, EntityId b, std::uint64_t user_data) {
   order_joint(CommandKind::unjoin, a, b, named);
 }
 
+void EntityWorld::exclude(EntityId a, EntityId b) { order_joint(CommandKind::exclude, a, b, {}); }
+void EntityWorld::include(EntityId a, EntityId b) { order_joint(CommandKind::include, a, b, {}); }
+
 void EntityWorld::order_joint(CommandKind kind, EntityId a, EntityId b, const JointDef& definition) {
   const auto body = [this](EntityId id) {
     const Entity* const entity = find(id);

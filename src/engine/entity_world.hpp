@@ -37,6 +37,11 @@ class EntityWorld {
   /// Removes the joint that joined `a` to `b` with this user data. Throws as `join`.
   void unjoin(EntityId a, EntityId b, std::uint64_t user_data = 0);
 
+  /// Keeps two living entities' bodies from colliding from the next step on that has not begun, or takes that back (see
+  /// `World::exclude`). Throws as `join`.
+  void exclude(EntityId a, EntityId b);
+  void include(EntityId a, EntityId b);
+
   /// The living entity, or null while it waits and after it was destroyed.
   Entity* find(EntityId id);
   Entity* find(std::string_view name);

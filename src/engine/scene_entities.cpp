@@ -16,6 +16,7 @@ class SceneEntity final : public Entity {
 
   void created(Engine& engine, EntityDef&) override {
     for (const SceneJoint& joint : scene_.joints) engine.world().join(bodies_[joint.a], bodies_[joint.b], joint.def);
+    for (const auto& [a, b] : scene_.excluded) engine.world().exclude(bodies_[a], bodies_[b]);
     if (!SceneScript::is_needed(scene_)) return;
     std::vector<BodyHandle> handles;
     for (const EntityId id : bodies_) {
@@ -59,7 +60,7 @@ std::vector<EntityId> spawn_scene(Engine& engine, const Scene& scene) {
     def.name = names[i];
     ids.push_back(engine.world().spawn(std::move(def)));
   }
-  if (!scene.joints.empty() || SceneScript::is_needed(scene)) {
+  if (!scene.joints.empty() || !scene.excluded.empty() || SceneScript::is_needed(scene)) {
     EntityDef def;
     def.name = "scene";
     engine.world().spawn(std::move(def), std::make_unique<SceneEntity>(scene, ids));

@@ -335,12 +335,19 @@ void Simulation::fill(SimulationState& state) const {
   state.ended.clear();
   state.hits.clear();
   state.breaks.clear();
+  state.sensor_begun.clear();
+  state.sensor_ended.clear();
   for (const ContactEvent& event : world_.contacts_begun()) state.begun.push_back(touch(event));
   for (const ContactEvent& event : world_.contacts_ended()) state.ended.push_back(touch(event));
   for (const HitEvent& e : world_.hits())
     state.hits.push_back({runner_.handle(e.a), runner_.handle(e.b), e.point, e.normal, e.approach_speed});
   for (const JointBreak& b : world_.joints_broken())
     state.breaks.push_back({runner_.handle(b.a), runner_.handle(b.b), b.force, b.torque, b.user_data});
+  const auto presence = [&](const SensorEvent& e) {
+    return PresenceEvent{runner_.handle(e.sensor), runner_.handle(e.body)};
+  };
+  for (const SensorEvent& event : world_.sensor_begun()) state.sensor_begun.push_back(presence(event));
+  for (const SensorEvent& event : world_.sensor_ended()) state.sensor_ended.push_back(presence(event));
   state.profile = world_.profile();
   state.hash = settings_.hashes ? world_.state_hash() : 0;
   state.published = Clock::now();

@@ -47,6 +47,11 @@ struct BreakEvent {
   std::uint64_t user_data = 0;  ///< of the joint
 };
 
+/// `SensorEvent` of the world, by handle.
+struct PresenceEvent {
+  BodyHandle sensor, body;
+};
+
 /// The world after a step, as the game sees it. Arrays are indexed by `BodyHandle::index`.
 struct SimulationState {
   std::uint64_t step = 0;
@@ -57,6 +62,7 @@ struct SimulationState {
   std::vector<TouchEvent> begun, ended;
   std::vector<ImpactEvent> hits;
   std::vector<BreakEvent> breaks;
+  std::vector<PresenceEvent> sensor_begun, sensor_ended;
   Profile profile;
   double step_ms = 0;      ///< wall time of the step
   std::uint64_t hash = 0;  ///< `World::state_hash`, where asked for

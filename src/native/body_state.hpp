@@ -19,7 +19,7 @@ enum BodyFlag : std::uint8_t {
   kinematic = 16,
   targeted = 64,  ///< the next step takes it to a pose that the application has given
   jointed = 128,  ///< it has joints
-  filtered = 32,  ///< there are bodies that its filter does not let it collide with
+  filtered = 32,  ///< there may be bodies that it does not collide with
 };
 
 /// Of a body with this orientation on which a force of the application acts beside `gravity` (m/s²).
@@ -72,8 +72,8 @@ struct BodyState {
     return flags[slot] & awake ? !(flags[slot] & kinematic) : bodies[slot].motion == MotionType::dynamic;
   }
   bool is_to_solve(std::uint32_t slot) const { return to_solve[slot / 64] >> slot % 64 & 1; }
-  void note_filter(std::uint32_t slot, const Filter& filter) {
-    const bool is = filter.category == 0 || filter.mask != ~decltype(filter.mask){0};
+  void note_filter(std::uint32_t slot, const BodyInfo& info) {
+    const bool is = info.is_sensor || may_keep_out(info.filter);
     flags[slot] = static_cast<std::uint8_t>(is ? flags[slot] | filtered : flags[slot] & ~filtered);
   }
   /// Brings the bit of `to_solve` up to date.

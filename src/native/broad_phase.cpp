@@ -14,7 +14,7 @@ bool BroadPhaseInput::is_wanted(std::uint32_t a, std::uint32_t b) const {
   if (known.contains(a, b)) return false;
   if (!state.is_dynamic(bodies, a) && !state.is_dynamic(bodies, b)) return false;
   if (!((state.flags[a] | state.flags[b]) & filtered)) return true;
-  return may_collide(bodies[a].filter, bodies[b].filter);
+  return may_collide(bodies[a], bodies[b]);
 }
 
 namespace {

@@ -118,7 +118,8 @@ std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& st
   for (const std::uint32_t slot : kinematic_bodies)
     if (overlaps(state_.bounds[slot].fat_box, box)) found.slots.push_back(slot);
   std::erase_if(found.slots, [&](std::uint32_t slot) {
-    return !may_collide(bodies[slot].filter, info.filter) || joints.keeps_apart(slot, stray.slot);
+    return !may_collide(bodies[slot], info) || joints.keeps_apart(slot, stray.slot) ||
+           excluded.contains(slot, stray.slot);
   });
   std::ranges::sort(found.slots);
   return found.slots;

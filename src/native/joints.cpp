@@ -56,11 +56,32 @@ void NativeSimulator::joint_added(std::uint32_t slot) {
   for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
   in_contact_is_current_ = false;
   if (info.def.collide_connected) return;
-  graph_.for_each_of(info.b, [&](std::uint32_t index) {
+  keep_apart(info.a, info.b);
+}
+
+/// `b`, which has the fewer contacts, is dynamic, or neither is.
+void NativeSimulator::keep_apart(std::uint32_t a, std::uint32_t b) {
+  graph_.for_each_of(b, [&](std::uint32_t index) {
     const Contact& c = graph_[index];
-    if (c.a == info.a || c.b == info.a) drop_contact(index, ended_by_removal_);
+    if (c.a == a || c.b == a) drop_contact(index, ended_by_removal_);
   });
-  graph_.keep_apart(info.a, info.b);
+  graph_.keep_apart(a, b);
+}
+
+void NativeSimulator::keep_apart_no_more(std::uint32_t a, std::uint32_t b) {
+  graph_.keep_apart_no_more(a, b);
+  state_.flags[b] |= box_changed;  // it is to be found again
+}
+
+void NativeSimulator::pair_excluded(std::uint32_t a, std::uint32_t b) {
+  wake_island(a), wake_island(b);
+  bodies[b].motion == MotionType::dynamic ? keep_apart(a, b) : keep_apart(b, a);
+}
+
+void NativeSimulator::pair_included(std::uint32_t a, std::uint32_t b) {
+  wake_island(a), wake_island(b);
+  if (joints.keeps_apart(a, b)) return;
+  bodies[b].motion == MotionType::dynamic ? keep_apart_no_more(a, b) : keep_apart_no_more(b, a);
 }
 
 void NativeSimulator::joint_removed(std::uint32_t slot) {
@@ -78,9 +99,8 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
     const JointInfo& joint = joints[other];
     return other != slot && !joint.def.collide_connected && (joint.a == info.a || joint.b == info.a);
   });
-  if (info.def.collide_connected || others_do) return;
-  graph_.keep_apart_no_more(info.a, info.b);
-  state_.flags[info.b] |= box_changed;  // it is to be found again
+  if (info.def.collide_connected || others_do || excluded.contains(info.a, info.b)) return;
+  keep_apart_no_more(info.a, info.b);
 }
 
 void NativeSimulator::joint_changed(std::uint32_t slot) {
@@ -105,6 +125,7 @@ void NativeSimulator::restore_joints(ByteReader& in) {
     define_joint(id.index);
     if (!info.def.collide_connected) graph_.keep_apart(info.a, info.b);
   }
+  excluded.for_each([&](std::uint32_t a, std::uint32_t b) { graph_.keep_apart(a, b); });
   std::size_t in_use = 0;
   for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) in_use += graph_.joint(slot).in_use;
   in.require(in_use == joints.count());

@@ -515,7 +515,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   state_.flight[slot] = flight_data(info);
   state_.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake) |
                                                  (info.motion == MotionType::kinematic ? kinematic : 0));
-  state_.note_filter(slot, info.filter);
+  state_.note_filter(slot, info);
   state_.note_to_solve(slot);
   note_set(slot);
 }
@@ -572,7 +572,7 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
 }
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {
-  state_.note_filter(slot, bodies[slot].filter);
+  state_.note_filter(slot, bodies[slot]);
   wake(slot);
   wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });
@@ -642,24 +642,32 @@ Aabb NativeSimulator::bounds(std::uint32_t slot) const {
 }
 
 void NativeSimulator::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
-  for (std::uint32_t i = 0; i < graph_.size(); ++i) {
-    const Contact& c = graph_[i];
-    if (!c.in_use || !c.in_touch) continue;
-    const ContactManifold& m = graph_.manifold(c);
-    const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
-    const ContactEvent ids = event(c.a, c.b);
-    const Vec3 normal = rotate(pa.rotation, m.normal);
-    ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
-    if (c.colour < colour_count) info.colour = c.colour;
-    const Children children = graph_.children(i);
-    info.child_a = c.b < c.a ? children.b : children.a;
-    info.child_b = c.b < c.a ? children.a : children.b;
-    for (int p = 0; p < info.point_count; ++p) {
-      const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
-      info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
-    }
-    visit(info);
+  for (std::uint32_t i = 0; i < graph_.size(); ++i)
+    if (graph_[i].in_use && graph_[i].in_touch) visit(contact_info(i));
+}
+
+void NativeSimulator::for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit) {
+  graph_.for_each_of(slot, [&](std::uint32_t i) {
+    if (graph_[i].in_touch) visit(contact_info(i));
+  });
+}
+
+ContactInfo NativeSimulator::contact_info(std::uint32_t i) const {
+  const Contact& c = graph_[i];
+  const ContactManifold& m = graph_.manifold(c);
+  const Pose &pa = state_.poses[c.a], &pb = state_.poses[c.b];
+  const ContactEvent ids = event(c.a, c.b);
+  const Vec3 normal = rotate(pa.rotation, m.normal);
+  ContactInfo info{ids.a, ids.b, c.b < c.a ? -normal : normal, m.point_count(), {}};
+  if (c.colour < colour_count) info.colour = c.colour;
+  const Children children = graph_.children(i);
+  info.child_a = c.b < c.a ? children.b : children.a;
+  info.child_b = c.b < c.a ? children.a : children.b;
+  for (int p = 0; p < info.point_count; ++p) {
+    const Vec3 on_a = transform(pa, m.points[p].anchor_a), on_b = transform(pb, m.points[p].anchor_b);
+    info.points[p] = {0.5f * (on_a + on_b), dot(on_b - on_a, normal), m.step_impulse_of(p)};
   }
+  return info;
 }
 
 }  // namespace native

@@ -44,6 +44,8 @@ class NativeSimulator : public Simulator {
   void apply(std::uint32_t slot, Vec3 force, Vec3 torque) override;
 
   void joint_added(std::uint32_t slot) override;
+  void pair_excluded(std::uint32_t a, std::uint32_t b) override;
+  void pair_included(std::uint32_t a, std::uint32_t b) override;
   void joint_removed(std::uint32_t slot) override;
   void joint_changed(std::uint32_t slot) override;
   JointReaction joint_impulse(std::uint32_t slot) const override;
@@ -57,6 +59,7 @@ class NativeSimulator : public Simulator {
   std::span<const HitEvent> hits() const override { return {hits_.begin(), hits_.size()}; }
   std::span<const Quarantine> quarantined() const override { return quarantined_; }
   void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const override;
+  void for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit) override;
 
   void visit_bodies(const MovingBox& box, BodyVisitor& visitor) const override { tree_.visit(box, visitor); }
 
@@ -143,6 +146,9 @@ class NativeSimulator : public Simulator {
   bool is_asleep(std::uint32_t slot) const;
   void first_manifold(const NewManifold& fresh, ContactManifold& manifold);
   void drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended);
+  void keep_apart(std::uint32_t a, std::uint32_t b);
+  void keep_apart_no_more(std::uint32_t a, std::uint32_t b);
+  ContactInfo contact_info(std::uint32_t index) const;
   ContactEvent event(std::uint32_t a, std::uint32_t b) const;
   /// touch_events.cpp
   void report_touches();

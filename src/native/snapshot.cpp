@@ -152,7 +152,7 @@ void NativeSimulator::restore(ByteReader& in) {
   for (const BodyId id : bodies.living()) {
     copy_shape(bodies[id.index], state_.bounds[id.index]);
     state_.flight[id.index] = flight_data(bodies[id.index]);
-    state_.note_filter(id.index, bodies[id.index].filter);
+    state_.note_filter(id.index, bodies[id.index]);
   }
   graph_.restore(in);
   restore_joints(in);

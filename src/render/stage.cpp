@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/joint_marks.hpp"
+#include "render/sensor_marks.hpp"
 
 namespace fathom::render {
 namespace {
@@ -52,6 +53,9 @@ const Image& Stage::draw(const World& world, bool smooth) {
     add_reaction_marks(world, marks_);
   }
   frame.marks_on_top = marks_;
+  sensor_marks_.clear();
+  add_sensor_marks(world, sensor_marks_);
+  frame.marks = sensor_marks_;
   renderer_.draw(frame, target_.framebuffer(), target_.width(), target_.height());
   target_.read(image_);
   return image_;

@@ -45,7 +45,7 @@ class Stage {
   Image image_;
   std::optional<Aabb> box_;
   double last_time_ = 0;
-  std::vector<Mark> marks_;
+  std::vector<Mark> marks_, sensor_marks_;
 };
 
 /// Marks for contact points (by impulse) and normals.

@@ -33,7 +33,8 @@ std::vector<BodyId> bin_walls(const World& world) {
   for (int side = 0; side < 4; ++side) {
     const std::size_t before = walls.size();
     for (const BodyId id : world.bodies())
-      if (world.motion(id) == MotionType::fixed && covers(world.bounds(id), inside, side / 2, side % 2 != 0))
+      if (world.motion(id) == MotionType::fixed && !world.is_sensor(id) &&
+          covers(world.bounds(id), inside, side / 2, side % 2 != 0))
         walls.push_back(id);
     if (walls.size() == before) return {};
   }
@@ -47,7 +48,7 @@ void WorldPicture::list_bodies(const World& world, Renderer& renderer) {
   ground_height_.reset();
   const std::vector<BodyId> walls = bin_walls(world);
   for (const BodyId id : bodies_) {
-    if (std::ranges::find(walls, id) != walls.end()) continue;
+    if (world.is_sensor(id) || std::ranges::find(walls, id) != walls.end()) continue;
     const bool ground = is_ground(world, id);
     drawn.push_back({id.index, world.shape(id), ground});
     if (ground && !world.shape(id).is_surface())

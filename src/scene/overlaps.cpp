@@ -66,11 +66,12 @@ Pair ordered(std::size_t a, std::size_t b) {
   return {static_cast<std::uint32_t>(std::min(a, b)), static_cast<std::uint32_t>(std::max(a, b))};
 }
 
-/// Whose joints keep them from touching, ascending.
+/// Whose joints keep them from touching, and those excluded, ascending.
 std::vector<Pair> kept_apart(const Scene& scene) {
   std::vector<Pair> pairs;
   for (const SceneJoint& joint : scene.joints)
     if (!joint.def.collide_connected) pairs.push_back(ordered(joint.a, joint.b));
+  for (const auto& [a, b] : scene.excluded) pairs.push_back(ordered(a, b));
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
@@ -148,7 +149,7 @@ double deepest_overlap(const Scene& scene, std::span<const Pose> poses) {
   std::vector<Placed> placed;
   float cell = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!is_finite(poses[i])) continue;
+    if (!is_finite(poses[i]) || bodies[i].sensor) continue;
     const bool is_dynamic = bodies[i].motion == MotionType::dynamic;
     const Geometry shape = fathom::geometry(bodies[i].shape);
     const Aabb box = bounds(shape, poses[i]);

@@ -112,6 +112,7 @@ SceneInstance::SceneInstance(const Scene& scene, World& world)
   if (scene.orbit) orbiter_.emplace(scene);
   add_bodies(scene);
   add_joints(scene);
+  for (const auto& [a, b] : scene.excluded) world_.exclude(ids_[a], ids_[b]);
 }
 
 void SceneInstance::add_bodies(const Scene& scene) {

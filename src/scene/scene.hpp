@@ -70,6 +70,8 @@ struct Scene {
   std::vector<BodyDef> bodies;
   std::vector<NamedBody> names;  ///< of the bodies that have one
   std::vector<SceneJoint> joints;
+  /// Pairs of Scene::bodies that do not collide, see `World::exclude`.
+  std::vector<std::pair<std::size_t, std::size_t>> excluded;
   std::optional<Kicks> kicks;
   std::optional<Stream> stream;
   std::optional<Orbit> orbit;

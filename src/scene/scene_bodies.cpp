@@ -106,10 +106,11 @@ Shape read_hull(const TomlTable& table) {
 }
 
 Filter read_filter(const TomlTable& outer, const toml::node& node) {
-  const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask"});
+  const TomlTable table(outer.as_table(node, "filter"), "filter", outer.file(), {"category", "mask", "group"});
   Filter filter;
-  table.read("category", filter.category);
-  table.read("mask", filter.mask);
+  table.read_bits("category", filter.category);
+  table.read_bits("mask", filter.mask);
+  table.read("group", filter.group, std::numeric_limits<int>::min());
   return filter;
 }
 
@@ -249,7 +250,7 @@ class BodyReader {
     const TomlTable table(node, "[[body]]", root_.file(),
                           {"name", "motion", "shape", "material", "position", "rotation", "velocity",
                            "angular_velocity", "mass", "density", "inertia", "gravity_scale", "linear_damping",
-                           "angular_damping", "can_sleep", "filter", "user_data", "repeat"});
+                           "angular_damping", "can_sleep", "sensor", "filter", "user_data", "repeat"});
     BodyDef body;
     read_shape_of(table, body);
     read_placement(table, body);
@@ -328,6 +329,7 @@ class BodyReader {
     table.read("linear_damping", body.linear_damping, Range::not_negative);
     table.read("angular_damping", body.angular_damping, Range::not_negative);
     table.read("can_sleep", body.can_sleep);
+    table.read("sensor", body.sensor);
     table.read("user_data", body.user_data);
     if (const toml::node* node = table.find("filter")) body.filter = read_filter(table, *node);
   }

@@ -131,7 +131,7 @@ void read_kicks(const TomlTable& root, Scene& scene) {
 Scene read_scene(const toml::table& file_table, std::string_view file) {
   const TomlTable root(
       file_table, "a scene", file,
-      {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body", "joint"});
+      {"name", "world", "solver", "sleep", "simulator", "kicks", "materials", "shapes", "body", "joint", "exclude"});
   Scene scene;
   scene.name = std::filesystem::path(file).stem().string();
   root.read("name", scene.name);
@@ -144,6 +144,7 @@ Scene read_scene(const toml::table& file_table, std::string_view file) {
   read_kicks(root, scene);
   read_bodies(root, scene);
   read_joints(root, scene);
+  read_excluded(root, scene);
   return scene;
 }
 

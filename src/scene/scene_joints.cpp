@@ -97,6 +97,17 @@ class JointReader {
     repeat(table, joint, frame, a, b);
   }
 
+  /// A table of [[exclude]].
+  std::pair<std::size_t, std::size_t> read_excluded(const toml::table& node) const {
+    const TomlTable table(node, "[[exclude]]", root_.file(), {"a", "b"});
+    std::pair<std::size_t, std::size_t> pair;
+    read_body(table, "a", pair.first);
+    const std::string b = read_body(table, "b", pair.second);
+    if (pair.first == pair.second)
+      table.fail(*table.find("b"), "'" + b + "' is both bodies; exclude two different ones from each other");
+    return pair;
+  }
+
  private:
   /// What the file says in the world's axes.
   struct WorldFrame {
@@ -119,7 +130,7 @@ class JointReader {
     if (bodies_.contains(name + ".0")) {
       std::uint64_t count = 1;
       while (bodies_.contains(name + "." + std::to_string(count))) ++count;
-      table.fail(node, "'" + name + "' is repeated; a joint holds single bodies: name one of '" + name + ".0' to '" +
+      table.fail(node, "'" + name + "' is repeated; this takes single bodies: name one of '" + name + ".0' to '" +
                            name + "." + std::to_string(count - 1) + "'");
     }
     std::vector<std::string_view> known;
@@ -245,6 +256,15 @@ class JointReader {
 };
 
 }  // namespace
+
+void read_excluded(const TomlTable& root, Scene& scene) {
+  const toml::node* node = root.find("exclude");
+  if (!node) return;
+  if (node->is_table()) root.fail(*node, "write [[exclude]] with two brackets: there may be several");
+  const JointReader reader(root, scene);
+  for (const toml::node& pair : root.as_array(*node, "exclude"))
+    scene.excluded.push_back(reader.read_excluded(root.as_table(pair, "exclude")));
+}
 
 void read_joints(const TomlTable& root, Scene& scene) {
   const toml::node* node = root.find("joint");

@@ -1,4 +1,4 @@
-// The [[joint]] tables of scene files.
+// The [[joint]] and [[exclude]] tables of scene files.
 #pragma once
 
 #include "scene/scene.hpp"
@@ -6,7 +6,10 @@
 
 namespace fathom {
 
-/// Adds the file's joints to the scene, whose bodies have been read.
+// Both add to the scene, whose bodies have been read.
+
 void read_joints(const TomlTable& root, Scene& scene);
+/// Pairs that do not collide, [[exclude]].
+void read_excluded(const TomlTable& root, Scene& scene);
 
 }  // namespace fathom

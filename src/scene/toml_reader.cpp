@@ -107,6 +107,12 @@ void TomlTable::read(std::string_view key, std::uint64_t& value) const {
   }
 }
 
+void TomlTable::read_bits(std::string_view key, std::uint64_t& value) const {
+  using Limits = std::numeric_limits<std::int64_t>;
+  if (const toml::node* node = find(key))
+    value = static_cast<std::uint64_t>(integer(*node, key, Limits::min(), Limits::max()));
+}
+
 void TomlTable::read(std::string_view key, bool& value) const {
   const toml::node* node = find(key);
   if (!node) return;

@@ -38,6 +38,8 @@ class TomlTable {
   void read(std::string_view key, int& value, int least, int most = std::numeric_limits<int>::max()) const;
   void read(std::string_view key, std::uint32_t& value) const;
   void read(std::string_view key, std::uint64_t& value) const;
+  /// 64 bits as TOML has them: −1 is all of them.
+  void read_bits(std::string_view key, std::uint64_t& value) const;
   void read(std::string_view key, bool& value) const;
   void read(std::string_view key, std::string& value) const;
   void read(std::string_view key, Vec3& value, Range range = Range::any) const;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "render/joint_marks.hpp"
+#include "render/sensor_marks.hpp"
 #include "render/world_picture.hpp"
 #include "scene/suggest.hpp"
 
@@ -67,6 +68,7 @@ OverlayChoice parse_overlays(const std::string& list) {
 }
 
 void add_overlays(const World& world, const OverlayChoice& choice, OverlayMarks& marks) {
+  render::add_sensor_marks(world, marks.hidden);
   if (choice.boxes) {
     for (const BodyId id : world.bodies())
       if (!render::is_ground(world, id)) add_box(world.bounds(id), marks.hidden);

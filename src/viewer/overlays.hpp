@@ -23,7 +23,7 @@ struct OverlayChoice {
 /// Sets what a list like "boxes,points" names. Throws `Error{invalid_argument}` on an unknown word.
 OverlayChoice parse_overlays(const std::string& list);
 
-/// Marks for a world. Boxes are hidden behind bodies, the rest is not.
+/// Marks for a world, with outlines of its sensors. Those and boxes are hidden behind bodies, the rest is not.
 struct OverlayMarks {
   std::vector<render::Mark> hidden, on_top;
 };

@@ -1,5 +1,6 @@
 #include "world/body_table.hpp"
 
+#include <algorithm>
 #include <fathom/error.hpp>
 #include <string>
 
@@ -41,6 +42,7 @@ BodyInfo make_info(const BodyDef& def) {
   BodyInfo info;
   info.motion = def.motion;
   info.can_sleep = def.can_sleep;
+  info.is_sensor = def.sensor;
   info.set_shape(def.shape);
   info.radius = bounding_radius(info.geometry);
   info.gravity_scale = def.gravity_scale;
@@ -104,6 +106,14 @@ void BodyTable::note(const BodyInfo& info) {
   note_thickness(info);
 }
 
+void BodyTable::note_sensor(std::uint32_t slot, bool is_sensor) {
+  if (!is_sensor && sensors_.empty()) return;
+  const auto place = std::ranges::lower_bound(sensors_, slot);
+  const bool was_one = place != sensors_.end() && *place == slot;
+  if (is_sensor && !was_one) sensors_.insert(place, slot);
+  if (!is_sensor && was_one) sensors_.erase(place);
+}
+
 BodyDef BodyTable::definition(std::uint32_t slot) const {
   const BodyInfo& info = infos_[slot];
   BodyDef def;
@@ -116,6 +126,7 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
   def.linear_damping = info.linear_damping;
   def.angular_damping = info.angular_damping;
   def.can_sleep = info.can_sleep;
+  def.sensor = info.is_sensor;
   def.user_data = info.user_data;
   return def;
 }
@@ -123,6 +134,7 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
 void BodyTable::change(std::uint32_t slot, const BodyDef& def) {
   BodyInfo info = make_info(def);
   note(info);
+  note_sensor(slot, info.is_sensor);
   infos_[slot] = std::move(info);
 }
 
@@ -130,6 +142,7 @@ BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
   note(info);
   const std::uint32_t slot = next_slot();
+  note_sensor(slot, info.is_sensor);
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);
     infos_.push_back(std::move(info));
@@ -148,6 +161,7 @@ BodyId BodyTable::add(const BodyDef& def) {
 }
 
 void BodyTable::remove(BodyId id) {
+  note_sensor(id.index, false);
   infos_[id.index] = {};
   ++generations_[id.index];
   free_slots_.push_back(id.index);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geometry/geometry.hpp"
+#include "world/filter.hpp"
 
 namespace fathom {
 
@@ -21,6 +22,7 @@ struct alignas(64) BodyInfo {
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
   bool isotropic = true;
+  bool is_sensor = false;
   float radius = 0;        ///< of the bounding sphere about the centre of mass (m)
   float inverse_mass = 0;  ///< 1/kg, 0 unless dynamic
   float gravity_scale = 1;
@@ -41,6 +43,11 @@ struct alignas(64) BodyInfo {
   std::shared_ptr<const Hull> hull() const;  ///< null where it is none
 };
 static_assert(sizeof(BodyInfo) == 256);
+
+/// Sensors collide with nobody.
+inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
+  return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
+}
 
 /// Half of the body's thickness (m), about.
 float half_thickness(const BodyInfo& info);
@@ -72,6 +79,8 @@ class BodyTable {
   bool any_anisotropic() const { return any_anisotropic_; }
   /// True once any body was a mesh, a height field or a compound: it touches others in several parts.
   bool any_in_parts() const { return any_in_parts_; }
+  /// Slots of the bodies that are sensors, ascending.
+  std::span<const std::uint32_t> sensors() const { return sensors_; }
   /// Of the thinnest dynamic body so far (m).
   float least_half_thickness() const { return least_half_thickness_; }
   /// Living bodies in ascending order of slot.
@@ -88,11 +97,13 @@ class BodyTable {
 
  private:
   void note(const BodyInfo& info);
+  void note_sensor(std::uint32_t slot, bool is_sensor);
   void note_thickness(const BodyInfo& info);
 
   std::vector<BodyInfo> infos_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
+  std::vector<std::uint32_t> sensors_;
   std::uint32_t count_ = 0;
   bool any_anisotropic_ = false, any_in_parts_ = false;
   float least_half_thickness_ = std::numeric_limits<float>::max();

@@ -9,8 +9,8 @@ namespace {
 
 template <class Archive, class Info>
 void archive_info(Archive& a, Info& i) {
-  a(i.motion, i.can_sleep, i.isotropic, i.radius, i.inverse_mass, i.gravity_scale, i.linear_damping, i.angular_damping,
-    i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
+  a(i.motion, i.can_sleep, i.isotropic, i.is_sensor, i.radius, i.inverse_mass, i.gravity_scale, i.linear_damping,
+    i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
   archive_material(a, i.material);
 }
 
@@ -42,6 +42,7 @@ void BodyTable::restore(ByteReader& in) {
     in.require(!info.geometry.is_surface() || info.motion != MotionType::dynamic);
     any_in_parts_ = any_in_parts_ || !info.geometry.is_convex();
     note_thickness(info);
+    if (info.is_sensor) sensors_.push_back(body.index);
   }
 }
 

@@ -5,8 +5,14 @@
 
 namespace fathom {
 
-inline bool may_collide(const Filter& a, const Filter& b) {
+FATHOM_HD bool may_collide(const Filter& a, const Filter& b) {
+  if (a.group == b.group && a.group != 0) return a.group > 0;
   return (a.category & b.mask) != 0 && (b.category & a.mask) != 0;
+}
+
+/// Whether there may be bodies whose filter lets them all through that this one does not let through.
+inline bool may_keep_out(const Filter& filter) {
+  return filter.category == 0 || filter.mask != ~std::uint64_t{0} || filter.group < 0;
 }
 
 }  // namespace fathom

@@ -21,10 +21,7 @@ static bool exceeds(Vec3 v, float most) {
 
 // The joints that go are known before any goes: removing one changes no reaction of another.
 void Simulator::break_joints() {
-  if (def.ahead == 0 || def.simulator != SimulatorKind::device)
-    broken.clear();
-  else
-    broken.begin_step();
+  collects_events() ? broken.begin_step() : broken.clear();
   if (joints.breakable_count() == 0) return;
   synchronise();
   std::vector<JointBreak> breaks;

@@ -5,6 +5,7 @@
 #include <fathom/world.hpp>
 #include <string>
 
+#include "geometry/any_query.hpp"
 #include "geometry/compound_query.hpp"
 #include "geometry/query.hpp"
 #include "geometry/separation.hpp"
@@ -92,8 +93,13 @@ class Query {
   }
 
   bool looks_at(std::uint32_t slot) const {
-    if ((bodies_[slot].filter.category & filter_.mask) == 0) return false;
+    if (bodies_[slot].is_sensor && !filter_.sensors) return false;
+    if (!passes(bodies_[slot].filter)) return false;
     return std::ranges::find(filter_.ignored, slot, &BodyId::index) == filter_.ignored.end();
+  }
+  bool passes(const Filter& body) const {
+    if (filter_.group != 0 && filter_.group == body.group) return filter_.group > 0;
+    return (body.category & filter_.mask) != 0 && (filter_.category == 0 || (filter_.category & body.mask) != 0);
   }
   bool accepts(std::uint32_t slot) const { return !filter_.accepts || filter_.accepts(bodies_.id(slot)); }
 
@@ -138,9 +144,7 @@ auto meeting(const Ray& ray) {
 }
 auto meeting(const PlacedShape& moving, Vec3 translation) {
   return [&moving, translation](const Geometry& shape, const Pose& pose, double limit) {
-    if (shape.is_compound()) return shape_cast_at_compound(moving, translation, shape.compound(), pose, limit);
-    return shape.is_surface() ? shape_cast_at_surface(moving, translation, shape, pose, limit)
-                              : shape_cast(moving, translation, {shape, pose}, limit);
+    return shape_cast_at(moving, translation, shape, pose, limit);
   };
 }
 
@@ -227,8 +231,7 @@ std::vector<BodyId> World::overlap_aabb(const Aabb& box, const QueryFilter& filt
 std::vector<BodyId> World::overlap_shape(const Shape& shape, const Pose& pose, const QueryFilter& filter) const {
   const PlacedShape placed = checked(shape, pose, "overlap");
   return Query(*simulator_, filter, "overlap").overlaps(box_of(placed, {}), [&](const Geometry& other, const Pose& at) {
-    if (other.is_compound()) return touches_compound(placed, other.compound(), at);
-    return other.is_surface() ? touches_surface(placed, other, at) : separation(placed, {other, at}).touch();
+    return touches(placed, other, at);
   });
 }
 

@@ -26,6 +26,12 @@ void Simulator::add_impulse(std::uint32_t slot, const Velocity& impulse) {
   set_velocity(slot, v);
 }
 
+void Simulator::for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit) {
+  for_each_contact([&](const ContactInfo& contact) {
+    if (contact.a.index == slot || contact.b.index == slot) visit(contact);
+  });
+}
+
 // Whoever comes first refreshes, the others wait: a thread that sees the flag sees what was refreshed.
 std::span<const Pose> Simulator::prepare_queries() const {
   if (!queries_are_current_.load(std::memory_order_acquire)) {

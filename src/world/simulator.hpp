@@ -9,7 +9,9 @@
 #include "world/body_table.hpp"
 #include "world/body_visitor.hpp"
 #include "world/event_list.hpp"
+#include "world/excluded_pairs.hpp"
 #include "world/joint_table.hpp"
+#include "world/sensors.hpp"
 
 namespace fathom {
 
@@ -26,9 +28,11 @@ class Simulator {
   WorldDef def;
   BodyTable bodies;
   JointTable joints;
+  ExcludedPairs excluded;
   std::uint64_t steps = 0;
   Profile profile;
   EventList<JointBreak> broken;
+  Sensors sensors;
   bool told_of_limits = false;  ///< `def.log` was, that velocities are cut
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
@@ -67,6 +71,10 @@ class Simulator {
   /// N and N·m on the definition's B, of a simulator that has been synchronised.
   JointReaction reaction(std::uint32_t slot) const;
 
+  // Excluded pairs by slot, when `excluded` says so. Both wake both bodies.
+  virtual void pair_excluded(std::uint32_t a, std::uint32_t b) = 0;
+  virtual void pair_included(std::uint32_t a, std::uint32_t b) = 0;
+
   virtual std::span<const Pose> poses() const = 0;
   virtual std::span<const Velocity> velocities() const = 0;
   virtual Aabb bounds(std::uint32_t slot) const = 0;
@@ -77,6 +85,8 @@ class Simulator {
   virtual std::string hardware() const { return {}; }
 
   virtual void step() = 0;
+  /// Whether events of steps are collected until they are read.
+  bool collects_events() const { return def.ahead > 0 && def.simulator == SimulatorKind::device; }
   /// After a step: removes the joints whose reaction was too large, and tells of them.
   void break_joints();
   /// Returns when the newest step asked for is the one that is read.
@@ -95,6 +105,8 @@ class Simulator {
   virtual std::span<const HitEvent> hits() const = 0;
   virtual std::span<const Quarantine> quarantined() const = 0;
   virtual void for_each_contact(const std::function<void(const ContactInfo&)>& visit) const = 0;
+  /// Of one body, in any order.
+  virtual void for_each_contact_of(std::uint32_t slot, const std::function<void(const ContactInfo&)>& visit);
 
   // Queries. Any number of threads may ask at once while nobody changes or steps the world.
   /// Brings up to date what queries see; returns the poses by slot. They stay what they are until the world is changed,

@@ -1,7 +1,8 @@
 // A world as bytes: World::save and World::restore.
 //
 // magic "FATHOMWS" · version (u32) · reserved (u32) · size of the rest (u64) · its XXH3 (u64) · definition, number of
-// steps, bodies, joints, those that broke in the last step, and the simulator's own state.
+// steps, bodies, joints, excluded pairs, joints that broke in the last step, who is in sensors, and the simulator's own
+// state.
 #include <fathom/world.hpp>
 
 #define XXH_INLINE_ALL
@@ -16,7 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 16;
+constexpr std::uint32_t version = 18;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
@@ -57,7 +58,9 @@ void World::save(std::vector<std::byte>& out) const {
   write(simulator_->steps);
   simulator_->bodies.save(write);
   simulator_->joints.save(write);
+  simulator_->excluded.save(write);
   write(simulator_->broken.of_step(simulator_->steps));
+  simulator_->sensors.save(write, simulator_->steps);
   simulator_->save(write);
   const std::uint64_t size = out.size() - head_size;
   const std::uint64_t sum = XXH3_64bits(out.data() + head_size, out.size() - head_size);
@@ -81,9 +84,11 @@ void World::restore(std::span<const std::byte> bytes) {
   fresh->bodies.restore(in);
   in.require(def.simulator != SimulatorKind::device || !fresh->bodies.any_in_parts());
   fresh->joints.restore(in, fresh->bodies);
+  fresh->excluded.restore(in, fresh->bodies);
   std::vector<JointBreak> broken;
   in(broken);
   fresh->broken.add(broken);
+  fresh->sensors.restore(in);
   fresh->restore(in);
   in.require(in.left() == 0);
   simulator_ = std::move(fresh);

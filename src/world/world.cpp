@@ -3,6 +3,7 @@
 #include <fathom/world.hpp>
 #include <new>
 #include <string>
+#include <tuple>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -138,6 +139,8 @@ void World::reserve(std::uint32_t count) {
 void World::remove(BodyId id) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "remove body");
   while (!simulator_->joints.of(slot).empty()) remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
+  while (!simulator_->excluded.of(slot).empty())
+    include(id, simulator_->bodies.id(simulator_->excluded.of(slot).back()));
   simulator_->body_removed(slot);
   simulator_->bodies.remove(id);
 }
@@ -230,6 +233,24 @@ void World::set_filter(BodyId id, Filter filter) {
   simulator_->filter_changed(slot);
 }
 
+Filter World::filter(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read filter")].filter; }
+
+void World::exclude(BodyId a, BodyId b) {
+  const std::uint32_t slot_a = simulator_->bodies.slot(a, "exclude"), slot_b = simulator_->bodies.slot(b, "exclude");
+  if (a == b) refuse("exclude: both bodies are the same one; exclude two different bodies from each other");
+  if (simulator_->excluded.add(slot_a, slot_b)) simulator_->pair_excluded(slot_a, slot_b);
+}
+
+void World::include(BodyId a, BodyId b) {
+  const std::uint32_t slot_a = simulator_->bodies.slot(a, "include"), slot_b = simulator_->bodies.slot(b, "include");
+  if (simulator_->excluded.remove(slot_a, slot_b)) simulator_->pair_included(slot_a, slot_b);
+}
+
+bool World::is_excluded(BodyId a, BodyId b) const {
+  const char* const action = "read whether bodies are excluded";
+  return simulator_->excluded.contains(simulator_->bodies.slot(a, action), simulator_->bodies.slot(b, action));
+}
+
 /// Begins the body anew as another one, with its joints.
 static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
   try {
@@ -247,9 +268,11 @@ static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, 
   const Velocity velocity = def.motion == MotionType::fixed ? Velocity{} : sim.velocities()[slot];
   const std::vector<std::uint32_t> joints(sim.joints.of(slot).begin(), sim.joints.of(slot).end());
   for (const std::uint32_t joint : joints) sim.joint_removed(joint);
+  for (const std::uint32_t other : sim.excluded.of(slot)) sim.pair_included(slot, other);
   sim.body_removed(slot);
   sim.bodies.change(slot, def);
   sim.body_added(slot, pose, velocity);
+  for (const std::uint32_t other : sim.excluded.of(slot)) sim.pair_excluded(slot, other);
   for (const std::uint32_t joint : joints) {
     sim.joints.change(joint, JointDef(sim.joints[joint].def), sim.bodies);
     sim.joint_added(joint);
@@ -287,6 +310,18 @@ void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inerti
   def.mass = mass;
   def.inertia = inertia;
   change_body(*simulator_, slot, def, "set mass");
+}
+
+void World::set_sensor(BodyId id, bool sensor) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set sensor");
+  BodyDef def = simulator_->bodies.definition(slot);
+  if (def.sensor == sensor) return;
+  def.sensor = sensor;
+  change_body(*simulator_, slot, def, "set sensor");
+}
+
+bool World::is_sensor(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read whether it is a sensor")].is_sensor;
 }
 
 void World::set_gravity_scale(BodyId id, float scale) {
@@ -485,7 +520,9 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 
 void World::step() {
   if constexpr (check::asserts) check::current_step = simulator_->steps + 1;
+  simulator_->sensors.begin_step(*simulator_);
   simulator_->step();
+  simulator_->sensors.end_step(*simulator_);
   simulator_->break_joints();
   if (!simulator_->def.log) return;
   for (const Quarantine& q : simulator_->quarantined())
@@ -524,8 +561,34 @@ std::span<const HitEvent> World::hits() const { return simulator_->hits(); }
 std::span<const JointBreak> World::joints_broken() const { return simulator_->broken.read(); }
 std::span<const Quarantine> World::quarantined() const { return simulator_->quarantined(); }
 
+std::span<const SensorEvent> World::sensor_begun() const { return simulator_->sensors.begun.read(); }
+std::span<const SensorEvent> World::sensor_ended() const { return simulator_->sensors.ended.read(); }
+
+void World::for_each_in_sensor(BodyId sensor, const std::function<void(BodyId)>& visit) const {
+  const char* const action = "read who is in a sensor";
+  if (!simulator_->bodies[simulator_->bodies.slot(sensor, action)].is_sensor)
+    refuse(std::string(action) + ": the body is no sensor; make it one with BodyDef::sensor or set_sensor");
+  std::vector<BodyId> inside;
+  for (const Presence& p : simulator_->sensors.inside(sensor))
+    if (simulator_->bodies.contains(p.body)) inside.push_back(p.body);
+  for (const BodyId id : inside) visit(id);
+}
+
 void World::for_each_contact(const std::function<void(const ContactInfo&)>& visit) const {
   simulator_->for_each_contact(visit);
+}
+
+void World::for_each_contact_of(BodyId id, const std::function<void(const ContactInfo&)>& visit) const {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "read contacts");
+  std::vector<ContactInfo> contacts;
+  simulator_->for_each_contact_of(slot, [&](const ContactInfo& contact) { contacts.push_back(contact); });
+  std::ranges::sort(contacts, [&](const ContactInfo& x, const ContactInfo& y) {
+    const auto key = [&](const ContactInfo& c) {
+      return std::tuple(c.a.index == slot ? c.b.index : c.a.index, c.child_a, c.child_b);
+    };
+    return key(x) < key(y);
+  });
+  for (const ContactInfo& contact : contacts) visit(contact);
 }
 
 std::uint64_t World::state_hash() const {

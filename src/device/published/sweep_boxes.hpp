@@ -118,7 +118,7 @@ struct TakeOverlaps {
   FATHOM_HD void take(std::uint32_t i, std::uint32_t j) const {
     const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
     if (!a.is_dynamic() && !b.is_dynamic()) return;
-    if (!(a.category & b.mask) || !(b.category & a.mask)) return;
+    if (!may_collide(bodies, i, j)) return;
     if (is_entered(sweep, i, j)) return;
     const std::uint32_t place = exec::atomic_add(counters->found, 1u);
     if (place < contacts.capacity) contacts.found[place] = {i, j};
