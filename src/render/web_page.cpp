@@ -189,6 +189,7 @@ void WebPage::enter_new_bodies(const World& world) {
   const std::span<const Colour> colours = colours_.update(world);
   entry_of_slot_.resize(world.poses().size(), ~std::size_t{0});
   for (const BodyId id : world.bodies()) {
+    if (world.is_sensor(id)) continue;
     std::size_t& entry = entry_of_slot_[id.index];
     if (entry >= entries_.size() || !(entries_[entry].id == id)) {
       entry = entries_.size();
