@@ -159,6 +159,15 @@ TEST_F(Program, QuietSaysNothing) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.out, "");
   EXPECT_EQ(outcome.err, "");
+  const std::vector<std::string> play{
+      "play", "drift", "--bodies", "10", "--steps", "5", "--quiet", "--set", "record.file=" + path("r")};
+  const Outcome played = fathom(play);
+  EXPECT_EQ(played.exit_code, 0);
+  EXPECT_EQ(played.out, "");
+  EXPECT_EQ(played.err, "");
+  std::vector<std::string> told = play;
+  told.insert(told.end(), {"--set", "log.level=info"});
+  EXPECT_THAT(fathom(told).err, HasSubstr("recorded 5 steps")) << "a level that was asked for";
 }
 
 TEST_F(Program, JsonOnStdoutIsAlone) {

@@ -565,12 +565,15 @@ class Chaos {
   int thrown_ = 0;
 };
 
+// CI gives it a few schedules; the environment variable FATHOM_SCHEDULES says how many of each mode and simulator.
 TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
+  const char* asked = std::getenv("FATHOM_SCHEDULES");
+  const std::uint32_t schedules = asked ? static_cast<std::uint32_t>(std::max(1, std::atoi(asked))) : 6;
   const Folder folder;
   int thrown = 0;
   for (const char* mode : modes) {
     for (const char* simulator : simulators) {
-      for (std::uint32_t seed = 1; seed <= 6; ++seed) {
+      for (std::uint32_t seed = 1; seed <= schedules; ++seed) {
         Config config = in_mode(mode);
         config.set(std::string("simulator.kind=") + simulator);
         config.set("simulator.device=host");
@@ -599,7 +602,7 @@ TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
       }
     }
   }
-  EXPECT_GT(thrown, 100);
+  EXPECT_GT(thrown, asked ? 0 : 100);
 }
 
 }  // namespace

@@ -74,6 +74,8 @@ int play(const RunOptions& options) {
   auto [scene, config] = make_setup(options);
   check_names(options, *config);
   bind_keys(config);
+  if (options.quiet && !config.is_set("log.level"))
+    config.give("log.level", "--quiet", [](engine::Settings& settings) { settings.log.level = "warning"; });
   // A scene begins with all its bodies, however many an application may add to it in a frame.
   if (config.origin("world.spawns_per_frame") == "default")
     config.edit().world.spawns_per_frame =

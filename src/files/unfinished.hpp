@@ -5,8 +5,8 @@
 
 namespace fathom::files {
 
-/// For programs, once at their start: SIGINT, SIGTERM, SIGHUP and SIGPIPE still end the process, but first remove what
-/// it was writing. Handlers that are set later take their place.
+/// For programs, once at their start: signals that end the process, but for crashes and SIGKILL, still end it, but
+/// first remove what it was writing. Handlers that are set later take their place.
 void remove_unfinished_on_signals();
 
 /// Files that are not in their place yet.
