@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "exec/closure_queue.hpp"
+#include "exec/host/host_group.hpp"
 #include "exec/portable/radix_sort.hpp"
 #include "exec/sycl/adaptive_cpp.hpp"
 #include "exec/sycl/grid_phases.hpp"
