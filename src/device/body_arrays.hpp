@@ -42,7 +42,8 @@ struct alignas(16) BodyConstants {
   float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
   std::uint32_t hull = 0;  ///< index of the shape's hull
   float friction = 0, restitution = 0;
-  std::uint32_t unused[2] = {};
+  std::int32_t group = 0;  ///< of its filter
+  std::uint32_t unused = 0;
 
   FATHOM_HD MotionType motion() const { return static_cast<MotionType>(bits & motion_bits); }
   FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
@@ -52,6 +53,11 @@ struct alignas(16) BodyConstants {
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
 };
 static_assert(sizeof(BodyConstants) == 64);
+
+/// A body's filter but for its group.
+struct FilterMasks {
+  std::uint64_t category = 1, mask = ~std::uint64_t{0};
+};
 
 /// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone, and what only round contacts read.
 struct BodyTensors {
@@ -162,7 +168,7 @@ struct BodyArrays {
   std::uint32_t* slots;  ///< World's slot of each body, or `none`
   BodyConstants* constants;
   BodyTensors* tensors;
-  Filter* filters;  ///< read where one of two bodies `is_filtered`
+  FilterMasks* filters;  ///< read where one of two bodies `is_filtered`
   Force* forces;
   Pose* targets;  ///< where kinematic bodies are to be at the end of the step
   HullArrays hulls;
@@ -229,7 +235,9 @@ struct BodyArrays {
 /// Whether the filters of two bodies let them collide.
 FATHOM_HD bool may_collide(const BodyArrays& bodies, std::uint32_t i, std::uint32_t j) {
   if (!bodies.constants[i].is_filtered() && !bodies.constants[j].is_filtered()) return true;
-  return may_collide(bodies.filters[i], bodies.filters[j]);
+  const FilterMasks &a = bodies.filters[i], &b = bodies.filters[j];
+  return may_collide(Filter{a.category, a.mask, bodies.constants[i].group},
+                     Filter{b.category, b.mask, bodies.constants[j].group});
 }
 
 /// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).

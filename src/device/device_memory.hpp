@@ -56,7 +56,7 @@ class BodyMemory {
   exec::Buffer<std::uint32_t> slots_;
   exec::Buffer<BodyConstants> constants_;
   exec::Buffer<BodyTensors> tensors_;
-  exec::Buffer<Filter> filters_;
+  exec::Buffer<FilterMasks> filters_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
   exec::Buffer<Pose> poses_, before_;

@@ -56,7 +56,7 @@ inline Edit edit_of(EditKind kind, std::uint32_t index, const Pose& pose) {
 struct alignas(16) BodyData {
   BodyConstants constants;
   BodyTensors tensors;
-  Filter filter;
+  FilterMasks filter;
   Pose pose{};                ///< of a body that is added
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note where constants change

@@ -69,8 +69,10 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   shapes_ |= shape_bit(info.geometry.type);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
   // Sensors collide with nobody.
-  d.filter = info.is_sensor ? Filter{0, 0} : info.filter;
-  if (may_keep_out(d.filter)) c.bits |= filtered_bit;
+  const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;
+  d.filter = {filter.category, filter.mask};
+  c.group = filter.group;
+  if (may_keep_out(filter)) c.bits |= filtered_bit;
   c.friction = info.material.friction;
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;
