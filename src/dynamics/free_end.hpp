@@ -31,8 +31,9 @@ FATHOM_HD Apart apart_carried(const NearCores& cores, const Pose& a, const Pose&
 
 /// `free_way` of bodies that can both be pushed, from the poses of `a` and `b`: A gets to `end_a`, whatever B does.
 /// What is hit beside its centre turns, and comes after what has hit it: B ends in front of the surface that it met,
-/// where that has got to. Or it goes with A from where it met it, where that is the shorter way. Velocities are as they
-/// were, and so are momentum and energy: what still approach then have a contact in the next step.
+/// where that has got to. Or it goes with A from where it met it, where that is the shorter way. It is moved alone:
+/// velocities and orientations are as they were, and so are momentum and energy, which depends on the orientation of
+/// what has several principal moments. What still approach then have a contact in the next step.
 template <bool with_hulls = true>
 FATHOM_HD FreeEnd free_end(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
@@ -68,18 +69,21 @@ FATHOM_HD FreeEnd free_end(const Mover& a, const Mover& b, const Pose& end_a, co
     if (way.is_free) return {true, end_b};
     part = way.part;
     normal = direction_apart(cores, at(on_a, part), at(on_b, part), normal, 0.1f * skin);
-    beside = end_of(way, b.pose, end_b, dt);
+    beside.position = end_of(way, b.pose, end_b, dt).position;
   }
   const Pose at_a = at(on_a, part), at_b = at(on_b, part);
-  const Apart apart = apart_carried(cores, at_a, at_b, end_a, beside, normal);
-  Pose end = beside;
-  // By rounding it would else be found inside again.
-  end.position = mul_add(end.position, max(skin - allowed - apart.gap, 0.0f), apart.normal);
-  Pose with_a = end_a * relative(at_a, at_b);
-  with_a.reserved = end_b.reserved;
-  const bool is_nearer =
-      length_squared(with_a.position - end_b.position) < length_squared(end.position - end_b.position);
-  return {false, is_nearer ? with_a : end};
+  const auto lifted = [&](Pose end) {
+    const Apart apart = apart_carried(cores, at_a, at_b, end_a, end, normal);
+    // By rounding it would else be found inside again.
+    end.position = mul_add(end.position, max(skin - allowed - apart.gap, 0.0f), apart.normal);
+    return end;
+  };
+  beside = lifted(beside);
+  Pose with_a = end_b;
+  with_a.position = transform(end_a, inverse_transform(at_a, at_b.position));
+  with_a = lifted(with_a);
+  const auto way_to = [&](const Pose& end) { return length_squared(end.position - end_b.position); };
+  return {false, way_to(with_a) < way_to(beside) ? with_a : beside};
 }
 
 }  // namespace fathom
