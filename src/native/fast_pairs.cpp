@@ -89,11 +89,14 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   const Piece a = piece_of(bodies[seen.a], seen.children.a), b = piece_of(bodies[seen.b], seen.children.b);
   const Velocity v = state_.velocities[seen.b];
   const Pose &end_a = state_.poses[seen.a], &end_b = state_.poses[seen.b];
-  const FreeEnd end = free_end(mover_of(a, seen.pose_a, state_.velocities[seen.a], def.dt),
-                               mover_of(b, seen.pose_b, v, def.dt), a.is_child ? end_a * a.pose : end_a,
-                               b.is_child ? end_b * b.pose : end_b, seen.first, min(a.half, b.half), def.dt);
-  if (end.is_free) return;
-  Pose pose = b.is_child ? end.pose * relative(b.pose, {}) : end.pose;
+  const Mover on_a = mover_of(a, seen.pose_a, state_.velocities[seen.a], def.dt);
+  const Mover on_b = mover_of(b, seen.pose_b, v, def.dt);
+  const Pose end_of_a = a.is_child ? end_a * a.pose : end_a, end_of_b = b.is_child ? end_b * b.pose : end_b;
+  const float half = min(a.half, b.half);
+  const FreeWay way = way_beside(on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
+  if (way.is_free) return;
+  Pose pose = end_beside(way, on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
+  if (b.is_child) pose = pose * relative(b.pose, {});
   pose.reserved = end_b.reserved;
   place(seen.b, pose, v);
   strays_.list.push_back({seen.b, seen.pose_b});
