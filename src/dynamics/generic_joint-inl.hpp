@@ -112,12 +112,12 @@ struct GenericJointRows {
     const UnitQuat<L> frame = product(turned_a, row.frame_a);
     VecOf<L> about[translations];
     set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about);
-    const VecOf<L> reach = arm_a + gap;  // A's point at B's anchor
-    const VecOf<L> apart =
-        (of.b.linear + cross(omega_b, arm_b)) - (of.a.linear + cross(omega_a, reach));  // as A sees it
-    set_translations(row, frame, gap, apart + cross(omega_a, gap), h);
+    const VecOf<L> speed_b = of.b.linear + cross(omega_b, arm_b);
+    set_translations(row, frame, gap, speed_b - (of.a.linear + cross(omega_a, arm_a)), h);
+    const VecOf<L> reach = arm_a + slide_of(row, gap);
+    const VecOf<L> apart = speed_b - (of.a.linear + cross(omega_a, reach));  // as A sees it
     const L slides = splat<L>(1.0f) - row.distance;
-    VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, gap), h);
+    VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, reach - arm_a), h);
     const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
     curve = curve - scale(slides * h, cross(slow_a, apart));
     for (int i = 0; i < translations; ++i) {
@@ -259,6 +259,16 @@ struct GenericJointRows {
     const VecOf<L> across = cross(scale(h * inverse, gap), speed);
     const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(most_drift * most_drift));
     drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
+  }
+  /// The part of a gap that the translations allow. What is beyond them is an error: as a lever of A, a joint that has
+  /// been torn apart would turn A ever faster instead of closing.
+  FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointRow<L>& row, VecOf<L> gap) const {
+    for (int i = 0; i < translations; ++i) {
+      const GenericAxis<L>& a = row.axes[i];
+      const L beyond = value[i] - smaller(larger(value[i], a.lower), a.upper);
+      gap = mul_add(gap, (row.distance - splat<L>(1.0f)) * larger(a.locked, a.limited) * beyond, along[i]);
+    }
+    return gap;
   }
   FATHOM_LANE_FUNCTION void set_angles(const GenericJointRow<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
                                        VecOf<L> (&about)[translations]) {
