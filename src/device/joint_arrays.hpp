@@ -68,6 +68,7 @@ struct ApartTable {
 /// step began with, as rates.
 struct JointReactions {
   float bounce[axis_count], rate[axis_count];
+  Vec3 pulled, pulled_a, pulled_b;
 };
 
 /// What the device keeps of joints. Worlds without have no memory for any.

@@ -44,11 +44,11 @@ struct GenericJointSweep {
 
   FATHOM_HD_INLINED GenericJointSweep(const Quad* rows, const GenericJoint& joint, JointReactions& of)
       : row(generic_joint_of(rows, joint)), use(joint.use()), reactions(of) {
-    if (use.reacts) load_reactions(reactions, joint.least_hit, row);
+    load_reactions(reactions, joint.least_hit, use, row);
   }
   FATHOM_HD_INLINED void begin_without_impulses() {
     for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;
-    row.given = row.spun_a = row.spun_b = {};
+    row.given = row.spun_a = row.spun_b = row.pulled = row.pulled_a = row.pulled_b = {};
   }
   FATHOM_HD_INLINED void forget() {
     begin_without_impulses();
@@ -64,7 +64,7 @@ struct GenericJointSweep {
   }
   FATHOM_HD_INLINED void store(Quad* rows, bool) const {
     store_generic_impulses(rows, row);
-    if (use.reacts) store_reactions(reactions, row);
+    store_reactions(reactions, row, use);
   }
 };
 

@@ -168,10 +168,8 @@ struct PrepareConstraints {
     prepare_generic_joint(at.q_a, at.q_b, at.between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
     for (int i = 0; i < axis_count; ++i) row.hold[i] = impulse.hold[i], row.drive[i] = impulse.drive[i];
-    if (generic.reacts != 0) {
-      begin_rates(row, generic, a, b);
-      store_reactions(joints.reactions[slot], row);
-    }
+    if (generic.reacts != 0) begin_rates(row, generic, a, b);
+    store_reactions(joints.reactions[slot], row, generic.use());
     store_generic_start(rows, row);
     store_generic_impulses(rows, row);
   }

@@ -556,8 +556,12 @@ struct SolveConstraints {
     Vec3 turned = f.rows[7].xyz();
     if (f.rows[8].x == 0) {
       const BodyTensors t = bodies.tensors[i];
-      turned += spin_in_contact(bodies.inertia[i].rotation, bodies.poses[i].rotation, angular, bodies.warm[i],
-                                t.inertia, t.inverse, p.h);
+      const Quat start = bodies.poses[i].rotation;
+      const Vec3 by =
+          spin_in_contact(bodies.inertia[i].rotation, start, angular, bodies.warm[i], t.inertia, t.inverse, p.h);
+      turned = kinds != JointKinds::absent && bodies.joint_colours[i] != 0
+                   ? turned_so_far(bodies.inertia[i].rotation, start, turned_further(turned, by))
+                   : turned + by;
     } else {
       turned = mul_add(turned, p.h, angular);
     }

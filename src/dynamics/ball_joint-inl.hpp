@@ -163,9 +163,9 @@ struct BallJointSweep {
   FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
     const VecOf<L> by_b = spun_b(impulse);
     if constexpr (Bodies::only_pushes_b)
-      return followed_share(by_b, by_b, h);
+      return followed_share(by_b, by_b, h, most_drift);
     else
-      return followed_share(spun_a(impulse), by_b, h);
+      return followed_share(spun_a(impulse), by_b, h, most_drift);
   }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
@@ -182,7 +182,7 @@ struct BallJointSweep {
     const VecOf<L> now_b = spun_b(row.impulse);
     VecOf<L> now_a = row.spun_a;
     if constexpr (!Bodies::only_pushes_b) now_a = spun_a(row.impulse);
-    const L share = followed_share(now_a - row.spun_a, now_b - row.spun_b, h), less = share - splat<L>(1.0f);
+    const L share = followed_share(now_a - row.spun_a, now_b - row.spun_b, h, most_carry), less = share - splat<L>(1.0f);
     bodies.b.linear = mul_add(bodies.b.linear, less * bodies.b.inverse_mass, row.impulse);
     spin(scale(share, now_b) - row.spun_b, bodies.b.angular, row.spun_b);
     if constexpr (!Bodies::only_pushes_b) {
@@ -198,8 +198,8 @@ struct BallJointSweep {
   }
 
  private:
-  FATHOM_LANE_FUNCTION static L followed_share(VecOf<L> by_a, VecOf<L> by_b, L h) {
-    const L most = splat<L>(most_drift * most_drift), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
+  FATHOM_LANE_FUNCTION static L followed_share(VecOf<L> by_a, VecOf<L> by_b, L h, float angle) {
+    const L most = splat<L>(angle * angle), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
     return root(most / larger(h * h * fastest, most));
   }
   /// To second order, of turns up to `most_drift`: of a longer one an anchor comes back on its circle.

@@ -45,7 +45,11 @@ struct GenericJointRow {
   VecOf<L> spun_a, spun_b;  ///< rad/s that they have given, as the bodies have it
   VecOf<L> force, torque;   ///< N·s and N·m·s on B over the step, world axes
 
-  // Of joints that react to speeds (see JointUse).
+  // Of joints that move (see JointUse): what the last sweep pulled axes back with that were beyond their limits, which
+  // the next one takes back: N·s on B, and rad/s as the bodies have it.
+  VecOf<L> pulled, pulled_a, pulled_b;
+
+  // Of joints that react to speeds.
   L least_hit;           ///< m/s or rad/s, above which limits throw back
   L bounce[axis_count];  ///< m/s or rad/s with which the substep leaves a limit that it hit
   L rate[axis_count];    ///< as the last sweep has left them
@@ -64,25 +68,6 @@ FATHOM_LANE_FUNCTION UnitQuat<L> product(const UnitQuat<L>& p, const UnitQuat<L>
 template <class L>
 FATHOM_LANE_FUNCTION UnitQuat<L> conjugate(const UnitQuat<L>& q) {
   return {q.w, scale(splat<L>(-1.0f), q.v)};
-}
-
-/// The angle (rad) of the vector (x, y), within 3e-7: Abramowitz and Stegun, 4.4.49.
-template <class L>
-FATHOM_LANE_FUNCTION L angle_of(L y, L x) {
-  const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
-  const L size_x = larger(x, zero - x), size_y = larger(y, zero - y);
-  const L t = smaller(size_x, size_y) / larger(larger(size_x, size_y), splat<L>(1e-30f)), s = t * t;
-  L p = mul_add(splat<L>(-0.0161657367f), s, splat<L>(0.0028662257f));
-  p = mul_add(splat<L>(0.0429096138f), s, p);
-  p = mul_add(splat<L>(-0.0752896400f), s, p);
-  p = mul_add(splat<L>(0.1065626393f), s, p);
-  p = mul_add(splat<L>(-0.1420889944f), s, p);
-  p = mul_add(splat<L>(0.1999355085f), s, p);
-  p = mul_add(splat<L>(-0.3333314528f), s, p);
-  p = mul_add(one, s, p) * t;
-  p = choose(is_less(size_x, size_y), splat<L>(1.57079633f) - p, p);
-  p = choose(is_less(x, zero), splat<L>(3.14159265f) - p, p);
-  return choose(is_less(y, zero), zero - p, p);
 }
 
 /// `a`, no longer than `most`.
@@ -106,16 +91,21 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
     const UnitQuat<L> spin_a = spin_frame(turned_a, of.a), spin_b = spin_frame(turned_b, of.b);
-    const VecOf<L> omega_a = in_world(spin_a, of.a.angular), omega_b = in_world(spin_b, of.b.angular);
+    // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
+    // bodies as they will not spin once the sweep has put that right.
+    const VecOf<L> omega_a = in_world(spin_a, of.a.angular + row.spun_a);
+    const VecOf<L> omega_b = in_world(spin_b, of.b.angular - row.spun_b);
+    const VecOf<L> linear_a = mul_add(of.a.linear, of.a.inverse_mass, row.given);
+    const VecOf<L> linear_b = mul_sub(of.b.linear, of.b.inverse_mass, row.given);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
     const VecOf<L> gap = row.gap + ((of.b.moved + (arm_b - row.arm_b)) - (of.a.moved + (arm_a - row.arm_a)));
     const UnitQuat<L> frame = product(turned_a, row.frame_a);
     VecOf<L> about[translations];
     set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about);
-    const VecOf<L> speed_b = of.b.linear + cross(omega_b, arm_b);
-    set_translations(row, frame, gap, speed_b - (of.a.linear + cross(omega_a, arm_a)), h);
+    const VecOf<L> speed_b = linear_b + cross(omega_b, arm_b);
+    set_translations(row, frame, gap, speed_b - (linear_a + cross(omega_a, arm_a)), h);
     const VecOf<L> reach = arm_a + slide_of(row, gap);
-    const VecOf<L> apart = speed_b - (of.a.linear + cross(omega_a, reach));  // as A sees it
+    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach));  // as A sees it
     const L slides = splat<L>(1.0f) - row.distance;
     VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, reach - arm_a), h);
     const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
@@ -150,11 +140,12 @@ struct GenericJointRows {
   /// As a ball joint's.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
     const L zero = splat<L>(0.0f);
-    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h);
+    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h, most_drift);
   }
   /// Less what the bodies have been given already.
-  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h) const {
-    const L zero = splat<L>(0.0f), most = splat<L>(most_drift * most_drift);
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
+                                        float angle) const {
+    const L zero = splat<L>(0.0f), most = splat<L>(angle * angle);
     VecOf<L> by_a{zero, zero, zero}, by_b = by_a;
     for (int i = 0; i < axis_count; ++i) {
       by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
@@ -174,12 +165,26 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
     L impulses[axis_count];
     for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
-    const L share = followed_share(impulses, row.spun_a, row.spun_b, h);
+    const L share = followed_share(impulses, row.spun_a, row.spun_b, h, most_carry);
     for (int i = 0; i < axis_count; ++i) {
       impulses[i] = share * impulses[i];
       row.hold[i] = share * row.hold[i], row.drive[i] = share * row.drive[i];
     }
     push(row, impulses, row.given, row.spun_a, row.spun_b);
+  }
+  /// So much of the row's impulses pulls axes back to their limits. It is there to move the bodies, not to last.
+  FATHOM_LANE_FUNCTION void set_pull_apart(GenericJointRow<L>& row, const L (&pull)[axis_count], L share) const {
+    const L zero = splat<L>(0.0f);
+    row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
+    for (int i = 0; i < axis_count; ++i) {
+      const L impulse = share * pull[i];
+      row.hold[i] = row.hold[i] - impulse;
+      if (i < translations) row.pulled = mul_add(row.pulled, impulse, along[i]);
+      row.pulled_b = mul_add(row.pulled_b, impulse, spin_of_b[i]);
+      if constexpr (!only_pushes_b) row.pulled_a = mul_add(row.pulled_a, impulse, spin_of_a[i]);
+    }
+    row.given = row.given - row.pulled;
+    row.spun_a = row.spun_a - row.pulled_a, row.spun_b = row.spun_b - row.pulled_b;
   }
   /// What the impulses so far are in the world.
   FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
@@ -308,9 +313,11 @@ template <class L>
 struct GenericSystem {
   L response[axis_count][axis_count];
   L wanted[axis_count];
+  L pull[axis_count];     ///< of `wanted` what brings axes back to their limits; of `solve_free_axes` alone
   L inverse[axis_count];  ///< of the solved ones' diagonal; of others 0
 
   /// Solves row i for its impulse, where `active` is 1, and takes it out of all others.
+  template <bool pulls = false>
   FATHOM_LANE_FUNCTION void eliminate(int i, L active, L compliance) {
     const L pivot = active * inverse_or_zero(response[i][i] + compliance);
     inverse[i] = inverse[i] + pivot;
@@ -318,6 +325,7 @@ struct GenericSystem {
       if (j == i) continue;
       const L share = splat<L>(0.0f) - response[j][i] * pivot;
       wanted[j] = mul_add(wanted[j], share, wanted[i]);
+      if constexpr (pulls) pull[j] = mul_add(pull[j], share, pull[i]);
       for (int k = 0; k < axis_count; ++k)
         if (k != i) response[j][k] = mul_add(response[j][k], share, response[i][k]);
       response[j][i] = choose(active, splat<L>(0.0f), response[j][i]);
@@ -335,6 +343,7 @@ struct FreeAxis {
   L is_driven, is_at_limit;  ///< 1 or 0: solved as a soft row, as a rigid one
   L compliance, aim;         ///< of the drive: wanted velocity is aim - compliance · impulse
   L bound;                   ///< m/s or rad/s with which it comes to its limit
+  L pull;                    ///< of `bound` what it comes back with from beyond it
   L given;                   ///< N·s that it gets in any case
 };
 
@@ -374,7 +383,8 @@ FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const Generi
     const L aim = axis.aim - axis.compliance * row.drive[i];
     const L more = choose(axis.is_driven, aim, choose(axis.is_at_limit, axis.bound, splat<L>(0.0f)));
     system.wanted[i] = system.wanted[i] + more;
-    system.eliminate(i, larger(axis.is_driven, axis.is_at_limit), compliance);
+    system.pull[i] = system.pull[i] + axis.pull;
+    system.template eliminate<true>(i, larger(axis.is_driven, axis.is_at_limit), compliance);
   }
 }
 
@@ -423,7 +433,7 @@ FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
 template <class L, class Rows>
 FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const GenericSystem<L>& before,
                                           GenericJointRow<L>& row, const Rows& rows, L h, bool reacts,
-                                          L (&hold)[axis_count], L (&drive)[axis_count]) {
+                                          L (&hold)[axis_count], L (&drive)[axis_count], L (&pull)[axis_count]) {
   soften(system, before, row);
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), turn = splat<L>(3.14159265f);
   FreeAxis<L> axes[axis_count];
@@ -438,7 +448,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     f.is_driven = is_less(zero, a.most);
     f.compliance = mul_add(a.compliance, a.response, system.response[i][i]);
     f.aim = mul_add(a.velocity, a.approach, off);
-    f.is_at_limit = f.bound = zero;
+    f.is_at_limit = f.bound = f.pull = zero;
     f.given = zero - a.limited * row.hold[i];
     if (reacts) add_armature(f, a.armature, row.rate[i]);
   }
@@ -453,7 +463,9 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     const L below = is_less(at, a.lower), above = is_less(a.upper, at);
     const L most = splat<L>(most_pull);
     f.is_at_limit = a.limited * larger(below, above);
-    f.bound = bounded((choose(below, a.lower, a.upper) - rows.value[i]) / h, most) - rows.drift[i];
+    const L to_bound = bounded((choose(below, a.lower, a.upper) - rows.value[i]) / h, most);
+    f.bound = to_bound - rows.drift[i];
+    f.pull = f.is_at_limit * choose(below, larger(to_bound, zero), smaller(to_bound, zero));
     L exceeds = is_less(a.most, larger(wanted, zero - wanted)) * (one - f.is_at_limit);
     const L bounded_drive = bounded(wanted, a.most);
     L at_bound = (f.aim - f.bound) / larger(f.compliance, splat<L>(1e-12f) * system.response[i][i]);
@@ -492,6 +504,10 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
       drive[i] = mul_add(drive[i], a.armature / larger(system.inverse[i] + a.armature, splat<L>(1e-30f)), short_by);
     }
     hold[i] = choose(f.is_at_limit, held, hold[i]);
+    const L soft_pull = system.pull[i] * system.inverse[i];
+    pull[i] = choose(a.locked, row.mass_scale, choose(lasts, row.mass_scale, one)) * soft_pull;
+    pull[i] =
+        choose(f.is_at_limit, smaller(larger(pull[i], smaller(held, zero)), larger(held, zero)), pull[i] * a.locked);
   }
 }
 
@@ -528,14 +544,30 @@ FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L chan
   return choose(row.axes[i].limited, pressing, held);
 }
 
+/// What the last sweep has pulled back is where it is by now, or this one finds how far it is. Left in the velocities,
+/// which the relaxing sweep would take it out of along rows that have turned, it would gain energy at every limit hit.
+template <class L, class Bodies>
+FATHOM_LANE_FUNCTION void take_back_pull(GenericJointRow<L>& row, Bodies& bodies) {
+  const L zero = splat<L>(0.0f);
+  bodies.b.linear = mul_sub(bodies.b.linear, bodies.b.inverse_mass, row.pulled);
+  bodies.b.angular = bodies.b.angular - row.pulled_b;
+  if constexpr (!Bodies::only_pushes_b) {
+    bodies.a.linear = mul_add(bodies.a.linear, bodies.a.inverse_mass, row.pulled);
+    bodies.a.angular = bodies.a.angular + row.pulled_a;
+  }
+  row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
+}
+
 /// One sweep of a substep of h seconds, as `solve_ball_joint`.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodies, L h, JointUse use,
                                            bool ends_substep) {
   constexpr bool relaxes = pass == JointPass::relax;
   const L zero = splat<L>(0.0f);
+  constexpr bool splits = pass != JointPass::iterate;
+  if (splits && use.moves) take_back_pull(row, bodies);
   GenericJointRows<L, Bodies> rows(row, bodies, h);
-  L hold[axis_count], drive[axis_count], more[axis_count];
+  L hold[axis_count], drive[axis_count], more[axis_count], pull_back[axis_count];
   if constexpr (!relaxes) rows.carry_along(row, h);
   GenericSystem<L> system;
   const L most = choose(row.rigid, splat<L>(most_pull), splat<L>(3e37f));
@@ -544,6 +576,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);
     system.wanted[i] = zero - rows.velocity(i);
     if constexpr (!relaxes) system.wanted[i] = system.wanted[i] - a.locked * (rows.drift[i] + pull);
+    system.pull[i] = zero - a.locked * pull;
     system.inverse[i] = zero;
     for (int j = 0; j <= i; ++j) system.response[i][j] = system.response[j][i] = rows.response(i, j);
   }
@@ -560,9 +593,12 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
         active = larger(active, axis.spins), compliance = axis.compliance;
       }
     }
-    system.eliminate(i, active, compliance);
+    if (!relaxes && use.moves)
+      system.template eliminate<true>(i, active, compliance);
+    else
+      system.eliminate(i, active, compliance);
   }
-  if (!relaxes && use.moves) drive_and_limit(system, before, row, rows, h, use.reacts, hold, drive);
+  if (!relaxes && use.moves) drive_and_limit(system, before, row, rows, h, use.reacts, hold, drive, pull_back);
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<L>& a = row.axes[i];
     L change = system.wanted[i] * system.inverse[i];
@@ -589,6 +625,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     row.drive[i] = select(is_cut, mul_add(row.drive[i], share, drive[i] - row.drive[i]), drive[i]);
   }
   rows.push(row, more);
+  if (pass == JointPass::soft && use.moves) rows.set_pull_apart(row, pull_back, share);
   // Of several sweeps a substep all begin with the rates that it began with.
   if (use.reacts && (pass != JointPass::iterate || ends_substep))
     for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i);
@@ -608,4 +645,5 @@ FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const Un
   row.gap = between + (row.arm_b - row.arm_a);
   const L zero = splat<L>(0.0f);
   row.given = row.spun_a = row.spun_b = row.force = row.torque = row.pull = {zero, zero, zero};
+  row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
 }

@@ -4,6 +4,7 @@
 #include <fathom/joint.hpp>
 
 #include "dynamics/ball_joint.hpp"
+#include "dynamics/integrate.hpp"
 
 namespace fathom {
 

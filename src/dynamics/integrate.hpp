@@ -10,6 +10,7 @@ namespace fathom {
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #define FATHOM_LANE_LAMBDA
+#include "dynamics/angle-inl.hpp"
 #include "dynamics/integrate-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA

@@ -94,6 +94,24 @@ FATHOM_HD void spin_freely(Quat& q, Vec3& w, Vec3 acceleration, float damping, c
   }
 }
 
+/// The rotation vector (rad) of one by `turned` and then one by `by`, to second order in `by` (Baker, Campbell and
+/// Hausdorff).
+FATHOM_HD Vec3 turned_further(Vec3 turned, Vec3 by) {
+  return turned + by + (0.5f * cross(by, turned) + (1.0f / 12) * cross(turned, cross(turned, by)));
+}
+
+/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns the one nearest to `near`. Rotation
+/// vectors of a spin whose axis changes do not add up, and a joint's arms are where the body is.
+FATHOM_HD Vec3 turned_so_far(Quat q, Quat start, Vec3 near) {
+  Quat turned = q * conjugate(start);
+  if (turned.w < 0) turned = {-turned.w, -turned.x, -turned.y, -turned.z};
+  const float sine = length(turned.vector());
+  if (!(sine > 1e-6f)) return 2 * turned.vector();
+  const Vec3 axis = (1 / sine) * turned.vector();
+  const float angle = 2 * angle_of(sine, turned.w), about = dot(near, axis);
+  return (about > angle + pi ? angle + 2 * pi : about < angle - pi ? angle - 2 * pi : angle) * axis;
+}
+
 /// The turn of such a body in a substep in which contacts may touch it (`step_torque_free_in_contact`). It changes the
 /// angular velocity, which is no contact's doing, so W's reference follows.
 FATHOM_HD Vec3 spin_in_contact(Quat& q, Quat start, Vec3& w, WarmStart& warm, const SymMat3& inertia,

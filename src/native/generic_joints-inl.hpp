@@ -17,6 +17,7 @@ namespace fathom::native::HWY_NAMESPACE {
 
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR
+#include "dynamics/angle-inl.hpp"
 #include "dynamics/generic_joint-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
@@ -44,7 +45,10 @@ enum GenericField : int {
   generic_spun_b = generic_spun_a + 3,
   generic_force = generic_spun_b + 3,
   generic_torque = generic_force + 3,
-  generic_bounce = generic_torque + 3,  // where the header says that some lane reacts
+  generic_pulled = generic_torque + 3,  // where the header says that some lane moves
+  generic_pulled_a = generic_pulled + 3,
+  generic_pulled_b = generic_pulled_a + 3,
+  generic_bounce = generic_pulled_b + 3,  // where it says that some lane reacts
   generic_rate = generic_bounce + axis_count,
   generic_field_count = generic_rate + axis_count
 };
@@ -73,6 +77,10 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
   row.given = block.get3(generic_given);
   row.spun_a = block.get3(generic_spun_a), row.spun_b = block.get3(generic_spun_b);
   row.force = block.get3(generic_force), row.torque = block.get3(generic_torque);
+  if (block.header().moves) {
+    row.pulled = block.get3(generic_pulled);
+    row.pulled_a = block.get3(generic_pulled_a), row.pulled_b = block.get3(generic_pulled_b);
+  }
   if (!block.header().reacts) return;
   row.least_hit = block.get(generic_least_hit);
   for (int i = 0; i < axis_count; ++i)
@@ -87,6 +95,10 @@ HWY_INLINE void store_generic_joint(const Block<D>& block, const GenericJointRow
   block.set3(generic_given, row.given);
   block.set3(generic_spun_a, row.spun_a), block.set3(generic_spun_b, row.spun_b);
   block.set3(generic_force, row.force), block.set3(generic_torque, row.torque);
+  if (block.header().moves) {
+    block.set3(generic_pulled, row.pulled);
+    block.set3(generic_pulled_a, row.pulled_a), block.set3(generic_pulled_b, row.pulled_b);
+  }
   if (!block.header().reacts) return;
   for (int i = 0; i < axis_count; ++i)
     block.set(generic_bounce + i, row.bounce[i]), block.set(generic_rate + i, row.rate[i]);

@@ -61,6 +61,7 @@ struct BodyIntegration {
   float h;  ///< s, a substep
   SpeedLimits limits;
   const std::uint8_t* any_swings;  ///< by slot; null where there are no joints
+  const std::uint8_t* flags;       ///< by slot
 
   /// W brought up to date, which strikes are not to be part of.
   HWY_INLINE void carry(std::uint32_t slot) const {
@@ -86,8 +87,11 @@ struct BodyIntegration {
     put(body.moved, mul_add(load(body.moved), h, is_cut ? load(body.linear) : mean(slot)));
     if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
       const BodyInfo& info = table[slot];
-      body.turned += spin_in_contact(inertia[slot].rotation, poses[slot].rotation, body.angular, warm[slot],
-                                     info.inertia, info.inverse_inertia, h);
+      Quat& now = inertia[slot].rotation;
+      const Quat start = poses[slot].rotation;
+      const Vec3 by = spin_in_contact(now, start, body.angular, warm[slot], info.inertia, info.inverse_inertia, h);
+      body.turned = any_swings && flags[slot] & jointed ? turned_so_far(now, start, turned_further(body.turned, by))
+                                                        : body.turned + by;
     } else {
       put(body.turned, mul_add(load(body.turned), h, load(body.angular)));
     }

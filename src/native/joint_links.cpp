@@ -149,8 +149,8 @@ float JointLink::rate(int i, const LinkPair& pair) const {
 void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values) const {
   const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
   JointBodies<float> bodies{};
-  bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.a.turned = mul_add(a.turned, h, a.angular);
-  bodies.b.moved = mul_add(b.moved, h, b.linear), bodies.b.turned = mul_add(b.turned, h, b.angular);
+  bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.a.turned = a.turned_ahead(h);
+  bodies.b.moved = mul_add(b.moved, h, b.linear), bodies.b.turned = b.turned_ahead(h);
   const GenericJointRows<float, JointBodies<float>> rows(row_, bodies, 0);
   for (int i = 0; i < axis_count; ++i) {
     values[i] = rows.value[i];

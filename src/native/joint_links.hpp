@@ -7,6 +7,7 @@
 
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/joint_elimination.hpp"
+#include "dynamics/rotation.hpp"
 
 namespace fathom::native {
 
@@ -14,6 +15,13 @@ namespace fathom::native {
 struct LinkMotion {
   Vec3 moved, turned;    ///< m and rad, since the step began
   Vec3 linear, angular;  ///< m/s and rad/s
+  bool is_isotropic = true;
+
+  /// Rad since the step began, when a substep of length h (s) will be over: rotation vectors of isotropic bodies are
+  /// summed up, of others they are what they are (`turned_so_far`).
+  Vec3 turned_ahead(float h) const {
+    return is_isotropic ? mul_add(turned, h, angular) : turned_further(turned, h * angular);
+  }
 };
 
 /// A joint's two bodies by their part in the tree.

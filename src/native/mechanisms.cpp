@@ -101,12 +101,21 @@ void Mechanisms::find() {
     if (is_obstacle(j.a) && !is_obstacle(j.b) && link_of_[j.b] == none) grow_tree(j.b, slot);
     if (is_obstacle(j.b) && !is_obstacle(j.a) && link_of_[j.a] == none) grow_tree(j.a, slot);
   });
-  for_each_rigid([&](std::uint32_t, const Joint& j) {
-    if (!is_obstacle(j.a) && link_of_[j.a] == none) grow_tree(j.a, none);
-  });
+  for (const std::uint32_t root : free_roots())
+    if (link_of_[root] == none) grow_tree(root, none);
   order_.resize(mechanisms_.size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   states_.resize(links_.size());
+}
+
+// The heaviest first: the inertia of a light root would be lost beside that of what hangs on it.
+std::vector<std::uint32_t> Mechanisms::free_roots() const {
+  std::vector<std::uint32_t> roots;
+  for (std::uint32_t slot = 0; slot < state_.size(); ++slot)
+    if (joints_first_[slot] < joints_first_[slot + 1] && !is_obstacle(slot) && link_of_[slot] == none)
+      roots.push_back(slot);
+  std::ranges::stable_sort(roots, {}, [this](std::uint32_t slot) { return bodies_[slot].inverse_mass; });
+  return roots;
 }
 
 void Mechanisms::count_joints() {
@@ -173,8 +182,8 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
       generic = static_cast<std::uint32_t>(generic_.size());
       generic_.emplace_back();
     }
-    links_.push_back({slot, joint, parent, parent == none ? other : none, generic, is_b, false});
-    if (parent != none) links_[parent].carries = true;
+    links_.push_back({slot, joint, parent, parent == none ? other : none, generic, is_b, joint != none});
+    if (parent != none) ++links_[parent].joints;
     if (joint != none) direct_[joint] = undriven;
   };
   add(root_slot, root_joint, none);
@@ -243,7 +252,7 @@ void Mechanisms::prepare(std::uint32_t mechanism) {
       prepare_ball(i);
     else
       prepare_generic(i);
-    s.moment = cross(s.arm, force_of(i)) + torque_of(i),
+    s.moment = cross(s.arm, force_of(i)) + torque_of(i);
     s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
   }
 }
@@ -319,7 +328,7 @@ void Mechanisms::turn(LinkState& s, const Link& link) const {
   const BodyInfo& info = bodies_[link.slot];
   s.turned = rotation_by<float>(body.turned);
   s.spin = info.isotropic ? UnitQuat<float>{1, {}} : s.turned;
-  s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular)};
+  s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular), info.isotropic};
   s.change = {}, s.impulse = {}, s.load = {};
   const float scale = s.mass * info.inverse_mass;  // of the inertia that loads have added
   Mat3 inertia = diagonal(scale * info.inertia.xx);
@@ -358,7 +367,7 @@ Vec3 Mechanisms::gap(const LinkState& s, const LinkMotion& parent) {
 /// How far they will be apart when the bodies have moved on for h (s), over h.
 Vec3 Mechanisms::gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
   const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
-    const UnitQuat<float> turned = rotation_by<float>(mul_add(m.turned, h, m.angular));
+    const UnitQuat<float> turned = rotation_by<float>(m.turned_ahead(h));
     return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
   };
   const Vec3 gap = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
@@ -370,9 +379,10 @@ void Mechanisms::load_carried(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
-    s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - s.moment;
+    s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - turned_by(s.spin, s.moment);
     if (links_[i].parent == none) continue;
-    states_[links_[i].parent].load.moment -= cross(s.parent_arm, force_of(i)) + torque_of(i) - s.parent_moment;
+    LinkState& parent = states_[links_[i].parent];
+    parent.load.moment -= cross(s.parent_arm, force_of(i)) + torque_of(i) - turned_by(parent.spin, s.parent_moment);
   }
 }
 
@@ -517,10 +527,13 @@ bool Mechanisms::can_follow(const Mechanism& m, float h) const {
     if (!may_swing(i)) continue;
     const float pull = h * length(force_of(i));  // h² F
     // At the end of a chain a body swings with all its mass.
-    const float own = links_[i].carries ? s.inertia : fma(s.mass, length_squared(s.arm), s.inertia);
-    can = can && pull * length(s.arm) <= stiffest_swing * own;
-    if (links_[i].parent != none)
-      can = can && pull * length(s.parent_arm) <= stiffest_swing * states_[links_[i].parent].inertia;
+    const auto swings_slowly = [&](std::uint32_t link, Vec3 arm) {
+      const LinkState& body = states_[link];
+      const float own = links_[link].joints > 1 ? body.inertia : fma(body.mass, length_squared(arm), body.inertia);
+      return pull * length(arm) <= stiffest_swing * own;
+    };
+    can = can && swings_slowly(i, s.arm);
+    if (links_[i].parent != none) can = can && swings_slowly(links_[i].parent, s.parent_arm);
   }
   return can;
 }
@@ -645,17 +658,15 @@ void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
       s.row.impulse += s.impulse;
       if (!soft) s.row.total += s.row.impulse;
     }
-    if constexpr (soft) {
-      s.moment = cross(s.arm, force_of(i)) + torque_of(i);
-      s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
-      if (follows || !may_swing(i)) continue;
-      s.moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
-      if (links_[i].parent != none)
-        s.parent_moment +=
-            stiffness(-before, s.parent_arm, h) * across(states_[links_[i].parent].motion.angular, s.parent_arm);
-    } else {
-      s.moment += cross(s.arm, force) + torque, s.parent_moment += cross(s.parent_arm, force) + torque;
-    }
+    const bool swings = soft && !follows && may_swing(i);
+    Vec3 moment = cross(s.arm, soft ? force_of(i) : force) + (soft ? torque_of(i) : torque);
+    if (swings) moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
+    s.moment = turned_back_by(s.spin, moment) + (soft ? Vec3{} : s.moment);
+    if (links_[i].parent == none) continue;
+    const LinkState& parent = states_[links_[i].parent];
+    moment = cross(s.parent_arm, soft ? force_of(i) : force) + (soft ? torque_of(i) : torque);
+    if (swings) moment += stiffness(-before, s.parent_arm, h) * across(parent.motion.angular, s.parent_arm);
+    s.parent_moment = turned_back_by(parent.spin, moment) + (soft ? Vec3{} : s.parent_moment);
   }
 }
 

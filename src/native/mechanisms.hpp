@@ -72,7 +72,7 @@ class Mechanisms {
     std::uint32_t obstacle;  ///< slot of it
     std::uint32_t generic;   ///< of `generic_`, or none: a ball joint, or no joint
     bool is_b;               ///< the body is the joint's B
-    bool carries;            ///< the body has children
+    std::uint32_t joints;    ///< of the tree, at the body
   };
   struct Mechanism {
     std::uint32_t first, end;  ///< links, parents before children
@@ -87,7 +87,7 @@ class Mechanisms {
     LinkMotion motion;
     LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
     Vec3 arm, parent_arm;        ///< m, now
-    Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, to the body and, reversed, its parent
+    Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
     TreeInertia of_body;
     TreeLink link;
     TreeLoad load;
@@ -104,6 +104,7 @@ class Mechanisms {
 
   bool is_stale() const;
   void find();
+  std::vector<std::uint32_t> free_roots() const;
   void count_joints();
   bool is_in_contact(std::uint32_t slot) const;
   bool leans_on_light_bodies(std::uint32_t first_link) const;

@@ -498,7 +498,8 @@ BodyIntegration ContactSolver::integration(float h) {
           state_.poses.data(),
           h,
           speed_limits(def_.solver.max_linear_speed, h),
-          swings()};
+          swings(),
+          state_.flags.data()};
 }
 
 void ContactSolver::solve(const std::function<void(std::span<const std::uint32_t>)>& act, const Isolate& isolate) {
