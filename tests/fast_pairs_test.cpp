@@ -31,13 +31,13 @@ TEST(FastPairs, WhatPassesAtAClearanceLeavesNoTrace) {
 }
 
 TEST(FastPairs, NothingIsFoundInsideOrBehindAFreeBodyThatItHit) {
-  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+  for (const Where& setup : {Where{}, of_hybrid()})
     for (std::uint64_t seed = 1; seed <= 500; ++seed)
       EXPECT_EQ(validate::too_deep(validate::shot_at_free(seed), setup), 0) << "seed " << seed;
 }
 
 TEST(FastPairs, WhatPassesAFreeBodyAtAClearanceLeavesNoTrace) {
-  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+  for (const Where& setup : {Where{}, of_hybrid()})
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
       validate::Shot shot = validate::shot_past(seed);
       shot.target.motion = MotionType::dynamic;
@@ -50,8 +50,7 @@ struct Range {
   World world;
   std::vector<BodyId> ids;
 
-  Range(std::uint64_t first, int count, int threads, SimulatorKind simulator = SimulatorKind::native)
-      : world(definition(threads, simulator)) {
+  Range(std::uint64_t first, int count, int threads) : world(definition(threads)) {
     for (int i = 0; i < count; ++i) {
       const validate::Shot shot = validate::shot_at_free(first + static_cast<std::uint64_t>(i));
       for (BodyDef body : {shot.target, shot.bullet}) {
@@ -62,10 +61,8 @@ struct Range {
     }
   }
 
-  static WorldDef definition(int threads, SimulatorKind simulator) {
+  static WorldDef definition(int threads) {
     WorldDef def;
-    def.simulator = simulator;
-    def.device = "host";
     def.gravity = {};
     def.threads = threads;
     def.sleep.enabled = false;
@@ -75,7 +72,7 @@ struct Range {
 
 TEST(FastPairs, HitsOnFreeBodiesKeepMomentumAndAddNoEnergy) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    Range range(seed, 1, 1, seed % 2 == 0 ? SimulatorKind::device : SimulatorKind::native);
+    Range range(seed, 1, 1);
     double scale = 0, energy_at_first = 0;
     Vec3d start;
     for (int step = 0; step < 60; ++step) {
@@ -99,13 +96,11 @@ TEST(FastPairs, HitsOnFreeBodiesKeepMomentumAndAddNoEnergy) {
 }
 
 TEST(FastPairs, ShotsAtFreeBodiesAreTheSameOnAnyNumberOfThreads) {
-  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid}) {
-    Range one(1, 300, 1, simulator), two(1, 300, 2, simulator), four(1, 300, 4, simulator);
-    for (int step = 0; step < 60; ++step) {
-      for (Range* range : {&one, &two, &four}) range->world.step();
-      ASSERT_EQ(one.world.state_hash(), two.world.state_hash()) << step;
-      ASSERT_EQ(one.world.state_hash(), four.world.state_hash()) << step;
-    }
+  Range one(1, 300, 1), two(1, 300, 2), four(1, 300, 4);
+  for (int step = 0; step < 60; ++step) {
+    for (Range* range : {&one, &two, &four}) range->world.step();
+    ASSERT_EQ(one.world.state_hash(), two.world.state_hash()) << step;
+    ASSERT_EQ(one.world.state_hash(), four.world.state_hash()) << step;
   }
 }
 

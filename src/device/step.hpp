@@ -219,10 +219,8 @@ class Step {
   void finish() {
     const MoveBodies move{bodies_, grid_, counters_, settings_.move};
     device_.parallel_for(live_bodies(), move);
-    for (const bool from_free : {false, true}) {
-      device_.parallel_for(fast_bodies(false), HoldBackFast<false>{move, contacts_, from_free});
-      if (has_hulls()) device_.parallel_for(fast_bodies(true), HoldBackFast<true>{move, contacts_, from_free});
-    }
+    device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_});
+    if (has_hulls()) device_.parallel_for(fast(true), HoldBackFast<true>{move, contacts_});
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
       const IslandLink link{bodies_, settings_.sleep_time};
@@ -244,7 +242,6 @@ class Step {
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
   exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
-  exec::Range fast_bodies(bool with_hull) const { return {&counters_->fast_bodies[with_hull], body_capacity_}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {
