@@ -74,20 +74,36 @@ float energy(const World& world) {
   return sum;
 }
 
-// A double pendulum's motion is chaotic, its energy is not.
-TEST_P(JointLaws, ADoublePendulumKeepsItsEnergy) {
-  World world(GetParam().quiet());
-  const Chain chain(world, add_anchor(world, {}), {}, {1, 0, 0}, 2);
-  const float begin = energy(world), height = 9.81f * 2 * Chain::length;  // J, of the fall to the lowest place
+/// The least and the most energy (J) of a double pendulum within ten seconds, less that at first.
+std::pair<float, float> energy_of_double_pendulum(const WorldDef& def, Vec3 direction) {
+  World world(def);
+  const BodyId anchor = add_anchor(world, {});
+  const Chain chain(world, anchor, {}, direction, 2);
+  world.exclude(anchor, chain.links[1]);  // which comes by
+  const float begin = energy(world);
   float least = begin, most = begin;
   for (int i = 0; i < 600; ++i) {
     world.step();
     least = std::min(least, energy(world));
     most = std::max(most, energy(world));
   }
-  EXPECT_LT(most - begin, 0.05f * height);
-  EXPECT_GT(least - begin, -0.1f * height);
-  EXPECT_LT(widest_gap(world), 2e-3f);
+  EXPECT_LT(widest_gap(world), def.simulator == SimulatorKind::device ? 2.5e-3f : 2e-3f);
+  return {least - begin, most - begin};
+}
+
+// A double pendulum's motion is chaotic, its energy is not.
+TEST_P(JointLaws, ADoublePendulumKeepsItsEnergy) {
+  constexpr int starts = 15;
+  const float height = 9.81f * 2 * Chain::length;  // J, of the fall to the lowest place
+  std::vector<float> lost;
+  for (int i = 0; i < starts; ++i) {
+    const Vec3 direction = normalize(Vec3{1, 0, 0.005f * static_cast<float>(i)});
+    const auto [least, most] = energy_of_double_pendulum(GetParam().quiet(), direction);
+    EXPECT_LT(most, 0.05f * height) << "start " << i;
+    lost.push_back(-least);
+  }
+  std::sort(lost.begin(), lost.end());
+  EXPECT_LT(lost.back(), 0.1f * height);
 }
 
 TEST_P(JointLaws, AFreeChainKeepsItsMomentum) {

@@ -98,13 +98,14 @@ struct JointArm {
     spin.w = mul_add(one, anisotropic, turned.w - one);
     spin.v = scale(anisotropic, turned.v);
   }
-  /// Angular velocity in the world's axes.
-  FATHOM_LANE_FUNCTION VecOf<L> angular(const Side& side) const {
+  /// Angular velocity in the world's axes, of that which the body has.
+  FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const {
     if constexpr (isotropic)
-      return side.angular;
+      return angular;
     else
-      return turned_by(spin, side.angular);
+      return turned_by(spin, angular);
   }
+  FATHOM_LANE_FUNCTION VecOf<L> angular(const Side& side) const { return in_world(side.angular); }
   /// What an impulse at the anchor gives of angular velocity, as the body has it; `turn` is its inverse inertia.
   template <class Turn>
   FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Turn& turn) const {
@@ -133,6 +134,13 @@ FATHOM_LANE_FUNCTION VecOf<L> solved(VecOf<L> kx, VecOf<L> ky, VecOf<L> kz, VecO
   return scale(scaling * inverse_or_zero(dot(kx, yz)), VecOf<L>{dot(yz, v), dot(zx, v), dot(xy, v)});
 }
 
+/// The part of these changes of spin that turns neither body by more than `angle` (rad) in a substep of h seconds.
+template <class L>
+FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float angle) {
+  const L most = splat<L>(angle * angle), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
+  return root(most / larger(h * h * fastest, most));
+}
+
 /// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
 /// inverse_mass, inverse_inertia), `turn_a` and `turn_b`, and says whether all are isotropic and A is never pushed.
 template <class L, class Bodies>
@@ -152,8 +160,12 @@ struct BallJointSweep {
   }
   /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
   /// anchors move on circles, and what moves along their tangents comes out beyond.
-  FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
-    return drift_of(at_b.angular(bodies.b), at_b.arm, h) - drift_of(at_a.angular(bodies.a), at_a.arm, h);
+  /// What the last substep gave acts again, along arms that have turned since: where it spins a light body so far as it
+  /// will not turn once the sweep has put that right, only a part of it counts.
+  FATHOM_LANE_FUNCTION VecOf<L> drift(const BallJointRow<L>& row, L h) const {
+    const L less = turning_share(row.spun_a, row.spun_b, h, most_carry) - splat<L>(1.0f);
+    return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, row.spun_b)), at_b.arm, h) -
+           drift_of(at_a.in_world(mul_add(bodies.a.angular, less, row.spun_a)), at_a.arm, h);
   }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
@@ -163,9 +175,9 @@ struct BallJointSweep {
   FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
     const VecOf<L> by_b = spun_b(impulse);
     if constexpr (Bodies::only_pushes_b)
-      return followed_share(by_b, by_b, h, most_drift);
+      return turning_share(by_b, by_b, h, most_drift);
     else
-      return followed_share(spun_a(impulse), by_b, h, most_drift);
+      return turning_share(spun_a(impulse), by_b, h, most_drift);
   }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
@@ -182,7 +194,7 @@ struct BallJointSweep {
     const VecOf<L> now_b = spun_b(row.impulse);
     VecOf<L> now_a = row.spun_a;
     if constexpr (!Bodies::only_pushes_b) now_a = spun_a(row.impulse);
-    const L share = followed_share(now_a - row.spun_a, now_b - row.spun_b, h, most_carry), less = share - splat<L>(1.0f);
+    const L share = turning_share(now_a - row.spun_a, now_b - row.spun_b, h, most_drift), less = share - splat<L>(1.0f);
     bodies.b.linear = mul_add(bodies.b.linear, less * bodies.b.inverse_mass, row.impulse);
     spin(scale(share, now_b) - row.spun_b, bodies.b.angular, row.spun_b);
     if constexpr (!Bodies::only_pushes_b) {
@@ -198,10 +210,6 @@ struct BallJointSweep {
   }
 
  private:
-  FATHOM_LANE_FUNCTION static L followed_share(VecOf<L> by_a, VecOf<L> by_b, L h, float angle) {
-    const L most = splat<L>(angle * angle), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
-    return root(most / larger(h * h * fastest, most));
-  }
   /// To second order, of turns up to `most_drift`: of a longer one an anchor comes back on its circle.
   FATHOM_LANE_FUNCTION static VecOf<L> drift_of(VecOf<L> spin, VecOf<L> arm, L h) {
     const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
@@ -261,7 +269,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   if constexpr (pass != JointPass::relax) sweep.carry_along(row, h);
   VecOf<L> wanted = sweep.velocity();
   if constexpr (pass != JointPass::relax) {
-    wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
+    wanted = mul_add(wanted + sweep.drift(row, h), splat<L>(-0.5f) * h, row.pull);
     wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
   }
   VecOf<L> change = sweep.impulse_for(wanted);

@@ -145,7 +145,7 @@ struct GenericJointRows {
   /// Less what the bodies have been given already.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
                                         float angle) const {
-    const L zero = splat<L>(0.0f), most = splat<L>(angle * angle);
+    const L zero = splat<L>(0.0f);
     VecOf<L> by_a{zero, zero, zero}, by_b = by_a;
     for (int i = 0; i < axis_count; ++i) {
       by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
@@ -153,7 +153,7 @@ struct GenericJointRows {
     }
     by_b = by_b - spun_b;
     if constexpr (!only_pushes_b) by_a = by_a - spun_a;
-    return root(most / larger(h * h * larger(dot(by_a, by_a), dot(by_b, by_b)), most));
+    return turning_share(by_a, by_b, h, angle);
   }
   /// The rows' impulses are larger by these from now on.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
