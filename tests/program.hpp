@@ -34,6 +34,8 @@ class Program : public testing::Test {
   pid_t start(const std::vector<std::string>& arguments) const {
     const pid_t child = fork();
     if (child != 0) return child;
+    // nohup and shells' background jobs ignore some, which programs inherit and keep ignoring.
+    for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGPIPE}) std::signal(number, SIG_DFL);
     const rlimit limit{largest_file_, largest_file_};
     setrlimit(RLIMIT_FSIZE, &limit);
     redirect(STDOUT_FILENO, path(stdout_));
