@@ -576,7 +576,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);
     system.wanted[i] = zero - rows.velocity(i);
     if constexpr (!relaxes) system.wanted[i] = system.wanted[i] - a.locked * (rows.drift[i] + pull);
-    system.pull[i] = zero - a.locked * pull;
+    system.pull[i] = zero - a.locked * row.rigid * pull;  // a spring's is there to stay
     system.inverse[i] = zero;
     for (int j = 0; j <= i; ++j) system.response[i][j] = system.response[j][i] = rows.response(i, j);
   }
