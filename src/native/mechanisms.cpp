@@ -1,5 +1,7 @@
 #include "native/mechanisms.hpp"
 
+#include <hwy/base.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -323,7 +325,7 @@ void Mechanisms::warm_start(std::uint32_t mechanism, bool forgets) {
 }
 
 /// Where a link's body is now, how it moves, and what it resists that with.
-void Mechanisms::turn(LinkState& s, const Link& link) const {
+HWY_FLATTEN void Mechanisms::turn(LinkState& s, const Link& link) const {
   const SolverBody& body = state_.solver_bodies()[link.slot];
   const BodyInfo& info = bodies_[link.slot];
   s.turned = rotation_by<float>(body.turned);
@@ -365,7 +367,8 @@ Vec3 Mechanisms::gap(const LinkState& s, const LinkMotion& parent) {
 }
 
 /// How far they will be apart when the bodies have moved on for h (s), over h.
-Vec3 Mechanisms::gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
+// With rotations and products in line: called, their arguments pass through memory, which costs more than they do.
+HWY_FLATTEN Vec3 Mechanisms::gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
   const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
     const UnitQuat<float> turned = rotation_by<float>(m.turned_ahead(h));
     return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
@@ -375,7 +378,7 @@ Vec3 Mechanisms::gap_ahead(const LinkState& s, const LinkMotion& parent, float h
 }
 
 /// Moments of what bodies have carried over, about arms that have turned since.
-void Mechanisms::load_carried(const Mechanism& m) {
+HWY_FLATTEN void Mechanisms::load_carried(const Mechanism& m) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     if (links_[i].joint == none) continue;
@@ -441,7 +444,7 @@ JointBodies<SymMat3> Mechanisms::bodies_of(std::uint32_t i) const {
   return {side(j.a), side(j.b)};
 }
 
-void Mechanisms::turn_all(const Mechanism& m, float h, bool relaxes) {
+HWY_FLATTEN void Mechanisms::turn_all(const Mechanism& m, float h, bool relaxes) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     const Link& link = links_[i];
@@ -641,7 +644,7 @@ void Mechanisms::solve(std::uint32_t mechanism, float h) {
 }
 
 template <bool soft>
-void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
+HWY_FLATTEN void Mechanisms::apply(const Mechanism& m, float h, bool follows) {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     LinkState& s = states_[i];
     SolverBody& body = state_.solver_bodies()[links_[i].slot];
