@@ -236,10 +236,9 @@ TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
       EXPECT_LE(indices.size(), owner.size() + 24);
       owners.push_back(had);
       for (std::uint64_t asked = step - std::min<std::uint64_t>(step - 1, 3); asked <= step; ++asked) {
-        const auto former = indices.former(asked);
         for (const auto& [index, id] : owners[asked]) {
-          const auto found = former.find(index);
-          EXPECT_TRUE(found != former.end() ? found->second == id : indices.slot(index) == id.index);
+          const BodyId* const former = indices.former(index, asked);
+          EXPECT_TRUE(former ? *former == id : indices.slot(index) == id.index);
         }
       }
       if (step > 3) indices.forget_before(step - 2);

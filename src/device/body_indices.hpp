@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <deque>
 #include <fathom/body.hpp>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -53,6 +52,7 @@ class BodyIndices {
     slots_[index] = none;
     resting_.push_back({step, id, index});
     former_.push_back({step, id, index});
+    note_loss(former_.back());
   }
 
   /// Indices in use, free or resting: all are below.
@@ -62,13 +62,14 @@ class BodyIndices {
   std::uint32_t slot(std::uint32_t index) const { return slots_[index]; }
   const std::vector<std::uint32_t>& slots() const { return slots_; }
 
-  /// Those who had an index in step `step` and have it no more.
-  std::unordered_map<std::uint32_t, BodyId> former(std::uint64_t step) const {
-    std::unordered_map<std::uint32_t, BodyId> owners;
+  /// Who had `index` in step `step` and has it no more; null where whoever has it now had it then.
+  const BodyId* former(std::uint32_t index, std::uint64_t step) const {
+    if (index >= losses_.size() || losses_[index].step < step) return nullptr;
+    if (losses_[index].step_before < step) return &losses_[index].id;
     // Of several who lost an index since, the first is the one who had it then.
-    for (const FormerOwner& f : former_)
-      if (f.step >= step) owners.emplace(f.index, f.id);
-    return owners;
+    const auto first =
+        std::ranges::find_if(former_, [&](const FormerOwner& f) { return f.index == index && f.step >= step; });
+    return first != former_.end() ? &first->id : nullptr;
   }
   /// Nobody will ask for owners in steps before `step` any more.
   void forget_before(std::uint64_t step) {
@@ -85,6 +86,7 @@ class BodyIndices {
     for (std::uint32_t& index : free_) index = new_of[index];
     for (FormerOwner& f : resting_) f.index = new_of[f.index];
     for (FormerOwner& f : former_) f.index = new_of[f.index];
+    list_losses();
   }
 
   template <class Self, class Archive>
@@ -95,6 +97,7 @@ class BodyIndices {
     if constexpr (Archive::reading) {
       self.resting_.assign(resting.begin(), resting.end());
       self.former_.assign(former.begin(), former.end());
+      self.list_losses();
     }
   }
   /// Whether what was read does not contradict itself, nor the bodies that are alive in `slot_count` slots.
@@ -114,11 +117,29 @@ class BodyIndices {
   }
 
  private:
+  /// When an index was last lost, by whom, and when the time before: names nearly all former owners at once.
+  struct Loss {
+    std::uint64_t step = 0, step_before = 0;
+    BodyId id;
+  };
+
+  void note_loss(const FormerOwner& f) {
+    if (losses_.size() <= f.index) losses_.resize(f.index + 1);
+    Loss& loss = losses_[f.index];
+    loss = {f.step, loss.step, f.id};
+  }
+  void list_losses() {
+    losses_.clear();
+    for (const FormerOwner& f : former_)
+      if (f.index < size()) note_loss(f);
+  }
+
   std::vector<std::uint32_t> of_slot_;  // by slot
   std::vector<std::uint32_t> slots_;    // by index
   std::vector<std::uint32_t> free_;
   std::deque<FormerOwner> resting_;  // in the order of removal: not free before the next batch of edits
   std::deque<FormerOwner> former_;   // the same, kept for events
+  std::vector<Loss> losses_;         // by index
 };
 
 }  // namespace fathom::device

@@ -154,7 +154,8 @@ class DeviceSimulator final : public Simulator {
     std::size_t slots = 0;  ///< how many of the last three were read
     exec::PinnedBuffer<PairRecord> begun, ended;
     exec::PinnedBuffer<HitRecord> hits;
-    Event copied;  ///< they have arrived
+    std::uint64_t events_of = 0;  ///< the step whose events the last three have
+    Event copied;                 ///< they have arrived
   };
   /// One more than lanes, because a step is timed from the end of the one before.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
@@ -302,6 +303,7 @@ class DeviceSimulator final : public Simulator {
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;
+  mutable bool events_are_read_ = false;  // since the last step was asked for
   mutable bool joints_are_current_ = false;
   // By slot, with some room: the device writes them.
   exec::PinnedBuffer<Pose> poses_;

@@ -83,6 +83,7 @@ void DeviceSimulator<D>::step() {
   for (const Edit& e : flight.edits) last_edit_[e.index] = none;
   try {
     submit(flight, true);
+    events_are_read_ = false;
   } catch (...) {
     // Nothing of the step has run: it is as if it had not been asked for.
     gravity_change_ = flight.gravity;
@@ -241,7 +242,8 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
   if (with_edits) stage_edits(flight);
   if (with_edits) stage_joint_edits(flight);
   if (copies_results()) reserve_results(flight);
-  if (def.ahead > 0) reserve_events(lane, first_events);
+  const bool brings_events = def.ahead > 0 || events_are_read_;
+  if (brings_events) reserve_events(lane, first_events);
   flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
   device_.mark(lane.start);
   if (with_edits) change_gravity(flight);
@@ -262,9 +264,10 @@ void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
     device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
   }
   if (copies_results()) submit_results(flight);
-  if (def.ahead > 0)
+  if (brings_events)
     device_.parallel_for(static_cast<std::uint32_t>(lane.begun.size()),
                          CopyNewestEvents{copy_of_events(lane, flight.number), counters_.data()});
+  lane.events_of = brings_events ? flight.number : 0;
   device_.mark(end_of(flight.number));
   flight.traffic += device_.traffic() - counted_;
   counted_ = device_.traffic();

@@ -55,34 +55,35 @@ void DeviceSimulator<D>::clear_events() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::fetch_events() const {
+  events_are_read_ = true;
   look();
   if (events_are_current_) return;
   if (def.ahead == 0 && newest_.step > 0) self().collect_events(newest_.step, newest_);
   self().events_are_current_ = true;
 }
 
-// Lists come in any order; the application gets them by index. Where steps are ahead their lists are on the host
-// already, unless they are longer than ever.
+// Lists come in any order; the application gets them by index. Those that came with their step are on the host already,
+// unless they are longer than ever.
 template <exec::Device D>
 void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& report) {
   const std::uint32_t most = std::max({report.begun, report.ended, report.hits});
   if (most == 0 && report.quarantined == 0) return;
   Lane& lane = lane_of(number);
-  if (most > 0 && (def.ahead == 0 || most > lane.begun.size())) {
+  if (most > 0 && (lane.events_of != number || most > lane.begun.size())) {
     reserve_events(lane, std::max<std::size_t>(first_events, most + most / 2));
     CopyEvents copy = copy_of_events(lane, number);
     copy.begun_count = report.begun, copy.ended_count = report.ended, copy.hit_count = report.hits;
     device_.parallel_for(most, copy);
     device_.wait();
+    lane.events_of = number;
   }
   // Bodies that came since may have no memory yet.
   const std::size_t stepped = std::min<std::size_t>(indices_.size(), body_memory_.capacity());
   const auto isolated_in = download(body_memory_.arrays().isolated_in, report.quarantined ? stepped : 0);
 
-  const auto former = indices_.former(number);
   const auto id_of = [&](std::uint32_t index) {
-    const auto owner = former.find(index);
-    return owner != former.end() ? owner->second : bodies.id(indices_.slot(index));
+    const BodyId* const former = indices_.former(index, number);
+    return former ? *former : bodies.id(indices_.slot(index));
   };
   const auto named = [&](std::uint32_t i, std::uint32_t j) {
     const BodyId a = id_of(i), b = id_of(j);
@@ -91,6 +92,7 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
   std::vector<ContactEvent> begun, ended;
   std::vector<HitEvent> hits;
   std::vector<Quarantine> quarantined;
+  begun.reserve(report.begun), ended.reserve(report.ended), hits.reserve(report.hits);
   for (std::uint32_t k = 0; k < report.begun; ++k) begun.push_back(named(lane.begun[k].a, lane.begun[k].b));
   for (std::uint32_t k = 0; k < report.ended; ++k) ended.push_back(named(lane.ended[k].a, lane.ended[k].b));
   for (std::uint32_t k = 0; k < report.hits; ++k) {
@@ -144,12 +146,26 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   for (const Contact& c : contacts)
     if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
   const std::span<const ContactManifold> manifolds = self().fetch(manifolds_read_, arrays.manifolds, last);
-  std::vector<ContactInfo> infos;
-  infos.reserve(newest_.constraints);
-  for (const Contact& c : contacts) {
+  // By slots, with little to move about.
+  struct Place {
+    std::uint64_t slots;
+    std::uint32_t contact;
+  };
+  std::vector<Place> order;
+  order.reserve(newest_.constraints);
+  for (std::uint32_t k = 0; k < contacts.size(); ++k) {
+    const Contact& c = contacts[k];
     if (!c.in_use() || !c.in_touch()) continue;
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     if (slot_a == none || slot_b == none) continue;
+    order.push_back({std::uint64_t{std::min(slot_a, slot_b)} << 32 | std::max(slot_a, slot_b), k});
+  }
+  std::ranges::sort(order, {}, &Place::slots);
+  std::vector<ContactInfo> infos;
+  infos.reserve(order.size());
+  for (const Place& place : order) {
+    const Contact& c = contacts[place.contact];
+    const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     const ContactManifold& m = manifolds[c.manifold];
     const Pose &pa = poses_[slot_a], &pb = poses_[slot_b];
     BodyId a = bodies.id(slot_a), b = bodies.id(slot_b);
@@ -164,9 +180,6 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     }
     infos.push_back(info);
   }
-  std::sort(infos.begin(), infos.end(), [](const ContactInfo& x, const ContactInfo& y) {
-    return x.a.index != y.a.index ? x.a.index < y.a.index : x.b.index < y.b.index;
-  });
   for (const ContactInfo& info : infos) visit(info);
 }
 

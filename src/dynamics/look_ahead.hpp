@@ -70,7 +70,8 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
 }
 
 /// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
-FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
+template <class AnyCore>
+FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Manifold& seen,
                                float skin) {
   const Vec3 guess =
       seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(b.pose.position - a.pose.position);
@@ -94,7 +95,7 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   result.is_fast = movement_of(margin, a.radius, b.radius, dt) > slow_share * half;
   if (!result.is_fast) return result;
   const float entry = entry_of(half), skin = skin_of(a, b, half), nearest = nearest_separation(seen);
-  const NearCores cores = near_cores(a, b, dt, skin);
+  const auto cores = near_cores<with_hulls>(a, b, dt, skin);
   const Apart first = result.first = apart_at_first(a, b, cores, seen, skin);
   const Vec3 normal = first.normal;
   const float gap = first.gap;
@@ -156,7 +157,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   const float skin = skin_of(a, b, half);
   // A load may press what it stands on a little deeper than it was.
   const float allowed = max(max(2 * entry_of(half), -gap), min(entry_of(half) - gap, pressed_share * half));
-  const NearCores cores = near_cores(on_a, on_b, dt, skin);
+  const auto cores = near_cores<with_hulls>(on_a, on_b, dt, skin);
   if (!cores.meet) return way;
   const float end_gap = separation_along(cores, end_a, end_b, normal);
   if (end_gap >= -allowed) return way;

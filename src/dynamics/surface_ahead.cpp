@@ -74,7 +74,7 @@ SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, floa
     const TriangleHull triangle(a.geometry.surface().triangle(number), b_in_a.position);
     if (triangle.planes[0].offset > 0) continue;  // b is behind it
     const Mover of_triangle = mover(triangle, a, b_in_a);
-    const NearCores cores = near_cores(of_triangle, b, dt, skin);
+    const auto cores = near_cores(of_triangle, b, dt, skin);
     const Vec3 normal = rotate(a.pose.rotation, triangle.normal());
     const float gap = separation_along(cores, of_triangle.pose, b.pose, normal);
     const float approach = dt * most_approach(of_triangle, b, normal);

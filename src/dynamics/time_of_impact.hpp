@@ -38,8 +38,9 @@ FATHOM_HD float most_approach(const Mover& a, const Mover& b, Vec3 n) {
 
 /// The part of a box that lies in the region, for precision: sides of a kilometre are rounded by more than a bullet's
 /// size. False where none does.
-FATHOM_HD bool clip_to(Core& core, const Aabb& region) {
-  if (core.hull.vertex_count > 0) return true;
+template <class AnyCore>
+FATHOM_HD bool clip_to(AnyCore& core, const Aabb& region) {
+  if (is_hull(core)) return true;
   const Vec3 lower = max(core.middle - core.half, region.lower), upper = min(core.middle + core.half, region.upper);
   if (!(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z)) return false;
   core.half = 0.5f * (upper - lower);
@@ -58,15 +59,17 @@ FATHOM_HD Aabb region_of(const Mover& other, const Mover& of, float dt, float ro
 }
 
 /// The cores of two bodies, as far as either may reach the other.
+template <class AnyCore>
 struct NearCores {
-  Core a, b;
+  AnyCore a, b;
   bool meet = false;  ///< false: neither does
 
   FATHOM_HD float radii() const { return a.radius + b.radius; }
 };
 
-FATHOM_HD NearCores near_cores(const Mover& a, const Mover& b, float dt, float skin) {
-  NearCores cores{core_of(a.geometry), core_of(b.geometry)};
+template <bool with_hulls = true>
+FATHOM_HD NearCores<CoreOf<with_hulls>> near_cores(const Mover& a, const Mover& b, float dt, float skin) {
+  NearCores<CoreOf<with_hulls>> cores{core_of<with_hulls>(a.geometry), core_of<with_hulls>(b.geometry)};
   const float room = cores.radii() + skin;
   const Aabb way_of_b = region_of(b, a, dt, room), way_of_a = region_of(a, b, dt, room);
   cores.meet = clip_to(cores.a, way_of_b) && clip_to(cores.b, way_of_a);
@@ -77,16 +80,20 @@ FATHOM_HD NearCores near_cores(const Mover& a, const Mover& b, float dt, float s
 struct SupportPair {
   Vec3 on_a, on_b;
 };
-FATHOM_HD SupportPair supports_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
+template <class AnyCore>
+FATHOM_HD SupportPair supports_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 n) {
   return {rotate(a.rotation, support(cores.a, inverse_rotate(a.rotation, n))),
           rotate(b.rotation, support(cores.b, -inverse_rotate(b.rotation, n)))};
 }
-FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, const SupportPair& at, Vec3 n) {
+template <class AnyCore>
+FATHOM_HD float separation_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, const SupportPair& at,
+                                 Vec3 n) {
   return dot(n, (b.position - a.position) + (at.on_b - at.on_a)) - cores.radii();
 }
 
 /// How far shapes at these poses are apart along the unit vector `n` from A to B in world axes (m).
-FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
+template <class AnyCore>
+FATHOM_HD float separation_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 n) {
   return separation_along(cores, a, b, supports_along(cores, a, b, n), n);
 }
 
@@ -95,7 +102,8 @@ FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Po
 ///
 /// Along n the point p of a body gets to n·p + t (n × ω)·p, but for at most ω²t²/2 of its distance. So what is highest
 /// along n + t n × ω bounds them all, and that height is convex in t.
-FATHOM_HD float turning_forward(const Core& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
+template <class AnyCore>
+FATHOM_HD float turning_forward(const AnyCore& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
                                 float span) {
   const Vec3 change = cross(n, angular);
   const Vec3 later = mul_add(n, span, change);
@@ -112,8 +120,9 @@ struct Approach {
   float turning_b, within_b;
 
   /// At these poses, over the time `span` > 0 (s).
-  FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a, const Pose& pose_b,
-                     const SupportPair& at, Vec3 n, float span)
+  template <class AnyCore>
+  FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
+                     const Pose& pose_b, const SupportPair& at, Vec3 n, float span)
       : straight(dot(n, a.velocity.linear - b.velocity.linear)) {
     const float reach_a = a.radius - a.geometry.radius, reach_b = b.radius - b.geometry.radius;
     const float height_a = dot(n, at.on_a), height_b = -dot(n, at.on_b);
@@ -149,11 +158,12 @@ struct Approach {
 /// Along an axis n that turns with W the way d between the centres changes at the rate n·(v − W × d), with v the
 /// bodies' relative velocity, whose own rate of change is 2 (W × n)·v − (W × n)·(W × d). A point p of a body that turns
 /// with ω moves at ((W − ω) × n)·p, which changes by no more than |W − ω| (|W| + |ω|) |p|.
-FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
+template <class AnyCore>
+FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
                                const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float span) {
   const Vec3 way = pose_b.position - pose_a.position, velocity = b.velocity.linear - a.velocity.linear;
   const float rate = length(turn);
-  const auto forward = [&](const Mover& m, const Core& core, Quat rotation, Vec3 towards, float height) {
+  const auto forward = [&](const Mover& m, const AnyCore& core, Quat rotation, Vec3 towards, float height) {
     const Vec3 relative = turn - m.velocity.angular, later = mul_add(towards, span, cross(relative, towards));
     const float highest = dot(later, rotate(rotation, support(core, inverse_rotate(rotation, later))));
     const float reach = m.radius - m.geometry.radius, turning = length(relative);
@@ -168,7 +178,8 @@ FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& 
 /// Time (s) up to `left`, or more, for which bodies at these poses do not come nearer by `distance` > 0 (m), seen along
 /// an axis that stands still, that turns as it has done (`turn`, rad/s), or that turns with either of them. What they
 /// do in a shorter time is known better.
-FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
+template <class AnyCore>
+FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
                            const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float left, float distance) {
   constexpr int most_looks = 3;
   constexpr float longer = 4;
@@ -189,7 +200,9 @@ FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& core
 }
 
 /// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
-FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
+template <class AnyCore>
+FATHOM_HD Vec3 direction_apart(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 guess,
+                               float tolerance) {
   const Vec3 local = inverse_rotate(a.rotation, guess);
   return rotate(a.rotation, gap_between(cores.a, cores.b, make_frame(relative(a, b)), local, tolerance).normal);
 }
@@ -204,7 +217,8 @@ struct Impact {
 
 /// Whether the bodies come nearer to each other than `skin` (m) within `dt` (s), and when first. `guess`: about the
 /// direction from A to B in world axes.
-FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& cores, float dt, float skin,
+template <class AnyCore>
+FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, float dt, float skin,
                               Vec3 guess) {
   constexpr int most_advances = 48;  // only what turns fast or grazes round things takes more than six
   Impact impact;
