@@ -200,7 +200,7 @@ TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
       EXPECT_LT(largest * domains.count(0), sum * 5 / 4);
     }
   }
-  EXPECT_LT(c.graph.size_of_unit(domains.rest()), c.graph.between() / 50);
+  EXPECT_LT(c.graph.size_of_unit(domains.remainder()), c.graph.between() / 50);
   c.graph.divide({}, dividing);
   EXPECT_FALSE(domains.in_use());
   check(c.lay_out(pool, 8), c, 8);

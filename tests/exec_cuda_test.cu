@@ -35,7 +35,7 @@ struct SearchByTeams {
   FATHOM_HD void operator()(std::uint32_t i) const {
     const EightInts lanes = lane_numbers();
     const Eight mine{numbers[8 * i + static_cast<std::uint32_t>(lanes.lane)]};
-    const LeastLane least = least_lane(mine, lanes);
+    const LeastLane least = min_lane(mine, lanes);
     const unsigned below_zero = bits(mine < eight(0.0f));
     if (team::is_leader()) results[i] = {least.value, least.index, below_zero};
   }

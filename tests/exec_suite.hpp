@@ -299,10 +299,10 @@ struct Butterfly {
 
   Quad* quads;
   const std::uint32_t* salts;  ///< one a pair
-  std::uint32_t pairs, most_phases;
+  std::uint32_t pairs, max_phases;
   bool by_data;  ///< where the device can, pairs wait for their quads alone
 
-  FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.phases = most_phases; }
+  FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.phases = max_phases; }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.phases; }
   FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
   FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }

@@ -111,7 +111,7 @@ TEST(FastPairs, WhatTurnsBesideAnotherIsFoundToPass) {
     const Vec3 away = normalize(vector(1) + Vec3{0, 0, 1.5f});
     const Mover a{shape, radius, {{}, 0, {}}, {vector(5), 0, vector(20), 0}};
     const Mover b{shape, radius, {1.2f * away, 0, {}}, {vector(5), 0, vector(20), 0}};
-    const auto cores = near_cores(a, b, dt, skin);
+    const NearCores cores = near_cores(a, b, dt, skin);
     const Impact impact = first_impact(a, b, cores, dt, skin, away);
     // Against the gap of many moments.
     float meets = 2 * dt;

@@ -52,7 +52,7 @@ TEST(Heap, AreOfEveryKind) {
   std::set<ShapeType> shapes;
   std::set<int> substeps;
   std::set<long> rates;
-  double smallest = 1e9, largest = 0, most_slender = 0;
+  double smallest = 1e9, largest = 0, max_slender = 0;
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     const Heap heap = make_heap(seed);
     kinds.insert(heap.kind);
@@ -66,8 +66,8 @@ TEST(Heap, AreOfEveryKind) {
       smallest = std::min(smallest, extent(body.shape));
       largest = std::max(largest, extent(body.shape));
       if (body.shape.type == ShapeType::box)
-        most_slender = std::max(most_slender,
-                                extent(body.shape) / 2 / static_cast<double>(min_component(body.shape.half_extents)));
+        max_slender =
+            std::max(max_slender, extent(body.shape) / 2 / static_cast<double>(min_component(body.shape.half_extents)));
     }
   }
   EXPECT_EQ(kinds.size(), 5u);
@@ -78,7 +78,7 @@ TEST(Heap, AreOfEveryKind) {
   EXPECT_LT(smallest, 0.01);
   EXPECT_GT(largest, 30);
   EXPECT_LT(largest, 60);  // twice the farthest corner
-  EXPECT_GT(most_slender, 90);
+  EXPECT_GT(max_slender, 90);
 }
 
 TEST(Heap, BeginsApartAndInTheBin) {

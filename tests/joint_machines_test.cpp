@@ -133,14 +133,14 @@ TEST(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
   hinge.axis(JointAxisName::twist).limit(-1, 1).drive_velocity(3, 50);
   const JointId joint = m.world().add_joint(hinge);
   m.world().add_joint(distance_joint(arm, weight, {}, {}, 0, 1));
-  float most_twist = 0, most_swing = 0;
+  float max_twist = 0, max_swing = 0;
   for (int step = 0; step < 600; ++step) {
     m.world().step();
     const JointPositions at = m.world().joint_positions(joint);
-    most_twist = std::max(most_twist, at[3]), most_swing = std::max(most_swing, at[4]);
+    max_twist = std::max(max_twist, at[3]), max_swing = std::max(max_swing, at[4]);
   }
-  EXPECT_GT(most_swing, 1.3f);
-  EXPECT_NEAR(most_twist, 1, 1e-4f);
+  EXPECT_GT(max_swing, 1.3f);
+  EXPECT_NEAR(max_twist, 1, 1e-4f);
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ TEST_F(Rotations, TorqueFreeStepsNeitherGainEnergyNorDiverge) {
     Quat q = orientation();
     Vec3 w = magnitude(-3, i % 10 == 0 ? 30 : 3) * direction();
     const float h = 1.0f / 240;
-    const double energy = body.energy(q, limited(w, most_turn / h));
+    const double energy = body.energy(q, limited(w, max_turn / h));
     for (int step = 0; step < 240; ++step) {
       step_torque_free(q, w, body.inertia, body.inverse_inertia, h);
       ASSERT_NEAR(length_of(q), 1, 1e-6);

@@ -260,7 +260,7 @@ TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
   for (int i = 0; i < 1000; ++i) dropped += list.add(some);
   const std::span<const Quarantine> left = list.read();
   EXPECT_EQ(left.size() + dropped, 1'000'000u);
-  EXPECT_LE(left.size(), most_unread_events);
+  EXPECT_LE(left.size(), max_unread_events);
   EXPECT_EQ(left.back().step, 999u);
   EXPECT_EQ(list.of_step(999).size(), (left.size() + 999) / 1000);
 }

@@ -32,10 +32,10 @@ void declare_which_scene(CLI::App& command, RunOptions& options, bool required) 
 }
 
 void declare_duration(CLI::App& command, RunOptions& options) {
-  const std::int64_t most_steps = 1'000'000'000;
+  const std::int64_t max_steps = 1'000'000'000;
   auto* steps = command.add_option("--steps", options.steps, "Steps to simulate (1800)")
                     ->type_name("N")
-                    ->check(whole_number(1, most_steps))
+                    ->check(whole_number(1, max_steps))
                     ->group("Time");
   command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
       ->type_name("S")

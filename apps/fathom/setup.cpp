@@ -19,7 +19,7 @@ namespace fathom::cli {
 namespace {
 
 constexpr std::uint64_t default_steps = 1800;
-constexpr double most_steps = 1e9;
+constexpr double max_steps = 1e9;
 
 /// Random scenes, which a seed decides.
 struct HeapMaker {
@@ -187,7 +187,7 @@ std::uint64_t steps_to_run(const RunOptions& options, const WorldDef& world) {
   if (options.steps) return *options.steps;
   if (!options.seconds) return default_steps;
   const double steps = std::round(*options.seconds / static_cast<double>(world.dt));
-  if (steps < 1 || steps > most_steps) {
+  if (steps < 1 || steps > max_steps) {
     throw Error(ErrorCode::invalid_argument,
                 "--seconds comes to less than one step or more than 10⁹; change it or --dt");
   }

@@ -13,11 +13,11 @@ namespace {
 using page::Curve;
 using page::Plot;
 
-constexpr std::size_t most_columns = 240;  // of a plot: more would draw over each other
+constexpr std::size_t max_columns = 240;  // of a plot: more would draw over each other
 
 /// Least and largest of every stretch of steps, so that spikes stay visible in fewer points.
 void add_samples(Curve& curve, const std::vector<Sample>& samples, double Sample::*stage, double dt) {
-  const std::size_t stretch = std::max<std::size_t>(1, samples.size() / most_columns);
+  const std::size_t stretch = std::max<std::size_t>(1, samples.size() / max_columns);
   for (std::size_t begin = 0; begin < samples.size(); begin += stretch) {
     const std::size_t end = std::min(samples.size(), begin + stretch);
     std::size_t least = begin, most = begin;

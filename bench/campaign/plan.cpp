@@ -11,7 +11,7 @@
 namespace fathom::campaign {
 namespace {
 
-constexpr int most_threads = 32;          // figures 4.1–4.9
+constexpr int max_threads = 32;           // figures 4.1–4.9
 constexpr double longest_quick_run = 20;  // s, expected
 
 struct Sizes {
@@ -43,7 +43,7 @@ std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const 
   };
   std::vector<int> threads = thread_counts(offer.threads);
   if (quick) threads = large ? std::vector{all} : std::vector{1, all};
-  if (huge) threads = {all, std::min(most_threads, offer.threads)};
+  if (huge) threads = {all, std::min(max_threads, offer.threads)};
   for (const SimulatorName& simulator : simulators()) {
     if (!simulator.uses_device) {
       for (const int count : threads) add(simulator.name, "", count, "fathom");
@@ -81,7 +81,7 @@ Offer offer_of_this_machine() {
 }
 
 std::vector<int> thread_counts(int hardware_threads) {
-  const int most = std::min(most_threads, hardware_threads);
+  const int most = std::min(max_threads, hardware_threads);
   std::vector<int> counts;
   for (int count = 1; count <= most; count *= 2) counts.push_back(count);
   if (counts.back() != most) counts.push_back(most);

@@ -9,7 +9,7 @@
 namespace fathom::peers {
 namespace {
 
-constexpr int most_contacts = 8;
+constexpr int max_contacts = 8;
 
 Vec3 vector(const dReal* v) { return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])}; }
 Quat quaternion(const dReal* q) {
@@ -146,8 +146,8 @@ class OdeEngine final : public Engine {
     const dBodyID body_a = dGeomGetBody(a), body_b = dGeomGetBody(b);
     if (!body_a && !body_b) return;
     if (body_a && body_b && dAreConnectedExcluding(body_a, body_b, dJointTypeContact)) return;
-    dContact contacts[most_contacts] = {};
-    const int count = dCollide(a, b, most_contacts, &contacts[0].geom, sizeof(dContact));
+    dContact contacts[max_contacts] = {};
+    const int count = dCollide(a, b, max_contacts, &contacts[0].geom, sizeof(dContact));
     const float friction_a = engine.bodies_[reinterpret_cast<std::size_t>(dGeomGetData(a))].friction;
     const float friction_b = engine.bodies_[reinterpret_cast<std::size_t>(dGeomGetData(b))].friction;
     for (int i = 0; i < count; ++i) {

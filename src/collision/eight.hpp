@@ -171,7 +171,7 @@ struct LeastLane {
   int index;
 };
 #if defined(__CUDACC__)
-FATHOM_HD LeastLane least_lane(Eight values, EightInts indices) {
+FATHOM_HD LeastLane min_lane(Eight values, EightInts indices) {
 #if defined(__CUDA_ARCH__)
   float least = values.lane;
   for (int bits = 4; bits > 0; bits /= 2) {
@@ -190,7 +190,7 @@ FATHOM_HD LeastLane least_lane(Eight values, EightInts indices) {
 #endif
 }
 #else
-inline LeastLane least_lane(Eight values, EightInts indices) {
+inline LeastLane min_lane(Eight values, EightInts indices) {
   Eight least = min(values, __builtin_shufflevector(values, values, 4, 5, 6, 7, 0, 1, 2, 3));
   least = min(least, __builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5));
   least = min(least, __builtin_shufflevector(least, least, 1, 0, 3, 2, 5, 4, 7, 6));

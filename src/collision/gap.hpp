@@ -6,64 +6,40 @@
 // found: whatever rounding does to the simplex, the shapes are at least that far apart.
 #pragma once
 
-#include <type_traits>
-
 #include "collision/frame.hpp"
 #include "collision/support.hpp"
 #include "geometry/support.hpp"
 
 namespace fathom {
 
-/// A shape less its radius: a box about `middle`, which may be flat, a segment or a point.
-struct BoxCore {
+/// A shape less its radius: a box about `middle`, which may be flat, a segment or a point, or a hull.
+struct Core {
   Vec3 middle, half;
+  HullView hull;
   float radius = 0;  ///< m, to be added to the core
 };
-/// Or a hull.
-struct Core : BoxCore {
-  HullView hull;
-};
-/// Kernels that never see a hull have no room for its code: they wait for their few items, and for instructions.
-template <bool with_hulls>
-using CoreOf = std::conditional_t<with_hulls, Core, BoxCore>;
 
-FATHOM_HD BoxCore box_core_of(const Geometry& g) {
+FATHOM_HD Core core_of(const Geometry& g) {
   switch (g.type) {
     case ShapeType::sphere:
-      return {{}, {}, g.radius};
+      return {{}, {}, {}, g.radius};
     case ShapeType::capsule:
-      return {{}, {0, 0, g.half_extents.z}, g.radius};
+      return {{}, {0, 0, g.half_extents.z}, {}, g.radius};
     case ShapeType::box:
-      return {{}, g.half_extents, 0};
+      return {{}, g.half_extents, {}, 0};
     case ShapeType::hull:
     case ShapeType::mesh:
     case ShapeType::height_field:
     case ShapeType::compound:
       break;
   }
-  return {};
-}
-template <bool with_hulls = true>
-FATHOM_HD CoreOf<with_hulls> core_of(const Geometry& g) {
-  if constexpr (with_hulls) {
-    Core core{box_core_of(g), {}};
-    if (g.type == ShapeType::hull) core.hull = g.hull;
-    return core;
-  } else {
-    return box_core_of(g);
-  }
+  return {{}, {}, g.hull, 0};
 }
 
-FATHOM_HD bool is_hull(const BoxCore&) { return false; }
-FATHOM_HD bool is_hull(const Core& core) { return core.hull.vertex_count > 0; }
-
-FATHOM_HD Vec3 support(const BoxCore& core, Vec3 d) {
+FATHOM_HD Vec3 support(const Core& core, Vec3 d) {
+  if (core.hull.vertex_count > 0) return core.hull.vertices[highest_vertex(core.hull, d).vertex];
   const Vec3 h = core.half;
   return core.middle + Vec3{d.x < 0 ? -h.x : h.x, d.y < 0 ? -h.y : h.y, d.z < 0 ? -h.z : h.z};
-}
-FATHOM_HD Vec3 support(const Core& core, Vec3 d) {
-  if (is_hull(core)) return core.hull.vertices[highest_vertex(core.hull, d).vertex];
-  return support(static_cast<const BoxCore&>(core), d);
 }
 
 /// Points of B − A, as few as hold the one nearest to the origin.
@@ -155,10 +131,10 @@ struct Gap {
 
 /// With `b_in_a` B's place in A's frame. `guess`: a direction from A to B, of any length; `tolerance` (m): what the
 /// distance may fall short. Ends early with a gap of which `is_enough` says so.
-template <class AnyCore, class IsEnough>
-FATHOM_HD Gap gap_between(const AnyCore& a, const AnyCore& b, const Frame& b_in_a, Vec3 guess, float tolerance,
+template <class IsEnough>
+FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance,
                           const IsEnough& is_enough) {
-  constexpr int most_rounds = 32;
+  constexpr int max_rounds = 32;
   constexpr float relative_tolerance = 1e-3f;
   const auto support_along = [&](Vec3 n) {  // the point of B − A that is least along n
     const Vec3 on_b = support(b, -transpose_mul(b_in_a.rotation, n));
@@ -167,7 +143,7 @@ FATHOM_HD Gap gap_between(const AnyCore& a, const AnyCore& b, const Frame& b_in_
   Gap best;
   Simplex simplex;
   Vec3 n = normalize(guess);
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     const Vec3 w = support_along(n);
     const float height = dot(n, w);
     if (height > best.distance) {
@@ -187,8 +163,7 @@ FATHOM_HD Gap gap_between(const AnyCore& a, const AnyCore& b, const Frame& b_in_
   return best;
 }
 
-template <class AnyCore>
-FATHOM_HD Gap gap_between(const AnyCore& a, const AnyCore& b, const Frame& b_in_a, Vec3 guess, float tolerance) {
+FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance) {
   return gap_between(a, b, b_in_a, guess, tolerance, [](const Gap&) { return false; });
 }
 

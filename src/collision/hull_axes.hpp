@@ -80,13 +80,13 @@ struct EdgesAxis {
 
 /// Length of a cross product (m²) whose square single precision still holds with all its digits; a shorter one tells no
 /// direction.
-inline constexpr float least_cross = 1e-18f;
+inline constexpr float min_cross = 1e-18f;
 
 /// `noise` (m) of rounding is taken off before the division by the length of the cross product, as for boxes.
 FATHOM_HD EdgesAxis edges_axis(const EdgeView& a, const EdgeView& b, float noise) {
   const Vec3 axis = cross(a.along, b.along);
   const float l = length(axis);
-  if (!(l > least_cross)) return {};
+  if (!(l > min_cross)) return {};
   const float sign = dot(axis, a.left + a.right) < 0 ? -1.0f : 1.0f;
   const float scaled_noise = noise * fathom::sqrt(length_squared(a.along) * length_squared(b.along));
   const float inv = 1.0f / l;
@@ -137,7 +137,7 @@ struct EdgeEights {
   struct Block {
     Hull::Eight along, left, right;
   };
-  Block blocks[(most_edges + 7) / 8];
+  Block blocks[(max_edges + 7) / 8];
 
   EdgeEights(const HullView& hull, const NearEdges& edges) {
     const auto put = [](Hull::Eight& to, int lane, Vec3 v) { to.x[lane] = v.x, to.y[lane] = v.y, to.z[lane] = v.z; };

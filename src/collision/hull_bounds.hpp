@@ -12,7 +12,7 @@
 namespace fathom {
 
 inline constexpr float no_separation = -3e38f;
-inline constexpr int most_faces = 255, most_edges = 512;  ///< of a hull; undirected edges
+inline constexpr int max_faces = 255, max_edges = 512;  ///< of a hull; undirected edges
 
 struct FaceAxis {
   int face = 0;
@@ -34,7 +34,7 @@ struct Witnesses {
 
 /// For each face of a hull the least height of the witnesses over it.
 struct FaceHeights {
-  alignas(32) float heights[most_faces + 1];
+  alignas(32) float heights[max_faces + 1];
 
   FATHOM_HD explicit FaceHeights(const HullView& hull) {
 #if defined(FATHOM_HAS_EIGHT)
@@ -87,7 +87,7 @@ struct FaceHeights {
       highest = select(higher, bounds, highest);
       face = select(higher, count + f, face);
     }
-    const LeastLane least = least_lane(-highest, face);
+    const LeastLane least = min_lane(-highest, face);
     return {least.index, -least.value};
   }
 #endif
@@ -95,8 +95,8 @@ struct FaceHeights {
 
 /// Which of some points see which faces.
 struct SeenFaces {
-  alignas(8) std::uint8_t by[most_faces + 1];  ///< bit i: point i is not lower over this face than asked
-  std::uint8_t faces[most_faces];              ///< those that some point sees, ascending
+  alignas(8) std::uint8_t by[max_faces + 1];  ///< bit i: point i is not lower over this face than asked
+  std::uint8_t faces[max_faces];              ///< those that some point sees, ascending
   int count = 0;
   int seen[Witnesses::most] = {};  ///< how many each point sees
 
@@ -149,7 +149,7 @@ struct SeenFaces {
 
 /// Undirected edges of a hull along which no axis is known to separate less than `threshold` (m).
 struct NearEdges {
-  std::uint16_t edges[most_edges + 1];  // one is written before it is known to count
+  std::uint16_t edges[max_edges + 1];  // one is written before it is known to count
   int count = 0;
 
   /// `witnesses`, one at least, of the other shape, in this hull's frame; `slack`: see `height_slack`.

@@ -40,7 +40,7 @@ FATHOM_HD FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
     highest = select(higher, separation, highest);
     face = select(higher, count + f, face);
   }
-  const LeastLane least = least_lane(-highest, face);
+  const LeastLane least = min_lane(-highest, face);
   return {least.index, -least.value + 0.0f};
 }
 #endif

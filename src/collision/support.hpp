@@ -26,7 +26,7 @@ FATHOM_HD Support lowest_of_eights(int number, Vec3 direction, const Vectors& ve
     lowest = select(lower, height, lowest);
     vertex = select(lower, count + i, vertex);
   }
-  const LeastLane least = least_lane(lowest, vertex);
+  const LeastLane least = min_lane(lowest, vertex);
   return {least.index, least.value + 0.0f};  // of zeros of both signs the lanes may have taken the other one
 }
 #endif

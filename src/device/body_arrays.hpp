@@ -183,18 +183,18 @@ struct BodyArrays {
   Aabb* boxes;       ///< of the next step's motion
 
   // Contacts and joints of a body.
-  std::uint64_t* colours;        ///< taken by them
-  std::uint64_t* further;        ///< and those from `further_colour` on
-  std::uint64_t* joint_colours;  ///< of `colours` those of joints
-  std::uint32_t* touching;       ///< how many they are
-  std::uint64_t* recoloured;     ///< `colours` while all choose anew
-  std::uint64_t* refurthered;    ///< `further` meanwhile
-  std::uint64_t* best;           ///< priority of the contact that may choose its colour next
-  std::uint32_t* island;         ///< while it sleeps: what it shares with all that must wake with it
-  std::uint32_t* parent;         ///< of the forest that islands are found with
-  std::uint32_t* island_slow;    ///< least slow time of the island, as bits
-  std::uint32_t* island_woken;   ///< number of the step that woke it
-  std::uint32_t* isolated_in;    ///< number of the step that isolated it
+  std::uint64_t* colours;             ///< taken by them
+  std::uint64_t* further;             ///< and those from `further_colour` on
+  std::uint64_t* joint_colours;       ///< of `colours` those of joints
+  std::uint32_t* touching;            ///< how many they are
+  std::uint64_t* recoloured;          ///< `colours` while all choose anew
+  std::uint64_t* further_recoloured;  ///< `further` meanwhile
+  std::uint64_t* best;                ///< priority of the contact that may choose its colour next
+  std::uint32_t* island;              ///< while it sleeps: what it shares with all that must wake with it
+  std::uint32_t* parent;              ///< of the forest that islands are found with
+  std::uint32_t* island_slow;         ///< least slow time of the island, as bits
+  std::uint32_t* island_woken;        ///< number of the step that woke it
+  std::uint32_t* isolated_in;         ///< number of the step that isolated it
 
   // Of bodies in fast pairs.
   Pose* before;              ///< as the step began

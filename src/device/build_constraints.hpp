@@ -98,11 +98,11 @@ struct RecolourContacts {
     const bool awake = bodies.is_awake(i);
     const std::uint64_t kept = counters->joints ? fixed | bodies.joint_colours[i] : fixed;
     bodies.recoloured[i] = awake ? bodies.colours[i] & kept : bodies.colours[i];
-    if (counters->any_further) bodies.refurthered[i] = awake ? 0 : bodies.further[i];
+    if (counters->any_further) bodies.further_recoloured[i] = awake ? 0 : bodies.further[i];
   }
   FATHOM_HD void end(std::uint32_t i) const {
     bodies.colours[i] = bodies.recoloured[i];
-    if (counters->any_further) bodies.further[i] = bodies.refurthered[i];
+    if (counters->any_further) bodies.further[i] = bodies.further_recoloured[i];
   }
 
   FATHOM_HD void choose(std::uint32_t index, bool keep) const {
@@ -111,8 +111,8 @@ struct RecolourContacts {
     if (!c.in_use() || !c.touching() || c.fixed_a() || c.colour() == overflow_colour) return;
     const bool both_awake = bodies.flags[c.a] & bodies.flags[c.b] & awake_flag;
     if (keep == both_awake && counters->any_isolated) return;
-    if (!keep) return choose_colour(c, bodies.recoloured, bodies.refurthered, *counters);
-    std::uint64_t* const taken = c.colour() < further_colour ? bodies.recoloured : bodies.refurthered;
+    if (!keep) return choose_colour(c, bodies.recoloured, bodies.further_recoloured, *counters);
+    std::uint64_t* const taken = c.colour() < further_colour ? bodies.recoloured : bodies.further_recoloured;
     const std::uint64_t bit = std::uint64_t{1} << c.colour() % further_colour;
     taken[c.a] |= bit;
     taken[c.b] |= bit;
@@ -166,7 +166,7 @@ struct ChooseColours {
   static constexpr bool ends_at_empty_phase = true;
   static constexpr bool has_few_items = true;
   static constexpr std::uint32_t group_size = 256;
-  static constexpr std::uint32_t most_phases =
+  static constexpr std::uint32_t max_phases =
       2 * (dynamic_colours + colour_count - further_colour) + 2 + 2 * colouring_rounds;
 
   RecolourContacts recolour;
@@ -337,7 +337,7 @@ struct ScheduleColours {
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
     c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = c.laying_out = 0;
-    for (std::uint32_t k = 0; c.may_bounce && k < noted_strikes; ++k) c.struck[k] = 0;
+    for (std::uint32_t k = 0; c.may_bounce && k < noted_bounce_sweeps; ++k) c.bounced[k] = 0;
     if (is_stopping(c) && !c.stopped) {
       c.stopped = no_room_for_manifolds;
       c.taken_manifolds -= c.all_deferred();

@@ -158,9 +158,9 @@ FATHOM_HD void store_reactions(JointReactions& to, const GenericJointRow<float>&
   if (use.moves) to.pulled = r.pulled, to.pulled_a = r.pulled_a, to.pulled_b = r.pulled_b;
   for (int i = 0; use.reacts && i < axis_count; ++i) to.bounce[i] = r.bounce[i], to.rate[i] = r.rate[i];
 }
-FATHOM_HD void load_reactions(const JointReactions& from, float least_hit, JointUse use, GenericJointRow<float>& r) {
+FATHOM_HD void load_reactions(const JointReactions& from, float min_hit, JointUse use, GenericJointRow<float>& r) {
   if (use.moves) r.pulled = from.pulled, r.pulled_a = from.pulled_a, r.pulled_b = from.pulled_b;
-  r.least_hit = least_hit;
+  r.min_hit = min_hit;
   for (int i = 0; use.reacts && i < axis_count; ++i) r.bounce[i] = from.bounce[i], r.rate[i] = from.rate[i];
 }
 

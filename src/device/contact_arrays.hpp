@@ -100,8 +100,8 @@ struct Stretch {
   std::uint32_t first, count;
 };
 
-/// Sweeps of strikes that are noted: those of the first four substeps.
-inline constexpr std::uint32_t noted_strikes = 4 * most_strike_sweeps;
+/// Bounce sweeps that are noted: those of the first four substeps.
+inline constexpr std::uint32_t noted_bounce_sweeps = 4 * max_bounce_sweeps;
 
 /// Counts that live on the device from one step to the next.
 struct Counters {
@@ -145,9 +145,9 @@ struct Counters {
   std::uint32_t any_ended = 0;  ///< 1: some contact lost its manifold
   std::uint32_t waking = 0;     ///< bodies to look at for waking: 0 or all
   std::uint32_t layout_groups = 0;
-  std::uint32_t laying_out = 0;                  ///< 1: constraints are laid out anew
-  std::uint32_t struck[noted_strikes] = {};      ///< whether something did in each sweep of strikes
-  std::uint32_t per_colour[schedule_size] = {};  ///< zero but between CountColours and ScheduleColours
+  std::uint32_t laying_out = 0;                     ///< 1: constraints are laid out anew
+  std::uint32_t bounced[noted_bounce_sweeps] = {};  ///< whether something did in each bounce sweep
+  std::uint32_t per_colour[schedule_size] = {};     ///< zero but between CountColours and ScheduleColours
   std::uint32_t cursor[schedule_size] = {};
   Stretch schedule[schedule_size] = {};
   std::uint32_t sweeps = 0;                             ///< entries of `schedule`

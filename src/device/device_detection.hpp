@@ -65,14 +65,14 @@ struct BeginSearch {
 
 /// What the host reads of a search.
 struct SearchReport {
-  std::uint32_t found, most_overlaps;
+  std::uint32_t found, max_overlaps;
 };
 struct WriteSearchReport {
   const Counters* counters;
   const SweepCounters* sweep;
   SearchReport* report;
 
-  FATHOM_HD void operator()(std::uint32_t) const { *report = {counters->found, sweep->most_overlaps}; }
+  FATHOM_HD void operator()(std::uint32_t) const { *report = {counters->found, sweep->max_overlaps}; }
 };
 
 template <bool only_boxes>
@@ -177,9 +177,9 @@ class DeviceDetection final : public Detection {
   std::span<const PairRecord> found_pairs() override {
     if (!searching_) return {};
     searched_.wait();
-    while (report_[0].found > found_.size() || report_[0].most_overlaps > slots_per_body_) {
+    while (report_[0].found > found_.size() || report_[0].max_overlaps > slots_per_body_) {
       found_.grow(report_[0].found + report_[0].found / 4);
-      slots_per_body_ = std::max(slots_per_body_, (report_[0].most_overlaps + 7) / 8 * 8);
+      slots_per_body_ = std::max(slots_per_body_, (report_[0].max_overlaps + 7) / 8 * 8);
       reserve_published();
       submit_search();
       searched_.wait();

@@ -23,7 +23,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       further_(m),
       joint_colours_(m),
       recoloured_(m),
-      refurthered_(m),
+      further_recoloured_(m),
       best_(m),
       touching_(m),
       island_(m),
@@ -44,7 +44,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
 
 template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
-  act(parent_), act(island_slow_), act(recoloured_), act(refurthered_), act(nodes_), act(moves_);
+  act(parent_), act(island_slow_), act(recoloured_), act(further_recoloured_), act(nodes_), act(moves_);
   act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
 }
 
@@ -75,7 +75,7 @@ BodyArrays BodyMemory::arrays() {
           .joint_colours = joint_colours_.data(),
           .touching = touching_.data(),
           .recoloured = recoloured_.data(),
-          .refurthered = refurthered_.data(),
+          .further_recoloured = further_recoloured_.data(),
           .best = best_.data(),
           .island = island_.data(),
           .parent = parent_.data(),

@@ -65,7 +65,7 @@ class BodyMemory {
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
-  exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, refurthered_, best_;
+  exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, further_recoloured_, best_;
   exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;

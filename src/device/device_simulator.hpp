@@ -91,7 +91,7 @@ class DeviceSimulator final : public Simulator {
   };
 
   /// A step in flight, and the edits that went before it.
-  struct Flight {
+  struct PendingStep {
     std::uint64_t number = 0;
     // When the step was asked for; it may be submitted again when the application has added more.
     std::uint32_t indices = 0;
@@ -109,9 +109,9 @@ class DeviceSimulator final : public Simulator {
     bool set_changed = false;  ///< bodies were added or removed before it
   };
 
-  /// What each of the steps in flight has for itself; step n takes lane n modulo their number.
-  struct Lane {
-    explicit Lane(D& device)
+  /// What each of the steps in flight has for itself; step n takes set n modulo their number.
+  struct StepBuffers {
+    explicit StepBuffers(D& device)
         : start(device),
           marks(device),
           edits(device),
@@ -136,7 +136,7 @@ class DeviceSimulator final : public Simulator {
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
     std::optional<typename D::Graph> set_changed_graph;  ///< of the sweep, whose list is then sorted from scratch
-    std::optional<typename D::Graph> rest_graph;         ///< of a step that stopped half way
+    std::optional<typename D::Graph> repeat_graph;       ///< of a step that stopped half way
     exec::Buffer<Edit> edits;
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
@@ -159,38 +159,38 @@ class DeviceSimulator final : public Simulator {
   };
   /// One more than lanes, because a step is timed from the end of the one before.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
-  Lane& lane_of(std::uint64_t step) const { return *lanes_[step % lanes_count_]; }
+  StepBuffers& buffers_of(std::uint64_t step) const { return *step_buffers_[step % max_pending_]; }
 
   /// Every step's results go to the host, not only those that somebody asks for.
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
 
   /// Where steps overtake what is read, each one's events must last.
-  std::size_t event_lists() const { return def.ahead > 0 ? lanes_count_ : 1; }
+  std::size_t event_lists() const { return def.ahead > 0 ? max_pending_ : 1; }
 
   // Submitting.
   void make_room();
   void choose_grid();
   PublishedSettings published_settings() const;
   PublishedRoom published_room() const;
-  Step<D> step_of(Lane& lane);
+  Step<D> step_of(StepBuffers& buffers);
   void record();
   void forget_graphs();
   void order_in_space();
   /// `resumes`: what is left of a step that stopped half way.
   /// `after`: why the step stopped, of which only what is left is submitted.
-  void submit(Flight& flight, bool with_edits, Stop after = no_stop);
-  void reserve_results(const Flight& flight);
-  void submit_results(const Flight& flight);
-  void reserve_events(Lane& lane, std::size_t room);
-  CopyEvents copy_of_events(Lane& lane, std::uint64_t number);
+  void submit(PendingStep& pending, bool with_edits, Stop after = no_stop);
+  void reserve_results(const PendingStep& pending);
+  void submit_results(const PendingStep& pending);
+  void reserve_events(StepBuffers& buffers, std::size_t room);
+  CopyEvents copy_of_events(StepBuffers& buffers, std::uint64_t number);
   SlotResults& publish(SlotResults& results, std::uint32_t indices);
-  void stage_edits(Flight& flight);
+  void stage_edits(PendingStep& pending);
   template <class T>
   std::size_t stage(exec::PinnedBuffer<T>& staging, exec::Buffer<T>& buffer, const std::vector<T>& list,
                     std::size_t done);
-  void upload_edits(const Flight& flight);
+  void upload_edits(const PendingStep& pending);
   void upload_ahead();
-  void change_gravity(const Flight& flight);
+  void change_gravity(const PendingStep& pending);
   void add_edit(Edit edit);
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
@@ -199,11 +199,11 @@ class DeviceSimulator final : public Simulator {
   // Joints.
   void note_joint(std::uint32_t slot);
   void note_pair(std::uint32_t a, std::uint32_t b, bool apart);
-  void list_joint_edits(Flight& flight);
+  void list_joint_edits(PendingStep& pending);
   void make_room_for_joints();
-  void stage_joint_edits(Flight& flight);
-  void upload_joint_edits(const Flight& flight);
-  void upload_apart_edits(const Flight& flight);
+  void stage_joint_edits(PendingStep& pending);
+  void upload_joint_edits(const PendingStep& pending);
+  void upload_apart_edits(const PendingStep& pending);
 
   // Finished steps.
   bool oldest_is_done() const;
@@ -260,7 +260,7 @@ class DeviceSimulator final : public Simulator {
   DeviceSimulator& self() const { return *const_cast<DeviceSimulator*>(this); }
 
   D device_;
-  std::size_t lanes_count_;
+  std::size_t max_pending_;
   BodyMemory body_memory_;
   ContactMemory contact_memory_;
   JointMemory joint_memory_;
@@ -270,7 +270,7 @@ class DeviceSimulator final : public Simulator {
   HullMemory hull_memory_;
   exec::Buffer<Counters> counters_;
   exec::PinnedBuffer<Report> reports_;
-  std::vector<std::unique_ptr<Lane>> lanes_;
+  std::vector<std::unique_ptr<StepBuffers>> step_buffers_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
   std::uint32_t wanted_slots_ = first_slots;  ///< overlaps of a body that the sweep has room for
@@ -282,12 +282,12 @@ class DeviceSimulator final : public Simulator {
   JointMirror joint_mirror_;
   GravityChange gravity_change_;  // since the last step
 
-  std::vector<Edit> edits_;               // since the last submission
-  std::size_t uploaded_ = 0;              // of them, in the next step's lane
-  bool uploads_ahead_ = true;             // no edit of this batch was changed after its upload
-  std::vector<BodyData> data_;            // that they bring
-  std::vector<std::uint32_t> last_edit_;  // of each index, in `edits_`
-  std::deque<Flight> flights_;            // submitted and not retired
+  std::vector<Edit> edits_;                // since the last submission
+  std::size_t uploaded_ = 0;               // of them, in the next step's buffers
+  bool uploads_ahead_ = true;              // no edit of this batch was changed after its upload
+  std::vector<BodyData> data_;             // that they bring
+  std::vector<std::uint32_t> last_edit_;   // of each index, in `edits_`
+  std::deque<PendingStep> pending_steps_;  // submitted and not retired
   std::uint64_t submitted_ = 0;
   std::uint32_t movable_ = 0;  // bodies that are not fixed
 

@@ -10,7 +10,7 @@
 namespace fathom::device {
 
 /// Steps in flight at most, beside those asked for: enough to keep a GPU busy.
-inline constexpr int fewest_in_flight = 3;
+inline constexpr int min_in_flight = 3;
 inline constexpr std::size_t first_bodies = 256;
 inline constexpr std::size_t first_contacts = 1024;
 /// Of each list, that a step's results bring along without being asked twice.
@@ -21,16 +21,16 @@ template <class... Arguments>
 DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... device_arguments)
     : Simulator(definition),
       device_(std::forward<Arguments>(device_arguments)...),
-      lanes_count_(static_cast<std::size_t>(std::max(definition.ahead + 1, fewest_in_flight))),
+      max_pending_(static_cast<std::size_t>(std::max(definition.ahead + 1, min_in_flight))),
       body_memory_(device_),
       contact_memory_(device_),
       joint_memory_(device_),
       results_(device_),
       grid_memory_(device_),
-      published_memory_(device_, lanes_count_),
+      published_memory_(device_, max_pending_),
       hull_memory_(device_),
       counters_(device_, 1),
-      reports_(device_, lanes_count_),
+      reports_(device_, max_pending_),
       gravity_change_{definition.gravity, true, false},
       poses_(device_, 0),
       velocities_(device_, 0),
@@ -42,8 +42,8 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
   const exec::PinnedBuffer<Counters> initial(device_, 1);
   device_.copy_to_device(counters_.data(), initial.data(), 1);
   device_.wait();
-  for (std::size_t i = 0; i < lanes_count_; ++i) lanes_.push_back(std::make_unique<Lane>(device_));
-  for (std::size_t i = 0; i <= lanes_count_; ++i) ends_.push_back(std::make_unique<Event>(device_));
+  for (std::size_t i = 0; i < max_pending_; ++i) step_buffers_.push_back(std::make_unique<StepBuffers>(device_));
+  for (std::size_t i = 0; i <= max_pending_; ++i) ends_.push_back(std::make_unique<Event>(device_));
 }
 
 template <exec::Device D>
@@ -57,9 +57,9 @@ DeviceSimulator<D>::~DeviceSimulator() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::step() {
-  while (flights_.size() >= lanes_count_) retire_oldest();
+  while (pending_steps_.size() >= max_pending_) retire_oldest();
   if (submitted_ == 0) order_in_space();
-  Flight next;
+  PendingStep next;
   list_joint_edits(next);
   try {
     make_room();
@@ -67,33 +67,33 @@ void DeviceSimulator<D>::step() {
     joint_mirror_.take_back(next.joint_edits, next.pair_notes, next.apart_edits);
     throw;
   }
-  if (!lanes_.front()->graph) record();
-  Flight& flight = flights_.emplace_back(std::move(next));
-  flight.number = ++submitted_;
-  flight.indices = indices_.size();
-  flight.slots = bodies.slot_count();
-  flight.gravity = std::exchange(gravity_change_, {});
-  flight.edits = std::move(edits_);
-  flight.data = std::move(data_);
-  flight.uploaded = std::exchange(uploaded_, 0);
-  flight.set_changed = std::exchange(set_changed_, false);
+  if (!step_buffers_.front()->graph) record();
+  PendingStep& pending = pending_steps_.emplace_back(std::move(next));
+  pending.number = ++submitted_;
+  pending.indices = indices_.size();
+  pending.slots = bodies.slot_count();
+  pending.gravity = std::exchange(gravity_change_, {});
+  pending.edits = std::move(edits_);
+  pending.data = std::move(data_);
+  pending.uploaded = std::exchange(uploaded_, 0);
+  pending.set_changed = std::exchange(set_changed_, false);
   uploads_ahead_ = true;
   edits_.clear();
   data_.clear();
-  for (const Edit& e : flight.edits) last_edit_[e.index] = none;
+  for (const Edit& e : pending.edits) last_edit_[e.index] = none;
   try {
-    submit(flight, true);
+    submit(pending, true);
     events_are_read_ = false;
   } catch (...) {
     // Nothing of the step has run: it is as if it had not been asked for.
-    gravity_change_ = flight.gravity;
-    edits_ = std::move(flight.edits);
-    data_ = std::move(flight.data);
+    gravity_change_ = pending.gravity;
+    edits_ = std::move(pending.edits);
+    data_ = std::move(pending.data);
     list_last_edits();
     uploads_ahead_ = false;
-    set_changed_ = flight.set_changed;
-    joint_mirror_.take_back(flight.joint_edits, flight.pair_notes, flight.apart_edits);
-    flights_.pop_back();
+    set_changed_ = pending.set_changed;
+    joint_mirror_.take_back(pending.joint_edits, pending.pair_notes, pending.apart_edits);
+    pending_steps_.pop_back();
     --submitted_;
     throw;
   }
@@ -102,7 +102,8 @@ void DeviceSimulator<D>::step() {
   outdate_queries();
   events_are_current_ = events_are_current_ && def.ahead > 0;
   begun_.begin_step(), ended_.begin_step(), hits_.begin_step(), quarantined_.begin_step();
-  while (def.ahead > 0 && (flights_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done())) retire_oldest();
+  while (def.ahead > 0 && (pending_steps_.size() > static_cast<std::size_t>(def.ahead) || oldest_is_done()))
+    retire_oldest();
 }
 
 /// Buffers for what was added since; growing waits for the steps in flight. Graphs hold addresses, so they go before a
@@ -171,7 +172,7 @@ void DeviceSimulator<D>::choose_grid() {
 }
 
 template <exec::Device D>
-Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
+Step<D> DeviceSimulator<D>::step_of(StepBuffers& buffers) {
   const SolverSettings& s = def.solver;
   StepSettings settings;
   settings.dt = def.dt;
@@ -186,22 +187,24 @@ Step<D> DeviceSimulator<D>::step_of(Lane& lane) {
   settings.shapes = shapes_;
   settings.published = published_settings();
   return Step<D>(device_, body_memory_, contact_memory_, joint_memory_, grid_memory_, published_memory_,
-                 counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings, &lane.marks);
+                 counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings,
+                 &buffers.marks);
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::record() {
   recorded_shapes_ = shapes_;
-  for (const auto& lane : lanes_) {
-    Step<D> step = step_of(*lane);
-    lane->graph.emplace(device_.record([&] { step.submit(false); }));
-    if (published_settings().sweep) lane->set_changed_graph.emplace(device_.record([&] { step.submit(true); }));
+  for (const auto& buffers : step_buffers_) {
+    Step<D> step = step_of(*buffers);
+    buffers->graph.emplace(device_.record([&] { step.submit(false); }));
+    if (published_settings().sweep) buffers->set_changed_graph.emplace(device_.record([&] { step.submit(true); }));
   }
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::forget_graphs() {
-  for (const auto& lane : lanes_) lane->graph.reset(), lane->set_changed_graph.reset(), lane->rest_graph.reset();
+  for (const auto& buffers : step_buffers_)
+    buffers->graph.reset(), buffers->set_changed_graph.reset(), buffers->repeat_graph.reset();
 }
 
 template <exec::Device D>
@@ -237,64 +240,64 @@ void DeviceSimulator<D>::order_in_space() {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::submit(Flight& flight, bool with_edits, Stop after) {
-  Lane& lane = lane_of(flight.number);
-  if (with_edits) stage_edits(flight);
-  if (with_edits) stage_joint_edits(flight);
-  if (copies_results()) reserve_results(flight);
+void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop after) {
+  StepBuffers& buffers = buffers_of(pending.number);
+  if (with_edits) stage_edits(pending);
+  if (with_edits) stage_joint_edits(pending);
+  if (copies_results()) reserve_results(pending);
   const bool brings_events = def.ahead > 0 || events_are_read_;
-  if (brings_events) reserve_events(lane, first_events);
-  flight.was_idle = flight.number > 1 && end_of(flight.number - 1).is_done();
-  device_.mark(lane.start);
-  if (with_edits) change_gravity(flight);
-  if (with_edits) upload_edits(flight);
-  if (with_edits) upload_joint_edits(flight);
+  if (brings_events) reserve_events(buffers, first_events);
+  pending.was_idle = pending.number > 1 && end_of(pending.number - 1).is_done();
+  device_.mark(buffers.start);
+  if (with_edits) change_gravity(pending);
+  if (with_edits) upload_edits(pending);
+  if (with_edits) upload_joint_edits(pending);
   if (body_fault.is_due(SolverStage::before_step, 0))
-    device_.parallel_for(flight.indices,
+    device_.parallel_for(pending.indices,
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
   if (after != no_stop) {
-    lane.rest_graph.emplace(device_.record([step = step_of(lane), after]() mutable {
+    buffers.repeat_graph.emplace(device_.record([step = step_of(buffers), after]() mutable {
       if (after == body_failed)
         step.submit_again();
       else
         step.submit_rest();
     }));
-    device_.launch(*lane.rest_graph);
+    device_.launch(*buffers.repeat_graph);
   } else {
-    device_.launch(flight.set_changed && lane.set_changed_graph ? *lane.set_changed_graph : *lane.graph);
+    device_.launch(pending.set_changed && buffers.set_changed_graph ? *buffers.set_changed_graph : *buffers.graph);
   }
-  if (copies_results()) submit_results(flight);
+  if (copies_results()) submit_results(pending);
   if (brings_events)
-    device_.parallel_for(static_cast<std::uint32_t>(lane.begun.size()),
-                         CopyNewestEvents{copy_of_events(lane, flight.number), counters_.data()});
-  lane.events_of = brings_events ? flight.number : 0;
-  device_.mark(end_of(flight.number));
-  flight.traffic += device_.traffic() - counted_;
+    device_.parallel_for(static_cast<std::uint32_t>(buffers.begun.size()),
+                         CopyNewestEvents{copy_of_events(buffers, pending.number), counters_.data()});
+  buffers.events_of = brings_events ? pending.number : 0;
+  device_.mark(end_of(pending.number));
+  pending.traffic += device_.traffic() - counted_;
   counted_ = device_.traffic();
 }
 
 /// Memory for results, asked for while nothing of the step has been submitted.
 template <exec::Device D>
-void DeviceSimulator<D>::reserve_results(const Flight& flight) {
-  Lane& lane = lane_of(flight.number);
+void DeviceSimulator<D>::reserve_results(const PendingStep& pending) {
+  StepBuffers& buffers = buffers_of(pending.number);
   const std::size_t room = body_memory_.capacity();
-  lane.results.reserve(room);
+  buffers.results.reserve(room);
   const auto reserve = [&](auto& buffer) {
-    if (buffer.size() < flight.slots) buffer = std::decay_t<decltype(buffer)>(device_, room);
+    if (buffer.size() < pending.slots) buffer = std::decay_t<decltype(buffer)>(device_, room);
   };
-  reserve(lane.poses), reserve(lane.velocities), reserve(lane.flags);
+  reserve(buffers.poses), reserve(buffers.velocities), reserve(buffers.flags);
 }
 
 /// Copies of one step's results run beside the kernels of the next, from memory that only they read until then.
 template <exec::Device D>
-void DeviceSimulator<D>::submit_results(const Flight& flight) {
-  Lane& lane = lane_of(flight.number);
-  const std::size_t n = lane.slots = flight.slots;
-  SlotResults& results = publish(lane.results, flight.indices);
-  device_.copy_to_host_aside(lane.poses.data(), results.poses.data(), n);
-  device_.copy_to_host_aside(lane.velocities.data(), results.velocities.data(), n);
-  device_.copy_to_host_aside(lane.flags.data(), results.flags.data(), n);
-  device_.mark_aside(lane.copied);
+void DeviceSimulator<D>::submit_results(const PendingStep& pending) {
+  StepBuffers& buffers = buffers_of(pending.number);
+  const std::size_t n = buffers.slots = pending.slots;
+  SlotResults& results = publish(buffers.results, pending.indices);
+  device_.copy_to_host_aside(buffers.poses.data(), results.poses.data(), n);
+  device_.copy_to_host_aside(buffers.velocities.data(), results.velocities.data(), n);
+  device_.copy_to_host_aside(buffers.flags.data(), results.flags.data(), n);
+  device_.mark_aside(buffers.copied);
 }
 
 template <exec::Device D>
@@ -307,10 +310,10 @@ SlotResults& DeviceSimulator<D>::publish(SlotResults& results, std::uint32_t ind
 
 /// Copies edits to where the device can take them from.
 template <exec::Device D>
-void DeviceSimulator<D>::stage_edits(Flight& flight) {
-  Lane& lane = lane_of(flight.number);
-  flight.uploaded = stage(lane.staged_edits, lane.edits, flight.edits, flight.uploaded);
-  stage(lane.staged_data, lane.data, flight.data, 0);
+void DeviceSimulator<D>::stage_edits(PendingStep& pending) {
+  StepBuffers& buffers = buffers_of(pending.number);
+  pending.uploaded = stage(buffers.staged_edits, buffers.edits, pending.edits, pending.uploaded);
+  stage(buffers.staged_data, buffers.data, pending.data, 0);
 }
 
 /// Copies a list but for its first `done` items; all, where its room is new. Returns how many were not copied.
@@ -329,39 +332,40 @@ std::size_t DeviceSimulator<D>::stage(exec::PinnedBuffer<T>& staging, exec::Buff
 
 /// Edits come while the steps before still run.
 template <exec::Device D>
-void DeviceSimulator<D>::upload_edits(const Flight& flight) {
-  if (flight.edits.empty()) return;
-  Lane& lane = lane_of(flight.number);
-  device_.copy_to_device_aside(lane.edits.data() + flight.uploaded, lane.staged_edits.data() + flight.uploaded,
-                               flight.edits.size() - flight.uploaded);
-  if (!flight.data.empty()) device_.copy_to_device_aside(lane.data.data(), lane.staged_data.data(), flight.data.size());
+void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
+  if (pending.edits.empty()) return;
+  StepBuffers& buffers = buffers_of(pending.number);
+  device_.copy_to_device_aside(buffers.edits.data() + pending.uploaded, buffers.staged_edits.data() + pending.uploaded,
+                               pending.edits.size() - pending.uploaded);
+  if (!pending.data.empty())
+    device_.copy_to_device_aside(buffers.data.data(), buffers.staged_data.data(), pending.data.size());
   // Looking at every body pays where many are edited.
-  const bool follows = 8 * flight.edits.size() > flight.indices;
+  const bool follows = 8 * pending.edits.size() > pending.indices;
   const ApplyEdits apply{body_memory_.arrays(),
                          grid_memory_.grid(grid_base_),
                          counters_.data(),
-                         lane.edits.data(),
-                         lane.data.data(),
+                         buffers.edits.data(),
+                         buffers.data.data(),
                          def.dt,
                          follows};
-  device_.parallel_for(static_cast<std::uint32_t>(flight.edits.size()), apply);
-  if (follows) device_.parallel_for(flight.indices, FollowEdits{apply});
+  device_.parallel_for(static_cast<std::uint32_t>(pending.edits.size()), apply);
+  if (follows) device_.parallel_for(pending.indices, FollowEdits{apply});
 }
 
 /// Before the step's edits, and like them not while the simulator is stopped.
 template <exec::Device D>
-void DeviceSimulator<D>::change_gravity(const Flight& flight) {
-  const GravityChange& change = flight.gravity;
+void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
+  const GravityChange& change = pending.gravity;
   if (!change.is_new) return;
   device_.parallel_for(1, SetGravity{counters_.data(), change.gravity});
-  if (change.wakes) device_.parallel_for(flight.indices, WakeByGravity{body_memory_.arrays(), counters_.data()});
+  if (change.wakes) device_.parallel_for(pending.indices, WakeByGravity{body_memory_.arrays(), counters_.data()});
 }
 
 }  // namespace fathom::device
 
 #include "device/simulator_edits.hpp"
-#include "device/simulator_flights.hpp"
 #include "device/simulator_joints.hpp"
 #include "device/simulator_mirror.hpp"
+#include "device/simulator_pending.hpp"
 #include "device/simulator_results.hpp"
 #include "device/snapshot.hpp"

@@ -138,7 +138,7 @@ struct HoldBackFast {
     const float margin = speculative_margin(a.radius, b.radius, was_a.velocity, was_b.velocity, move.p.dt);
     const Manifold seen = collide_shapes<with_hulls>(a.geometry, b.geometry, relative(a.pose, b.pose), margin, axis);
     const float skin = skin_of(a, b, half);
-    const Apart first = apart_at_first(a, b, near_cores<with_hulls>(was_a, was_b, move.p.dt, skin), seen, skin);
+    const Apart first = apart_at_first(a, b, near_cores(was_a, was_b, move.p.dt, skin), seen, skin);
     return free_way<with_hulls>(a, b, end_a, end_b, first, half, move.p.dt);
   }
 

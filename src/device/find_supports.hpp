@@ -20,7 +20,7 @@ struct FindSupports {
   static constexpr bool ends_at_empty_phase = true;
   static constexpr std::uint32_t group_size = 128;
   static constexpr std::uint32_t first_phases = 4;  ///< forget, join, note, admit
-  static constexpr std::uint32_t most_phases = first_phases + most_levels + 2 + 1 + most_levels + 1;
+  static constexpr std::uint32_t max_phases = first_phases + max_levels + 2 + 1 + max_levels + 1;
   /// Levels are found anew once in so many steps at least.
   static constexpr std::uint32_t lasting = 16;
 
@@ -32,7 +32,7 @@ struct FindSupports {
 
   FATHOM_HD std::uint32_t phases() const {
     const bool is_due = counters->overloaded_step == counters->step && counters->constraints > 0;
-    return is_due ? most_phases : 0;
+    return is_due ? max_phases : 0;
   }
   FATHOM_HD std::uint32_t items(std::uint32_t phase) const {
     const std::uint32_t n = counters->live_bodies, m = counters->constraints;
@@ -121,7 +121,7 @@ struct FindSupports {
     std::uint32_t k = phase - first_phases;
     if (is_anew()) {
       const std::uint32_t level = k + 1, top = exec::atomic_load(counters->top_level);
-      const bool is_over = level > most_levels || exec::atomic_load(counters->level[level].count) == 0;
+      const bool is_over = level > max_levels || exec::atomic_load(counters->level[level].count) == 0;
       if (top == 0 ? !is_over : level < top) return {What::lift, level};
       const std::uint32_t empty = top == 0 ? level : top;
       if (level == empty) return {What::place, empty};
@@ -248,7 +248,7 @@ struct FindSupports {
 
   /// Mass in units of the heaviest body's, and kinetic energy in units of what that may have (see `is_calm`).
   FATHOM_HD void add_energy(std::uint32_t i, Structure& structure) const {
-    constexpr float most_energy = 0.1f;  // J/kg: what is faster has yet to come down
+    constexpr float max_energy = 0.1f;  // J/kg: what is faster has yet to come down
     const Velocity common = common_motion(bodies, structure, i);
     const Vec3 linear = bodies.velocities[i].linear - common.linear;
     const Vec3 angular = bodies.velocities[i].angular - common.angular;
@@ -256,7 +256,7 @@ struct FindSupports {
     const float energy = 0.5f * (dot(linear, p.force) + dot(angular, p.torque)) / inertia_scale(bodies, *counters, i);
     const float heaviest = __builtin_bit_cast(float, structure.heaviest);
     const float mass = 1.0f / (bodies.constants[i].inverse_mass * heaviest);
-    const float share = min(energy / (most_energy * heaviest), 256.0f);
+    const float share = min(energy / (max_energy * heaviest), 256.0f);
     exec::atomic_add(structure.mass, static_cast<std::uint64_t>(unit * min(mass, 1.0f)));
     exec::atomic_add(structure.energy, static_cast<std::uint64_t>(unit * (share >= 0 ? share : 256.0f)));
   }
@@ -266,7 +266,7 @@ struct FindSupports {
     const std::uint32_t level_a = exec::atomic_load(bodies.support[pair.a].level);
     const std::uint32_t level_b = exec::atomic_load(bodies.support[pair.b].level);
     const bool from_a = level_a == level && level_b == 0, from_b = level_b == level && level_a == 0;
-    if (!(from_a || from_b) || level == most_levels || !presses(k, pair)) return;
+    if (!(from_a || from_b) || level == max_levels || !presses(k, pair)) return;
     const std::uint32_t i = from_a ? pair.b : pair.a;
     if (exec::atomic_cas(bodies.support[i].level, 0u, level + 1) == 0)
       exec::atomic_add(counters->level[level + 1].count, 1u);

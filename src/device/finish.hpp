@@ -47,12 +47,12 @@ struct MoveBodies {
     const Pose before = bodies.poses[i];
     Pose pose = before;
     Velocity v = bodies.velocities[i];
-    Vec3 rest{v.reserved0, v.reserved1, pose.reserved};  // `accelerate`
+    Vec3 residual{v.reserved0, v.reserved1, pose.reserved};  // `accelerate`
     const bool forced = flags & forced_flag;
     Vec3 moved_by_contacts;
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
       const SolverBody s = bodies.solver[i].body();
-      if (!fly_on(i, s.linear, v.linear, rest)) v.linear = s.linear, rest = {};
+      if (!fly_on(i, s.linear, v.linear, residual)) v.linear = s.linear, residual = {};
       v.angular = s.angular;
       Vec3 moved = s.moved, turning = s.turned;
       moved_by_contacts = moved;
@@ -75,7 +75,7 @@ struct MoveBodies {
       move_kinematic(pose, v);
       if (forced) pose = bodies.targets[i];
     } else {
-      move_free(i, c, flags, pose, v, rest);
+      move_free(i, c, flags, pose, v, residual);
     }
     std::uint32_t new_flags = flags;
     // Islands have to know of those that move before they stop.
@@ -85,7 +85,7 @@ struct MoveBodies {
       pose = before;
       if (!is_finite(pose.rotation)) pose.rotation = Quat{};
       v = Velocity{};
-      rest = {};
+      residual = {};
       new_flags = (new_flags & ~(awake_flag | forced_flag)) | isolated_flag;
       exec::atomic_store(counters->any_isolated, 1u);
       exec::atomic_add(counters->quarantined, 1u);
@@ -94,17 +94,17 @@ struct MoveBodies {
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (forced) bodies.forces[i] = {};
-    // A rest of a velocity beyond all limits could be as large as any other.
+    // The residual of a velocity beyond all limits could be as large as any other.
     const Vec3 slower = limited(v.linear, p.limits.linear);
-    if (!(slower == v.linear)) rest = {};
+    if (!(slower == v.linear)) residual = {};
     v.linear = slower;
     v.angular = limited(v.angular, p.limits.angular);
     // −0 becomes +0, so that equal states have equal bits.
     v.linear += Vec3{};
     v.angular += Vec3{};
     pose.position += Vec3{};
-    rest += Vec3{};
-    v.reserved0 = rest.x, v.reserved1 = rest.y, pose.reserved = rest.z;
+    residual += Vec3{};
+    v.reserved0 = residual.x, v.reserved1 = residual.y, pose.reserved = residual.z;
     FATHOM_ASSERT(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), i);
     FATHOM_ASSERT(abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, i);
     bodies.poses[i] = pose;
@@ -133,15 +133,15 @@ struct MoveBodies {
  private:
   /// Whether contacts could have touched a body and did not: it has flown freely, the solver rounding its velocity
   /// `after` in every substep. `v` then becomes the velocity of a flight without.
-  FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& rest) const {
+  FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& residual) const {
     const BodyMotion motion = bodies.motion[i];
     if (motion.linear_damping != 1.0f) return false;
-    Vec3 flown = v, left = rest;
-    accelerate(flown, left, mul_add(rest, p.dt, motion.acceleration));
+    Vec3 flown = v, left = residual;
+    accelerate(flown, left, mul_add(residual, p.dt, motion.acceleration));
     if (!may_have_flown(v, after, flown, static_cast<float>(p.substeps))) return false;
     if (!has_flown(bodies.warm[i], after)) return false;
     v = flown;
-    rest = left;
+    residual = left;
     return true;
   }
 
@@ -160,7 +160,7 @@ struct MoveBodies {
 
   /// A dynamic body without contacts.
   FATHOM_HD void move_free(std::uint32_t i, const BodyConstants& c, std::uint32_t flags, Pose& pose, Velocity& v,
-                           Vec3& rest) const {
+                           Vec3& residual) const {
     const float h = p.dt / static_cast<float>(p.substeps);
     const bool forced = flags & forced_flag;
     const Velocity start = v;
@@ -168,11 +168,11 @@ struct MoveBodies {
     if (forced) all = forced_acceleration(bodies, i, pose.rotation, all.linear);
     const FlightForces<Vec3> by{all.linear, all.angular, damping_factor(c.linear_damping, h),
                                 damping_factor(c.angular_damping, h)};
-    Flight<Vec3> f{v.linear, v.angular, rest, {}, {}};
+    Flight<Vec3> f{v.linear, v.angular, residual, {}, {}};
     const int substeps = static_cast<int>(p.substeps);
     fly(f, by, p.dt, substeps, p.limits.angular);
     v.linear = f.linear, v.angular = f.angular;
-    rest = f.rest;
+    residual = f.residual;
     if (!c.is_isotropic()) f.turned = {};
     // The torque-free turn's part in the change of angular velocity is no torque's doing.
     if (forced)

@@ -8,7 +8,7 @@ namespace {
 
 /// Times what is in use when memory is taken, so that moving hulls together is rare.
 constexpr std::size_t spare_room = 4;
-constexpr std::size_t least_records = 64;
+constexpr std::size_t min_records = 64;
 
 }  // namespace
 
@@ -85,7 +85,7 @@ void HullMemory::grow(exec::Memory& memory) {
     column.host = std::decay_t<decltype(column.host)>(memory, spare_room * in_use);
   };
   // Records are not moved: an index without a hull is used again.
-  if (all.records > records_.room()) reserve(records_, std::max(all.records, least_records));
+  if (all.records > records_.room()) reserve(records_, std::max(all.records, min_records));
   reserve(vertices_, all.vertices), reserve(vertex_edges_, all.vertices), reserve(edges_, all.edges),
       reserve(planes_, all.planes);
   reserve(face_edges_, all.face_edges);

@@ -32,9 +32,9 @@ struct alignas(16) JointRecord {
   float mass_scale = 0;
   Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
   float impulse_scale = 0;
-  Vec3 total;              ///< N·s on B, of the last step that solved it
-  float most_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
-  float most_start = 0;    ///< N·s, that sweeps begin a step with
+  Vec3 total;             ///< N·s on B, of the last step that solved it
+  float max_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
+  float max_start = 0;    ///< N·s, that sweeps begin a step with
   std::uint32_t unused[3] = {};
 
   FATHOM_HD bool in_use() const { return a != none; }

@@ -124,10 +124,10 @@ class JointMirror {
   bool has_notes() const { return !noted_.empty() || !pair_notes_.empty(); }
   const ApartPairs& apart() const { return apart_; }
 
-  /// Edits that bring the device up to date with `table`; `h` is a substep (s), `least_hit`
+  /// Edits that bring the device up to date with `table`; `h` is a substep (s), `min_hit`
   /// GenericJoint's. Joints that come take the lowest colour
   /// that is free on both bodies, in the order of slots.
-  std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h, float least_hit) {
+  std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h, float min_hit) {
     std::ranges::sort(noted_);
     apart_.begin();
     joints_.resize(std::max<std::size_t>(joints_.size(), table.slot_count()));
@@ -142,7 +142,7 @@ class JointMirror {
       if (table.alive(slot)) {
         if (edit.is_new) joints_[slot] = added(table, indices, slot);
         edit.record = record(joints_[slot], table[slot], h);
-        if (edit.record.is_generic) note_generic(table, edit, h, least_hit);
+        if (edit.record.is_generic) note_generic(table, edit, h, min_hit);
       }
       is_noted_[slot] = false;
     }
@@ -262,16 +262,16 @@ class JointMirror {
     r.a = joint.a, r.b = joint.b, r.colour = joint.colour, r.fixed_a = joint.fixed_a != 0;
     r.anchor_a = info.anchor_a, r.anchor_b = info.anchor_b;
     r.bias_rate = softness.bias_rate, r.mass_scale = softness.mass_scale, r.impulse_scale = softness.impulse_scale;
-    r.most_impulse = most_impulse(info.def.hertz, info.def.max_force, h);
-    r.most_start = most_start(info.swing_rate, h);
+    r.max_impulse = max_impulse(info.def.hertz, info.def.max_force, h);
+    r.max_start = max_start(info.swing_rate, h);
     r.is_generic = info.def.type != JointType::ball;
     return r;
   }
-  void note_generic(const JointTable& table, const JointEdit& edit, float h, float least_hit) {
+  void note_generic(const JointTable& table, const JointEdit& edit, float h, float min_hit) {
     const JointInfo& info = table[edit.slot];
     had_generic_ = 1;
-    generic_edits_.push_back({make_generic_joint(info.def, {info.swapped, table.is_alone(edit.slot)}, h, least_hit),
-                              edit.slot, edit.is_new});
+    generic_edits_.push_back(
+        {make_generic_joint(info.def, {info.swapped, table.is_alone(edit.slot)}, h, min_hit), edit.slot, edit.is_new});
   }
 
   std::vector<Mirrored> joints_;        // by slot

@@ -44,7 +44,7 @@ struct GenericJointSweep {
 
   FATHOM_HD_INLINED GenericJointSweep(const Quad* rows, const GenericJoint& joint, JointReactions& of)
       : row(generic_joint_of(rows, joint)), use(joint.use()), reactions(of) {
-    load_reactions(reactions, joint.least_hit, use, row);
+    load_reactions(reactions, joint.min_hit, use, row);
   }
   FATHOM_HD_INLINED void begin_without_impulses() {
     for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;

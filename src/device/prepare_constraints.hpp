@@ -143,9 +143,9 @@ struct PrepareConstraints {
     } else {
       BallJointRow<float> row;
       prepare_ball_joint(q_a, q_b, between, joint.anchor_a, joint.anchor_b,
-                         start_share(length_squared(joint.impulse), joint.most_start) * joint.impulse, row);
+                         start_share(length_squared(joint.impulse), joint.max_start) * joint.impulse, row);
       row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;
-      row.rigid = one_where_zero(joint.most_impulse), row.most = joint.most_impulse;
+      row.rigid = one_where_zero(joint.max_impulse), row.most = joint.max_impulse;
       store_joint(rows, row);
       store_joint_impulse(rows, row);
       store_joint_total(rows, row);
@@ -163,7 +163,7 @@ struct PrepareConstraints {
   FATHOM_HD void prepare_generic_rows(Quad* rows, const JointRecord& joint, std::uint32_t slot, const Placement& at,
                                       const SolverBody& a, const SolverBody& b) const {
     const GenericJoint& generic = joints.generic[slot];
-    const GenericImpulse impulse = started(joints.generic_impulses[slot], joint.most_start);
+    const GenericImpulse impulse = started(joints.generic_impulses[slot], joint.max_start);
     GenericJointRow<float> row;
     prepare_generic_joint(at.q_a, at.q_b, at.between, generic.on_a, generic.on_b, joint.anchor_a, joint.anchor_b, row);
     row.bias_rate = joint.bias_rate, row.mass_scale = joint.mass_scale, row.impulse_scale = joint.impulse_scale;

@@ -28,16 +28,16 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   if (edits_.size() >= uploaded_ + edits_at_once) upload_ahead();
 }
 
-/// Uploads what waits, where the next step's lane is free and has room: a million bodies' changes take a while to make,
-/// and to copy.
+/// Uploads what waits, where the next step's buffers are free and has room: a million bodies' changes take a while to
+/// make, and to copy.
 template <exec::Device D>
 void DeviceSimulator<D>::upload_ahead() {
-  if (!uploads_ahead_ || submitted_ == 0 || flights_.size() >= lanes_count_) return;
-  Lane& lane = lane_of(submitted_ + 1);
-  if (edits_.size() > std::min(lane.staged_edits.size(), lane.edits.size())) return;
+  if (!uploads_ahead_ || submitted_ == 0 || pending_steps_.size() >= max_pending_) return;
+  StepBuffers& buffers = buffers_of(submitted_ + 1);
+  if (edits_.size() > std::min(buffers.staged_edits.size(), buffers.edits.size())) return;
   std::copy(edits_.begin() + static_cast<std::ptrdiff_t>(uploaded_), edits_.end(),
-            lane.staged_edits.begin() + uploaded_);
-  device_.copy_to_device_aside(lane.edits.data() + uploaded_, lane.staged_edits.data() + uploaded_,
+            buffers.staged_edits.begin() + uploaded_);
+  device_.copy_to_device_aside(buffers.edits.data() + uploaded_, buffers.staged_edits.data() + uploaded_,
                                edits_.size() - uploaded_);
   uploaded_ = edits_.size();
 }

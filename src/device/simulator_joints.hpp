@@ -30,13 +30,13 @@ void DeviceSimulator<D>::note_pair(std::uint32_t a, std::uint32_t b, bool apart)
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::list_joint_edits(Flight& flight) {
+void DeviceSimulator<D>::list_joint_edits(PendingStep& pending) {
   if (!joint_mirror_.has_notes()) return;
-  flight.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps),
-                                                def.solver.restitution_threshold);
-  flight.generic_edits = joint_mirror_.take_generic_edits();
-  flight.pair_notes = joint_mirror_.take_pair_notes();
-  flight.apart_edits = joint_mirror_.take_apart_edits();
+  pending.joint_edits = joint_mirror_.take_edits(joints, indices_, def.dt / static_cast<float>(def.solver.substeps),
+                                                 def.solver.restitution_threshold);
+  pending.generic_edits = joint_mirror_.take_generic_edits();
+  pending.pair_notes = joint_mirror_.take_pair_notes();
+  pending.apart_edits = joint_mirror_.take_apart_edits();
 }
 
 /// The table of pairs comes anew where it grows: all of its places are among the edits.
@@ -54,38 +54,40 @@ void DeviceSimulator<D>::make_room_for_joints() {
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::stage_joint_edits(Flight& flight) {
-  Lane& lane = lane_of(flight.number);
-  stage(lane.staged_joint_edits, lane.joint_edits, flight.joint_edits, 0);
-  stage(lane.staged_generic_edits, lane.generic_edits, flight.generic_edits, 0);
-  stage(lane.staged_apart_edits, lane.apart_edits, flight.apart_edits, 0);
+void DeviceSimulator<D>::stage_joint_edits(PendingStep& pending) {
+  StepBuffers& buffers = buffers_of(pending.number);
+  stage(buffers.staged_joint_edits, buffers.joint_edits, pending.joint_edits, 0);
+  stage(buffers.staged_generic_edits, buffers.generic_edits, pending.generic_edits, 0);
+  stage(buffers.staged_apart_edits, buffers.apart_edits, pending.apart_edits, 0);
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::upload_joint_edits(const Flight& flight) {
-  upload_apart_edits(flight);
-  if (flight.joint_edits.empty()) return;
-  Lane& lane = lane_of(flight.number);
+void DeviceSimulator<D>::upload_joint_edits(const PendingStep& pending) {
+  upload_apart_edits(pending);
+  if (pending.joint_edits.empty()) return;
+  StepBuffers& buffers = buffers_of(pending.number);
   const JointArrays arrays = joint_memory_.arrays();
-  const auto count = static_cast<std::uint32_t>(flight.joint_edits.size());
-  device_.copy_to_device_aside(lane.joint_edits.data(), lane.staged_joint_edits.data(), count);
-  device_.parallel_for(count, ForgetJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
-  device_.parallel_for(count, TakeJoints{body_memory_.arrays(), arrays, counters_.data(), lane.joint_edits.data()});
-  if (!flight.generic_edits.empty()) {
-    device_.copy_to_device_aside(lane.generic_edits.data(), lane.staged_generic_edits.data(),
-                                 flight.generic_edits.size());
-    device_.parallel_for(static_cast<std::uint32_t>(flight.generic_edits.size()),
-                         TakeGenericJoints{arrays, counters_.data(), lane.generic_edits.data()});
+  const auto count = static_cast<std::uint32_t>(pending.joint_edits.size());
+  device_.copy_to_device_aside(buffers.joint_edits.data(), buffers.staged_joint_edits.data(), count);
+  device_.parallel_for(count,
+                       ForgetJoints{body_memory_.arrays(), arrays, counters_.data(), buffers.joint_edits.data()});
+  device_.parallel_for(count, TakeJoints{body_memory_.arrays(), arrays, counters_.data(), buffers.joint_edits.data()});
+  if (!pending.generic_edits.empty()) {
+    device_.copy_to_device_aside(buffers.generic_edits.data(), buffers.staged_generic_edits.data(),
+                                 pending.generic_edits.size());
+    device_.parallel_for(static_cast<std::uint32_t>(pending.generic_edits.size()),
+                         TakeGenericJoints{arrays, counters_.data(), buffers.generic_edits.data()});
   }
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::upload_apart_edits(const Flight& flight) {
-  if (flight.apart_edits.empty()) return;
-  Lane& lane = lane_of(flight.number);
-  device_.copy_to_device_aside(lane.apart_edits.data(), lane.staged_apart_edits.data(), flight.apart_edits.size());
-  device_.parallel_for(static_cast<std::uint32_t>(flight.apart_edits.size()),
-                       EditApartTable{joint_memory_.arrays().apart, counters_.data(), lane.apart_edits.data()});
+void DeviceSimulator<D>::upload_apart_edits(const PendingStep& pending) {
+  if (pending.apart_edits.empty()) return;
+  StepBuffers& buffers = buffers_of(pending.number);
+  device_.copy_to_device_aside(buffers.apart_edits.data(), buffers.staged_apart_edits.data(),
+                               pending.apart_edits.size());
+  device_.parallel_for(static_cast<std::uint32_t>(pending.apart_edits.size()),
+                       EditApartTable{joint_memory_.arrays().apart, counters_.data(), buffers.apart_edits.data()});
 }
 
 template <exec::Device D>

@@ -32,9 +32,9 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   if (known > 0 && bodies.count() < n)
     for (std::uint32_t slot = 0; slot < known; ++slot)
       if (!bodies.alive(slot)) poses_[slot] = {}, velocities_[slot] = {}, flags_[slot] = 0;
-  for (const Flight& flight : flights_)
-    for (const Edit& e : flight.edits)
-      if (e.kind == EditKind::add) mirror(e, flight.data);
+  for (const PendingStep& pending : pending_steps_)
+    for (const Edit& e : pending.edits)
+      if (e.kind == EditKind::add) mirror(e, pending.data);
   for (const Edit& e : edits_) mirror(e, data_);
   mirror_gravity();
   bodies_are_current_ = true;
@@ -44,11 +44,11 @@ void DeviceSimulator<D>::fetch_bodies_now() {
 template <exec::Device D>
 std::size_t DeviceSimulator<D>::fetch_results(std::size_t slots) {
   if (copies_results()) {
-    const Lane& lane = lane_of(newest_.step);
-    const std::size_t known = std::min(lane.slots, slots);
-    std::copy_n(lane.poses.begin(), known, poses_.begin());
-    std::copy_n(lane.velocities.begin(), known, velocities_.begin());
-    std::copy_n(lane.flags.begin(), known, flags_.begin());
+    const StepBuffers& buffers = buffers_of(newest_.step);
+    const std::size_t known = std::min(buffers.slots, slots);
+    std::copy_n(buffers.poses.begin(), known, poses_.begin());
+    std::copy_n(buffers.velocities.begin(), known, velocities_.begin());
+    std::copy_n(buffers.flags.begin(), known, flags_.begin());
     return known;
   }
   make_room();

@@ -28,24 +28,24 @@ std::span<const T> DeviceSimulator<D>::fetch(exec::PinnedBuffer<T>& staging, con
 }
 
 template <exec::Device D>
-void DeviceSimulator<D>::reserve_events(Lane& lane, std::size_t room) {
+void DeviceSimulator<D>::reserve_events(StepBuffers& buffers, std::size_t room) {
   const auto reserve = [&](auto& buffer) {
     if (buffer.size() < room) buffer = std::decay_t<decltype(buffer)>(device_, room);
   };
-  reserve(lane.begun), reserve(lane.ended), reserve(lane.hits);
+  reserve(buffers.begun), reserve(buffers.ended), reserve(buffers.hits);
 }
 
 template <exec::Device D>
-CopyEvents DeviceSimulator<D>::copy_of_events(Lane& lane, std::uint64_t number) {
+CopyEvents DeviceSimulator<D>::copy_of_events(StepBuffers& buffers, std::uint64_t number) {
   return {.contacts = contact_memory_.contacts(),
           .step = static_cast<std::uint32_t>(number),
           .begun_count = 0,
           .ended_count = 0,
           .hit_count = 0,
-          .room = static_cast<std::uint32_t>(lane.begun.size()),
-          .begun = lane.begun.data(),
-          .ended = lane.ended.data(),
-          .hits = lane.hits.data()};
+          .room = static_cast<std::uint32_t>(buffers.begun.size()),
+          .begun = buffers.begun.data(),
+          .ended = buffers.ended.data(),
+          .hits = buffers.hits.data()};
 }
 
 template <exec::Device D>
@@ -68,14 +68,14 @@ template <exec::Device D>
 void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& report) {
   const std::uint32_t most = std::max({report.begun, report.ended, report.hits});
   if (most == 0 && report.quarantined == 0) return;
-  Lane& lane = lane_of(number);
-  if (most > 0 && (lane.events_of != number || most > lane.begun.size())) {
-    reserve_events(lane, std::max<std::size_t>(first_events, most + most / 2));
-    CopyEvents copy = copy_of_events(lane, number);
+  StepBuffers& buffers = buffers_of(number);
+  if (most > 0 && (buffers.events_of != number || most > buffers.begun.size())) {
+    reserve_events(buffers, std::max<std::size_t>(first_events, most + most / 2));
+    CopyEvents copy = copy_of_events(buffers, number);
     copy.begun_count = report.begun, copy.ended_count = report.ended, copy.hit_count = report.hits;
     device_.parallel_for(most, copy);
     device_.wait();
-    lane.events_of = number;
+    buffers.events_of = number;
   }
   // Bodies that came since may have no memory yet.
   const std::size_t stepped = std::min<std::size_t>(indices_.size(), body_memory_.capacity());
@@ -93,10 +93,10 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
   std::vector<HitEvent> hits;
   std::vector<Quarantine> quarantined;
   begun.reserve(report.begun), ended.reserve(report.ended), hits.reserve(report.hits);
-  for (std::uint32_t k = 0; k < report.begun; ++k) begun.push_back(named(lane.begun[k].a, lane.begun[k].b));
-  for (std::uint32_t k = 0; k < report.ended; ++k) ended.push_back(named(lane.ended[k].a, lane.ended[k].b));
+  for (std::uint32_t k = 0; k < report.begun; ++k) begun.push_back(named(buffers.begun[k].a, buffers.begun[k].b));
+  for (std::uint32_t k = 0; k < report.ended; ++k) ended.push_back(named(buffers.ended[k].a, buffers.ended[k].b));
   for (std::uint32_t k = 0; k < report.hits; ++k) {
-    const HitRecord& hit = lane.hits[k];
+    const HitRecord& hit = buffers.hits[k];
     const ContactEvent ids = named(hit.a, hit.b);
     const bool swapped = ids.a != id_of(hit.a);
     hits.push_back({ids.a, ids.b, hit.point, swapped ? -hit.normal : hit.normal, hit.speed, 0, number});

@@ -130,7 +130,7 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodyConstants>>)
         for (std::uint32_t i = 0; i < host.size(); ++i) give_hull(host[i], i);
       if constexpr (std::is_same_v<std::decay_t<decltype(host)>, std::vector<BodySupport>>)
-        for (const BodySupport& s : host) in.require(s.level <= most_levels);
+        for (const BodySupport& s : host) in.require(s.level <= max_levels);
     });
   });
   if (is_on_device()) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
@@ -208,7 +208,7 @@ void DeviceSimulator<D>::publish_restored() {
   upload(body_memory_.arrays().slots, indices_.slots());
   device_.mark(end_of(submitted_));  // the next step is timed from here
   if (copies_results()) {
-    Flight newest;
+    PendingStep newest;
     newest.number = newest_.step, newest.indices = indices_.size(), newest.slots = bodies.slot_count();
     reserve_results(newest);
     submit_results(newest);

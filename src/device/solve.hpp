@@ -24,7 +24,7 @@ namespace fathom::device {
 ///     integrate velocities, warm start, then for each substep
 ///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep.
 ///
-/// Where something may bounce, velocities are integrated after sweeps of strikes, and what these are not to be part of
+/// Where something may bounce, velocities are integrated after bounce sweeps, and what these are not to be part of
 /// is put aside before.
 ///
 /// A constraint is always one work-item's, which therefore may load its rows and impulses while it waits for the phase
@@ -34,7 +34,7 @@ namespace fathom::device {
 /// they were written, and a constraint knows how often that must be when its turn comes: once for each integration
 /// before, once for each sweep and contact of the body, and once for each of its contacts with an earlier colour. So it
 /// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
-/// where the overflow is solved in an order of its own or colours do not fit into one word, where strikes skip
+/// where the overflow is solved in an order of its own or colours do not fit into one word, where bounce sweeps skip
 /// contacts, or where contacts read bodies that move without being told by them.
 ///
 /// Worlds without joints have a kernel of their own, which does not carry the registers that joints take, and so have
@@ -53,14 +53,14 @@ struct SolveConstraints {
     push_first,
     push,
     relax,
-    strike
+    bounce
   };
   struct Place {
     What what;
     std::uint32_t colour;
     std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
     std::uint32_t substep;
-    std::uint32_t strikes = 0;                              ///< sweeps of them that ended in the substep
+    std::uint32_t bounce_sweeps = 0;                        ///< sweeps of them that ended in the substep
     std::uint32_t integrations = 0, sweeps = 0, moves = 0;  ///< ended before: all, over all colours, of positions
     Stretch stretch = {0, 0};                               ///< the phase's constraints, or bodies
     bool serial = false;                                    ///< it is the overflow
@@ -115,12 +115,12 @@ struct SolveConstraints {
   FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
     if (n == 0) return 0;
-    const std::uint32_t striking = plan.bounces ? p.substeps * (most_strike_sweeps * n + 1) - 1 : 0;
-    return (p.warm_start ? n : 0) + p.substeps * of_substep(n) + striking;
+    const std::uint32_t bouncing = plan.bounces ? p.substeps * (max_bounce_sweeps * n + 1) - 1 : 0;
+    return (p.warm_start ? n : 0) + p.substeps * of_substep(n) + bouncing;
   }
 
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{plan.bounces ? strike : integrate_first_v, 0, 0, 0};
+    Place place{plan.bounces ? bounce : integrate_first_v, 0, 0, 0};
     begin(plan, place);
     place.by_data = plan.by_data;
     place.colours = plan.sweeps;
@@ -150,7 +150,7 @@ struct SolveConstraints {
   // does without is loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(place)) return fetch_body(place, i, f);
-    if (place.what == strike && is_calm(place)) {
+    if (place.what == bounce && is_calm(place)) {
       f = {};
       return;
     }
@@ -182,7 +182,7 @@ struct SolveConstraints {
 
  private:
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
-  /// The first of what a place does.
+  /// What comes first at a place.
   FATHOM_HD static void begin(const Plan& plan, Place& place) {
     place.colour = 0;
     place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
@@ -191,11 +191,11 @@ struct SolveConstraints {
   /// What follows all of the bodies, or all colours.
   FATHOM_HD void begin_round(const Plan& plan, Place& place) const {
     if (place.what == carry) {
-      place.what = strike;
+      place.what = bounce;
       return;
     }
-    if (place.what == strike) {
-      if (++place.strikes == most_strike_sweeps) place.what = first_of(place);
+    if (place.what == bounce) {
+      if (++place.bounce_sweeps == max_bounce_sweeps) place.what = first_of(place);
       return;
     }
     if (is_sweep(place))
@@ -214,7 +214,7 @@ struct SolveConstraints {
       ++place.substep;
     }
     place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = plan.bounces ? carry : first_of(place), place.strikes = 0;
+    if (place.round == 0) place.what = plan.bounces ? carry : first_of(place), place.bounce_sweeps = 0;
     if (place.round == 1 && !p.warm_start) place.what = push_first;
     if (place.round == moving) place.what = integrate_x;
   }
@@ -224,13 +224,14 @@ struct SolveConstraints {
   }
 
   FATHOM_HD static std::uint32_t strike_index(Place place) {
-    return place.substep * most_strike_sweeps + place.strikes;
+    return place.substep * max_bounce_sweeps + place.bounce_sweeps;
   }
-  /// Whether nothing struck in an earlier sweep of strikes: then nothing will. What the last one found is not known to
+  /// Whether nothing bounced in an earlier bounce sweep: then nothing will. What the last one found is not known to
   /// all before the barrier at its end, which loads for the first colour are ahead of.
   FATHOM_HD bool is_calm(Place place) const {
     const std::uint32_t before = place.colour > 0 ? 1 : 2, index = strike_index(place);
-    return place.strikes >= before && index < noted_strikes && !exec::atomic_load(counters->struck[index - before]);
+    return place.bounce_sweeps >= before && index < noted_bounce_sweeps &&
+           !exec::atomic_load(counters->bounced[index - before]);
   }
 
   FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
@@ -258,7 +259,7 @@ struct SolveConstraints {
     else if (place.what == warm)
       sweep_as<warm>(place, k, f);
     else if (f.head.bits & bounces_bit)
-      sweep_as<strike>(place, k, f);
+      sweep_as<bounce>(place, k, f);
   }
 
   template <What what>
@@ -328,12 +329,12 @@ struct SolveConstraints {
     if constexpr (what == warm) {
       warm_start_contact<float>(contact, both);
       if (rolls) both.twist(roll.impulse);
-    } else if constexpr (what == strike) {
+    } else if constexpr (what == bounce) {
       contact.bounce = constraints.bounces[k];
-      const Strike<float> struck = strike_contact(contact, both, p.h, p.restitution_threshold);
-      if (!struck.any) return;
-      contact.impulses.step += struck.impulse;
-      if (strike_index(place) < noted_strikes) exec::atomic_store(counters->struck[strike_index(place)], 1u);
+      const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold);
+      if (!bounced.any) return;
+      contact.impulses.step += bounced.impulse;
+      if (strike_index(place) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[strike_index(place)], 1u);
     } else {
       sweep_contact<what>(head, contact, both);
       if (rolls && (what == relax || !p.soft))
@@ -350,8 +351,8 @@ struct SolveConstraints {
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
-    if (what != strike && rolls) constraints.rolls[k] = roll;
-    if (what != strike && ends_substep(place)) impulses.step += impulses.sum();
+    if (what != bounce && rolls) constraints.rolls[k] = roll;
+    if (what != bounce && ends_substep(place)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
@@ -464,7 +465,7 @@ struct SolveConstraints {
   }
 
   /// Whether a sweep asks how far the bodies have moved.
-  FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == strike; }
+  FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == bounce; }
 
   FATHOM_HD void reload_velocity(std::uint32_t i, Vec3& linear, Vec3& angular) const {
     linear = exec::load_shared_quad(bodies.solver[i].linear).xyz();

@@ -31,7 +31,7 @@ inline SolveParameters solve_parameters(const WorldDef& def) {
   p.h = def.dt / static_cast<float>(s.substeps);
   p.push_out_velocity = s.push_out_velocity;
   p.limits = speed_limits(s.max_linear_speed, p.h);
-  p.restitution_threshold = strike_threshold(def, p.h);
+  p.restitution_threshold = bounce_threshold(def, p.h);
   p.friction_lead = friction_lead(s, p.h);
   p.soft = s.method == Solver::soft;
   p.warm_start = s.warm_start;

@@ -168,14 +168,14 @@ class Step {
         PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells,
                            settings_.restitution_threshold});
     if (has_supports())
-      device_.parallel_phases(FindSupports::most_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
+      device_.parallel_phases(FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
   }
 
   void choose_colours() {
     const RecolourContacts recolour{bodies_, contacts_, constraints_, counters_};
     device_.parallel_phases(
-        ChooseColours::most_phases, std::max(body_capacity_, contacts_.manifold_capacity),
+        ChooseColours::max_phases, std::max(body_capacity_, contacts_.manifold_capacity),
         ChooseColours{recolour, ColourContacts{bodies_, contacts_, counters_}, !settings_.move.sleeping});
   }
 
@@ -191,18 +191,18 @@ class Step {
   template <JointKinds kinds>
   void solve_with() {
     const SolveParameters& p = settings_.solve;
-    const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? most_strike_sweeps : 0);
-    const std::uint32_t most_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
+    const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? max_bounce_sweeps : 0);
+    const std::uint32_t max_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
     const SolveConstraints<kinds> solver{bodies_,        contacts_,       constraints_,    counters_,
                                          body_capacity_, settings_.solve, joints_.generic, joints_.reactions};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (!settings_.published.cells)
-      device_.parallel_phases(most_phases, body_capacity_, solver);
+      device_.parallel_phases(max_phases, body_capacity_, solver);
     else if constexpr (kinds == JointKinds::absent)
       published_.solve(solver, settings_.bounces, constraints());
     using WithSupports = SolveWithSupports<kinds>;
     if (has_supports())
-      device_.parallel_phases(most_phases + WithSupports::direct_phases(p, most_levels), body_capacity_,
+      device_.parallel_phases(max_phases + WithSupports::direct_phases(p, max_levels), body_capacity_,
                               WithSupports{solver});
     device_.parallel_for(constraints(), StoreImpulses{bodies_,
                                                       contacts_,

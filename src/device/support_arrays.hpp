@@ -8,9 +8,9 @@
 namespace fathom::device {
 
 /// Bodies farther from the ground than this are left to the sweeps: every level is a phase of the solver.
-inline constexpr std::uint32_t most_levels = 256;
+inline constexpr std::uint32_t max_levels = 256;
 /// Entries of lists by level, which begin with level 0 and end behind the last.
-inline constexpr std::uint32_t level_slots = most_levels + 2;
+inline constexpr std::uint32_t level_slots = max_levels + 2;
 
 /// `BodySupport::held` of what has just been placed: it begins as if it had been held, else springs would first give
 /// way.

@@ -163,21 +163,21 @@ struct BallJointSweep {
   /// What the last substep gave acts again, along arms that have turned since: where it spins a light body so far as it
   /// will not turn once the sweep has put that right, only a part of it counts.
   FATHOM_LANE_FUNCTION VecOf<L> drift(const BallJointRow<L>& row, L h) const {
-    const L less = turning_share(row.spun_a, row.spun_b, h, most_carry) - splat<L>(1.0f);
+    const L less = turning_share(row.spun_a, row.spun_b, h, max_carry) - splat<L>(1.0f);
     return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, row.spun_b)), at_b.arm, h) -
            drift_of(at_a.in_world(mul_add(bodies.a.angular, less, row.spun_a)), at_a.arm, h);
   }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
-  /// The part of this impulse that turns neither body by more than `most_drift` in a substep of h seconds. A sweep that
+  /// The part of this impulse that turns neither body by more than `max_drift` in a substep of h seconds. A sweep that
   /// gives more throws the anchors past each other.
   FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
     const VecOf<L> by_b = spun_b(impulse);
     if constexpr (Bodies::only_pushes_b)
-      return turning_share(by_b, by_b, h, most_drift);
+      return turning_share(by_b, by_b, h, max_drift);
     else
-      return turning_share(spun_a(impulse), by_b, h, most_drift);
+      return turning_share(spun_a(impulse), by_b, h, max_drift);
   }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
@@ -194,7 +194,7 @@ struct BallJointSweep {
     const VecOf<L> now_b = spun_b(row.impulse);
     VecOf<L> now_a = row.spun_a;
     if constexpr (!Bodies::only_pushes_b) now_a = spun_a(row.impulse);
-    const L share = turning_share(now_a - row.spun_a, now_b - row.spun_b, h, most_drift), less = share - splat<L>(1.0f);
+    const L share = turning_share(now_a - row.spun_a, now_b - row.spun_b, h, max_drift), less = share - splat<L>(1.0f);
     bodies.b.linear = mul_add(bodies.b.linear, less * bodies.b.inverse_mass, row.impulse);
     spin(scale(share, now_b) - row.spun_b, bodies.b.angular, row.spun_b);
     if constexpr (!Bodies::only_pushes_b) {
@@ -210,9 +210,9 @@ struct BallJointSweep {
   }
 
  private:
-  /// To second order, of turns up to `most_drift`: of a longer one an anchor comes back on its circle.
+  /// To second order, of turns up to `max_drift`: of a longer one an anchor comes back on its circle.
   FATHOM_LANE_FUNCTION static VecOf<L> drift_of(VecOf<L> spin, VecOf<L> arm, L h) {
-    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
   FATHOM_LANE_FUNCTION static void spin(VecOf<L> by, VecOf<L>& angular, VecOf<L>& noted) {
@@ -246,10 +246,10 @@ FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bo
   BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
-/// The pull of a joint's gap (m/s), of a rigid one no faster than `most_pull`.
+/// The pull of a joint's gap (m/s), of a rigid one no faster than `max_pull`.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> pull) {
-  const L one = splat<L>(1.0f), most = splat<L>(most_pull * most_pull);
+  const L one = splat<L>(1.0f), most = splat<L>(max_pull * max_pull);
   const L shrink = root(most / larger(dot(pull, pull), most));
   return scale(mul_add(one, row.rigid, shrink - one), pull);
 }

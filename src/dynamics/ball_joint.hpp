@@ -50,7 +50,7 @@ FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
 }
 
 /// What a spring gives at most in a substep of h seconds (N·s); 0 of a rigid joint. A force of 0 is next to nothing.
-FATHOM_HD float most_impulse(float hertz, float max_force, float h) {
+FATHOM_HD float max_impulse(float hertz, float max_force, float h) {
   return hertz > 0 ? max(max_force * h, 1e-30f) : 0.0f;
 }
 
@@ -67,7 +67,7 @@ FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
 /// The largest impulse (N·s) that sweeps begin a step with. The last substep's acts again at once, at arms that have
 /// turned since, and what light bodies swing faster under than a substep follows, (h ω)² > 1, it throws round: of a
 /// head that lands with a body behind it the neck. Sweeps find the rest anew.
-FATHOM_HD float most_start(float swing_rate, float h) {
+FATHOM_HD float max_start(float swing_rate, float h) {
   return swing_rate * h > 1e-38f ? min(1 / (swing_rate * h), 3e38f) : 3e38f;
 }
 /// How much of an impulse of this size (squared) they begin with.

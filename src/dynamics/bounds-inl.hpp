@@ -37,9 +37,9 @@ FATHOM_LANE_FUNCTION BoxOf<Vec> fat_box(LaneOf<Vec> radius, const BoxOf<Vec>& bo
   using L = LaneOf<Vec>;
   // 3 cm: bodies set 10 cm apart are no pairs. Movers get eight steps' way ahead, but no more than a quarter of their
   // size, because every step of it costs pairs that never touch.
-  constexpr float most_margin = 0.03f, steps_ahead = 8.0f;
+  constexpr float max_margin = 0.03f, steps_ahead = 8.0f;
   const L reach = splat<L>(0.25f) * radius, back = splat<L>(-0.25f) * radius;
-  const L margin = smaller(splat<L>(most_margin), splat<L>(0.1f) * radius);
+  const L margin = smaller(splat<L>(max_margin), splat<L>(0.1f) * radius);
   const Vec ahead =
       larger(Vec{back, back, back}, smaller(scale(splat<L>(steps_ahead * dt), velocity), Vec{reach, reach, reach}));
   const Vec grown{margin, margin, margin};

@@ -198,7 +198,7 @@ FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
 /// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
 template <class L>
 FATHOM_LANE_FUNCTION L support_slop(L patch_radius) {
-  return smaller(splat<L>(most_support_slop), splat<L>(patch_radius_slop) * patch_radius);
+  return smaller(splat<L>(max_support_slop), splat<L>(patch_radius_slop) * patch_radius);
 }
 
 /// Of two bodies that can be pushed, one more than eight times as heavy as the other, a contact gives back half as much
@@ -294,11 +294,11 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L mass = smaller(splat<L>(0.5f) * (row.slide_11 + row.slide_22), splat<L>(1e12f));
   const L spin = mass * row.patch_radius * twist_speed;
   const L slide = mul_add(limit * limit, mass * mass, mul_add(v2 * v2, v1, v1));
-  const L most_squared = limit * limit * (slide / larger(mul_add(slide, spin, spin), least));
+  const L max_squared = limit * limit * (slide / larger(mul_add(slide, spin, spin), least));
   const L squared = mul_add(wanted_2 * wanted_2, wanted_1, wanted_1);
   // Without load there is no friction, even where the square underflows.
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
-  const L beyond = select(is_above(squared, most_squared), root(most_squared / larger(squared, least)), one);
+  const L beyond = select(is_above(squared, max_squared), root(max_squared / larger(squared, least)), one);
   const L kept = select(is_above(limit, zero), beyond, zero);
   const FrictionImpulse<L> now{wanted_1 * kept, wanted_2 * kept, twist};
   push_tangential(bodies, axes, FrictionImpulse<L>{now.slide_1 - old.slide_1, now.slide_2 - old.slide_2, zero});
@@ -321,8 +321,8 @@ inline constexpr int strike_rounds = 8;
 
 /// What a strike has given.
 template <class L>
-struct Strike {
-  bool any;   ///< whether any lane struck; without, nothing has changed
+struct Bounce {
+  bool any;   ///< whether any lane bounced; without, nothing has changed
   L impulse;  ///< N·s along the normal
   L sum;      ///< finite only if all that it leaves is
 };
@@ -349,14 +349,14 @@ FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L 
 /// Points that would meet within the substep of `h` seconds, faster than `threshold` (m/s), leave with e times that
 /// speed, at once: Newton's law, before velocities are integrated, one contact after the other.
 template <class L, class Rows, class Bodies>
-FATHOM_LANE_FUNCTION Strike<L> strike_contact(Rows& rows, Bodies& bodies, L h, L threshold) {
+FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L threshold) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
   const ContactAxesOf<L> axes = rows.axes();
   NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
   const NormalMotionOf<L> moved = axes.movement(bodies);
   const L e = rows.restitution(), pull = rows.pull();
   L leaving[max_manifold_points], hit[max_manifold_points];
-  L struck = zero;
+  L bounced = zero;
   for (int i = 0; i < rows.end(); ++i) {
     leaving[i] = splat<L>(-1.0f), hit[i] = zero;
     if (!rows.has(i)) continue;
@@ -364,12 +364,12 @@ FATHOM_LANE_FUNCTION Strike<L> strike_contact(Rows& rows, Bodies& bodies, L h, L
     const L separation = p.separation + moved.at(p.x, p.y);
     const L speed = leaving_speed(sweep.motion.at(p.x, p.y), separation, e, pull, h, threshold);
     leaving[i] = select(both(is_above(e, zero), is_above(p.mass, zero)), speed, leaving[i]);
-    struck = struck + select(is_above(zero, leaving[i]), zero, one);
+    bounced = bounced + select(is_above(zero, leaving[i]), zero, one);
   }
-  if (!any_above(struck, zero)) return {false, zero, zero};
+  if (!any_above(bounced, zero)) return {false, zero, zero};
   // Several points at once: begin with equal shares, so that what falls flat rises flat.
-  const auto several = is_above(struck, one);
-  const L share = one / select(several, sweep.k.nn * struck, one);
+  const auto several = is_above(bounced, one);
+  const L share = one / select(several, sweep.k.nn * bounced, one);
   for (int i = 0; i < rows.end(); ++i) {
     if (!rows.has(i)) continue;
     const ContactPoint<L> p = rows.point(i);
@@ -378,7 +378,7 @@ FATHOM_LANE_FUNCTION Strike<L> strike_contact(Rows& rows, Bodies& bodies, L h, L
   }
   for (int i = 0; i < rows.end(); ++i)
     if (rows.has(i)) sweep.add(hit[i], rows.point(i).x, rows.point(i).y);
-  for (int round = 0; any_above(struck, one) && round < strike_rounds; ++round)
+  for (int round = 0; any_above(bounced, one) && round < strike_rounds; ++round)
     for (int i = 0; i < rows.end(); ++i) {
       if (!rows.has(i)) continue;
       const ContactPoint<L> p = rows.point(i);

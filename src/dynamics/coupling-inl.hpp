@@ -107,7 +107,7 @@ struct CoupledSide {
       turn = turned_back_by(spin, at.moment);
     }
     // As a distance joint's: arms turn, and so do lines.
-    const L most = splat<L>(most_drift * most_drift), half = splat<L>(0.5f) * h, turned = h * h * dot(omega, omega);
+    const L most = splat<L>(max_drift * max_drift), half = splat<L>(0.5f) * h, turned = h * h * dot(omega, omega);
     const VecOf<L> curve = scale(most / larger(turned, most), cross(omega, cross(omega, at.arm)));
     const VecOf<L> apart = side.linear + cross(omega, at.arm);
     const L inverse = inverse_or_zero(at.length);
@@ -202,14 +202,14 @@ template <class L, class Sweep>
 FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sweep& sweep, L h, L inverse) {
   const L zero = splat<L>(0.0f);
   const L value = sweep.value(), speed = sweep.velocity() + sweep.drift();
-  const L most = choose(row.rigid, splat<L>(most_pull), splat<L>(3e37f));
+  const L most = choose(row.rigid, splat<L>(max_pull), splat<L>(3e37f));
   const L pull = bounded(row.bias_rate * (value - row.lower), most);
   const L held = mul_add(row.impulse, zero - row.mass_scale * inverse, speed + pull);
   const L locked = held - row.impulse_scale * row.impulse;
   // Without what a bound has given so far.
   const L free_speed = speed - row.impulse * inverse_or_zero(inverse);
   const L at = mul_add(value, h, free_speed), below = is_less(at, row.lower), above = is_less(row.upper, at);
-  const L bound = bounded((choose(below, row.lower, row.upper) - value) / h, splat<L>(most_pull));
+  const L bound = bounded((choose(below, row.lower, row.upper) - value) / h, splat<L>(max_pull));
   const L change = (bound - speed) * inverse, lasts = is_less(zero, larger(row.impulse, zero - row.impulse));
   const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.impulse);
   const L pressing = row.impulse + choose(lasts, soft, change);

@@ -48,7 +48,8 @@ FATHOM_HD void add_forces(Acceleration& to, Quat rotation, float inverse_mass, f
 /// velocity is no force's, though. Frictionless contacts leave of p = a dt a projection onto the directions in which
 /// the body is free; all projections of p lie on the sphere that has p as its diameter. So of v' − v the nearest point
 /// of that ball counts.
-FATHOM_HD Vec3 rest_of_force(Vec3 before, Vec3 after, Vec3 acceleration, bool is_parabola, float dt, float substeps) {
+FATHOM_HD Vec3 missing_movement(Vec3 before, Vec3 after, Vec3 acceleration, bool is_parabola, float dt,
+                                float substeps) {
   const Vec3 middle = (0.5f * dt) * acceleration;
   Vec3 off = (after - before) - middle;
   const float most = length_squared(middle), size = length_squared(off);
@@ -58,13 +59,13 @@ FATHOM_HD Vec3 rest_of_force(Vec3 before, Vec3 after, Vec3 acceleration, bool is
   return is_parabola ? mul_add(rest, dt / substeps, middle) : rest;
 }
 
-/// Adds to what a body has moved (m) and turned (rad) in a step what `rest_of_force` says of both, where the
+/// Adds to what a body has moved (m) and turned (rad) in a step what `missing_movement` says of both, where the
 /// application's forces act. Velocities are those at the step's ends.
 FATHOM_HD void complete_forced(Vec3& moved, Vec3& turned, const Force& f, const Acceleration& a, Vec3 linear_before,
                                Vec3 linear_after, Vec3 angular_before, Vec3 angular_after, bool is_parabola, float dt,
                                float substeps) {
-  if (!(f.force == Vec3{})) moved += rest_of_force(linear_before, linear_after, a.linear, is_parabola, dt, substeps);
-  if (!(f.torque == Vec3{})) turned += rest_of_force(angular_before, angular_after, a.angular, false, dt, substeps);
+  if (!(f.force == Vec3{})) moved += missing_movement(linear_before, linear_after, a.linear, is_parabola, dt, substeps);
+  if (!(f.torque == Vec3{})) turned += missing_movement(angular_before, angular_after, a.angular, false, dt, substeps);
 }
 
 }  // namespace fathom

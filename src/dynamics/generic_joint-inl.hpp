@@ -50,7 +50,7 @@ struct GenericJointRow {
   VecOf<L> pulled, pulled_a, pulled_b;
 
   // Of joints that react to speeds.
-  L least_hit;           ///< m/s or rad/s, above which limits throw back
+  L min_hit;             ///< m/s or rad/s, above which limits throw back
   L bounce[axis_count];  ///< m/s or rad/s with which the substep leaves a limit that it hit
   L rate[axis_count];    ///< as the last sweep has left them
 };
@@ -140,7 +140,7 @@ struct GenericJointRows {
   /// As a ball joint's.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
     const L zero = splat<L>(0.0f);
-    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h, most_drift);
+    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h, max_drift);
   }
   /// Less what the bodies have been given already.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
@@ -165,7 +165,7 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
     L impulses[axis_count];
     for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
-    const L share = followed_share(impulses, row.spun_a, row.spun_b, h, most_carry);
+    const L share = followed_share(impulses, row.spun_a, row.spun_b, h, max_carry);
     for (int i = 0; i < axis_count; ++i) {
       impulses[i] = share * impulses[i];
       row.hold[i] = share * row.hold[i], row.drive[i] = share * row.drive[i];
@@ -228,14 +228,14 @@ struct GenericJointRows {
     else
       return turned_by(spin, angular);
   }
-  /// As much of a spin as a substep turns by `most_drift`.
+  /// As much of a spin as a substep turns by `max_drift`.
   FATHOM_LANE_FUNCTION static VecOf<L> followed(VecOf<L> spin, L h) {
-    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(root(most / larger(turned, most)), spin);
   }
-  /// To second order, of turns up to `most_drift`, as a ball joint's.
+  /// To second order, of turns up to `max_drift`, as a ball joint's.
   FATHOM_LANE_FUNCTION static VecOf<L> curve_of(VecOf<L> spin, VecOf<L> arm, L h) {
-    const L most = splat<L>(most_drift * most_drift), turned = h * h * dot(spin, spin);
+    const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
   FATHOM_LANE_FUNCTION void set_turns(int i, const UnitQuat<L>& spin_a, const UnitQuat<L>& spin_b, VecOf<L> of_a,
@@ -262,7 +262,7 @@ struct GenericJointRows {
     value[0] = choose(row.distance, length, value[0]);
     // Its line turns with the anchors, so that these come out farther apart.
     const VecOf<L> across = cross(scale(h * inverse, gap), speed);
-    const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(most_drift * most_drift));
+    const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(max_drift * max_drift));
     drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
   }
   /// The part of a gap that the translations allow. What is beyond them is an error: as a lever of A, a joint that has
@@ -424,7 +424,7 @@ FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis
 /// came with is its last rate: the bodies' velocities have impulses of the last substep in them, repeated.
 template <class L>
 FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
-  const L is_hit = is_less(row.least_hit, side * row.rate[i]);
+  const L is_hit = is_less(row.min_hit, side * row.rate[i]);
   return splat<L>(0.0f) - is_hit * row.axes[i].restitution * row.rate[i];
 }
 
@@ -461,7 +461,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     const L speed = choose(f.is_driven, f.aim - f.compliance * wanted, zero - first.wanted[i]);
     const L at = mul_add(rows.value[i], h, speed + rows.drift[i]);
     const L below = is_less(at, a.lower), above = is_less(a.upper, at);
-    const L most = splat<L>(most_pull);
+    const L most = splat<L>(max_pull);
     f.is_at_limit = a.limited * larger(below, above);
     const L to_bound = bounded((choose(below, a.lower, a.upper) - rows.value[i]) / h, most);
     f.bound = to_bound - rows.drift[i];
@@ -570,7 +570,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   L hold[axis_count], drive[axis_count], more[axis_count], pull_back[axis_count];
   if constexpr (!relaxes) rows.carry_along(row, h);
   GenericSystem<L> system;
-  const L most = choose(row.rigid, splat<L>(most_pull), splat<L>(3e37f));
+  const L most = choose(row.rigid, splat<L>(max_pull), splat<L>(3e37f));
   for (int i = 0; i < axis_count; ++i) {
     const GenericAxis<L>& a = row.axes[i];
     const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);

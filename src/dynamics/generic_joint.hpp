@@ -22,9 +22,9 @@ struct GenericImpulse {
   Vec3 force, torque;                                   ///< N·s and N·m·s of the whole step, world axes
 };
 
-/// What sweeps begin a step with (see `most_start`).
-FATHOM_HD GenericImpulse started(const GenericImpulse& last, float most_start) {
-  const float share = start_share(length_squared({last.hold[0], last.hold[1], last.hold[2]}), most_start);
+/// What sweeps begin a step with (see `max_start`).
+FATHOM_HD GenericImpulse started(const GenericImpulse& last, float max_start) {
+  const float share = start_share(length_squared({last.hold[0], last.hold[1], last.hold[2]}), max_start);
   GenericImpulse start = last;
   for (int i = 0; i < axis_count; ++i) start.hold[i] *= share, start.drive[i] *= share;
   return start;
@@ -60,7 +60,7 @@ struct GenericJoint {
   float rigid = 1, distance = 0, cone = 0;   ///< see GenericJointRow
   float moves = 0;                           ///< 1: some axis has a limit, a drive or an armature
   float reacts = 0;                          ///< 1: an armature or restitution
-  float least_hit = 0;                       ///< m/s or rad/s, above which limits throw back
+  float min_hit = 0;                         ///< m/s or rad/s, above which limits throw back
   GenericAxis<float> axes[axis_count] = {};
   float couples = 0;  ///< 1: it is a coupling, and of the axes the first one's bounds alone count
   Coupling coupling;
@@ -171,7 +171,7 @@ struct JointPlace {
 };
 
 /// Of a checked definition. `h` is a substep (s).
-inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& place, float h, float least_hit) {
+inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& place, float h, float min_hit) {
   const bool swapped = place.swapped;
   GenericJoint joint;
   const auto unit = [](const Pose& frame) { return UnitQuat<float>{frame.rotation.w, frame.rotation.vector()}; };
@@ -179,7 +179,7 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& pl
   joint.on_b = unit(swapped ? def.frame_a : def.frame_b);
   joint.softness = joint_softness(def.hertz, def.damping_ratio, h);
   joint.rigid = def.hertz > 0 ? 0.0f : 1.0f;
-  joint.least_hit = least_hit;
+  joint.min_hit = min_hit;
   if (def.type == JointType::coupling) {
     joint.couples = 1;
     joint.coupling = make_coupling(def, swapped);

@@ -6,12 +6,12 @@
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec limited(Vec v, LaneOf<Vec> most) {
   using L = LaneOf<Vec>;
-  const L squared = dot(v, v), most_squared = most * most;
-  if (!any_above(squared, most_squared)) return v;
+  const L squared = dot(v, v), max_squared = most * most;
+  if (!any_above(squared, max_squared)) return v;
   // Scaled first, because the square may have overflowed.
   const L largest = larger(magnitude(v.x), larger(magnitude(v.y), magnitude(v.z)));
   const Vec scaled{v.x / largest, v.y / largest, v.z / largest};
-  return select(is_above(squared, most_squared), scale(most / root(dot(scaled, scaled)), scaled), v);
+  return select(is_above(squared, max_squared), scale(most / root(dot(scaled, scaled)), scaled), v);
 }
 
 /// The rotation vector `phi` (rad) less whole turns: at most half a turn long. One beyond a million rad, whose own
@@ -25,8 +25,8 @@ FATHOM_LANE_FUNCTION Vec within_half_a_turn(Vec phi) {
   const L angle = select(is_far, root(squared), one);
   // 2π as the sum of two floats (Cody and Waite, "Software Manual for the Elementary Functions", 1980).
   const L turns = whole(mul_add(splat<L>(0.5f), angle, splat<L>(0.15915494f)));
-  const L rest = mul_add(mul_sub(angle, turns, splat<L>(6.2831855f)), turns, splat<L>(1.7484556e-7f));
-  const L kept = select(is_above(splat<L>(0x1p20f), angle), rest / angle, splat<L>(0.0f));
+  const L residual = mul_add(mul_sub(angle, turns, splat<L>(6.2831855f)), turns, splat<L>(1.7484556e-7f));
+  const L kept = select(is_above(splat<L>(0x1p20f), angle), residual / angle, splat<L>(0.0f));
   return scale(select(is_far, kept, one), phi);
 }
 
@@ -55,13 +55,13 @@ FATHOM_LANE_FUNCTION QuatOf<Vec> turned(QuatOf<Vec> q, Vec phi) {
   return normalize(exponential(phi) * q);
 }
 
-/// Adds `change` to a velocity (m/s). `rest` gets what rounding has left out, to be part of the next change (Kahan,
+/// Adds `change` to a velocity (m/s). `residual` gets what rounding has left out, to be part of the next change (Kahan,
 /// "Further remarks on reducing truncation errors", 1965): g h is far less than the velocity it is added to, is rounded
 /// the same way in every step of a fall, and is then no longer g.
 template <class Vec>
-FATHOM_LANE_FUNCTION void accelerate(Vec& velocity, Vec& rest, Vec change) {
+FATHOM_LANE_FUNCTION void accelerate(Vec& velocity, Vec& residual, Vec change) {
   const Vec next = velocity + change;
-  rest = change - (next - velocity);
+  residual = change - (next - velocity);
   velocity = next;
 }
 
@@ -108,7 +108,7 @@ FATHOM_LANE_FUNCTION auto may_have_flown(Vec before, Vec after, Vec flown, float
 template <class Vec>
 struct Flight {
   Vec linear, angular;  ///< m/s, rad/s
-  Vec rest;             ///< of the linear velocity: what rounding has left out (`accelerate`)
+  Vec residual;         ///< of the linear velocity: what rounding has left out (`accelerate`)
   Vec moved, turned;    ///< m, rad
 };
 
@@ -120,20 +120,20 @@ struct FlightForces {
 };
 
 /// All substeps of bodies that nothing touches. Without damping their way is one, an exact parabola. Spins are those of
-/// isotropic bodies, at most `most_spin` (rad/s); others turn by `spin_freely`.
+/// isotropic bodies, at most `max_spin` (rad/s); others turn by `spin_freely`.
 template <class Vec>
-FATHOM_LANE_FUNCTION void fly(Flight<Vec>& f, const FlightForces<Vec>& by, float step, int substeps, float most_spin) {
+FATHOM_LANE_FUNCTION void fly(Flight<Vec>& f, const FlightForces<Vec>& by, float step, int substeps, float max_spin) {
   using L = LaneOf<Vec>;
   const L dt = splat<L>(step), h = splat<L>(step / static_cast<float>(substeps)), one = splat<L>(1.0f);
   const L zero = splat<L>(0.0f);
   f.moved = f.turned = Vec{zero, zero, zero};
   for (int i = 0; i < substeps; ++i) {
     f.angular = mul_add(scale(by.angular_damping, f.angular), h, by.angular_acceleration);
-    f.angular = limited(f.angular, splat<L>(most_spin));
+    f.angular = limited(f.angular, splat<L>(max_spin));
     f.turned = mul_add(f.turned, h, f.angular);
   }
   Flight<Vec> parabola = f;
-  accelerate(parabola.linear, parabola.rest, mul_add(f.rest, dt, by.acceleration));
+  accelerate(parabola.linear, parabola.residual, mul_add(f.residual, dt, by.acceleration));
   parabola.moved = scale(dt, mean_velocity(parabola.linear, by.acceleration, dt));
   if (any_above(one, by.linear_damping)) {
     const auto is_damped = is_above(one, by.linear_damping);
@@ -142,10 +142,10 @@ FATHOM_LANE_FUNCTION void fly(Flight<Vec>& f, const FlightForces<Vec>& by, float
       f.moved = mul_add(f.moved, h, mean_velocity(f.linear, by.acceleration, h));
     }
     parabola.linear = select(is_damped, f.linear, parabola.linear);
-    parabola.rest = select(is_damped, Vec{zero, zero, zero}, parabola.rest);
+    parabola.residual = select(is_damped, Vec{zero, zero, zero}, parabola.residual);
     parabola.moved = select(is_damped, f.moved, parabola.moved);
   }
   f.linear = parabola.linear;
-  f.rest = parabola.rest;
+  f.residual = parabola.residual;
   f.moved = parabola.moved;
 }

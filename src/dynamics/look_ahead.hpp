@@ -70,8 +70,7 @@ FATHOM_HD float nearest_separation(const Manifold& m) {
 }
 
 /// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
-template <class AnyCore>
-FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Manifold& seen,
+FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
                                float skin) {
   const Vec3 guess =
       seen.count > 0 ? rotate(a.pose.rotation, seen.normal) : normalize(b.pose.position - a.pose.position);
@@ -95,11 +94,11 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   result.is_fast = movement_of(margin, a.radius, b.radius, dt) > slow_share * half;
   if (!result.is_fast) return result;
   const float entry = entry_of(half), skin = skin_of(a, b, half), nearest = nearest_separation(seen);
-  const auto cores = near_cores<with_hulls>(a, b, dt, skin);
+  const NearCores cores = near_cores(a, b, dt, skin);
   const Apart first = result.first = apart_at_first(a, b, cores, seen, skin);
   const Vec3 normal = first.normal;
   const float gap = first.gap;
-  const float approach = dt * most_approach(a, b, normal);
+  const float approach = dt * max_approach(a, b, normal);
   Impact impact{true, 0, gap, approach / dt, normal};
   if (seen.count > 0 && gap <= entry && approach - gap <= 2 * entry) return result;
   if (!cores.meet || (gap > skin && approach < gap - skin))
@@ -157,7 +156,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   const float skin = skin_of(a, b, half);
   // A load may press what it stands on a little deeper than it was.
   const float allowed = max(max(2 * entry_of(half), -gap), min(entry_of(half) - gap, pressed_share * half));
-  const auto cores = near_cores<with_hulls>(on_a, on_b, dt, skin);
+  const NearCores cores = near_cores(on_a, on_b, dt, skin);
   if (!cores.meet) return way;
   const float end_gap = separation_along(cores, end_a, end_b, normal);
   if (end_gap >= -allowed) return way;

@@ -17,7 +17,7 @@ FATHOM_HD Quat renormalised(Quat q) {
 
 /// Angle (rad) that one part of a torque-free step turns a body by, and how many parts a step has at most.
 inline constexpr float torque_free_part = 0.25f;
-inline constexpr int most_torque_free_parts = static_cast<int>(most_turn / torque_free_part);
+inline constexpr int max_torque_free_parts = static_cast<int>(max_turn / torque_free_part);
 
 /// A part of `step_torque_free`, of length h: changes the spin (rad/s, body axes) and returns its mean.
 FATHOM_HD Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia, float h) {
@@ -49,10 +49,10 @@ FATHOM_HD Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat
 /// step (world axes).
 FATHOM_HD Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia,
                                      float h) {
-  spin = limited(spin, most_torque_free_parts * torque_free_part / h);
+  spin = limited(spin, max_torque_free_parts * torque_free_part / h);
   const float angle = h * length(spin);
   int parts = 1;
-  while (parts < most_torque_free_parts && angle > static_cast<float>(parts) * torque_free_part) ++parts;
+  while (parts < max_torque_free_parts && angle > static_cast<float>(parts) * torque_free_part) ++parts;
   const float part = h / static_cast<float>(parts);
   Vec3 turned_by;
   for (int i = 0; i < parts; ++i) {

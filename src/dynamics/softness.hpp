@@ -14,7 +14,7 @@ inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
 /// 1/s of the penetration that becomes velocity in a contact that is held directly.
 inline constexpr float support_push_out_rate = 20;
 /// See `support_slop`.
-inline constexpr float most_support_slop = 1e-4f, patch_radius_slop = 0.01f;
+inline constexpr float max_support_slop = 1e-4f, patch_radius_slop = 0.01f;
 
 struct Softness {
   float bias_rate = 0;      ///< 1/s of the separation that becomes velocity
@@ -66,11 +66,11 @@ inline float friction_lead(const SolverSettings& settings, float h) {
   return settings.method == Solver::soft && settings.warm_start ? -0.5f * h : 0.5f * h;
 }
 
-/// Sweeps of strikes that a substep has at most: a hit passes on through one body a sweep at least.
-inline constexpr std::uint32_t most_strike_sweeps = 8;
+/// Bounce sweeps that a substep has at most: a hit passes on through one body a sweep at least.
+inline constexpr std::uint32_t max_bounce_sweeps = 8;
 
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
-inline float strike_threshold(const WorldDef& def, float h) {
+inline float bounce_threshold(const WorldDef& def, float h) {
   return max(def.solver.restitution_threshold, h * length(def.gravity));
 }
 

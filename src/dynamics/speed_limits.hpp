@@ -13,9 +13,9 @@ struct SpeedLimits {
 
 /// Angle (rad) by which a body turns within a substep at most. Turns are exact whatever the angle; those of bodies with
 /// several principal moments are done in parts, whose number is bounded (dynamics/rotation.hpp).
-inline constexpr float most_turn = 16;
+inline constexpr float max_turn = 16;
 
 /// Of substeps of length h (s).
-FATHOM_HD SpeedLimits speed_limits(float max_linear_speed, float h) { return {max_linear_speed, most_turn / h}; }
+FATHOM_HD SpeedLimits speed_limits(float max_linear_speed, float h) { return {max_linear_speed, max_turn / h}; }
 
 }  // namespace fathom

@@ -54,7 +54,7 @@ FATHOM_HD void add_row(Triangle6& m, const Wrench& r, float weight) {
 /// body's size does not matter. False where it is nearly singular: the body can move in some way that no support
 /// resists.
 FATHOM_HD bool factorise(const Triangle6& m, Triangle6& factor) {
-  constexpr float least_pivot = 1e-4f;
+  constexpr float min_pivot = 1e-4f;
   float scale[6];
   for (int i = 0; i < 6; ++i) {
     if (!(m(i, i) > 0)) return false;
@@ -67,7 +67,7 @@ FATHOM_HD bool factorise(const Triangle6& m, Triangle6& factor) {
       if (i != j) {
         factor(i, j) = sum / factor(j, j);
       } else {
-        if (!(sum > least_pivot)) return false;
+        if (!(sum > min_pivot)) return false;
         factor(i, i) = fathom::sqrt(sum);
       }
     }

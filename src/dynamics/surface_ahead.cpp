@@ -74,10 +74,10 @@ SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, floa
     const TriangleHull triangle(a.geometry.surface().triangle(number), b_in_a.position);
     if (triangle.planes[0].offset > 0) continue;  // b is behind it
     const Mover of_triangle = mover(triangle, a, b_in_a);
-    const auto cores = near_cores(of_triangle, b, dt, skin);
+    const NearCores cores = near_cores(of_triangle, b, dt, skin);
     const Vec3 normal = rotate(a.pose.rotation, triangle.normal());
     const float gap = separation_along(cores, of_triangle.pose, b.pose, normal);
-    const float approach = dt * most_approach(of_triangle, b, normal);
+    const float approach = dt * max_approach(of_triangle, b, normal);
     // What touches it already, or all but, and comes no deeper is held by the contact as it is.
     if (gap <= entry && approach - gap <= 2 * entry) continue;
     if (gap > skin && approach < gap - skin) continue;
@@ -98,7 +98,7 @@ CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Po
                      SurfaceScratch& scratch) {
   CentreWay result;
   Vec3 from = inverse_transform(a.pose, b.pose.position), way = inverse_transform(end_a, end_b.position) - from;
-  while (result.stops < CentreWay::most_stops) {
+  while (result.stops < CentreWay::max_stops) {
     const Stop stop = first_stop(a.geometry.surface(), from, way, depth, scratch);
     if (stop.part >= 1) break;
     from = mul_add(from, stop.part, way);
@@ -107,7 +107,7 @@ CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Po
     result.normals[result.stops++] = rotate(end_a.rotation, stop.normal);
   }
   // In a corner of that many triangles it stays where it was stopped last.
-  if (result.stops < CentreWay::most_stops) from += way;
+  if (result.stops < CentreWay::max_stops) from += way;
   result.end = transform(end_a, from);
   return result;
 }

@@ -20,10 +20,10 @@ SurfaceAhead look_ahead(const Mover& a, const Mover& b, const Pose& b_in_a, floa
 /// Where b's centre gets to on its way to `end_b`, while the surface goes to `end_a`, if it comes no nearer to the back
 /// of a triangle than `depth` (m), or than it was: from there on it goes along the triangle.
 struct CentreWay {
-  static constexpr int most_stops = 4;
+  static constexpr int max_stops = 4;
   int stops = 0;
-  Vec3 normals[most_stops];  ///< of the triangles that stopped it, world axes
-  Vec3 end;                  ///< m, world; where nothing stopped it, unset
+  Vec3 normals[max_stops];  ///< of the triangles that stopped it, world axes
+  Vec3 end;                 ///< m, world; where nothing stopped it, unset
 };
 CentreWay centre_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, float depth,
                      SurfaceScratch& scratch);

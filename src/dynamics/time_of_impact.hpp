@@ -29,7 +29,7 @@ FATHOM_HD Pose advanced(const Pose& pose, const Velocity& v, float time) {
 
 /// Speed (m/s) at which the bodies can at most approach along the unit vector `n` from A to B in world axes, whatever
 /// way they have turned by then. What is round does not come nearer by turning.
-FATHOM_HD float most_approach(const Mover& a, const Mover& b, Vec3 n) {
+FATHOM_HD float max_approach(const Mover& a, const Mover& b, Vec3 n) {
   const auto turning = [n](const Mover& m) {
     return (m.radius - m.geometry.radius) * length(cross(n, m.velocity.angular));
   };
@@ -38,9 +38,8 @@ FATHOM_HD float most_approach(const Mover& a, const Mover& b, Vec3 n) {
 
 /// The part of a box that lies in the region, for precision: sides of a kilometre are rounded by more than a bullet's
 /// size. False where none does.
-template <class AnyCore>
-FATHOM_HD bool clip_to(AnyCore& core, const Aabb& region) {
-  if (is_hull(core)) return true;
+FATHOM_HD bool clip_to(Core& core, const Aabb& region) {
+  if (core.hull.vertex_count > 0) return true;
   const Vec3 lower = max(core.middle - core.half, region.lower), upper = min(core.middle + core.half, region.upper);
   if (!(lower.x <= upper.x && lower.y <= upper.y && lower.z <= upper.z)) return false;
   core.half = 0.5f * (upper - lower);
@@ -59,17 +58,15 @@ FATHOM_HD Aabb region_of(const Mover& other, const Mover& of, float dt, float ro
 }
 
 /// The cores of two bodies, as far as either may reach the other.
-template <class AnyCore>
 struct NearCores {
-  AnyCore a, b;
+  Core a, b;
   bool meet = false;  ///< false: neither does
 
   FATHOM_HD float radii() const { return a.radius + b.radius; }
 };
 
-template <bool with_hulls = true>
-FATHOM_HD NearCores<CoreOf<with_hulls>> near_cores(const Mover& a, const Mover& b, float dt, float skin) {
-  NearCores<CoreOf<with_hulls>> cores{core_of<with_hulls>(a.geometry), core_of<with_hulls>(b.geometry)};
+FATHOM_HD NearCores near_cores(const Mover& a, const Mover& b, float dt, float skin) {
+  NearCores cores{core_of(a.geometry), core_of(b.geometry)};
   const float room = cores.radii() + skin;
   const Aabb way_of_b = region_of(b, a, dt, room), way_of_a = region_of(a, b, dt, room);
   cores.meet = clip_to(cores.a, way_of_b) && clip_to(cores.b, way_of_a);
@@ -80,20 +77,16 @@ FATHOM_HD NearCores<CoreOf<with_hulls>> near_cores(const Mover& a, const Mover& 
 struct SupportPair {
   Vec3 on_a, on_b;
 };
-template <class AnyCore>
-FATHOM_HD SupportPair supports_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 n) {
+FATHOM_HD SupportPair supports_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
   return {rotate(a.rotation, support(cores.a, inverse_rotate(a.rotation, n))),
           rotate(b.rotation, support(cores.b, -inverse_rotate(b.rotation, n)))};
 }
-template <class AnyCore>
-FATHOM_HD float separation_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, const SupportPair& at,
-                                 Vec3 n) {
+FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, const SupportPair& at, Vec3 n) {
   return dot(n, (b.position - a.position) + (at.on_b - at.on_a)) - cores.radii();
 }
 
 /// How far shapes at these poses are apart along the unit vector `n` from A to B in world axes (m).
-template <class AnyCore>
-FATHOM_HD float separation_along(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 n) {
+FATHOM_HD float separation_along(const NearCores& cores, const Pose& a, const Pose& b, Vec3 n) {
   return separation_along(cores, a, b, supports_along(cores, a, b, n), n);
 }
 
@@ -102,8 +95,7 @@ FATHOM_HD float separation_along(const NearCores<AnyCore>& cores, const Pose& a,
 ///
 /// Along n the point p of a body gets to n·p + t (n × ω)·p, but for at most ω²t²/2 of its distance. So what is highest
 /// along n + t n × ω bounds them all, and that height is convex in t.
-template <class AnyCore>
-FATHOM_HD float turning_forward(const AnyCore& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
+FATHOM_HD float turning_forward(const Core& core, Quat rotation, Vec3 angular, float reach, Vec3 n, float height,
                                 float span) {
   const Vec3 change = cross(n, angular);
   const Vec3 later = mul_add(n, span, change);
@@ -120,9 +112,8 @@ struct Approach {
   float turning_b, within_b;
 
   /// At these poses, over the time `span` > 0 (s).
-  template <class AnyCore>
-  FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
-                     const Pose& pose_b, const SupportPair& at, Vec3 n, float span)
+  FATHOM_HD Approach(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a, const Pose& pose_b,
+                     const SupportPair& at, Vec3 n, float span)
       : straight(dot(n, a.velocity.linear - b.velocity.linear)) {
     const float reach_a = a.radius - a.geometry.radius, reach_b = b.radius - b.geometry.radius;
     const float height_a = dot(n, at.on_a), height_b = -dot(n, at.on_b);
@@ -158,12 +149,11 @@ struct Approach {
 /// Along an axis n that turns with W the way d between the centres changes at the rate n·(v − W × d), with v the
 /// bodies' relative velocity, whose own rate of change is 2 (W × n)·v − (W × n)·(W × d). A point p of a body that turns
 /// with ω moves at ((W − ω) × n)·p, which changes by no more than |W − ω| (|W| + |ω|) |p|.
-template <class AnyCore>
-FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
+FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
                                const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float span) {
   const Vec3 way = pose_b.position - pose_a.position, velocity = b.velocity.linear - a.velocity.linear;
   const float rate = length(turn);
-  const auto forward = [&](const Mover& m, const AnyCore& core, Quat rotation, Vec3 towards, float height) {
+  const auto forward = [&](const Mover& m, const Core& core, Quat rotation, Vec3 towards, float height) {
     const Vec3 relative = turn - m.velocity.angular, later = mul_add(towards, span, cross(relative, towards));
     const float highest = dot(later, rotate(rotation, support(core, inverse_rotate(rotation, later))));
     const float reach = m.radius - m.geometry.radius, turning = length(relative);
@@ -178,14 +168,13 @@ FATHOM_HD float approach_along(const Mover& a, const Mover& b, const NearCores<A
 /// Time (s) up to `left`, or more, for which bodies at these poses do not come nearer by `distance` > 0 (m), seen along
 /// an axis that stands still, that turns as it has done (`turn`, rad/s), or that turns with either of them. What they
 /// do in a shorter time is known better.
-template <class AnyCore>
-FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, const Pose& pose_a,
+FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores& cores, const Pose& pose_a,
                            const Pose& pose_b, const SupportPair& at, Vec3 n, Vec3 turn, float left, float distance) {
-  constexpr int most_looks = 3;
+  constexpr int max_looks = 3;
   constexpr float longer = 4;
   const Vec3 turns[] = {turn, a.velocity.angular, b.velocity.angular};
   float span = left, safe = 0;
-  for (int i = 0; i < most_looks; ++i) {
+  for (int i = 0; i < max_looks; ++i) {
     float time = Approach(a, b, cores, pose_a, pose_b, at, n, span).time_for(distance);
     for (int k = 0; k < 3 && time < span; ++k) {
       const float speed = approach_along(a, b, cores, pose_a, pose_b, at, n, turns[k], span);
@@ -200,9 +189,7 @@ FATHOM_HD float time_apart(const Mover& a, const Mover& b, const NearCores<AnyCo
 }
 
 /// A direction in world axes along which shapes at these poses are apart, about the one in which they are most.
-template <class AnyCore>
-FATHOM_HD Vec3 direction_apart(const NearCores<AnyCore>& cores, const Pose& a, const Pose& b, Vec3 guess,
-                               float tolerance) {
+FATHOM_HD Vec3 direction_apart(const NearCores& cores, const Pose& a, const Pose& b, Vec3 guess, float tolerance) {
   const Vec3 local = inverse_rotate(a.rotation, guess);
   return rotate(a.rotation, gap_between(cores.a, cores.b, make_frame(relative(a, b)), local, tolerance).normal);
 }
@@ -217,16 +204,15 @@ struct Impact {
 
 /// Whether the bodies come nearer to each other than `skin` (m) within `dt` (s), and when first. `guess`: about the
 /// direction from A to B in world axes.
-template <class AnyCore>
-FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores<AnyCore>& cores, float dt, float skin,
+FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores& cores, float dt, float skin,
                               Vec3 guess) {
-  constexpr int most_advances = 48;  // only what turns fast or grazes round things takes more than six
+  constexpr int max_advances = 48;  // only what turns fast or grazes round things takes more than six
   Impact impact;
   if (!cores.meet) return impact;
   impact.normal = guess;
   Vec3 turn, former;  // of the axis
   float since = 0;    // s, from when it was `former`
-  for (int i = 0; i < most_advances; ++i) {
+  for (int i = 0; i < max_advances; ++i) {
     const Pose at_a = advanced(a.pose, a.velocity, impact.time), at_b = advanced(b.pose, b.velocity, impact.time);
     const Vec3 local = inverse_rotate(at_a.rotation, impact.normal);
     const float left = dt - impact.time;
@@ -243,7 +229,7 @@ FATHOM_HD Impact first_impact(const Mover& a, const Mover& b, const NearCores<An
     impact.normal = rotate(at_a.rotation, found.normal);
     const SupportPair at = supports_along(cores, at_a, at_b, impact.normal);
     impact.gap = separation_along(cores, at_a, at_b, at, impact.normal);
-    impact.speed = most_approach(a, b, impact.normal);
+    impact.speed = max_approach(a, b, impact.normal);
     if (impact.gap <= skin) break;
     if (i > 0) turn = (1.0f / since) * cross(former, impact.normal);
     const float later = time_apart(a, b, cores, at_a, at_b, at, impact.normal, turn, left, impact.gap - 0.5f * skin);

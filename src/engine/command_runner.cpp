@@ -8,13 +8,13 @@ namespace fathom::engine {
 namespace {
 
 // Handles are given out from 0 up, so one far beyond the number of bodies a world holds is no handle.
-constexpr std::uint32_t most_handles = 1u << 28;
+constexpr std::uint32_t max_handles = 1u << 28;
 
 std::string text(BodyHandle handle) {
   return "{index " + std::to_string(handle.index) + ", generation " + std::to_string(handle.generation) + "}";
 }
 
-bool is_handle(BodyHandle handle) { return handle.index < most_handles && handle.generation != 0; }
+bool is_handle(BodyHandle handle) { return handle.index < max_handles && handle.generation != 0; }
 
 /// How many of the commands, from the first on, add bodies whose definitions lie side by side.
 std::size_t additions(std::span<const Command> commands) {

@@ -31,7 +31,7 @@ spdlog::level::level_enum spdlog_level(LogLevel level) {
 class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit FileSink(const LogSettings& settings)
-      : path_(settings.file), most_bytes_(std::uintmax_t(settings.file_size) << 20), files_(settings.files) {
+      : path_(settings.file), max_bytes_(std::uintmax_t(settings.file_size) << 20), files_(settings.files) {
     file_.emplace(path_, files::Writing::appended);
     if (file_->is_regular()) bytes_ = fs::file_size(file_->target());
   }
@@ -40,7 +40,7 @@ class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
   void sink_it_(const spdlog::details::log_msg& message) override {
     spdlog::memory_buf_t line;
     formatter_->format(message, line);
-    if (file_ && file_->is_regular() && bytes_ > 0 && bytes_ + line.size() > most_bytes_) rotate();
+    if (file_ && file_->is_regular() && bytes_ > 0 && bytes_ + line.size() > max_bytes_) rotate();
     if (!file_) return;
     file_->write(line.data(), line.size());
     bytes_ += line.size();
@@ -64,7 +64,7 @@ class FileSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
 
   std::string path_;
-  std::uintmax_t most_bytes_, bytes_ = 0;
+  std::uintmax_t max_bytes_, bytes_ = 0;
   int files_;
   std::optional<files::OutputFile> file_;
 };

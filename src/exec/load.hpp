@@ -74,12 +74,12 @@ class Patience {
   /// After every look in vain, which takes more than half a microsecond.
   FATHOM_HD void look_again() {
 #if defined(__CUDA_ARCH__)
-    if (++looks_ == most_looks) __trap();
+    if (++looks_ == max_looks) __trap();
 #endif
   }
 
  private:
-  static constexpr std::uint32_t most_looks = 1u << 22;
+  static constexpr std::uint32_t max_looks = 1u << 22;
   std::uint32_t looks_ = 0;
 };
 

@@ -26,10 +26,10 @@ struct ItemShare {
 template <class Kernel>
 FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& plan,
                              const typename Kernel::Place& place, std::uint32_t first, std::uint32_t stride,
-                             std::uint32_t most_items) {
+                             std::uint32_t max_phase_items) {
   const std::uint32_t n = kernel.items(plan, place);
   if (kernel.is_serial(plan, place)) return {first == 0 ? 0 : n, 1, n};
-  return {first, stride, within(kernel, n, most_items)};
+  return {first, stride, within(kernel, n, max_phase_items)};
 }
 
 /// Items of a phase that begins now.
@@ -51,10 +51,10 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
 #pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
 #endif
 template <bool ends_at_empty, class Kernel, class Barrier>
-FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t most_phases,
-                           std::uint32_t most_items, const Kernel& kernel, const typename Kernel::Plan& plan,
+FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t max_phases,
+                           std::uint32_t max_phase_items, const Kernel& kernel, const typename Kernel::Plan& plan,
                            Barrier& barrier) {
-  const std::uint32_t phases = within(kernel, kernel.phases(plan), most_phases);
+  const std::uint32_t phases = within(kernel, kernel.phases(plan), max_phases);
   if (phases == 0) return;
   // How many items a phase without a plan has may be what the phase before has counted.
   constexpr bool is_planned = Kernel::plan_parts > 0;
@@ -62,11 +62,11 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   if constexpr (requires { kernel.needs_barriers(plan); })
     if (!kernel.needs_barriers(plan)) wait = Wait::for_data;
   auto place = kernel.place(plan, 0);
-  ItemShare share = share_of(kernel, plan, place, first, stride, most_items);
+  ItemShare share = share_of(kernel, plan, place, first, stride, max_phase_items);
   std::uint32_t i = share.first;
   const auto go_on = [&] {
     place = kernel.next(plan, place);
-    share = share_of(kernel, plan, place, first, stride, most_items);
+    share = share_of(kernel, plan, place, first, stride, max_phase_items);
     i = share.first;
   };
   constexpr bool waits_for_each = requires { kernel.wait_before(plan, place); };

@@ -108,12 +108,12 @@ int descriptor_named(const std::string& path) {
 bool is_stdout(const std::string& path) { return descriptor_named(without_links(path)) == STDOUT_FILENO; }
 
 std::string without_links(const std::string& path) {
-  constexpr int most_links = 40;  // as many as the kernel follows
+  constexpr int max_links = 40;  // as many as the kernel follows
   fs::path at = path;
   std::error_code failure;
   for (int links = 0; descriptor_named(at.string()) < 0 && fs::is_symlink(fs::symlink_status(at, failure)); ++links) {
     const fs::path next = fs::read_symlink(at, failure);
-    if (failure || links == most_links) {
+    if (failure || links == max_links) {
       errno = failure ? failure.value() : ELOOP;
       return {};
     }

@@ -115,7 +115,7 @@ Vec3d common_point(Vec3d on_core, Vec3d n, double distance, double radius_a, dou
 }  // namespace
 
 Separation separation(const PlacedShape& a, const PlacedShape& b, Vec3d shift, Vec3d guess) {
-  constexpr int most_rounds = 64;
+  constexpr int max_rounds = 64;
   const Vec3d between = (b.position - a.position) + shift;
   Vec3d n = guess;
   double size = length(n);
@@ -123,7 +123,7 @@ Separation separation(const PlacedShape& a, const PlacedShape& b, Vec3d shift, V
   Simplex simplex, best;
   double least = std::numeric_limits<double>::infinity(), scale = 0;
   Vec3d nearest = n;
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     const Vec3d on_a = a.support(n), difference = between + b.support(-n) - on_a;
     if (simplex.has(difference)) break;
     scale = std::max({scale, length(difference), length(on_a)});

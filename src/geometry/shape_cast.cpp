@@ -10,7 +10,7 @@ namespace fathom {
 
 std::optional<SurfaceHit> shape_cast(const PlacedShape& moving, Vec3 translation, const PlacedShape& still,
                                      double limit) {
-  constexpr int most_advances = 64;
+  constexpr int max_advances = 64;
   const Vec3d way = to_double(translation), from_still = moving.position - still.position;
   const double skin = 1e-6 * std::min(moving.thinnest, still.thinnest);
   const auto hit = [&](double fraction, const Separation& there) {
@@ -21,7 +21,7 @@ std::optional<SurfaceHit> shape_cast(const PlacedShape& moving, Vec3 translation
   double fraction = 0;
   Separation last;
   Vec3d guess = from_still;
-  for (int i = 0; i < most_advances; ++i) {
+  for (int i = 0; i < max_advances; ++i) {
     const Separation now = separation(still, moving, fraction * way, guess);
     // Rounding may take the last advance onto the surface, where there is no normal: that of the round before is right.
     if (now.touch()) {

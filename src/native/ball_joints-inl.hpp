@@ -132,7 +132,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     anchor_a.set(lane, joint.anchor_a), anchor_b.set(lane, joint.anchor_b);
     between.set(lane, b.position - a.position);
     const Vec3 last = constrained.joint_impulses[index].last;
-    impulse.set(lane, start_share(length_squared(last), joint.most_start) * last);
+    impulse.set(lane, start_share(length_squared(last), joint.max_start) * last);
     pull.set(lane, swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a));
     vector_a.set(lane, a.rotation.vector()), vector_b.set(lane, b.rotation.vector());
     w_a[lane] = a.rotation.w, w_b[lane] = b.rotation.w;
@@ -140,7 +140,7 @@ HWY_NOINLINE void prepare_joints(const Block<D>& block, const ConstraintRef* ref
     softness[1][lane] = joint.softness.mass_scale;
     softness[2][lane] = joint.softness.impulse_scale;
     softness[3][lane] = joint.rigid ? 1.0f : 0.0f;
-    softness[4][lane] = joint.most_impulse;
+    softness[4][lane] = joint.max_impulse;
     load_joint_bodies(block, lane, joint, view);
     h.lanes = static_cast<std::uint8_t>(++lane);
   }

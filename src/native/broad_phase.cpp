@@ -25,7 +25,7 @@ class TreeBroadPhase : public BroadPhase {
     refresh(input, pool);
     // Small trees are in the cache anyway, and only bodies that can move are in the tree's order.
     const std::size_t changed = input.changed.size();
-    const bool many = changed > least_changed && changed * least_part > moving_.size();
+    const bool many = changed > min_changed && changed * min_part > moving_.size();
     return many && !input.changed_at_rest ? find_in_order_of_tree(input, pool, found)
                                           : find_in_order_of_slots(input, pool, found);
   }
@@ -77,7 +77,7 @@ class TreeBroadPhase : public BroadPhase {
   }
 
  private:
-  static constexpr std::size_t least_changed = 16, least_part = 32, many_hits = 64;
+  static constexpr std::size_t min_changed = 16, min_part = 32, many_hits = 64;
 
   std::size_t find_in_order_of_slots(const BroadPhaseInput& input, ThreadPool& pool,
                                      std::vector<std::vector<Pair>>& found) {

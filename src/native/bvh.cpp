@@ -141,7 +141,7 @@ Aabb Bvh::box_of(const Node& node) {
 namespace {
 
 constexpr Aabb empty_box{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
-constexpr std::size_t least_subtrees = 2;
+constexpr std::size_t min_subtrees = 2;
 constexpr std::size_t node_grain = 16;
 constexpr std::size_t nodes_ahead = 2;
 
@@ -152,7 +152,7 @@ void Bvh::refit(const BodyBounds* bounds, ThreadPool& pool) {
   if (leaves_.empty()) return;
   const std::size_t subtrees = (levels_[0].count + width - 1) / width;
   areas_.assign(subtrees, 0.0);
-  pool.for_each_part(subtrees, least_subtrees, [&](std::size_t begin, std::size_t end) {
+  pool.for_each_part(subtrees, min_subtrees, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) refit_subtree(bounds, i);
   });
   area_ = 0;

@@ -158,7 +158,7 @@ void CellSolver::solve(std::span<const std::uint32_t> in_contact) {
         body_solver_.carry_impulses(in_contact, h);
         carry = Carry::as_is;
       }
-      strike();
+      bounce();
     }
     body_solver_.integrate_velocities(in_contact, h, carry);
     fail(in_contact, SolverStage::velocities, substep);
@@ -190,11 +190,11 @@ void CellSolver::fail(std::span<const std::uint32_t> in_contact, SolverStage sta
   }
 }
 
-void CellSolver::strike() {
-  struck_ = true;
-  for (std::uint32_t i = 0; i < most_strike_sweeps && struck_; ++i) {
-    struck_ = false;
-    sweep<Pass::strike>();
+void CellSolver::bounce() {
+  bounced_ = true;
+  for (std::uint32_t i = 0; i < max_bounce_sweeps && bounced_; ++i) {
+    bounced_ = false;
+    sweep<Pass::bounce>();
   }
 }
 
@@ -219,17 +219,17 @@ void CellSolver::sweep_row(Row& row) {
     return;
   }
   ContactRows& rows = row.rows;
-  if (pass == Pass::strike && !rows.may_bounce()) return;
+  if (pass == Pass::bounce && !rows.may_bounce()) return;
   auto bodies = bodies_of<Inertia>(row);
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if constexpr (pass == Pass::warm_start) {
     warm_start_contact<float>(rows, bodies);
     if (row.roll.length > 0) bodies.twist(row.roll.impulse);
-  } else if constexpr (pass == Pass::strike) {
-    const Strike<float> strike = strike_contact(rows, bodies, h, strike_threshold(def_, h));
-    if (!strike.any) return;
-    rows.impulses.step += strike.impulse;
-    struck_.store(true, std::memory_order_relaxed);
+  } else if constexpr (pass == Pass::bounce) {
+    const Bounce<float> bounce = bounce_contact(rows, bodies, h, bounce_threshold(def_, h));
+    if (!bounce.any) return;
+    rows.impulses.step += bounce.impulse;
+    bounced_.store(true, std::memory_order_relaxed);
   } else {
     const ContactAxes axes = rows.axes();
     const SolverBody& body_a = state_.solver[row.a + 1];

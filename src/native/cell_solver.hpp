@@ -45,13 +45,13 @@ class CellSolver {
     float nearest;  ///< m, of the points when the step began
     bool isotropic, pushes_fixed;
   };
-  enum class Pass { warm_start, clear, push, relax, strike };
+  enum class Pass { warm_start, clear, push, relax, bounce };
 
   void partition(std::span<const std::uint32_t> in_contact);
   void prepare(Row& row, std::uint32_t contact);
   template <class Inertia>
   void prepare_as(Row& row, Contact& contact, const ContactManifold& manifold);
-  void strike();
+  void bounce();
   void fail(std::span<const std::uint32_t> in_contact, SolverStage stage, int substep);
   template <Pass pass>
   void sweep();
@@ -76,7 +76,7 @@ class CellSolver {
   std::size_t first_cell_[groups + 1] = {};
   std::atomic<std::size_t> point_count_ = 0;
   ContactSoftness contacts_;
-  std::atomic<bool> struck_ = false;
+  std::atomic<bool> bounced_ = false;
   bool ends_substep_ = false;  // the sweep under way is its substep's last
 };
 

@@ -12,12 +12,12 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t least_to_sort = 1024;  // lanes, in several threads
+constexpr std::size_t min_to_sort = 1024;  // lanes, in several threads
 constexpr std::size_t body_grain = 512;
-constexpr std::size_t least_stretches = 16;  // to copy in several threads
-constexpr std::size_t least_to_group = 256;  // bodies
-constexpr std::size_t least_weight = 64;     // contacts of a group, so that its lanes are well filled
-constexpr std::size_t most_weight = 1024;    // of a group, so that it stays in the cache
+constexpr std::size_t min_stretches = 16;    // to copy in several threads
+constexpr std::size_t min_to_group = 256;    // bodies
+constexpr std::size_t min_weight = 64;       // contacts of a group, so that its lanes are well filled
+constexpr std::size_t max_weight = 1024;     // of a group, so that it stays in the cache
 constexpr std::size_t groups_a_thread = 4;   // so that others can help
 constexpr std::size_t ahead = 16;            // contacts fetched before their turn
 constexpr std::size_t few_of_a_colour = 8;   // on average
@@ -121,7 +121,7 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
       block += blocks_of(graph_.joints_of_colour(kind, colour_of_[s]), width_);
     }
   };
-  const bool alone = lanes_.size() < least_to_sort;
+  const bool alone = lanes_.size() < min_to_sort;
   pool_.for_each_part(stretches_.size(), alone ? stretches_.size() : 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) fill(s);
   });
@@ -141,7 +141,7 @@ void ConstraintLayout::share_out() {
   for (std::size_t s = 0; s < stretches_.size(); ++s) {
     Stretch& stretch = stretches_[s];
     const std::size_t blocks = stretch.end - stretch.first;
-    stretch.shares = std::clamp<std::size_t>(blocks / least_blocks(), 1, threads());
+    stretch.shares = std::clamp<std::size_t>(blocks / min_blocks(), 1, threads());
     for (std::size_t t = 0; t <= threads(); ++t) {
       const std::size_t even = std::min(t, stretch.shares) * blocks / stretch.shares;
       const bool inner = stretch.shares == threads() && t > 0 && t < threads();
@@ -163,7 +163,7 @@ void ConstraintLayout::order_bodies(std::span<const std::uint32_t> in_contact, c
 }
 
 void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
-  const std::size_t shares = std::clamp<std::size_t>(bodies_.size() / least_bodies, 1, threads());
+  const std::size_t shares = std::clamp<std::size_t>(bodies_.size() / min_bodies, 1, threads());
   body_cuts_.resize(shares + 1);
   for (std::size_t t = 0; t <= shares; ++t) {
     body_cuts_[t] = t * bodies_.size() / shares;
@@ -255,7 +255,7 @@ void ConstraintLayout::fill_by_unit() {
     units_.push_back(unit);
   }
   grow_to(lanes_, blocks_ * width_);
-  pool_.for_each_part(stretches_.size(), least_stretches, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(stretches_.size(), min_stretches, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
       if (!lists_[s]) continue;
       const auto rest = std::copy(lists_[s]->begin(), lists_[s]->end(), first_lane(stretches_[s]));
@@ -292,7 +292,7 @@ void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_co
 // Many islands can be expected where there are fewer contacts between bodies than bodies. The overflow knows no
 // islands: then all is one group.
 bool ConstraintLayout::may_group(std::span<const std::uint32_t> in_contact) const {
-  if (in_contact.size() < (threads() > 1 ? least_to_group : cached_bodies)) return false;
+  if (in_contact.size() < (threads() > 1 ? min_to_group : cached_bodies)) return false;
   if (graph_.any_overflow() || graph_.domains().in_use()) return false;
   return graph_.between() < in_contact.size();
 }
@@ -339,8 +339,8 @@ bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   join_islands();
   // Where several groups a thread would leave lanes empty, one.
   const std::size_t several = links_.size() / (threads() * groups_a_thread);
-  const std::size_t full = several < least_weight ? std::max(least_weight / 4, blocks_of(links_.size(), threads()))
-                                                  : std::min(several, most_weight);
+  const std::size_t full = several < min_weight ? std::max(min_weight / 4, blocks_of(links_.size(), threads()))
+                                                : std::min(several, max_weight);
   std::size_t weight = 0, largest = 0;
   groups_.push_back({});
   grow_to(group_of_body_, in_contact.size());

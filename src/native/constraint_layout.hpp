@@ -112,7 +112,7 @@ class ConstraintLayout {
 
  private:
   std::size_t threads() const { return static_cast<std::size_t>(pool_.thread_count()); }
-  std::size_t least_blocks() const { return width_ < least_lanes ? least_lanes / width_ : 1; }
+  std::size_t min_blocks() const { return width_ < min_lanes ? min_lanes / width_ : 1; }
   std::size_t* cuts(std::size_t stretch) { return cuts_.data() + stretch * (threads() + 1); }
 
   void fill_by_colour(const Neighbourhood& neighbourhood);
@@ -136,8 +136,8 @@ class ConstraintLayout {
   void fill_by_group();
   std::uint32_t root(std::uint32_t slot);
 
-  static constexpr std::size_t least_lanes = 32;  // the least work worth another thread, about half a microsecond
-  static constexpr std::size_t least_bodies = 64;
+  static constexpr std::size_t min_lanes = 32;  // the least work worth another thread, about half a microsecond
+  static constexpr std::size_t min_bodies = 64;
 
   const BodyState& state_;
   const ContactGraph& graph_;
@@ -184,7 +184,7 @@ template <class Act>
 void ConstraintLayout::for_each_part_of_all(const Act& act) {
   constexpr std::size_t parts = ThreadPool::parts_a_thread;
   const std::size_t shares = parts * threads();
-  if (blocks_ < shares * least_blocks()) return pool_.for_each_part(blocks_, least_blocks(), act);
+  if (blocks_ < shares * min_blocks()) return pool_.for_each_part(blocks_, min_blocks(), act);
   pool_.for_each_part(shares, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = 0; s < stretches_.size(); ++s)
       for (std::size_t i = begin; i < end; ++i) {

@@ -43,13 +43,13 @@ void NativeSimulator::take_over_changes() {
   place_changes();
   graph_.make_room_for_touches();
   gather_changes();
-  const std::span<Seat> ended(seats_ended_.data(), seats_ended_.size());
-  const std::span<Seat> begun(seats_begun_.data(), seats_begun_.size());
+  const std::span<GraphEdge> ended(edges_ended_.data(), edges_ended_.size());
+  const std::span<GraphEdge> begun(edges_begun_.data(), edges_begun_.size());
   const std::size_t changes = ended.size() + begun.size() + pairs_gone_.size();
   if (ended.size() + begun.size() > 0) in_contact_is_current_ = false;
 
-  const bool wakes_any = def.sleep.enabled && std::any_of(begun.begin(), begun.end(), [&](const Seat& seat) {
-                           return is_asleep(seat.a) || is_asleep(seat.b);
+  const bool wakes_any = def.sleep.enabled && std::any_of(begun.begin(), begun.end(), [&](const GraphEdge& edge) {
+                           return is_asleep(edge.a) || is_asleep(edge.b);
                          });
   graph_.make_manifolds(begun.size());
   const auto colour = [&] {
@@ -64,7 +64,7 @@ void NativeSimulator::take_over_changes() {
   });
 
   for_each_part(pool_, parts, [&](std::size_t part) {
-    graph_.relist(ended, wakes_any ? std::span<Seat>() : begun, part, parts);
+    graph_.relist(ended, wakes_any ? std::span<GraphEdge>() : begun, part, parts);
     const std::size_t first = part * changed_count_ / parts, end = (part + 1) * changed_count_ / parts;
     for (const std::uint32_t slot : changed().subspan(first, end - first))
       state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
@@ -89,9 +89,9 @@ void NativeSimulator::place_changes() {
     next.ended += counts.ended;
     next.gone += counts.gone;
   }
-  make_anew(seats_begun_, next.begun);
+  make_anew(edges_begun_, next.begun);
   make_anew(first_manifolds_, next.begun);
-  make_anew(seats_ended_, next.ended);
+  make_anew(edges_ended_, next.ended);
   make_anew(pairs_gone_, next.gone);
   graph_.expect(next.ended, next.gone);
 }
@@ -103,7 +103,7 @@ void NativeSimulator::add_parts(BlockOfChanges& block) {
 }
 
 void NativeSimulator::gather_changes() {
-  const std::size_t changes = seats_begun_.size() + seats_ended_.size() + pairs_gone_.size();
+  const std::size_t changes = edges_begun_.size() + edges_ended_.size() + pairs_gone_.size();
   const std::size_t parts = parts_for(pool_, changes);
   for_each_part(pool_, parts, [&](std::size_t part) {
     const auto block = [&](std::size_t i) -> const BlockOfChanges& { return blocks_[changed_blocks_[i].block]; };
@@ -127,13 +127,13 @@ void NativeSimulator::gather_changes() {
 
 void NativeSimulator::gather(const BlockOfChanges& block, PlacedBlock place) {
   for (const NewManifold& fresh : block.begun) {
-    const Seat seat = graph_.seat_of(fresh.contact);
+    const GraphEdge edge = graph_.edge_of(fresh.contact);
     first_manifolds_[place.begun] = &fresh;
-    seats_begun_[place.begun++] = seat;
+    edges_begun_[place.begun++] = edge;
   }
   for (const std::uint32_t index : block.ended) {
     if (graph_[index].in_touch) graph_.touch_changes().note(index, false);
-    seats_ended_[place.ended] = graph_.end(place.ended, index);
+    edges_ended_[place.ended] = graph_.end(place.ended, index);
     ++place.ended;
   }
   for (const std::uint32_t index : block.gone) {
@@ -147,8 +147,8 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
   const auto fetch = [&](std::size_t i) {
     prefetch_to_read(&first_manifolds_[i]->contact);
     prefetch_to_read(&first_manifolds_[i]->manifold.points[2]);
-    graph_.prefetch(seats_begun_[i].contact);
-    for (const std::uint32_t slot : {seats_begun_[i].a, seats_begun_[i].b}) {
+    graph_.prefetch(edges_begun_[i].contact);
+    for (const std::uint32_t slot : {edges_begun_[i].a, edges_begun_[i].b}) {
       prefetch_to_read(&bodies[slot]);
       prefetch_to_read(&bodies[slot].material);
     }
@@ -162,15 +162,15 @@ void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, 
 
 // An island that wakes up has those of its contacts coloured that touch by then.
 void NativeSimulator::begin_one_by_one() {
-  for (std::size_t i = 0; i < seats_begun_.size(); ++i) {
-    const Seat& seat = seats_begun_[i];
-    graph_.begin(i, seat.contact);
-    for (const std::uint32_t slot : {seat.a, seat.b})
+  for (std::size_t i = 0; i < edges_begun_.size(); ++i) {
+    const GraphEdge& edge = edges_begun_[i];
+    graph_.begin(i, edge.contact);
+    for (const std::uint32_t slot : {edge.a, edge.b})
       if (is_asleep(slot)) {
         islands_.wake(slot);
         active_is_current_ = false;
       }
-    if (graph_[seat.contact].colour == no_colour) graph_.colour(seat.contact);
+    if (graph_[edge.contact].colour == no_colour) graph_.colour(edge.contact);
   }
 }
 

@@ -71,7 +71,7 @@ std::uint32_t ContactGraph::take_slot() {
 
 void ContactGraph::grow_contacts(std::size_t count) {
   grow_to(contacts_, contacts_.size() + count);
-  grow_to(places_, contacts_.size());
+  grow_to(list_positions_, contacts_.size());
 }
 
 void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
@@ -160,14 +160,14 @@ void ContactGraph::expect(std::size_t ended, std::size_t gone) {
   grow_to(free_, first_gone_ + gone);
 }
 
-Seat ContactGraph::end(std::size_t i, std::uint32_t index) {
-  const Seat seat = seat_of(index);
+GraphEdge ContactGraph::end(std::size_t i, std::uint32_t index) {
+  const GraphEdge edge = edge_of(index);
   Contact& c = contacts_[index];
   free_manifolds_[first_ended_ + i] = c.manifold;
   c.manifold = none;
   c.colour = no_colour;
   c.hits = false;
-  return seat;
+  return edge;
 }
 
 Pair ContactGraph::leave(std::size_t i, std::uint32_t index) {
@@ -212,31 +212,31 @@ void ContactGraph::mix_materials(const Contact& c, ContactManifold& m) {
 
 // --- colours -------------------------------------------------------------------------------------------------
 
-Seat ContactGraph::seat_of(std::uint32_t index) const {
+GraphEdge ContactGraph::edge_of(std::uint32_t index) const {
   const Contact& c = contacts_[index];
   return {index, c.a, c.b, static_cast<std::uint16_t>(domains_.unit(c)), c.colour, c.fixed_a};
 }
 
 void ContactGraph::colour(std::uint32_t index) {
-  Seat seat = seat_of(index);
-  colour({&seat, 1});
-  relist({}, {&seat, 1}, 0, 1);
+  GraphEdge edge = edge_of(index);
+  colour({&edge, 1});
+  relist({}, {&edge, 1}, 0, 1);
 }
 
 void ContactGraph::uncolour(std::uint32_t index) {
-  const Seat seat = seat_of(index);
+  const GraphEdge edge = edge_of(index);
   contacts_[index].colour = no_colour;
-  uncolour({&seat, 1});
-  relist({&seat, 1}, {}, 0, 1);
+  uncolour({&edge, 1});
+  relist({&edge, 1}, {}, 0, 1);
 }
 
-void ContactGraph::colour(std::span<Seat> seats) {
-  colouring_ += !seats.empty();
-  for (std::size_t i = 0; i < seats.size(); ++i) {
-    if (i + ahead < seats.size()) prefetch_bodies(seats[i + ahead]);
-    Seat& seat = seats[i];
-    seat.colour = take_colour(seat.a, seat.b, seat.fixed_a);
-    count(seat, 1);
+void ContactGraph::colour(std::span<GraphEdge> edges) {
+  colouring_ += !edges.empty();
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (i + ahead < edges.size()) prefetch_bodies(edges[i + ahead]);
+    GraphEdge& edge = edges[i];
+    edge.colour = take_colour(edge.a, edge.b, edge.fixed_a);
+    count(edge, 1);
   }
 }
 
@@ -270,47 +270,48 @@ void ContactGraph::give_back_colour(std::uint32_t a, std::uint32_t b, bool fixed
   if (!fixed_a) unmark(a);
 }
 
-void ContactGraph::uncolour(std::span<const Seat> seats) {
-  for (std::size_t i = 0; i < seats.size(); ++i) {
-    if (i + ahead < seats.size()) prefetch_bodies(seats[i + ahead]);
-    const Seat& seat = seats[i];
-    if (seat.colour == no_colour) continue;
+void ContactGraph::uncolour(std::span<const GraphEdge> edges) {
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (i + ahead < edges.size()) prefetch_bodies(edges[i + ahead]);
+    const GraphEdge& edge = edges[i];
+    if (edge.colour == no_colour) continue;
     ++colouring_;
-    give_back_colour(seat.a, seat.b, seat.fixed_a, seat.colour);
-    count(seat, -1);
+    give_back_colour(edge.a, edge.b, edge.fixed_a, edge.colour);
+    count(edge, -1);
   }
 }
 
-void ContactGraph::prefetch_bodies(const Seat& seat) const {
-  seat.for_each_body([&](std::uint32_t slot) { prefetch_to_write(&state_.colour_mask[slot]); });
+void ContactGraph::prefetch_bodies(const GraphEdge& edge) const {
+  edge.for_each_body([&](std::uint32_t slot) { prefetch_to_write(&state_.colour_mask[slot]); });
 }
 
-void ContactGraph::count(const Seat& seat, int more) {
+void ContactGraph::count(const GraphEdge& edge, int more) {
   const auto add = [&](std::size_t& sum) { sum += static_cast<std::size_t>(more); };
-  add(sizes_[seat.colour]);
-  add(unit_sizes_[seat.unit]);
-  if (!seat.fixed_a) add(between_);
+  add(sizes_[edge.colour]);
+  add(unit_sizes_[edge.unit]);
+  if (!edge.fixed_a) add(between_);
 }
 
-void ContactGraph::relist(std::span<const Seat> ended, std::span<const Seat> begun, std::size_t part,
+void ContactGraph::relist(std::span<const GraphEdge> ended, std::span<const GraphEdge> begun, std::size_t part,
                           std::size_t parts) {
   const bool by_unit = domains_.in_use();
   const std::size_t owned = by_unit ? domains_.units() : overflow_colour + 1;
   const std::size_t first = part * owned / parts, count = (part + 1) * owned / parts - first;
-  const auto is_mine = [&](const Seat& s) { return (by_unit ? s.unit : s.colour) - first < count; };
+  const auto is_mine = [&](const GraphEdge& s) { return (by_unit ? s.unit : s.colour) - first < count; };
   for (std::size_t i = 0; i < ended.size(); ++i) {
-    if (i + ahead < ended.size() && is_mine(ended[i + ahead])) prefetch_to_read(&places_[ended[i + ahead].contact]);
-    const Seat& seat = ended[i];
-    if (!is_mine(seat) || seat.colour == no_colour) continue;
-    std::vector<std::uint32_t>& list = list_of(seat);
-    const std::uint32_t place = places_[seat.contact], last = list.back();
+    if (i + ahead < ended.size() && is_mine(ended[i + ahead]))
+      prefetch_to_read(&list_positions_[ended[i + ahead].contact]);
+    const GraphEdge& edge = ended[i];
+    if (!is_mine(edge) || edge.colour == no_colour) continue;
+    std::vector<std::uint32_t>& list = list_of(edge);
+    const std::uint32_t place = list_positions_[edge.contact], last = list.back();
     list[place] = last;
-    places_[last] = place;
+    list_positions_[last] = place;
     list.pop_back();
   }
   for (std::size_t i = 0; i < begun.size(); ++i) {
     if (i + ahead < begun.size() && is_mine(begun[i + ahead])) {
-      prefetch_to_write(&places_[begun[i + ahead].contact]);
+      prefetch_to_write(&list_positions_[begun[i + ahead].contact]);
       prefetch_to_write(&contacts_[begun[i + ahead].contact]);
     }
     if (!is_mine(begun[i])) continue;
@@ -319,19 +320,19 @@ void ContactGraph::relist(std::span<const Seat> ended, std::span<const Seat> beg
   }
 }
 
-std::vector<std::uint32_t>& ContactGraph::list_of(const Seat& seat) {
-  return colours_[seat.unit * (overflow_colour + 1) + seat.colour];
+std::vector<std::uint32_t>& ContactGraph::list_of(const GraphEdge& edge) {
+  return colours_[edge.unit * (overflow_colour + 1) + edge.colour];
 }
 
-void ContactGraph::enlist(const Seat& seat) {
-  std::vector<std::uint32_t>& list = list_of(seat);
-  places_[seat.contact] = static_cast<std::uint32_t>(list.size());
+void ContactGraph::enlist(const GraphEdge& edge) {
+  std::vector<std::uint32_t>& list = list_of(edge);
+  list_positions_[edge.contact] = static_cast<std::uint32_t>(list.size());
   if (list.size() == list.capacity()) {
     const std::size_t before = list.capacity();
     make_room(list, list.size() + 1);
     std::atomic_ref(colours_room_).fetch_add(list.capacity() - before, std::memory_order_relaxed);
   }
-  list.push_back(seat.contact);
+  list.push_back(edge.contact);
 }
 
 // --- domains -------------------------------------------------------------------------------------------------
@@ -374,7 +375,7 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& place) {
       colours_[list_number(contacts_[index])][place] = index;
-      places_[index] = place++;
+      list_positions_[index] = place++;
     });
   });
 }
@@ -385,7 +386,7 @@ std::size_t ContactGraph::memory_bytes() const {
          touch_changes_.memory_bytes() + colours_.capacity() * sizeof(colours_[0]) +
          joints_.capacity() * sizeof(Joint) + joint_impulses_.capacity() * sizeof(JointImpulse) +
          generic_joints_.capacity() * sizeof(GenericJoint) + generic_impulses_.capacity() * sizeof(GenericImpulse) +
-         (places_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
+         (list_positions_.capacity() + free_.capacity() + free_manifolds_.capacity() + new_manifolds_.capacity() +
           colours_room_) *
              sizeof(std::uint32_t);
 }

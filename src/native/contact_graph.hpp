@@ -30,7 +30,7 @@
 namespace fathom::native {
 
 /// A contact that touches, and where it is solved.
-struct Seat {
+struct GraphEdge {
   std::uint32_t contact, a, b;
   std::uint16_t unit;
   std::uint8_t colour;
@@ -46,8 +46,8 @@ struct Seat {
 
 /// How many parts so many contacts or pairs are changed in.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
-  constexpr std::size_t least_to_share = 128;
-  return items < least_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
+  constexpr std::size_t min_to_share = 128;
+  return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
 }
 
 /// Calls act(part) for each part, by one thread.
@@ -130,8 +130,8 @@ class ContactGraph {
   void change_joint(std::uint32_t slot, const Joint& changed) {
     Joint& joint = joints_[slot];
     joint.anchor_a = changed.anchor_a, joint.anchor_b = changed.anchor_b;
-    joint.softness = changed.softness, joint.most_impulse = changed.most_impulse;
-    joint.most_start = changed.most_start, joint.rigid = changed.rigid;
+    joint.softness = changed.softness, joint.max_impulse = changed.max_impulse;
+    joint.max_start = changed.max_start, joint.rigid = changed.rigid;
   }
   const JointImpulse& joint_impulse(std::uint32_t slot) const { return joint_impulses_[slot]; }
   const GenericJoint& generic_joint(std::uint32_t slot) const { return generic_joints_[slot]; }
@@ -182,7 +182,7 @@ class ContactGraph {
   /// Makes room for contacts that end touch and contacts that go.
   void expect(std::size_t ended, std::size_t gone);
   /// The i-th of them ends touch: all but its bodies and lists forget about that.
-  Seat end(std::size_t i, std::uint32_t index);
+  GraphEdge end(std::size_t i, std::uint32_t index);
   /// The i-th of them goes, and touches no more; its pair is still known.
   Pair leave(std::size_t i, std::uint32_t index);
   /// Forgets a part of the pairs.
@@ -196,19 +196,19 @@ class ContactGraph {
   void mix_materials(const Contact& contact, ContactManifold& manifold);
   void mix_materials(const Contact& contact);
   /// Brings a part of the colours' lists up to date with those that ended and those that have their colours.
-  void relist(std::span<const Seat> ended, std::span<const Seat> begun, std::size_t part, std::size_t parts);
+  void relist(std::span<const GraphEdge> ended, std::span<const GraphEdge> begun, std::size_t part, std::size_t parts);
 
   void prefetch(std::uint32_t index) const { prefetch_to_write(&contacts_[index]); }
 
   // By one thread.
 
   /// Gives the contacts colours, or takes them away, in all but their lists. Ended ones that had none are left out.
-  void colour(std::span<Seat> seats);
-  void uncolour(std::span<const Seat> seats);
+  void colour(std::span<GraphEdge> edges);
+  void uncolour(std::span<const GraphEdge> edges);
   /// Gives the touching contact a colour, or takes it away. Both may be called only where it is due.
   void colour(std::uint32_t index);
   void uncolour(std::uint32_t index);
-  Seat seat_of(std::uint32_t index) const;
+  GraphEdge edge_of(std::uint32_t index) const;
   const std::vector<std::uint32_t>& of(std::size_t unit, int colour) const {
     return colours_[unit * (overflow_colour + 1) + static_cast<std::size_t>(colour)];
   }
@@ -257,11 +257,11 @@ class ContactGraph {
   template <class Act>
   void for_each_in_tables(std::span<const Pair> pairs, std::size_t part, std::size_t parts, const Act& act) const;
   std::size_t list_number(const Contact& c) const { return domains_.unit(c) * (overflow_colour + 1) + c.colour; }
-  std::vector<std::uint32_t>& list_of(const Seat& seat);
+  std::vector<std::uint32_t>& list_of(const GraphEdge& edge);
   void enlist_all(ThreadPool& pool);
-  void enlist(const Seat& seat);
-  void prefetch_bodies(const Seat& seat) const;
-  void count(const Seat& seat, int more);
+  void enlist(const GraphEdge& edge);
+  void prefetch_bodies(const GraphEdge& edge) const;
+  void count(const GraphEdge& edge, int more);
   std::uint8_t take_colour(std::uint32_t a, std::uint32_t b, bool fixed_a);
   void give_back_colour(std::uint32_t a, std::uint32_t b, bool fixed_a, std::uint8_t colour);
   static constexpr std::size_t joint_kinds = constraint_kinds - 1;
@@ -275,7 +275,7 @@ class ContactGraph {
   BodyTable& bodies_;
   BodyState& state_;
   LargeArray<Contact> contacts_;
-  LargeArray<std::uint32_t> places_;  // of contacts in their colours' lists
+  LargeArray<std::uint32_t> list_positions_;  // of contacts in their colours' lists
   struct PartLink {
     std::uint32_t next = none;  ///< in the ring
     Children children;

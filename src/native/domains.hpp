@@ -38,8 +38,8 @@ class Domains {
   std::size_t count(std::size_t division) const { return counts_[division]; }
   std::size_t first_unit(std::size_t division) const { return first_units_[division]; }
   /// The unit of what all divisions cut.
-  std::size_t rest() const { return first_units_[divisions]; }
-  std::size_t units() const { return rest() + 1; }
+  std::size_t remainder() const { return first_units_[divisions]; }
+  std::size_t units() const { return remainder() + 1; }
 
   std::size_t unit(const Contact& c) const { return unit(c.a, c.b, c.fixed_a); }
   std::size_t unit(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) const {
@@ -49,7 +49,7 @@ class Domains {
     const Ids& a = ids_[body_a];
     for (std::size_t division = 0; division < divisions; ++division)
       if (a[division] == b[division]) return first_units_[division] + a[division];
-    return rest();
+    return remainder();
   }
   std::size_t home(std::uint32_t slot) const { return ids_[slot][0]; }
 

@@ -82,7 +82,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
     row.pulled_a = block.get3(generic_pulled_a), row.pulled_b = block.get3(generic_pulled_b);
   }
   if (!block.header().reacts) return;
-  row.least_hit = block.get(generic_least_hit);
+  row.min_hit = block.get(generic_least_hit);
   for (int i = 0; i < axis_count; ++i)
     row.bounce[i] = block.get(generic_bounce + i), row.rate[i] = block.get(generic_rate + i);
 }
@@ -123,7 +123,7 @@ HWY_NOINLINE void write_generic_lane(const Block<D>& block, std::size_t lane, co
   write(row.frame_a), write(row.frame_b);
   write(row.arm_a), write(row.arm_b), write(row.gap), write(row.pull);
   write(joint.softness.bias_rate), write(joint.softness.mass_scale), write(joint.softness.impulse_scale);
-  write(joint.rigid), write(joint.distance), write(joint.cone), write(joint.least_hit);
+  write(joint.rigid), write(joint.distance), write(joint.cone), write(joint.min_hit);
   for (const fathom::GenericAxis<float>& a : joint.axes) {
     write(a.locked), write(a.limited), write(a.lower), write(a.upper), write(a.target);
     write(a.approach), write(a.velocity), write(a.compliance), write(a.response), write(a.most);
@@ -162,7 +162,7 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
                                          joint.anchor_a, joint.anchor_b, row);
     row.pull = swing_acceleration(view, joint.b) - swing_acceleration(view, joint.a);
     if (generic.reacts != 0) begin_rates(row, generic, view.bodies[joint.a], view.bodies[joint.b]);
-    write_generic_lane(block, lane, row, generic, started(constrained.generic_impulses[index], joint.most_start));
+    write_generic_lane(block, lane, row, generic, started(constrained.generic_impulses[index], joint.max_start));
     load_joint_bodies(block, lane, joint, view);
     h.moves = h.moves || generic.moves != 0;
     h.reacts = h.reacts || generic.reacts != 0;

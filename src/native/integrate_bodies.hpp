@@ -63,7 +63,7 @@ struct BodyIntegration {
   const std::uint8_t* any_swings;  ///< by slot; null where there are no joints
   const std::uint8_t* flags;       ///< by slot
 
-  /// W brought up to date, which strikes are not to be part of.
+  /// W brought up to date, which bounce sweeps are not to be part of.
   HWY_INLINE void carry(std::uint32_t slot) const {
     const SolverBody& body = bodies[slot];
     WarmStart& w = warm[slot];

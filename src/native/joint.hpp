@@ -13,8 +13,8 @@ struct Joint {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   Vec3 anchor_a, anchor_b;           ///< m, body axes
   Softness softness;
-  float most_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
-  float most_start = 0;    ///< N·s, that sweeps begin a step with
+  float max_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
+  float max_start = 0;    ///< N·s, that sweeps begin a step with
   std::uint8_t colour = no_colour;
   bool fixed_a = false;  ///< A is fixed or kinematic
   bool in_use = false;

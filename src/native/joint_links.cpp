@@ -6,8 +6,8 @@ namespace fathom::native {
 
 namespace {
 
-constexpr float least_direction = 0.1f;  // of an axis of rotation, across those before it
-constexpr float most_slack = 1e-5f;      // share of its largest force by which a drive may exceed it
+constexpr float min_direction = 0.1f;  // of an axis of rotation, across those before it
+constexpr float max_slack = 1e-5f;     // share of its largest force by which a drive may exceed it
 
 }  // namespace
 
@@ -58,7 +58,7 @@ void JointLink::add_rotation(int i, int& count, bool is_free) {
   Vec3 across = about_[i - translations];
   for (int k = 0; k < count; ++k) across -= dot(across, freedom_.about[k]) * freedom_.about[k];
   const float size = length(across);
-  if (size < least_direction) return;
+  if (size < min_direction) return;
   freedom_.about[count] = (1 / size) * across;
   axis_of_[translations + count] = i;
   scale_[translations + count] = size;
@@ -159,7 +159,7 @@ void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values)
 }
 
 float JointLink::wanted_value(int i, float h) const {
-  const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, most = most_pull * h;
+  const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, most = max_pull * h;
   return value_[i] + min(max(bound - value_[i], -most), most);
 }
 
@@ -248,20 +248,20 @@ bool JointLink::revise_limit(int i, float ahead, float given, float after) {
 
 void JointLink::note_hit(int i) {
   const float speed = at_upper_ >> i & 1u ? rate_[i] : -rate_[i];
-  bounce_[i] = speed > joint_->least_hit ? -axis(i).restitution * rate_[i] : 0.0f;
+  bounce_[i] = speed > joint_->min_hit ? -axis(i).restitution * rate_[i] : 0.0f;
 }
 
 bool JointLink::revise_drive(int i, float given, float after) {
   const float most = axis(i).most;
   const std::uint32_t bit = 1u << i;
   if (!is_at_most(i)) {
-    if (abs(given) <= (1 + most_slack) * most) return false;
+    if (abs(given) <= (1 + max_slack) * most) return false;
     at_most_ |= bit;
     at_minus_ = given < 0 ? at_minus_ | bit : at_minus_ & ~bit;
     return true;
   }
   const float short_by = at_minus_ & bit ? after - drive_aim(i) : drive_aim(i) - after;
-  if (short_by >= (1 - most_slack) * most * compliance(i)) return false;
+  if (short_by >= (1 - max_slack) * most * compliance(i)) return false;
   at_most_ &= ~bit;
   return true;
 }

@@ -13,15 +13,15 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::uint32_t most_links = 4096;  // which one thread solves; more are a net or a rope, and left to the sweeps
-constexpr int most_revisions = 4;           // of limits and largest forces, in a substep
+constexpr std::uint32_t max_links = 4096;   // which one thread solves; more are a net or a rope, and left to the sweeps
+constexpr int max_revisions = 4;            // of limits and largest forces, in a substep
 constexpr int newton_rounds = 3;            // in which anchors come to meet at a substep's end
 constexpr float meeting_share = 1e-3f;      // of the arms' lengths, within which they count as met
 constexpr float stiffest_swing = 0.1f;      // (h ω)² of a body that swings under what its joints carry
 constexpr float projection_share = 0.2f;    // of the gap that is closed where they do not
 constexpr std::uint32_t links_a_loop = 8;   // at least: more loops are a net
 constexpr float parted_share = 0.01f;       // of arms and radius, beyond which sweeps bring anchors together first
-constexpr float most_behind_a_contact = 24;  // times the mass of the body that touches something
+constexpr float max_behind_a_contact = 24;  // times the mass of the body that touches something
 
 Vec3 on_body(bool is_b, Vec3 of_b) { return is_b ? of_b : -of_b; }
 
@@ -150,7 +150,7 @@ bool Mechanisms::leans_on_light_bodies(std::uint32_t first) const {
     mass += of_body;
     if (is_in_contact(links_[i].slot)) lightest = min(lightest, of_body);
   }
-  return mass > most_behind_a_contact * lightest;
+  return mass > max_behind_a_contact * lightest;
 }
 
 // A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
@@ -208,7 +208,7 @@ void Mechanisms::grow_tree(std::uint32_t root_slot, std::uint32_t root_joint) {
   const auto count = static_cast<std::uint32_t>(links_.size()) - first;
   const bool parted = !keeps_parted_ && has_parted(first);
   any_parted_ = any_parted_ || parted;
-  if (count <= most_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted &&
+  if (count <= max_links && ends / 2 * links_a_loop <= count && !leans_on_light_bodies(first) && !parted &&
       !is_coupled(first)) {
     mechanisms_.push_back({first, first + count});
     const auto is_driven = [this](const Link& link) { return link.joint != none && graph_.is_driven(link.joint); };
@@ -547,7 +547,7 @@ bool Mechanisms::do_meet(const Mechanism& m, float h) const {
   bool do_all = true;
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const LinkState& s = states_[i];
-    do_all = do_all && h * length(s.change.angular) <= most_drift;
+    do_all = do_all && h * length(s.change.angular) <= max_drift;
     if (links_[i].joint == none) continue;
     const LinkMotion parent = parent_of(i);
     const float reach = meeting_share * (length(s.arm) + length(s.parent_arm));
@@ -619,7 +619,7 @@ void Mechanisms::solve(std::uint32_t mechanism, float h) {
   turn_all(m, h, !soft);
   bool follows = !soft || can_follow(m, h);
   solve_once<soft>(m, h, follows);
-  for (int revision = 0; soft && revision < most_revisions && revise(m, h); ++revision) {
+  for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
     turn_all(m, h, false);
     follows = can_follow(m, h);
     solve_once<soft>(m, h, follows);

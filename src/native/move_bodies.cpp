@@ -76,7 +76,7 @@ bool for_each_forced(const Lanes& lanes, const BodyState& state, const MoveParam
   return any;
 }
 
-/// Acceleration of lanes that have a force; the rest have gravity's alone.
+/// Acceleration of lanes that have a force; the others have gravity's alone.
 void add_forces(const Lanes& lanes, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                 Vec3V<V>& linear, Vec3V<V>& angular) {
   LaneVectors v(linear), w(angular);
@@ -98,15 +98,15 @@ Forces forces_on(const Lanes& lanes, const BodyTable& bodies, const BodyState& s
 }
 
 /// Lanes that contacts could have touched and did not have flown freely, the solver rounding their velocity in every
-/// substep; they get the one of a flight without. All others have no rest.
+/// substep; they get the one of a flight without. All others have no residual.
 void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const Motion& before, Motion& m) {
   const D d;
   const QuadV<V> motion = lanes.load(state.motion.data(), 0);  // acceleration and linear damping
   Motion flown = before;
-  accelerate(flown.linear, flown.rest, mul_add(before.rest, set(p.dt), motion.xyz()));
+  accelerate(flown.linear, flown.residual, mul_add(before.residual, set(p.dt), motion.xyz()));
   auto free = hn::And(hn::Eq(motion.w, set(1.0f)),
                       may_have_flown(before.linear, m.linear, flown.linear, static_cast<float>(p.substeps)));
-  m.rest = zero3();
+  m.residual = zero3();
   if (hn::AllFalse(d, free)) return;
   // As `has_flown`.
   const Vec3V<V> given = lanes.load(state.warm.data(), 0).xyz(), reference = lanes.load(state.warm.data(), 2).xyz();
@@ -115,7 +115,7 @@ void fly_on(const Lanes& lanes, BodyState& state, const MoveParameters& p, const
   free = hn::And(free, none(given.y, m.linear.y, reference.y));
   free = hn::And(free, none(given.z, m.linear.z, reference.z));
   take(free, flown.linear, m.linear);
-  take(free, flown.rest, m.rest);
+  take(free, flown.residual, m.residual);
 }
 
 /// Bodies with several principal moments turn substep by substep; those in contact (no `forces`) the solver has turned
@@ -293,17 +293,17 @@ void account_for_sleep(const Lanes& lanes, const BodyTable& bodies, BodyState& s
 }
 
 /// m in a step; substeps at the limit add up to a little more than a step at it.
-float most_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
+float max_moved(const MoveParameters& p) { return 1.01f * p.dt * p.limits.linear; }
 
 /// Whether all lanes are finite and within the limits.
 bool is_ordinary(const Motion& m, const MoveParameters& p) {
   const auto within = [](Vec3V<V> v, float most) { return hn::Le(dot(v, v), set(std::min(most * most, 3e38f))); };
   return hn::AllTrue(D(), hn::And(hn::And(within(m.linear, p.limits.linear), within(m.angular, p.limits.angular)),
-                                  hn::And(within(m.moved, most_moved(p)), within(m.turned, 1e18f))));
+                                  hn::And(within(m.moved, max_moved(p)), within(m.turned, 1e18f))));
 }
 
 /// What those that are not need: velocities and movements are cut to the limits. Lanes with a state that is not finite
-/// stay where they are, at rest, and get the flag `isolated`; returns how many.
+/// stay where they are, at residual, and get the flag `isolated`; returns how many.
 HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const MoveParameters& p, Motion& m,
                                   Vec3V<V>& turn_left) {
   const D d;
@@ -312,20 +312,20 @@ HWY_NOINLINE std::size_t restrain(const Lanes& lanes, BodyState& state, const Mo
   const V scaled =
       hn::Mul(set(1e-3f), hn::Add(hn::Add(sum(m.linear), sum(m.angular)), hn::Add(sum(m.moved), sum(m.turned))));
   const auto finite = hn::Eq(hn::Sub(scaled, scaled), hn::Zero(d));
-  // A rest of a velocity beyond all limits could be as large as any other.
-  const auto keeps_rest = hn::Le(dot(m.linear, m.linear), set(p.limits.linear * p.limits.linear));
+  // The residual of a velocity beyond all limits could be as large as any other.
+  const auto keeps_residual = hn::Le(dot(m.linear, m.linear), set(p.limits.linear * p.limits.linear));
   const auto kept = [](hn::Mask<D> where, Vec3V<V> v) {
     return Vec3V<V>{hn::IfThenElseZero(where, v.x), hn::IfThenElseZero(where, v.y), hn::IfThenElseZero(where, v.z)};
   };
   m.linear = kept(finite, limited(m.linear, set(p.limits.linear)));
   m.angular = kept(finite, limited(m.angular, set(p.limits.angular)));
   // Not those that `is_ordinary` lets pass, or it would matter which bodies share a vector.
-  const auto too_far = hn::Gt(dot(m.moved, m.moved), set(std::min(most_moved(p) * most_moved(p), 3e38f)));
+  const auto too_far = hn::Gt(dot(m.moved, m.moved), set(std::min(max_moved(p) * max_moved(p), 3e38f)));
   take(too_far, limited(m.moved, set(p.dt * p.limits.linear)), m.moved);
   m.moved = kept(finite, m.moved);
   m.turned = kept(finite, m.turned);
   turn_left = kept(finite, turn_left);
-  m.rest = kept(hn::And(finite, keeps_rest), m.rest);
+  m.residual = kept(hn::And(finite, keeps_residual), m.residual);
   HWY_ALIGN float ok[width];
   hn::Store(hn::IfThenElseZero(finite, set(1.0f)), d, ok);
   std::size_t count = 0;
@@ -354,7 +354,7 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   before.rotation = {q.x, q.y, q.z, q.w};
   before.linear = linear.xyz();
   before.angular = angular.xyz();
-  before.rest = {linear.w, angular.w, position.w};
+  before.residual = {linear.w, angular.w, position.w};
   m = before;
   Forces forces;
   if constexpr (in_contact) {
@@ -381,14 +381,14 @@ std::size_t move_lanes(const Lanes& lanes, const BodyTable& bodies, BodyState& s
   m.rotation = turned(m.rotation, m.turned);
   if (bodies.any_anisotropic()) turn_anisotropic(lanes, bodies, state, p, before, free_forces, m);
   if (forced) turn_further(turn_left, m);
-  m.rest = without_negative_zeros(m.rest);
+  m.residual = without_negative_zeros(m.residual);
   m.linear = without_negative_zeros(m.linear);
   m.angular = without_negative_zeros(m.angular);
   m.position = without_negative_zeros(m.position);
-  lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, m.rest.z});
+  lanes.store(state.poses.data(), 0, {m.position.x, m.position.y, m.position.z, m.residual.z});
   lanes.store(state.poses.data(), 1, {m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z});
-  lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.rest.x});
-  lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.rest.y});
+  lanes.store(state.velocities.data(), 0, {m.linear.x, m.linear.y, m.linear.z, m.residual.x});
+  lanes.store(state.velocities.data(), 1, {m.angular.x, m.angular.y, m.angular.z, m.residual.y});
   update_boxes<in_contact>(lanes, bodies, state, p, before, m);
   if (p.sleeping) account_for_sleep<in_contact>(lanes, bodies, state, p);
   return failed;

@@ -29,9 +29,9 @@ namespace native {
 namespace {
 
 constexpr std::size_t body_grain = 512;
-constexpr std::uint64_t least_to_divide = 6000;  // contacts between bodies
-constexpr std::size_t least_bodies = 64;         // worth another thread
-constexpr std::size_t free_grain = 256;          // bodies without contacts
+constexpr std::uint64_t min_to_divide = 6000;  // contacts between bodies
+constexpr std::size_t min_bodies = 64;         // worth another thread
+constexpr std::size_t free_grain = 256;        // bodies without contacts
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -146,9 +146,9 @@ std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>>
 
 void NativeSimulator::make_room_for_changes() {
   // Few enough blocks to be looked through by one thread, enough to be shared out.
-  constexpr std::size_t most_blocks = 512, most_chunks = 8;
+  constexpr std::size_t max_blocks = 512, max_chunks = 8;
   const std::size_t chunks = (graph_.size() + contact_grain - 1) / contact_grain;
-  block_size_ = std::clamp<std::size_t>(chunks / most_blocks, 1, most_chunks) * contact_grain;
+  block_size_ = std::clamp<std::size_t>(chunks / max_blocks, 1, max_chunks) * contact_grain;
   const std::size_t blocks = (graph_.size() + block_size_ - 1) / block_size_;
   grow_to(blocks_, blocks);
   grow_to(block_counts_, blocks);
@@ -240,7 +240,7 @@ void NativeSimulator::solve() {
     cell_solver_->build(in_contact_);
   }
   cell_solver_->store();
-  pool_.for_each_part(in_contact_.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact_.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
     move(std::span(in_contact_).subspan(begin, end - begin));
   });
 }
@@ -294,10 +294,10 @@ BroadPhaseInput NativeSimulator::broad_phase_input() const {
 void NativeSimulator::divide_if_worth_while() {
   const std::size_t contacts = graph_.between();
   if (!graph_.domains().in_use()) {
-    if (contacts >= least_to_divide && contacts >= in_contact_.size()) divide();
+    if (contacts >= min_to_divide && contacts >= in_contact_.size()) divide();
     return;
   }
-  if (2 * contacts < least_to_divide || 2 * contacts < in_contact_.size()) {
+  if (2 * contacts < min_to_divide || 2 * contacts < in_contact_.size()) {
     graph_.divide({}, pool_);
     return;
   }
@@ -326,7 +326,7 @@ NativeSimulator::Cost NativeSimulator::cost_of_domains() const {
       largest = std::max(largest, graph_.size_of_unit(domains.first_unit(division) + i));
     cost.sweep += largest * domains.count(0);
   }
-  cost.sweep += graph_.size_of_unit(domains.rest()) * domains.count(0);
+  cost.sweep += graph_.size_of_unit(domains.remainder()) * domains.count(0);
   return cost;
 }
 
@@ -348,7 +348,7 @@ void NativeSimulator::list_in_contact() {
 template <class Alone>
 void NativeSimulator::move_free(const Alone& alone) {
   pool_.for_each_chunk_beside(alone, active_.size(), free_grain, [&](std::size_t begin, std::size_t end) {
-    std::array<std::uint32_t, least_bodies> free;
+    std::array<std::uint32_t, min_bodies> free;
     while (begin < end) {
       std::size_t count = 0;
       for (; begin < end && count < free.size(); ++begin) {
@@ -468,7 +468,7 @@ void NativeSimulator::isolate_moved() {
 
 std::size_t NativeSimulator::list_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.begin()))); };
-  std::size_t bytes = bytes_of(blocks_, block_counts_, changed_blocks_, seats_begun_, seats_ended_, pairs_gone_,
+  std::size_t bytes = bytes_of(blocks_, block_counts_, changed_blocks_, edges_begun_, edges_ended_, pairs_gone_,
                                first_manifolds_, begun_, ended_, hits_, pairs_to_add_) +
                       neighbourhood_.memory_bytes();
   if (!new_pairs_.empty()) bytes += bytes_of(new_pairs_[0]);

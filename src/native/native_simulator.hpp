@@ -243,7 +243,7 @@ class NativeSimulator : public Simulator {
   std::vector<std::size_t> fast_blocks_;  // that list fast pairs
   Strays strays_;
   // Of all blocks, in the order of contacts.
-  LargeArray<Seat> seats_begun_, seats_ended_;
+  LargeArray<GraphEdge> edges_begun_, edges_ended_;
   LargeArray<Pair> pairs_gone_;
   LargeArray<const NewManifold*> first_manifolds_;  // of those that begin
 

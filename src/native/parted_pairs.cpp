@@ -254,7 +254,7 @@ class PartedPair {
   Change match() {
     std::vector<Part*>& places = scratch_.places;
     places.clear();
-    for (const FoundPart& found : scratch_.found) places.push_back(taken(most_alike(found)));
+    for (const FoundPart& found : scratch_.found) places.push_back(taken(max_alike(found)));
     Change of_first = contact(first_).touching() ? Change::ended : Change::nothing;
     std::size_t unused = 0;
     for (std::size_t i = 0; i < scratch_.found.size(); ++i) {
@@ -285,7 +285,7 @@ class PartedPair {
 
   /// Of those of the same children that touch: with a surface, the one whose normal is nearest to this one; null: none
   /// is near.
-  Part* most_alike(const FoundPart& found) const {
+  Part* max_alike(const FoundPart& found) const {
     constexpr float alike = 0.9f;
     Part* best = nullptr;
     float nearest = a_.geometry.is_surface() ? alike : -2.0f;

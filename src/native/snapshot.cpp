@@ -45,14 +45,14 @@ void ContactGraph::restore(ByteReader& in) {
   in.require(colours_.size() == domains_.units() * (overflow_colour + 1));
   unit_sizes_.assign(domains_.units(), 0);
   const std::size_t slots = state_.size(), contacts = contacts_.size();
-  grow_to(places_, contacts);
-  std::fill(places_.begin(), places_.end(), 0);
+  grow_to(list_positions_, contacts);
+  std::fill(list_positions_.begin(), list_positions_.end(), 0);
   colours_room_ = 0;
   for (const std::vector<std::uint32_t>& list : colours_) {
     colours_room_ += list.capacity();
     for (std::uint32_t place = 0; place < list.size(); ++place) {
       in.require(list[place] < contacts);
-      places_[list[place]] = place;
+      list_positions_[list[place]] = place;
     }
   }
   std::size_t in_use = 0, coloured = 0;
@@ -72,16 +72,16 @@ void ContactGraph::restore(ByteReader& in) {
     if (c.colour == no_colour) continue;
     ++coloured;
     in.require(c.touching() && c.colour <= overflow_colour);
-    const Seat seat = seat_of(static_cast<std::uint32_t>(&c - contacts_.data()));
-    const std::vector<std::uint32_t>& list = list_of(seat);
-    in.require(places_[seat.contact] < list.size() && list[places_[seat.contact]] == seat.contact);
-    seat.for_each_body([&](std::uint32_t slot) {
+    const GraphEdge edge = edge_of(static_cast<std::uint32_t>(&c - contacts_.data()));
+    const std::vector<std::uint32_t>& list = list_of(edge);
+    in.require(list_positions_[edge.contact] < list.size() && list[list_positions_[edge.contact]] == edge.contact);
+    edge.for_each_body([&](std::uint32_t slot) {
       const std::uint32_t bit = c.colour == overflow_colour ? 0 : 1u << c.colour;
       in.require((colours[slot] & bit) == 0);
       colours[slot] |= bit;
       overflow[slot] += bit == 0;
     });
-    count(seat, 1);
+    count(edge, 1);
   }
   in.require(joint_impulses_.size() == joints_.size() && generic_impulses_.size() <= joints_.size());
   for (const Joint& joint : joints_) {

@@ -16,8 +16,8 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t alignment = 64;
-constexpr std::size_t least_blocks = 4;
-constexpr std::size_t least_bodies = 64;  // worth another thread
+constexpr std::size_t min_blocks = 4;
+constexpr std::size_t min_bodies = 64;  // worth another thread
 
 }  // namespace
 
@@ -121,7 +121,7 @@ class ContactSolver::InDomains {
     for_each_first([&](const Unit& unit) { run(kernel, unit.between); });
     for (std::size_t division = 1; division < Domains::divisions; ++division)
       for_each_unit(division, [&](const Unit& unit) { run(kernel, unit.between); });
-    run(kernel, layout_.units()[domains_.rest()].between);
+    run(kernel, layout_.units()[domains_.remainder()].between);
     put_off([this, kernel](const Unit& unit) { run(kernel, unit.on_fixed); });
   }
 
@@ -246,7 +246,7 @@ template <class Act>
 void ContactSolver::for_each_part_of_kinematic(const Act& act) {
   const std::span<const std::uint32_t> slots = layout_.kinematic();
   if (slots.empty()) return;
-  pool_.for_each_part(slots.size(), least_bodies,
+  pool_.for_each_part(slots.size(), min_bodies,
                       [&](std::size_t begin, std::size_t end) { act(slots.subspan(begin, end - begin)); });
 }
 
@@ -291,7 +291,7 @@ void ContactSolver::build_in_domains() {
     stand_ins_.make(number_of(unit), wide_blocks_);
   });
   const std::size_t first = layout_.units()[graph_.domains().first_unit(1)].blocks.begin;
-  pool_.for_each_part(layout_.blocks() - first, least_blocks,
+  pool_.for_each_part(layout_.blocks() - first, min_blocks,
                       [&](std::size_t begin, std::size_t end) { point_count_ += prepare(first + begin, first + end); });
 }
 
@@ -327,28 +327,28 @@ void ContactSolver::load_kinematic() {
 }
 
 void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
 }
 
 void ContactSolver::carry_impulses(std::span<const std::uint32_t> in_contact, float h) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.carry(in_contact[i]);
   });
 }
 
 void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], carry);
   });
 }
 
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), least_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.position(in_contact[i]);
   });
 }
@@ -396,11 +396,11 @@ void ContactSolver::load_body(std::uint32_t slot) {
   }
   state_.motion[slot] = motion_under(info.gravity_scale * def_.gravity, info.linear_damping, info.angular_damping, h);
   if (state_.flags[slot] & (has_force | jointed) || !info.isotropic || supports_.overloads().any_scaled())
-    load_rest(slot);
+    load_extras(slot);
 }
 
 // What most bodies do without, and what would cost them registers.
-HWY_NOINLINE void ContactSolver::load_rest(std::uint32_t slot) {
+HWY_NOINLINE void ContactSolver::load_extras(std::uint32_t slot) {
   const BodyInfo& info = bodies_[slot];
   const Quat q = state_.poses[slot].rotation;
   if (state_.flags[slot] & has_force) {
@@ -448,7 +448,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.unit = length(def_.gravity) * def_.dt;
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())
-    watch.least = sweep_load(bodies_.least_half_thickness(), watch.stiffness) * watch.unit;
+    watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;
   return watch;
 }
 
@@ -668,7 +668,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   soft.inverse_substep = 1 / h;
   soft.contacts = contact_softness(settings, h);
   soft.push_out_velocity = settings.push_out_velocity;
-  soft.restitution_threshold = strike_threshold(def_, h);
+  soft.restitution_threshold = bounce_threshold(def_, h);
   soft.friction_lead = friction_lead(settings, h);
   soft.couplings_follow = couplings_follow();
   const BodyIntegration integrate = integration(h);
@@ -704,7 +704,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   p.inverse_substep = 1 / h;
   p.contacts.dynamic.bias_rate = p.contacts.fixed.bias_rate = baumgarte / h;
   p.push_out_velocity = def_.solver.push_out_velocity;
-  p.restitution_threshold = strike_threshold(def_, h);
+  p.restitution_threshold = bounce_threshold(def_, h);
   p.friction_lead = friction_lead(def_.solver, h);
   p.couplings_follow = couplings_follow();
   const BodyIntegration integrate = integration(h);
@@ -731,11 +731,11 @@ void ContactSolver::begin_substep(const Work& work, const BodyIntegration& integ
   const Carry carry = first ? Carry::nothing : graph_.may_bounce() ? Carry::as_is : Carry::to_date;
   if (carry == Carry::as_is) work.bodies([integrate](std::uint32_t slot) { integrate.carry(slot); });
   if (graph_.may_bounce()) {
-    std::atomic<bool> struck = true;
-    parameters.struck = &struck;
-    for (std::uint32_t i = 0; i < most_strike_sweeps && struck; ++i) {
-      struck = false;
-      sweep(work, &SolverKernels::strike, parameters);
+    std::atomic<bool> bounced = true;
+    parameters.bounced = &bounced;
+    for (std::uint32_t i = 0; i < max_bounce_sweeps && bounced; ++i) {
+      bounced = false;
+      sweep(work, &SolverKernels::bounce, parameters);
       work.complete();
     }
   }

@@ -117,7 +117,7 @@ class ContactSolver {
   bool couplings_follow() const { return joints_.coupling_count() > 0; }
   const std::uint8_t* swings() const { return joints_.count() > 0 ? state_.swings.data() : nullptr; }
   void load_body(std::uint32_t slot);
-  void load_rest(std::uint32_t slot);
+  void load_extras(std::uint32_t slot);
   void load_kinematic();
   bool does_swing(std::uint32_t slot) const;
   void add_inertia(std::uint32_t slot, float inverse_scale);

@@ -133,11 +133,11 @@ HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const Sweep
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
   ContactRows<D> rows{block};
-  const auto strike = strike_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold));
-  if (!strike.any) return;
-  p.struck->store(true, std::memory_order_relaxed);
-  block.set(step_impulse, hn::Add(block.get(step_impulse), strike.impulse));
-  store_contact_bodies(block, bodies, strike.sum);
+  const auto bounce = bounce_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold));
+  if (!bounce.any) return;
+  p.bounced->store(true, std::memory_order_relaxed);
+  block.set(step_impulse, hn::Add(block.get(step_impulse), bounce.impulse));
+  store_contact_bodies(block, bodies, bounce.sum);
 }
 
 template <class D>
@@ -261,7 +261,7 @@ void clear(BlockArray blocks, std::size_t begin, std::size_t end) {
 }
 
 template <class D>
-void strike(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
+void bounce(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* all, const SweepParameters& p) {
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_bodies(block, [&](auto fixed_a, auto isotropic)
@@ -336,7 +336,7 @@ SolverKernels make_kernels(const char* name) {
           clear<D>,
           sweep<ContactPass::soft, D>,
           sweep<ContactPass::relax, D>,
-          strike<D>,
+          bounce<D>,
           sweep<ContactPass::iterate, D>,
           sweep_only_couplings<ContactPass::soft, D>,
           sweep_only_couplings<ContactPass::relax, D>,

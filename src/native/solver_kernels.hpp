@@ -21,10 +21,10 @@ struct SweepParameters {
   ContactSoftness contacts;
   float push_out_velocity = 0;
   float restitution_threshold = 0;
-  float friction_lead = 0;              ///< s
-  bool ends_substep = false;            ///< of `iterate`: the last sweep of a substep
-  bool couplings_follow = false;        ///< a sweep over couplings alone comes after this one
-  std::atomic<bool>* struck = nullptr;  ///< of `strike`: set where something did
+  float friction_lead = 0;               ///< s
+  bool ends_substep = false;             ///< of `iterate`: the last sweep of a substep
+  bool couplings_follow = false;         ///< a sweep over couplings alone comes after this one
+  std::atomic<bool>* bounced = nullptr;  ///< of `bounce`: set where something did
 };
 
 /// What `prepare` reads beside the contacts; all by slot.
@@ -120,7 +120,7 @@ struct SolverKernels {
   void (*clear)(BlockArray blocks, std::size_t begin, std::size_t end);
   void (*solve)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   void (*relax)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
-  void (*strike)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
+  void (*bounce)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// `impulse` solver: friction, then penetration as a velocity bias, in one sweep.
   void (*iterate)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies, const SweepParameters& p);
   /// Over couplings alone, after the same pass over everything.

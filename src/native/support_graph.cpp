@@ -11,7 +11,7 @@ namespace fathom::native {
 namespace {
 
 constexpr std::uint64_t levels_last = 16;  // steps, while no contact begins or ends
-constexpr std::uint16_t most_levels = 1024;
+constexpr std::uint16_t max_levels = 1024;
 /// While contacts begin and end in every step, and nothing is overloaded, they need not be looked through each time.
 constexpr std::uint64_t steps_between_searches = 8;
 
@@ -130,7 +130,7 @@ void SupportGraph::find_levels() {
   }
   for (std::size_t i = 0; i < queue_.size(); ++i) {
     const std::uint32_t slot = queue_[i];
-    if (levels_[slot] == most_levels) break;
+    if (levels_[slot] == max_levels) break;
     for (std::uint32_t k = slot == 0 ? 0 : first_link_[slot - 1]; k < first_link_[slot]; ++k) {
       const Link& l = links_[links_of_[k]];
       const std::uint32_t other = l.a == slot ? l.b : l.a;

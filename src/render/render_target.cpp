@@ -23,15 +23,15 @@ OffscreenTarget::Surface OffscreenTarget::make_surface(int width, int height, in
 
 OffscreenTarget::OffscreenTarget(int width, int height, int samples, int enlargement)
     : width_(width), height_(height), enlargement_(enlargement) {
-  GLint largest = 0, most_samples = 0;
+  GLint largest = 0, max_samples = 0;
   glGetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &largest);
-  glGetIntegerv(GL_MAX_SAMPLES, &most_samples);
+  glGetIntegerv(GL_MAX_SAMPLES, &max_samples);
   if (std::max(this->width(), this->height()) > largest) {
     throw Error(ErrorCode::invalid_argument, "a picture of " + std::to_string(width) + "x" + std::to_string(height) +
                                                  " is too large; this GPU draws up to " +
                                                  std::to_string(largest / enlargement) + " pixels");
   }
-  multisampled_ = make_surface(this->width(), this->height(), std::min<int>(samples, most_samples), true);
+  multisampled_ = make_surface(this->width(), this->height(), std::min<int>(samples, max_samples), true);
   resolved_ = make_surface(this->width(), this->height(), 0, false);
 }
 

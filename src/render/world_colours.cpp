@@ -7,7 +7,7 @@
 namespace fathom::render {
 namespace {
 
-constexpr std::size_t most_layers = 1000;
+constexpr std::size_t max_layers = 1000;
 constexpr float fastest = 5.0f;  // m/s, the end of the speed scale
 constexpr Colour fixed_colour{150, 152, 156};
 constexpr Colour kinematic_colour{214, 214, 220};
@@ -42,7 +42,7 @@ void WorldColours::colour_new_bodies(const World& world) {
     known_.resize(slots);
   }
   const bool in_layers =
-      heights.size() > 1 && heights.size() <= most_layers && 4 * heights.size() <= world.bodies().size();
+      heights.size() > 1 && heights.size() <= max_layers && 4 * heights.size() <= world.bodies().size();
   std::size_t rank = 0;
   for (auto& height : heights) height.second = rank++;
   for (const BodyId id : world.bodies()) {

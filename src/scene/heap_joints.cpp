@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::uint64_t joint_stream = 0x6a6f696e7473;  // the bodies' random numbers stay as they are
 constexpr std::size_t first_body = 5;                   // after the floor and the walls
-constexpr double most_ratio = 100;                      // of two joined bodies' masses
-constexpr std::size_t longest_chain = 12, most_limbs = 9;
+constexpr double max_ratio = 100;                       // of two joined bodies' masses
+constexpr std::size_t longest_chain = 12, max_limbs = 9;
 
 /// Bodies as they lie at the start, and which mechanism has them.
 class Neighbours {
@@ -35,7 +35,7 @@ class Neighbours {
     double least = 1.4;  // of the sum of radii: farther ones would hold on to each other over long rods
     for (std::size_t i = first_body; i < bodies_.size(); ++i) {
       const double ratio = mass_[i] / mass_[body];
-      if (taken_[i] || i == body || ratio > most_ratio || ratio * most_ratio < 1) continue;
+      if (taken_[i] || i == body || ratio > max_ratio || ratio * max_ratio < 1) continue;
       const double apart = static_cast<double>(distance(bodies_[i].pose.position, bodies_[body].pose.position)) /
                            (radius_[i] + radius_[body]);
       if (apart < least) nearest = i, least = apart;
@@ -126,7 +126,7 @@ Heap make_joint_heap(std::uint64_t seed) {
     const std::uint64_t form = random.bits() % 3;
     const std::size_t size = form == 0   ? 2
                              : form == 1 ? 3 + random.bits() % (longest_chain - 2)
-                                         : 4 + random.bits() % (most_limbs - 3);
+                                         : 4 + random.bits() % (max_limbs - 3);
     add_mechanism(random, heap, neighbours, i, size, form == 1);
   }
   return heap;

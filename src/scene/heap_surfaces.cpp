@@ -13,7 +13,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t surface_stream = 0x7375726661636573;  // the bodies' random numbers stay as they are
-constexpr int most_cells = 240;                               // a side
+constexpr int max_cells = 240;                                // a side
 
 using Ground = std::function<double(double, double)>;
 
@@ -30,7 +30,7 @@ Square square_under(const Heap& heap, double cell) {
   const double reach = static_cast<double>(heap.half_width + heap.floor_half_height);
   Square square;
   square.half_side = heap.kind == HeapKind::turning_floor ? 1.5 * reach : reach;
-  square.cells = std::clamp(static_cast<int>(std::ceil(2 * square.half_side / cell)), 2, most_cells);
+  square.cells = std::clamp(static_cast<int>(std::ceil(2 * square.half_side / cell)), 2, max_cells);
   square.cell = 2 * square.half_side / square.cells;
   return square;
 }

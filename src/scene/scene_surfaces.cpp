@@ -14,8 +14,8 @@
 namespace fathom {
 namespace {
 
-constexpr int most_samples_a_side = 1 << 20;
-constexpr std::uint64_t most_samples = std::uint64_t{1} << 26;
+constexpr int max_samples_a_side = 1 << 20;
+constexpr std::uint64_t max_samples = std::uint64_t{1} << 26;
 
 /// The only one of the keys that the table has.
 std::string_view only_one_of(const TomlTable& table, std::initializer_list<std::string_view> keys,
@@ -131,12 +131,12 @@ Heights read_size(const TomlTable& table) {
   Heights heights;
   table.required("columns", "how many heights there are along x");
   table.required("rows", "how many heights there are along y");
-  table.read("columns", heights.columns, 2, most_samples_a_side);
-  table.read("rows", heights.rows, 2, most_samples_a_side);
+  table.read("columns", heights.columns, 2, max_samples_a_side);
+  table.read("rows", heights.rows, 2, max_samples_a_side);
   const auto samples = static_cast<std::uint64_t>(heights.columns) * static_cast<std::uint64_t>(heights.rows);
-  if (samples > most_samples)
+  if (samples > max_samples)
     table.fail("'columns' × 'rows' are " + std::to_string(samples) + " heights; at most " +
-               std::to_string(most_samples) + " are possible");
+               std::to_string(max_samples) + " are possible");
   return heights;
 }
 
@@ -155,7 +155,7 @@ Heights pictured(const TomlTable& table) {
   table.read("scale", scale, Range::positive);
   table.read("offset", offset);
   const SurfaceFile file = read_file(table, "a grey picture (*.pgm)");
-  const GreyPicture picture = parse_pgm(file.content, file.path, most_samples);
+  const GreyPicture picture = parse_pgm(file.content, file.path, max_samples);
   Heights heights{static_cast<int>(picture.width), static_cast<int>(picture.height), {}};
   for (std::size_t row = picture.height; row-- > 0;)
     for (std::size_t column = 0; column < picture.width; ++column)

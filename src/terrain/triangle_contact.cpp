@@ -80,7 +80,7 @@ EdgesAxis edges_axis(const TriangleHull& t, int k, const EdgeView& of_shape, flo
   const Vec3 from = t.vertices[k], along = t.vertices[(k + 1) % 3] - from, inward = cross(t.normal(), along);
   const Vec3 axis = cross(along, of_shape.along);
   const float l = length(axis);
-  if (!(l > least_cross)) return {};
+  if (!(l > min_cross)) return {};
   const float sign = dot(axis, inward) > 0 ? -1.0f : 1.0f;
   const Vec3 normal = (sign / l) * axis;
   // Into the shape: between the normals of the faces beside its edge, which are across the edge as this is.

@@ -20,7 +20,7 @@ namespace {
 // In units of the heap's time, which are seconds for bodies of up to a metre.
 constexpr double settled_after = 15, asleep_after = 30, judged_without_rest = 10, compared_for = 2;
 // What bounces at more than half its speed may go on for minutes.
-constexpr double most_restitution_at_rest = 0.5;
+constexpr double max_restitution_at_rest = 0.5;
 
 WorldDef definition(const Heap& heap, const Setup& setup, int threads) {
   WorldDef def = heap.scene.world;
@@ -304,11 +304,11 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   Record record;
   record.note(describe(heap));
   HeapRun run(heap, setup, setup.threads);
-  const bool rests = heap.is_at_rest_in_the_end() && heap.largest_restitution <= most_restitution_at_rest;
+  const bool rests = heap.is_at_rest_in_the_end() && heap.largest_restitution <= max_restitution_at_rest;
   const bool keeps_energy = heap.is_at_rest_in_the_end() && !heap.has_restitution;
   const bool sleeps = rests && heap.scene.world.sleep.enabled;
   const int to_settle = steps_in(heap, rests ? settled_after : judged_without_rest);
-  const int most_steps = sleeps ? steps_in(heap, asleep_after) : to_settle;
+  const int max_steps = sleeps ? steps_in(heap, asleep_after) : to_settle;
   const int to_compare = steps_in(heap, compared_for);
   constexpr int between_looks = 16;
 
@@ -316,7 +316,7 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   const bool has_joints = !heap.scene.joints.empty();
   double energy = start_energy, largest_rise = 0, energy_when_settled = 0, widest_gap = 0;
   std::uint64_t hash = 0;
-  for (int i = 1; i <= most_steps && !run.has_lost_bodies(); ++i) {
+  for (int i = 1; i <= max_steps && !run.has_lost_bodies(); ++i) {
     run.step();
     if (keeps_energy) {
       const double now = run.kinetic_energy() + run.potential_energy();

@@ -33,7 +33,7 @@ double kinetic_energy_per_mass(const World& world) {
 
 /// Runs `scene` for `seconds`. What has fallen is not simulated to the end.
 void stands(const Setup& setup, Record& record, const std::string& name, const Scene& scene, double seconds,
-            double most_moved) {
+            double max_moved) {
   WorldDef def = world_def(setup);
   def.gravity = scene.world.gravity;
   World world(def);
@@ -46,14 +46,14 @@ void stands(const Setup& setup, Record& record, const std::string& name, const S
     if (i % 30 != 0 && i != count) continue;
     moved = largest_displacement(scene, instance, world);
     curve.add(world.time(), std::max(moved, 1e-6));
-    if (!(moved <= 20 * most_moved)) {
+    if (!(moved <= 20 * max_moved)) {
       char text[120];
       std::snprintf(text, sizeof text, ": fell, stopped after %.1f of %.0f s", world.time(), seconds);
       record.note(name + text);
       break;
     }
   }
-  record.at_most(name + ": moved", moved, most_moved, "m");
+  record.at_most(name + ": moved", moved, max_moved, "m");
   record.at_most(name + ": kinetic energy at the end", kinetic_energy_per_mass(world), at_rest, "J/kg");
   if (record.plots.empty()) record.plots.push_back({"Largest displacement", "t (s)", "m", false, true, {}});
   record.plots.front().curves.push_back(std::move(curve));

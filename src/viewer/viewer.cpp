@@ -22,7 +22,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace fathom::render;
 
-constexpr int most_steps_a_frame = 4;  // beyond this simulated time falls behind
+constexpr int max_steps_a_frame = 4;  // beyond this simulated time falls behind
 
 bool draws_in_software() { return gl_description().find("llvmpipe") != std::string::npos; }
 
@@ -107,7 +107,7 @@ class Viewer {
       return;
     }
     const float dt = session_.world().definition().dt;
-    owed_ = std::min(owed_ + state_.speed * seconds, static_cast<float>(most_steps_a_frame) * dt);
+    owed_ = std::min(owed_ + state_.speed * seconds, static_cast<float>(max_steps_a_frame) * dt);
     const double before = session_.world().time();
     for (; owed_ >= dt; owed_ -= dt) session_.step();
     const auto made = static_cast<float>(session_.world().time() - before);

@@ -97,7 +97,7 @@ float half_thickness(const BodyInfo& info) {
 }
 
 void BodyTable::note_thickness(const BodyInfo& info) {
-  if (info.motion == MotionType::dynamic) least_half_thickness_ = min(least_half_thickness_, half_thickness(info));
+  if (info.motion == MotionType::dynamic) min_half_thickness_ = min(min_half_thickness_, half_thickness(info));
 }
 
 void BodyTable::note(const BodyInfo& info) {

@@ -82,7 +82,7 @@ class BodyTable {
   /// Slots of the bodies that are sensors, ascending.
   std::span<const std::uint32_t> sensors() const { return sensors_; }
   /// Of the thinnest dynamic body so far (m).
-  float least_half_thickness() const { return least_half_thickness_; }
+  float min_half_thickness() const { return min_half_thickness_; }
   /// Living bodies in ascending order of slot.
   std::span<const BodyId> living() const;
   void reserve(std::uint32_t bodies);
@@ -106,7 +106,7 @@ class BodyTable {
   std::vector<std::uint32_t> sensors_;
   std::uint32_t count_ = 0;
   bool any_anisotropic_ = false, any_in_parts_ = false;
-  float least_half_thickness_ = std::numeric_limits<float>::max();
+  float min_half_thickness_ = std::numeric_limits<float>::max();
   mutable std::vector<BodyId> living_;
   mutable bool living_is_current_ = true;
 };

@@ -9,7 +9,7 @@
 namespace fathom {
 
 /// Of a list that nobody reads the oldest events are dropped, so that it does not grow for ever.
-inline constexpr std::size_t most_unread_events = std::size_t{1} << 18;
+inline constexpr std::size_t max_unread_events = std::size_t{1} << 18;
 
 /// What is read stays until the next step begins; what comes meanwhile is appended when the list is read again.
 template <class Event>
@@ -18,8 +18,8 @@ class EventList {
   /// Returns how many events that were not read had to be dropped.
   std::size_t add(std::span<const Event> events) {
     arrived_.insert(arrived_.end(), events.begin(), events.end());
-    if (arrived_.size() <= most_unread_events) return 0;
-    const std::size_t dropped = arrived_.size() - most_unread_events / 2;
+    if (arrived_.size() <= max_unread_events) return 0;
+    const std::size_t dropped = arrived_.size() - max_unread_events / 2;
     arrived_.erase(arrived_.begin(), arrived_.begin() + static_cast<std::ptrdiff_t>(dropped));
     return dropped;
   }

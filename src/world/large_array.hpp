@@ -62,10 +62,10 @@ class LargeArray {
 
  private:
   static constexpr std::align_val_t alignment{64};
-  static constexpr std::size_t least_to_map = 65536;  // bytes
+  static constexpr std::size_t min_to_map = 65536;  // bytes
   static bool is_mapped([[maybe_unused]] std::size_t capacity) {
 #ifdef FATHOM_HAS_MREMAP
-    return capacity * sizeof(T) >= least_to_map;
+    return capacity * sizeof(T) >= min_to_map;
 #else
     return false;
 #endif

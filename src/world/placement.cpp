@@ -8,7 +8,7 @@ namespace fathom {
 
 namespace {
 
-constexpr std::size_t least_bodies = 1024;  // fewer stay in one core's cache in any order
+constexpr std::size_t min_bodies = 1024;  // fewer stay in one core's cache in any order
 constexpr double much_longer = 4;
 
 /// From place to place (m).
@@ -24,7 +24,7 @@ double way(const std::vector<Vec3>& places, const std::vector<std::uint32_t>& or
 std::vector<std::uint32_t> placement_order(std::span<const BodyDef> defs) {
   std::vector<std::uint32_t> given(defs.size());
   std::iota(given.begin(), given.end(), 0u);
-  if (defs.size() < least_bodies) return given;
+  if (defs.size() < min_bodies) return given;
   std::vector<Vec3> places;
   places.reserve(defs.size());
   for (const BodyDef& def : defs) places.push_back(def.pose.position);

@@ -11,7 +11,7 @@ namespace {
 
 // As fathom::mesh and fathom::height_field take them.
 constexpr float farthest = 1e6f;  // m
-constexpr std::uint64_t most_elements = 1u << 30;
+constexpr std::uint64_t max_elements = 1u << 30;
 
 Aabb bounds_of(const Triangle& t) {
   return {min(t.corners[0], min(t.corners[1], t.corners[2])), max(t.corners[0], max(t.corners[1], t.corners[2]))};
@@ -63,7 +63,7 @@ std::shared_ptr<const Surface> SurfaceArchive::read_mesh(ByteReader& in) {
 void SurfaceArchive::check_triangles(ByteReader& in, const TriangleMesh& mesh) {
   for (const Vec3 v : mesh.vertices_) in.require(is_finite(v) && max_component(abs(v)) <= farthest);
   const std::size_t triangles = mesh.indices_.size() / 3;
-  in.require(triangles > 0 && triangles <= most_elements && mesh.indices_.size() % 3 == 0);
+  in.require(triangles > 0 && triangles <= max_elements && mesh.indices_.size() % 3 == 0);
   for (const std::uint32_t index : mesh.indices_) in.require(index < mesh.vertices_.size());
   for (std::uint32_t t = 0; t < triangles; ++t) {
     const Triangle triangle = mesh.triangle(t);
@@ -115,7 +115,7 @@ std::shared_ptr<const Surface> SurfaceArchive::read_height_field(ByteReader& in)
   const auto field = std::make_shared<HeightField>();
   in(field->columns_, field->rows_, field->cell_x_, field->cell_y_, field->heights_, field->holes_);
   const std::uint64_t columns = field->columns_, rows = field->rows_;
-  in.require(columns >= 2 && rows >= 2 && columns * rows <= most_elements && field->heights_.size() == columns * rows);
+  in.require(columns >= 2 && rows >= 2 && columns * rows <= max_elements && field->heights_.size() == columns * rows);
   const auto is_length = [](float cell, std::uint64_t cells) {
     return cell > 0 && cell * static_cast<float>(cells) <= farthest;
   };

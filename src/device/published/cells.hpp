@@ -26,7 +26,7 @@ namespace fathom::device {
 
 inline constexpr std::uint32_t cell_groups = 8;
 /// s_wg, the largest work-group: constraints need many registers each.
-inline constexpr std::uint32_t most_work_items = 256;
+inline constexpr std::uint32_t max_work_items = 256;
 
 /// Equations 3.24 to 3.27 for d = 3.
 struct CellPlan {
@@ -36,7 +36,7 @@ struct CellPlan {
 };
 FATHOM_HD CellPlan plan_cells(std::uint64_t overlaps) {
   const auto divided = [](std::uint64_t a, std::uint64_t b) { return static_cast<std::uint32_t>((a + b - 1) / b); };
-  const std::uint32_t estimate = divided(overlaps, std::uint64_t{cell_groups} * most_work_items);
+  const std::uint32_t estimate = divided(overlaps, std::uint64_t{cell_groups} * max_work_items);
   CellPlan plan{1, 1, 1};
   while (plan.side * plan.side * plan.side < estimate) ++plan.side;
   plan.work_groups = plan.side * plan.side * plan.side;
@@ -174,9 +174,9 @@ struct FillCells {
 
 /// Chooses the n_wi of a list that has more, and gives them batches.
 struct MakeBatches {
-  static constexpr std::uint32_t group_size = most_work_items;
+  static constexpr std::uint32_t group_size = max_work_items;
   struct Local {
-    std::uint32_t members[most_work_items];
+    std::uint32_t members[max_work_items];
     std::uint32_t count, left;
   };
 

@@ -26,10 +26,10 @@ struct SweepCounters {
   std::uint32_t pairs = 0;     ///< of elements that a step of the full sort compares
   std::uint32_t blocks = 0;
   std::uint32_t shifted_blocks = 0;
-  std::uint32_t wide = 0;           ///< bodies too long to be in the list
-  std::uint32_t most_overlaps = 0;  ///< c', the most that one body has found
-  std::uint32_t table_quads = 0;    ///< of the table of pairs, to clear
-  std::uint32_t contacts = 0;       ///< to enter into it
+  std::uint32_t wide = 0;          ///< bodies too long to be in the list
+  std::uint32_t max_overlaps = 0;  ///< c', the most that one body has found
+  std::uint32_t table_quads = 0;   ///< of the table of pairs, to clear
+  std::uint32_t contacts = 0;      ///< to enter into it
 };
 
 struct SweepArrays {
@@ -74,7 +74,7 @@ struct BeginSweep {
     s.wide = 0;
     s.table_quads = run ? (sweep.pair_mask + 1) / 4 : 0;
     s.contacts = run ? counters->contacts : 0;
-    if (run) s.most_overlaps = 0;
+    if (run) s.max_overlaps = 0;
   }
 };
 

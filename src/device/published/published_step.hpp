@@ -15,7 +15,7 @@ namespace fathom::device {
 
 /// What the host reads of them after a step, in pinned memory.
 struct PublishedReport {
-  std::uint32_t most_overlaps = 0;
+  std::uint32_t max_overlaps = 0;
   std::uint32_t unbatched = 0, batches = 0, work_groups = 0;
 };
 
@@ -28,7 +28,7 @@ struct WritePublishedReport {
 
   // A stopped step is reported under the number it would have had; this runs before `step` counts on.
   FATHOM_HD void operator()(std::uint32_t) const {
-    reports[(counters->step + 1) % report_count] = {sweep->most_overlaps, cells->unbatched, cells->batches,
+    reports[(counters->step + 1) % report_count] = {sweep->max_overlaps, cells->unbatched, cells->batches,
                                                     cells->work_groups};
   }
 };
@@ -98,18 +98,18 @@ class PublishedMemory {
       pairs_.grow(std::bit_ceil(2 * room.contacts));
     }
     if (settings.cells) {
-      most_work_groups_ = plan_cells(std::uint64_t{room.bodies} * room.slots).work_groups;
+      max_work_groups_ = plan_cells(std::uint64_t{room.bodies} * room.slots).work_groups;
       list_of_.grow(room.constraints);
       members_.grow(room.constraints);
       slots_.grow(room.constraints);
-      lists_.grow(std::size_t{5} * most_lists());
+      lists_.grow(std::size_t{5} * max_lists());
       marks_.grow(cell_groups * room.bodies);
-      scratch_.reserve(std::max(device_.scan_scratch_bytes(most_lists()), exec::reduce_scratch_bytes<WorldExtents>()));
+      scratch_.reserve(std::max(device_.scan_scratch_bytes(max_lists()), exec::reduce_scratch_bytes<WorldExtents>()));
     }
   }
   std::uint32_t slots_per_body() const { return room_.slots; }
-  std::uint32_t most_work_groups() const { return most_work_groups_; }
-  std::uint32_t most_lists() const { return cell_groups * most_work_groups_; }
+  std::uint32_t max_work_groups() const { return max_work_groups_; }
+  std::uint32_t max_lists() const { return cell_groups * max_work_groups_; }
   exec::Scratch& scratch() { return scratch_; }
   WorldExtents* extents() { return extents_.data(); }
   std::uint32_t elements() const { return static_cast<std::uint32_t>(order.size()); }
@@ -127,7 +127,7 @@ class PublishedMemory {
             .wide_length = settings.wide_length};
   }
   CellArrays cells(const PublishedSettings& settings) {
-    const std::size_t n = most_lists();
+    const std::size_t n = max_lists();
     return {.counters = cell_counters_.data(),
             .extents = extents_.data(),
             .list_of = list_of_.data(),
@@ -146,7 +146,7 @@ class PublishedMemory {
  private:
   D& device_;
   PublishedRoom room_;
-  std::uint32_t most_work_groups_ = 0;
+  std::uint32_t max_work_groups_ = 0;
   exec::Buffer<std::uint32_t> overlaps_, counts_, wide_;
   exec::Buffer<std::uint64_t> pairs_;
   exec::Buffer<SweepCounters> sweep_counters_;
@@ -207,7 +207,7 @@ class PublishedStep {
   /// In place of colours.
   void partition(exec::Range constraints) {
     const CellArrays cells = memory_.cells(settings_);
-    const exec::Range lists{&cells.counters->lists, memory_.most_lists()};
+    const exec::Range lists{&cells.counters->lists, memory_.max_lists()};
     device_.parallel_for(1, PlanCells{counters_, cells, memory_.slots_per_body()});
     device_.parallel_for(lists, ClearLists{cells});
     device_.zero(cells.marks, std::size_t{cell_groups} * body_capacity_);
@@ -220,7 +220,7 @@ class PublishedStep {
   void solve(const SolveContacts& solver, bool bounces, exec::Range constraints) {
     const CellArrays cells = memory_.cells(settings_);
     submit_cell_substeps(device_, solver, cells, solver.p.warm_start, bounces, live_bodies(), constraints,
-                         {&cells.counters->work_groups, memory_.most_work_groups()});
+                         {&cells.counters->work_groups, memory_.max_work_groups()});
   }
 
   void report() {

@@ -44,13 +44,13 @@ struct ClearImpulses {
 
 template <SolveContacts::What what>
 struct SolveCells {
-  static constexpr std::uint32_t group_size = most_work_items;
+  static constexpr std::uint32_t group_size = max_work_items;
   struct Local {};
 
   SolveContacts solver;
   CellArrays cells;
   std::uint32_t cell_group;
-  std::uint32_t round;  ///< as in SolveContacts::Place; of strikes, which sweep of the step
+  std::uint32_t round;  ///< as in SolveContacts::Place; of bounce sweeps, which sweep of the step
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -71,8 +71,8 @@ struct SolveCells {
     plan.by_data = false;
     plan.schedule[0] = {0, 0};
     SolveContacts::Place place{what, 0, round, 0};
-    if constexpr (what == SolveContacts::What::strike)
-      place.substep = round / most_strike_sweeps, place.strikes = round % most_strike_sweeps;
+    if constexpr (what == SolveContacts::What::bounce)
+      place.substep = round / max_bounce_sweeps, place.bounce_sweeps = round % max_bounce_sweeps;
     SolveContacts::Fetched fetched;
     solver.fetch(plan, place, constraint, fetched);
     solver(plan, place, constraint, fetched);
@@ -92,8 +92,8 @@ void submit_cell_substeps(D& device, const SolveContacts& solver, const CellArra
   for (std::uint32_t substep = 0; substep < p.substeps; ++substep) {
     if (bounces) {
       if (substep > 0) device.parallel_for(bodies, IntegrateBodies<What::carry>{solver, bounces});
-      for (std::uint32_t k = 0; k < most_strike_sweeps; ++k)
-        sweep(std::integral_constant<What, What::strike>{}, substep * most_strike_sweeps + k);
+      for (std::uint32_t k = 0; k < max_bounce_sweeps; ++k)
+        sweep(std::integral_constant<What, What::bounce>{}, substep * max_bounce_sweeps + k);
     }
     if (substep == 0 || !warm_start)
       device.parallel_for(bodies, IntegrateBodies<What::integrate_first_v>{solver, bounces});

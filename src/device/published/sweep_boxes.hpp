@@ -82,8 +82,8 @@ struct SweepBoxes {
         if (!is_wide || sweep.wide[k] > i) test(found, fat, sweep.wide[k]);
     }
     sweep.counts[i] = found.count;
-    if (found.count > exec::atomic_load(sweep.counters->most_overlaps))
-      exec::atomic_max(sweep.counters->most_overlaps, found.count);
+    if (found.count > exec::atomic_load(sweep.counters->max_overlaps))
+      exec::atomic_max(sweep.counters->max_overlaps, found.count);
   }
 
  private:
@@ -132,7 +132,7 @@ struct CheckSlots {
   SweepArrays sweep;
 
   FATHOM_HD void operator()(std::uint32_t) const {
-    if (counters->live_bodies > 0 && sweep.counters->most_overlaps > sweep.slots) counters->stopped = 1;
+    if (counters->live_bodies > 0 && sweep.counters->max_overlaps > sweep.slots) counters->stopped = 1;
   }
 };
 

@@ -65,7 +65,7 @@ CudaDevice::CudaDevice(int index, Where where) {
               where);
   int has_clusters = 0;
   cuda::check(cudaDeviceGetAttribute(&has_clusters, cudaDevAttrClusterLaunch, index), "asking for clusters", where);
-  if (has_clusters) cluster_blocks_ = cuda::most_cluster_blocks;
+  if (has_clusters) cluster_blocks_ = cuda::max_cluster_blocks;
 }
 
 void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
@@ -89,17 +89,17 @@ void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::u
   cuda::check(cudaLaunchKernelExC(&config, kernel, arguments), "launching parallel_phases", where);
 }
 
-void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_clerk,
-                                      void** arguments, const Where& where) {
-  const std::uint32_t threads = size + (has_clerk ? cuda::warp_size : 0);
+void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size,
+                                      bool has_barrier_warp, void** arguments, const Where& where) {
+  const std::uint32_t threads = size + (has_barrier_warp ? cuda::warp_size : 0);
   int resident = 0;  // blocks that a multiprocessor can hold at once
   cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(threads), 0),
               "sizing parallel_phases", where);
   // More blocks wait longer for each other; they pay where they hide the latency of much memory.
-  const bool many = wanted > most_warps_of_few(size);
-  const std::uint32_t most_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
+  const bool many = wanted > max_warps_of_few(size);
+  const std::uint32_t max_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
   cuda::check(
-      cudaLaunchCooperativeKernel(kernel, dim3(std::min(most_blocks, wanted)), dim3(threads), arguments, 0, stream_),
+      cudaLaunchCooperativeKernel(kernel, dim3(std::min(max_blocks, wanted)), dim3(threads), arguments, 0, stream_),
       "launching parallel_phases", where);
 }
 

@@ -70,22 +70,22 @@ class CudaDevice final : public Memory {
   }
 
   template <PhaseKernel Kernel>
-  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+  void parallel_phases(std::uint32_t max_phases, std::uint32_t max_phase_items, Kernel kernel,
                        Where where = Where::current()) {
-    check_items(most_items, where);
-    if (most_phases == 0 || most_items == 0) return;
+    check_items(max_phase_items, where);
+    if (max_phases == 0 || max_phase_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
     auto with_plan = planned(kernel);
     using Planned = decltype(with_plan);
     start_launch();
-    void* arguments[] = {&most_phases, &most_items, &barrier_, &with_plan};
+    void* arguments[] = {&max_phases, &max_phase_items, &barrier_, &with_plan};
     // One cluster waits half as long as a grid, and has an eighth of its multiprocessors.
-    const std::uint32_t warps = (most_items + 31) / 32;
+    const std::uint32_t warps = (max_phase_items + 31) / 32;
     constexpr bool ends_at_empty = ends_at_empty_phase<Kernel>();
-    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || most_items <= size * cluster_blocks_)) {
+    if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || max_phase_items <= size * cluster_blocks_)) {
       const auto function = cuda::run_phases<cuda::ClusterBarrier, Planned, size, ends_at_empty>;
       launch_cluster(reinterpret_cast<const void*>(function), warps, size, arguments, where);
-    } else if (warps <= most_warps_of_few(size)) {
+    } else if (warps <= max_warps_of_few(size)) {
       const auto function = cuda::run_phases<cuda::GridBarrier<true>, Planned, size, ends_at_empty>;
       launch_cooperatively(reinterpret_cast<const void*>(function), warps, size, true, arguments, where);
     } else {
@@ -177,10 +177,10 @@ class CudaDevice final : public Memory {
   /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
   void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                       const Where& where);
-  void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_clerk,
+  void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_barrier_warp,
                             void** arguments, const Where& where);
   /// Items of a phase in warps up to which blocks wait for each other more than for memory.
-  std::uint32_t most_warps_of_few(std::uint32_t size) const { return 4 * info_.compute_units * size / cuda::warp_size; }
+  std::uint32_t max_warps_of_few(std::uint32_t size) const { return 4 * info_.compute_units * size / cuda::warp_size; }
 
   /// Whether a kernel may be set up while the one before still runs.
   bool follows_early() const { return cluster_blocks_ > 0; }  // compute capability 9.0 has both

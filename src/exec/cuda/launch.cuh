@@ -49,7 +49,7 @@ __global__ __launch_bounds__(Kernel::group_size) void run_groups(const __grid_co
 }
 
 /// Blocks of the largest cluster that a kernel may ask for.
-inline constexpr std::uint32_t most_cluster_blocks = 16;
+inline constexpr std::uint32_t max_cluster_blocks = 16;
 
 /// Named barriers of a block: 0 is that of __syncthreads.
 enum BlockBarrier : std::uint32_t { all_arrived = 1, all_may_go = 2 };
@@ -67,19 +67,19 @@ __device__ inline void wait_at(BlockBarrier barrier) {
 /// arrived and the others are as they were: nothing is ever reset, and nobody waits for the answer to an addition,
 /// which cooperative_groups does. The word starts as 0, and belongs to one launch at a time.
 ///
-/// With a clerk, a block's last warp does nothing but tell the others' arrival and listen for all, so that they load
-/// meanwhile.
-template <bool has_clerk>
+/// With a barrier warp, a block's last warp does nothing but tell the others' arrival and listen for all, so that they
+/// load meanwhile.
+template <bool has_barrier_warp>
 class GridBarrier {
  public:
-  static constexpr bool with_clerk = has_clerk;
-  __device__ GridBarrier(std::uint32_t* word, bool is_clerk)
-      : word_(word), turned_(~load() & turning_bit), is_clerk_(is_clerk) {}
+  static constexpr bool with_barrier_warp = has_barrier_warp;
+  __device__ GridBarrier(std::uint32_t* word, bool is_barrier_warp)
+      : word_(word), turned_(~load() & turning_bit), is_barrier_warp_(is_barrier_warp) {}
 
   __device__ void arrive() {
-    if constexpr (has_clerk) {
+    if constexpr (has_barrier_warp) {
       __syncwarp();
-      if (is_clerk_) {
+      if (is_barrier_warp_) {
         wait_at(all_arrived);
         if (threadIdx.x % warp_size == 0) tell();
       } else {
@@ -89,8 +89,8 @@ class GridBarrier {
   }
 
   __device__ void wait() {
-    if constexpr (has_clerk) {
-      if (is_clerk_) {
+    if constexpr (has_barrier_warp) {
+      if (is_barrier_warp_) {
         if (threadIdx.x % warp_size == 0) listen();
         turned_ ^= turning_bit;
         __syncwarp();
@@ -129,21 +129,21 @@ class GridBarrier {
 
   std::uint32_t* word_;
   std::uint32_t turned_;  ///< the bit when all have arrived
-  bool is_clerk_;
+  bool is_barrier_warp_;
 };
 
 /// The barrier of a thread block cluster, which is in hardware.
 class ClusterBarrier {
  public:
-  static constexpr bool with_clerk = true;
-  __device__ ClusterBarrier(std::uint32_t*, bool is_clerk) : is_clerk_(is_clerk) {}
+  static constexpr bool with_barrier_warp = true;
+  __device__ ClusterBarrier(std::uint32_t*, bool is_barrier_warp) : is_barrier_warp_(is_barrier_warp) {}
 
   // One thread's fence makes the whole block's writes visible, as in a grid's barrier: the one that the cluster's
-  // barrier comes with would be every thread's. It is the clerk's, so that the others load meanwhile.
+  // barrier comes with would be every thread's. It is the barrier warp's, so that the others load meanwhile.
   __device__ void arrive() {
 #if __CUDA_ARCH__ >= 900
     __syncwarp();
-    if (is_clerk_) {
+    if (is_barrier_warp_) {
       wait_at(all_arrived);
       if (threadIdx.x % warp_size == 0) asm volatile("fence.acq_rel.cluster;" ::: "memory");
       __syncwarp();
@@ -164,33 +164,34 @@ class ClusterBarrier {
   __device__ void wait_for_warp() const { __syncwarp(); }
 
  private:
-  bool is_clerk_;
+  bool is_barrier_warp_;
 };
 
 /// All phases, once the plan is made.
 template <class Barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
-__global__ __launch_bounds__(Size + (Barrier::with_clerk ? warp_size : 0),
-                             Barrier::with_clerk || wants_registers<Kernel>()
+__global__ __launch_bounds__(Size + (Barrier::with_barrier_warp ? warp_size : 0),
+                             Barrier::with_barrier_warp || wants_registers<Kernel>()
                                  ? 1
-                                 : 2) void run_phases(std::uint32_t most_phases, std::uint32_t most_items,
+                                 : 2) void run_phases(std::uint32_t max_phases, std::uint32_t max_phase_items,
                                                       std::uint32_t* barrier_word,
                                                       const __grid_constant__ Kernel kernel) {
   follow();
   __shared__ typename Kernel::Plan plan;
   if constexpr (Kernel::plan_parts > 0) {
     for (std::uint32_t k = threadIdx.x; k < Kernel::plan_parts; k += blockDim.x) kernel.plan_part(plan, k);
-    if constexpr (!Barrier::with_clerk && requires { kernel.keep_barriers(plan); })
+    if constexpr (!Barrier::with_barrier_warp && requires { kernel.keep_barriers(plan); })
       if (threadIdx.x == 0) kernel.keep_barriers(plan);
     __syncthreads();
   }
-  const bool is_clerk = threadIdx.x >= Size;
+  const bool is_barrier_warp = threadIdx.x >= Size;
   if constexpr (requires { kernel.needs_barriers(plan); })
-    if (is_clerk && !kernel.needs_barriers(plan)) return;
-  Barrier barrier(barrier_word, is_clerk);
+    if (is_barrier_warp && !kernel.needs_barriers(plan)) return;
+  Barrier barrier(barrier_word, is_barrier_warp);
   // Warps take turns between the blocks: a phase of few items then has as many multiprocessors to itself as it has
   // warps.
   const std::uint32_t first = (threadIdx.x / warp_size * gridDim.x + blockIdx.x) * warp_size + threadIdx.x % warp_size;
-  run_planned<ends_at_empty>(is_clerk ? ~0u : first, gridDim.x * Size, most_phases, most_items, kernel, plan, barrier);
+  run_planned<ends_at_empty>(is_barrier_warp ? ~0u : first, gridDim.x * Size, max_phases, max_phase_items, kernel, plan,
+                             barrier);
 }
 
 }  // namespace fathom::exec::cuda

@@ -62,17 +62,17 @@ class HostDevice : public ClosureQueue {
   }
 
   template <PhaseKernel Kernel>
-  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+  void parallel_phases(std::uint32_t max_phases, std::uint32_t max_phase_items, Kernel kernel,
                        Where where = Where::current()) {
-    check_items(most_items, where);
-    launch_step([this, most_phases, most_items, kernel = planned(kernel)] {
+    check_items(max_phase_items, where);
+    launch_step([this, max_phases, max_phase_items, kernel = planned(kernel)] {
       typename decltype(kernel)::Plan plan;
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
       auto place = kernel.place(plan, 0);
       // How many phases there are may be known only as they go on.
-      for (std::uint32_t phase = 0; phase < within(kernel, kernel.phases(plan), most_phases); ++phase) {
+      for (std::uint32_t phase = 0; phase < within(kernel, kernel.phases(plan), max_phases); ++phase) {
         if (phase > 0) place = kernel.next(plan, place);
-        const ItemShare all = share_of(kernel, plan, place, 0, 1, most_items);
+        const ItemShare all = share_of(kernel, plan, place, 0, 1, max_phase_items);
         if (ends_at_empty_phase<Kernel>() && all.end == 0) return;
         if (kernel.is_serial(plan, place)) {
           run_share(kernel, plan, place, all);

@@ -14,7 +14,7 @@
 namespace fathom::exec {
 
 /// Groups of a phase kernel that has few items: fewer pass the barrier sooner.
-inline constexpr std::uint32_t most_groups_with_few_items = 16;
+inline constexpr std::uint32_t max_groups_with_few_items = 16;
 
 /// Items that a group of a phase kernel has at least where there are compute units enough: two warps.
 inline constexpr std::uint32_t items_of_resident_group = 64;
@@ -61,8 +61,8 @@ class GridBarrier {
 
 /// All phases of a planned kernel, of which each group keeps its own plan.
 template <bool ends_at_empty, class Kernel>
-void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t most_phases,
-                std::uint32_t most_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
+void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t max_phases,
+                std::uint32_t max_phase_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
   GridBarrier barrier(work_item, barrier_word);
   const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
   // Warps take turns between the groups: a phase of few items then has as many compute units to itself as it has warps.
@@ -76,7 +76,7 @@ void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, 
     for (std::uint32_t k = local; k < Kernel::plan_parts; k += size) kernel.plan_part(plan_of_group, k);
     sycl::group_barrier(work_item.get_group());
   }
-  run_planned<ends_at_empty>(first, stride, most_phases, most_items, kernel, plan_of_group, barrier);
+  run_planned<ends_at_empty>(first, stride, max_phases, max_phase_items, kernel, plan_of_group, barrier);
 }
 
 }  // namespace fathom::exec

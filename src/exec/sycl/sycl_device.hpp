@@ -32,7 +32,7 @@ struct RunPhase {
 
   Kernel kernel;
   std::uint32_t phase;
-  std::uint32_t most_items;
+  std::uint32_t max_phase_items;
   std::uint32_t groups;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
@@ -44,7 +44,7 @@ struct RunPhase {
     const auto place = kernel.place(plan, phase);
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t first = group.index() * Size + item;
-      run_share(kernel, plan, place, share_of(kernel, plan, place, first, groups * Size, most_items));
+      run_share(kernel, plan, place, share_of(kernel, plan, place, first, groups * Size, max_phase_items));
     });
   }
 };
@@ -157,29 +157,31 @@ class SyclDevice final : public ClosureQueue {
   /// One launch where work-groups may wait for each other, else one for each phase: on GPUs for each that there may be;
   /// a processor's memory is the host's, which waits and sees how many there are.
   template <PhaseKernel Kernel>
-  void parallel_phases(std::uint32_t most_phases, std::uint32_t most_items, Kernel kernel,
+  void parallel_phases(std::uint32_t max_phases, std::uint32_t max_phase_items, Kernel kernel,
                        Where where = Where::current()) {
-    check_items(most_items, where);
-    if (most_phases == 0 || most_items == 0) return;
+    check_items(max_phase_items, where);
+    if (max_phases == 0 || max_phase_items == 0) return;
     constexpr std::uint32_t size = items_per_group<Kernel>();
     const auto with_plan = planned(kernel);
     if (grid_barrier_) {
       using Plan = typename decltype(planned(kernel))::Plan;
-      const std::uint32_t resident = resident_groups(most_items, size, has_few_items<Kernel>());
+      const std::uint32_t resident = resident_groups(max_phase_items, size, has_few_items<Kernel>());
       std::uint32_t* const barrier = grid_barrier_;
       return launch_kernel("launching parallel_phases", where, [=](sycl::handler& handler) {
         const sycl::local_accessor<Plan, 1> plan(sycl::range<1>(1), handler);
         handler.parallel_for(nd_range(resident, size), [=](sycl::nd_item<1> work_item) {
-          run_phases<ends_at_empty_phase<Kernel>()>(work_item, barrier, most_phases, most_items, with_plan, plan[0]);
+          run_phases<ends_at_empty_phase<Kernel>()>(work_item, barrier, max_phases, max_phase_items, with_plan,
+                                                    plan[0]);
         });
       });
     }
-    const std::uint32_t groups = groups_for(most_items, size);
+    const std::uint32_t groups = groups_for(max_phase_items, size);
     const auto run = [=, this](std::uint32_t phase) {
-      parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, most_items, groups}, where);
+      parallel_groups(groups, RunPhase<decltype(planned(kernel)), size>{with_plan, phase, max_phase_items, groups},
+                      where);
     };
     if (info_.is_gpu) {
-      for (std::uint32_t phase = 0; phase < most_phases; ++phase) run(phase);
+      for (std::uint32_t phase = 0; phase < max_phases; ++phase) run(phase);
       return;
     }
     launch_step([=, this] {
@@ -188,7 +190,7 @@ class SyclDevice final : public ClosureQueue {
       typename decltype(planned(kernel))::Plan plan;
       for (std::uint32_t k = 0; k < with_plan.plan_parts; ++k) with_plan.plan_part(plan, k);
       const Traffic before = traffic_;
-      for (std::uint32_t phase = 0; phase < most_phases && phase < with_plan.phases(plan); ++phase) {
+      for (std::uint32_t phase = 0; phase < max_phases && phase < with_plan.phases(plan); ++phase) {
         if constexpr (ends_at_empty_phase<Kernel>()) {
           if (phase > 0) wait();
           if (with_plan.items(plan, with_plan.place(plan, phase)) == 0) break;
@@ -327,11 +329,11 @@ class SyclDevice final : public ClosureQueue {
 
   /// Groups of a launch that wait for each other. What fits in one needs no barrier; more than that is done soonest on
   /// many compute units (H100: pyramids of 1,240 and 9,455 bodies take 13 % less than with full groups).
-  std::uint32_t resident_groups(std::uint32_t most_items, std::uint32_t size, bool few_items) const {
-    if (most_items <= size) return 1;
+  std::uint32_t resident_groups(std::uint32_t max_phase_items, std::uint32_t size, bool few_items) const {
+    if (max_phase_items <= size) return 1;
     const std::uint32_t most =
-        few_items ? std::min(info_.compute_units, most_groups_with_few_items) : info_.compute_units;
-    return std::min(most, (most_items + items_of_resident_group - 1) / items_of_resident_group);
+        few_items ? std::min(info_.compute_units, max_groups_with_few_items) : info_.compute_units;
+    return std::min(most, (max_phase_items + items_of_resident_group - 1) / items_of_resident_group);
   }
 
   DeviceInfo info_;

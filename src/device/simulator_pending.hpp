@@ -9,37 +9,37 @@ namespace fathom::device {
 
 template <exec::Device D>
 bool DeviceSimulator<D>::oldest_is_done() const {
-  if (flights_.empty()) return false;
-  const std::uint64_t number = flights_.front().number;
-  return end_of(number).is_done() && lane_of(number).copied.is_done();
+  if (pending_steps_.empty()) return false;
+  const std::uint64_t number = pending_steps_.front().number;
+  return end_of(number).is_done() && buffers_of(number).copied.is_done();
 }
 
 template <exec::Device D>
 void DeviceSimulator<D>::retire_oldest() {
-  const Event& end = end_of(flights_.front().number);
+  const Event& end = end_of(pending_steps_.front().number);
   end.wait();
-  lane_of(flights_.front().number).copied.wait();
-  const Report report = reports_[flights_.front().number % lanes_count_];
+  buffers_of(pending_steps_.front().number).copied.wait();
+  const Report report = reports_[pending_steps_.front().number % max_pending_];
   if (report.stopped) return repair(report);
   if (def.ahead > 0)
-    collect_events(flights_.front().number, report);
+    collect_events(pending_steps_.front().number, report);
   else
     clear_events();
-  indices_.forget_before(flights_.front().number + (def.ahead > 0));
-  hull_memory_.step_finished(flights_.front().number);
+  indices_.forget_before(pending_steps_.front().number + (def.ahead > 0));
+  hull_memory_.step_finished(pending_steps_.front().number);
   newest_ = report;
-  newest_published_ = published_memory_.reports[flights_.front().number % lanes_count_];
-  const Flight& flight = flights_.front();
-  newest_interval_ = flight.was_idle || report.step == 1 ? end.milliseconds_since(lane_of(flight.number).start)
-                                                         : end.milliseconds_since(end_of(report.step - 1));
-  newest_traffic_ = flight.traffic;
+  newest_published_ = published_memory_.reports[pending_steps_.front().number % max_pending_];
+  const PendingStep& pending = pending_steps_.front();
+  newest_interval_ = pending.was_idle || report.step == 1 ? end.milliseconds_since(buffers_of(pending.number).start)
+                                                          : end.milliseconds_since(end_of(report.step - 1));
+  newest_traffic_ = pending.traffic;
   // What brought most of the bodies will hardly be needed again.
-  Lane& lane = lane_of(flight.number);
-  if (4 * lane.data.size() > body_memory_.capacity()) {
-    lane.data = exec::Buffer<BodyData>(device_);
-    lane.staged_data = exec::PinnedBuffer<BodyData>(device_, 0);
+  StepBuffers& buffers = buffers_of(pending.number);
+  if (4 * buffers.data.size() > body_memory_.capacity()) {
+    buffers.data = exec::Buffer<BodyData>(device_);
+    buffers.staged_data = exec::PinnedBuffer<BodyData>(device_, 0);
   }
-  flights_.pop_front();
+  pending_steps_.pop_front();
   if (report.overrun)
     throw Error(ErrorCode::capacity,
                 "step " + std::to_string(report.step) +
@@ -58,7 +58,7 @@ void DeviceSimulator<D>::retire_oldest() {
 
 template <exec::Device D>
 void DeviceSimulator<D>::retire_all() const {
-  while (!flights_.empty()) self().retire_oldest();
+  while (!pending_steps_.empty()) self().retire_oldest();
 }
 
 /// Makes room for what a step found no room for, or has its bodies that failed isolated; then submits it, or what is
@@ -71,8 +71,8 @@ void DeviceSimulator<D>::repair(const Report& report) {
   const bool begins_anew = report.stopped == no_room_for_pairs;
   if (begins_anew) device_.parallel_for(1, GoOn{counters_.data()});
   bool first = true;
-  for (Flight& flight : flights_) {
-    submit(flight, !first, first && !begins_anew ? static_cast<Stop>(report.stopped) : no_stop);
+  for (PendingStep& pending : pending_steps_) {
+    submit(pending, !first, first && !begins_anew ? static_cast<Stop>(report.stopped) : no_stop);
     first = false;
   }
 }
@@ -87,7 +87,7 @@ void DeviceSimulator<D>::make_room_for(const Report& report) {
                           resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
                           may_bounce_, may_roll_);
   // Slots by eights, so that they need not grow for every single overlap more.
-  const std::uint32_t overlaps = published_memory_.reports[flights_.front().number % lanes_count_].most_overlaps;
+  const std::uint32_t overlaps = published_memory_.reports[pending_steps_.front().number % max_pending_].max_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), published_room());
   record();
@@ -120,8 +120,8 @@ void DeviceSimulator<D>::make_profile() {
   profile.step = newest_.step;
   if (newest_.step == 0) return;
   profile.interval = newest_interval_;
-  const Lane& lane = lane_of(newest_.step);
-  const StageMarks<D>& m = lane.marks;
+  const StepBuffers& buffers = buffers_of(newest_.step);
+  const StageMarks<D>& m = buffers.marks;
   profile.times = {m.pairs.milliseconds_since(m.begin), m.manifolds.milliseconds_since(m.pairs),
                    m.built.milliseconds_since(m.manifolds), m.solved.milliseconds_since(m.built),
                    m.end.milliseconds_since(m.solved)};
@@ -139,7 +139,7 @@ void DeviceSimulator<D>::make_profile() {
     c.unbatched = newest_published_.unbatched;
     c.work_groups = newest_published_.work_groups;
   }
-  c.overlaps = newest_published_.most_overlaps;
+  c.overlaps = newest_published_.max_overlaps;
   c.islands = newest_.islands;
   c.recycled = newest_.recycled;
   c.quarantined = newest_.quarantined;
