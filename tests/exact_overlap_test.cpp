@@ -9,9 +9,12 @@
 
 #include "scene/random.hpp"
 #include "scene/scene_parts.hpp"
+#include "shape_fixture.hpp"
 
 namespace fathom::validate {
 namespace {
+
+using test::box_hull;
 
 Pose at(Vec3 position, Quat rotation = {}) { return {position, 0, rotation}; }
 
@@ -24,13 +27,6 @@ double depth(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) {
 
 Quat about_z(double angle) {
   return {static_cast<float>(std::cos(angle / 2)), 0, 0, static_cast<float>(std::sin(angle / 2))};
-}
-
-/// A box as a hull.
-Shape box_hull(Vec3 h) {
-  std::vector<Vec3> corners;
-  for (int i = 0; i < 8; ++i) corners.push_back({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z});
-  return hull(corners);
 }
 
 TEST(ExactOverlap, RoundShapes) {

@@ -91,8 +91,11 @@ struct HoldBackFast {
         sync();
         if (leads()) {
           if (c.touching()) contacts.manifolds[c.manifold].forget_build();
+          Velocity& v = bodies.velocities[i];
+          v.linear = limited(way.linear, move.p.limits.linear);
+          if (!bodies.constants[i].is_isotropic())
+            v.angular = spin_put_back(v.angular, bodies.poses[i].rotation, end.rotation);
           bodies.poses[i] = end;
-          bodies.velocities[i].linear = limited(way.linear, move.p.limits.linear);
         }
         sync();
       }

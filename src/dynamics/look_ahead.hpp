@@ -216,6 +216,10 @@ FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, fl
   return pose;
 }
 
+/// The angular velocity (rad/s) of a body that `end_of` puts from `from` to `to`: its spin stays as the body has it, and
+/// with it its energy. What turns a thin rod about its long axis would turn the rod itself if it stayed in world axes.
+FATHOM_HD Vec3 spin_put_back(Vec3 angular, Quat from, Quat to) { return rotate(to, inverse_rotate(from, angular)); }
+
 /// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops
 /// them, brought back to the step's beginning: separations are as many metres larger as points approach on the way
 /// there. Returns the least.

@@ -69,9 +69,15 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   const SpeedLimits limits =
       speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
   v.linear = limited(b.is_child ? v.linear + (way.linear - on_b.velocity.linear) : way.linear, limits.linear);
-  place(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
+  put_back(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
   if (pair.contact != none) forget_build(pair.contact);
   return true;
+}
+
+void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {
+  // Of isotropic bodies the energy is the same about any axis.
+  if (!bodies[slot].isotropic) v.angular = spin_put_back(v.angular, state_.poses[slot].rotation, pose.rotation);
+  place(slot, pose, v);
 }
 
 /// They may have got to what nobody looked for there: on the whole way all that is fixed or kinematic is asked for.
@@ -97,7 +103,7 @@ void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vec
     for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies)) is_free &= !hold_back(stray, slot);
     if (is_free) return;
   }
-  place(stray.slot, stray.begin, state_.velocities[stray.slot]);
+  put_back(stray.slot, stray.begin, state_.velocities[stray.slot]);
 }
 
 /// What is fixed or kinematic near the stray's way, ascending.

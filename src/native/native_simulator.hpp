@@ -166,6 +166,7 @@ class NativeSimulator : public Simulator {
                                           const std::vector<std::uint32_t>& kinematic_bodies) const;
   bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
   bool hold_back(const FastPair& pair);
+  void put_back(std::uint32_t slot, const Pose& pose, Velocity v);
   bool hold_back_from_surface(const FastPair& pair);  // parted_pairs.cpp
   void forget_build(std::uint32_t first);
   void isolate_on_request();
