@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <vector>
 
 #include "dynamics/time_of_impact.hpp"
 #include "validate/exact_overlap.hpp"
@@ -27,6 +28,122 @@ TEST(FastPairs, WhatPassesAtAClearanceLeavesNoTrace) {
   for (const Where& setup : {Where{}, of_device(), of_hybrid()})
     for (std::uint64_t seed = 1; seed <= 300; ++seed)
       EXPECT_FALSE(validate::leaves_a_trace(validate::shot_past(seed), setup)) << "seed " << seed;
+}
+
+TEST(FastPairs, NothingIsFoundInsideOrBehindAFreeBodyThatItHit) {
+  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+    for (std::uint64_t seed = 1; seed <= 500; ++seed)
+      EXPECT_EQ(validate::too_deep(validate::shot_at_free(seed), setup), 0) << "seed " << seed;
+}
+
+TEST(FastPairs, ABodyMayBecomeABulletAndIsOneAfterARestore) {
+  WorldDef def;
+  def.gravity = {};
+  def.threads = 1;
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid}) {
+    def.simulator = simulator;
+    def.device = "host";
+    World world(def);
+    const BodyId id = world.add({.shape = sphere(0.05f)});
+    EXPECT_FALSE(world.is_bullet(id));
+    world.step();
+    world.set_bullet(id, true);
+    world.step();
+    std::vector<std::byte> bytes;
+    world.save(bytes);
+    World copy(def);
+    copy.restore(bytes);
+    EXPECT_TRUE(copy.is_bullet(id));
+    // A plate of 2 mm that gives way: what is no bullet may come out behind it.
+    const auto ends_in_front = [&](World& in) {
+      BodyDef plate{.shape = box({0.001f, 1, 1})};
+      plate.pose.position = {2.3f, 0, 0};
+      plate.mass = 10;
+      const BodyId target = in.add(plate);
+      in.set_pose(id, {});
+      in.set_velocity(id, {700, 0, 0}, {});
+      for (int i = 0; i < 3; ++i) {
+        in.step();
+        if (in.pose(id).position.x > in.pose(target).position.x) return false;
+      }
+      return true;
+    };
+    EXPECT_TRUE(ends_in_front(copy));
+    EXPECT_TRUE(ends_in_front(world));
+  }
+}
+
+TEST(FastPairs, WhatPassesAFreeBodyAtAClearanceLeavesNoTrace) {
+  for (const Where& setup : {Where{}, of_device(), of_hybrid()})
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      validate::Shot shot = validate::shot_past(seed);
+      shot.target.motion = MotionType::dynamic;
+      EXPECT_FALSE(validate::leaves_a_trace(shot, setup)) << "seed " << seed;
+    }
+}
+
+/// Shots at free bodies, each far from the others and without restitution.
+struct Range {
+  World world;
+  std::vector<BodyId> ids;
+
+  Range(std::uint64_t first, int count, int threads, SimulatorKind simulator = SimulatorKind::native)
+      : world(definition(threads, simulator)) {
+    for (int i = 0; i < count; ++i) {
+      const validate::Shot shot = validate::shot_at_free(first + static_cast<std::uint64_t>(i));
+      for (BodyDef body : {shot.target, shot.bullet}) {
+        body.material.restitution = 0;
+        body.pose.position += Vec3{0, 0, 200.0f * static_cast<float>(i)};
+        ids.push_back(world.add(body));
+      }
+    }
+  }
+
+  static WorldDef definition(int threads, SimulatorKind simulator) {
+    WorldDef def;
+    def.simulator = simulator;
+    def.device = "host";
+    def.gravity = {};
+    def.threads = threads;
+    def.sleep.enabled = false;
+    return def;
+  }
+};
+
+TEST(FastPairs, HitsOnFreeBodiesKeepMomentumAndAddNoEnergy) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    Range range(seed, 1, 1, seed % 2 == 0 ? SimulatorKind::device : SimulatorKind::native);
+    double scale = 0, energy_at_first = 0;
+    Vec3d start;
+    for (int step = 0; step < 60; ++step) {
+      double energy = 0;
+      Vec3d momentum;
+      for (const BodyId id : range.ids) {
+        const Velocity v = range.world.velocity(id);
+        const MassProperties mass = range.world.mass_properties(id);
+        const Vec3 spin = inverse_rotate(range.world.pose(id).rotation, v.angular);
+        energy += 0.5 * (double{mass.mass} * double{length_squared(v.linear)} + double{dot(spin, mass.inertia * spin)});
+        momentum = momentum + double{mass.mass} * to_double(v.linear);
+        if (step == 0) scale += double{mass.mass} * double{length(v.linear)};
+      }
+      if (step == 0) start = momentum, energy_at_first = energy;
+      EXPECT_LE(energy, (1 + 1e-5) * energy_at_first) << "seed " << seed << " step " << step;
+      // Of 1,000 shots the worst was off by 8.7e-4 before anything was held back, too.
+      EXPECT_LE(length(momentum - start), 1e-3 * scale) << "seed " << seed << " step " << step;
+      range.world.step();
+    }
+  }
+}
+
+TEST(FastPairs, ShotsAtFreeBodiesAreTheSameOnAnyNumberOfThreads) {
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid}) {
+    Range one(1, 300, 1, simulator), two(1, 300, 2, simulator), four(1, 300, 4, simulator);
+    for (int step = 0; step < 60; ++step) {
+      for (Range* range : {&one, &two, &four}) range->world.step();
+      ASSERT_EQ(one.world.state_hash(), two.world.state_hash()) << step;
+      ASSERT_EQ(one.world.state_hash(), four.world.state_hash()) << step;
+    }
+  }
 }
 
 // The least separation over steps that a cube of 6 cm, shot along (1, 0, −1) at a crate of 1 m, has from any place.

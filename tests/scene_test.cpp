@@ -479,6 +479,7 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "linear_damping",
                           "can_sleep",
                           "sensor",
+                          "bullet",
                           "angular_damping",
                           "filter",
                           "category",

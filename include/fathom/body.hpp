@@ -66,6 +66,9 @@ struct BodyDef {
   float angular_damping = 0.0f;  ///< 1/s, ≥ 0
   bool can_sleep = true;
   bool sensor = false;  ///< pushes nobody and is not pushed; tells who is in it (sensor.hpp)
+  /// Swept against all bodies when it is fast, where others are swept against those alone that cannot be pushed
+  /// (Box2D's and Box3D's term). For shots and other small, fast bodies: it costs a search per such pair and step.
+  bool bullet = false;
   std::uint64_t user_data = 0;
 };
 

@@ -250,6 +250,8 @@ class World {
   /// Whether it is a sensor (sensor.hpp).
   void set_sensor(BodyId id, bool sensor);
   bool is_sensor(BodyId id) const;
+  void set_bullet(BodyId id, bool bullet);  ///< from the next step on, see `BodyDef::bullet`
+  bool is_bullet(BodyId id) const;
   void set_gravity_scale(BodyId id, float scale);
   void set_damping(BodyId id, float linear, float angular);
   bool is_awake(BodyId id) const;

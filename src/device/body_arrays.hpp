@@ -25,6 +25,7 @@ enum BodyBits : std::uint32_t {
   isotropic_bit = 8,  ///< its inertia is a multiple of the identity
   can_sleep_bit = 16,
   filtered_bit = 32,  ///< its filter may keep others out
+  bullet_bit = 64,
   shape_shift = 8,    ///< ShapeType, two bits
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
@@ -49,6 +50,7 @@ struct alignas(16) BodyConstants {
   FATHOM_HD bool is_dynamic() const { return motion() == MotionType::dynamic; }
   FATHOM_HD bool is_living() const { return bits & living_bit; }
   FATHOM_HD bool is_isotropic() const { return bits & isotropic_bit; }
+  FATHOM_HD bool is_bullet() const { return bits & bullet_bit; }
   FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
 };
@@ -139,6 +141,8 @@ struct HullRecord {
 };
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
+/// Beside these: there are bullets.
+inline constexpr std::uint32_t bullets_bit = 1u << 31;
 
 struct HullArrays {
   const HullRecord* hulls = nullptr;
@@ -161,6 +165,11 @@ struct HullArrays {
             .outer = h.outer,
             .vertex_edges = vertex_edges + h.vertices};
   }
+};
+
+/// The first of a dynamic body's fast pairs without a hull, and with one; `none` between steps.
+struct FastPairs {
+  std::uint32_t first[2] = {none, none};
 };
 
 struct BodyArrays {
@@ -197,8 +206,10 @@ struct BodyArrays {
   std::uint32_t* isolated_in;         ///< number of the step that isolated it
 
   // Of bodies in fast pairs.
-  Pose* before;              ///< as the step began
-  std::uint32_t* fast_pair;  ///< the first of its fast pairs, `none` between steps
+  Pose* before;  ///< as the step began
+  Pose* ends;    ///< where those got to that what cannot be pushed has held back
+  FastPairs* fast_pairs;
+  std::uint32_t* fast_bodies[2];  ///< bodies that have some without a hull, and with one
 
   // Supports.
   BodySupport* support;

@@ -137,6 +137,7 @@ struct Counters {
   std::uint32_t to_collide[shape_pairs] = {};
   std::uint32_t fast[2] = {};          ///< pairs that move fast for their size: without a hull, with one
   std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for want of manifolds
+  std::uint32_t fast_bodies[2] = {};   ///< that have such pairs
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
@@ -200,10 +201,10 @@ struct Report {
   std::uint32_t overrun = 0;
 };
 
-/// A pair that moves fast for its size. Those of one dynamic body with bodies that cannot be pushed are chained.
+/// A pair that moves fast for its size. Those of one dynamic body are chained: without a hull, and with one.
 struct FastPair {
   std::uint32_t contact;
-  std::uint32_t next;  ///< or `none`
+  std::uint32_t next[2];  ///< of A's and of B's, or `none`
 };
 
 struct ContactArrays {

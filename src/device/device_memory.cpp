@@ -13,6 +13,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       targets_(m),
       poses_(m),
       before_(m),
+      ends_(m),
       velocities_(m),
       flags_(m),
       slow_time_(m),
@@ -29,9 +30,11 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_(m),
       island_woken_(m),
       isolated_in_(m),
-      fast_pair_(m),
       parent_(m),
       island_slow_(m),
+      fast_bodies_(m),
+      fast_hull_bodies_(m),
+      fast_pairs_(m),
       support_(m),
       nodes_(m),
       moves_(m),
@@ -46,12 +49,13 @@ template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(parent_), act(island_slow_), act(recoloured_), act(further_recoloured_), act(nodes_), act(moves_);
   act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
+  act(ends_), act(fast_bodies_), act(fast_hull_bodies_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
-  fast_pair_.grow(bodies, exec::Contents::keep);
+  fast_pairs_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
@@ -83,7 +87,9 @@ BodyArrays BodyMemory::arrays() {
           .island_woken = island_woken_.data(),
           .isolated_in = isolated_in_.data(),
           .before = before_.data(),
-          .fast_pair = fast_pair_.data(),
+          .ends = ends_.data(),
+          .fast_pairs = fast_pairs_.data(),
+          .fast_bodies = {fast_bodies_.data(), fast_hull_bodies_.data()},
           .support = support_.data(),
           .nodes = nodes_.data(),
           .moves = moves_.data(),

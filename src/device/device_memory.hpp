@@ -59,14 +59,16 @@ class BodyMemory {
   exec::Buffer<FilterMasks> filters_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
-  exec::Buffer<Pose> poses_, before_;
+  exec::Buffer<Pose> poses_, before_, ends_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;
   exec::Buffer<float> slow_time_;
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, further_recoloured_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, parent_, island_slow_;
+  exec::Buffer<std::uint32_t> fast_bodies_, fast_hull_bodies_;
+  exec::Buffer<FastPairs> fast_pairs_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
   exec::Buffer<SupportMove> moves_;

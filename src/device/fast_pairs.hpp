@@ -4,14 +4,15 @@
 
 #include "device/finish.hpp"
 #include "device/update_manifolds.hpp"
+#include "dynamics/free_end.hpp"
 
 namespace fathom::device {
 
 /// For a team, if it may be a hull.
 template <bool with_hulls>
-FATHOM_HD Mover mover(const BodyArrays& bodies, std::uint32_t i, const Pose& pose) {
+FATHOM_HD Mover mover(const BodyArrays& bodies, std::uint32_t i, const Pose& pose, const Velocity& velocity) {
   return {with_hulls ? bodies.geometry_for_team(i) : bodies.simple_geometry(i), bodies.constants[i].radius, pose,
-          bodies.velocities[i]};
+          velocity};
 }
 
 /// Third pass of the narrow phase; item k is a fast pair with a hull, or one without.
@@ -29,8 +30,8 @@ struct LookAheadPairs {
     const std::uint32_t pair = changes.contacts.fast_at(with_hulls, k);
     const std::uint32_t index = changes.contacts.fast[pair].contact;
     Contact c = changes.contacts.contacts[index];
-    const Mover a = mover<with_hulls>(bodies, c.a, bodies.poses[c.a]);
-    const Mover b = mover<with_hulls>(bodies, c.b, bodies.poses[c.b]);
+    const Mover a = mover<with_hulls>(bodies, c.a, bodies.poses[c.a], bodies.velocities[c.a]);
+    const Mover b = mover<with_hulls>(bodies, c.b, bodies.poses[c.b], bodies.velocities[c.b]);
     const Pose b_in_a = relative(a.pose, b.pose);
     const float margin = speculative_margin(a.radius, b.radius, a.velocity, b.velocity, dt);
     AxisCache axis = c.axis;
@@ -45,23 +46,32 @@ struct LookAheadPairs {
                                                       : changes.take(index, c, seen, b_in_a, -1);
     if (!has_room) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
-    } else if (c.fixed_a()) {
-      chain(pair, c, a.pose, b.pose);
+    } else if (c.fixed_a() || (found.is_fast && (is_bullet(c.a) || is_bullet(c.b)))) {
+      bodies.before[c.a] = a.pose;
+      bodies.before[c.b] = b.pose;
+      chain(pair, 1, c.b);
+      if (!c.fixed_a()) chain(pair, 0, c.a);
     }
   }
 
  private:
-  /// In any order: what comes of them does not depend on it.
-  FATHOM_HD void chain(std::uint32_t pair, const Contact& c, const Pose& pose_a, const Pose& pose_b) const {
-    changes.bodies.before[c.a] = pose_a;
-    changes.bodies.before[c.b] = pose_b;
-    changes.contacts.fast[pair].next = exec::atomic_exchange(changes.bodies.fast_pair[c.b], pair);
+  FATHOM_HD bool is_bullet(std::uint32_t body) const { return changes.bodies.constants[body].is_bullet(); }
+
+  /// Among the pairs of its A (side 0) or B, in any order: what comes of them does not depend on it.
+  FATHOM_HD void chain(std::uint32_t pair, std::uint32_t side, std::uint32_t body) const {
+    const BodyArrays& bodies = changes.bodies;
+    const std::uint32_t next = exec::atomic_exchange(bodies.fast_pairs[body].first[with_hulls], pair);
+    changes.contacts.fast[pair].next[side] = next;
+    if (next != none) return;
+    const std::uint32_t place = exec::atomic_add(changes.counters->fast_bodies[with_hulls], 1u);
+    bodies.fast_bodies[with_hulls][place] = body;
   }
 };
 
 /// What came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the next
-/// step. Item k is a fast pair of either list; one of each body's pairs speaks for all, if some is with a hull, the
-/// first of those.
+/// step. Then, `from_free`, the lighter of two bodies that can both be pushed ends beside the heavier one, from where
+/// that has got to by then, and may have to be held back from the former again. Item k is a body that has fast pairs;
+/// with a hull, if it has some of these.
 template <bool with_hulls>
 struct HoldBackFast {
   static constexpr std::uint32_t group_size = 64;
@@ -69,39 +79,22 @@ struct HoldBackFast {
 
   MoveBodies move;
   ContactArrays contacts;
+  bool from_free;
+  bool is_last;  ///< nobody asks for the pairs after this
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const BodyArrays& bodies = move.bodies;
     if (move.counters->stopped) return;
-    const std::uint32_t own = contacts.fast_at(with_hulls, k);
-    const std::uint32_t i = contacts.contacts[contacts.fast[own].contact].b;
-    const std::uint32_t first = bodies.fast_pair[i];
-    if (first == none || speaker(first) != own) return;
+    const std::uint32_t i = bodies.fast_bodies[with_hulls][k];
+    if (!with_hulls && bodies.fast_pairs[i].first[true] != none) return;
+    const bool moved = can_be_held(i) && hold_back(i);
     sync();
-    if (leads()) bodies.fast_pair[i] = none;
-    if ((bodies.flags[i] & (awake_flag | isolated_flag)) != awake_flag) return;
-    bool is_free = true;
-    // In the order of what they meet: that of the list is any.
-    for (std::uint32_t pair = next_after(none, first); pair != none;) {
-      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
-      const FreeWay way = free_way_of(c);
-      if (!way.is_free) {
-        is_free = false;
-        const Pose end = end_of(way, bodies.before[i], bodies.poses[i], move.p.dt);
-        sync();
-        if (leads()) {
-          if (c.touching()) contacts.manifolds[c.manifold].forget_build();
-          Velocity& v = bodies.velocities[i];
-          v.linear = limited(way.linear, move.p.limits.linear);
-          if (!bodies.constants[i].is_isotropic())
-            v.angular = spin_put_back(v.angular, bodies.poses[i].rotation, end.rotation);
-          bodies.poses[i] = end;
-        }
-        sync();
-      }
-      pair = next_after(c.a, first);
-    }
-    if (!is_free && leads()) put_box(i);
+    if (!leads()) return;
+    if (moved) put_box(i);
+    if (is_last)
+      bodies.fast_pairs[i] = {};
+    else
+      bodies.ends[i] = bodies.poses[i];
   }
 
  private:
@@ -110,39 +103,99 @@ struct HoldBackFast {
   }
   FATHOM_HD static bool leads() { return !runs_in_teams || team::is_leader(); }
 
-  /// Of the pairs from `first` on the first with a hull, or else the first.
-  FATHOM_HD std::uint32_t speaker(std::uint32_t first) const {
-    const std::uint32_t first_with_hull = contacts.capacity - move.counters->fast[true];
-    for (std::uint32_t pair = first; pair != none; pair = contacts.fast[pair].next)
-      if (pair >= first_with_hull) return pair;
-    return first;
+  FATHOM_HD bool can_be_held(std::uint32_t i) const {
+    return (move.bodies.flags[i] & (awake_flag | isolated_flag)) == awake_flag;
   }
 
-  /// The pair, of those from `first` on, with the lowest A above `last` (`none`: any).
-  FATHOM_HD std::uint32_t next_after(std::uint32_t last, std::uint32_t first) const {
+  /// Returns whether it has changed where the body gets to.
+  FATHOM_HD bool hold_back(std::uint32_t i) const {
+    const BodyArrays& bodies = move.bodies;
+    bool moved = false, is_other_free = from_free;
+    // In the order of what they meet: that of the chains is any.
+    for (std::uint32_t last = none;;) {
+      const std::uint32_t pair = next_after(last, i, is_other_free);
+      if (pair == none) {
+        if (!is_other_free || !moved) return moved;
+        is_other_free = false;
+        last = none;
+        continue;
+      }
+      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
+      last = c.a == i ? c.b : c.a;
+      Pose end;
+      Vec3 linear;
+      if (is_held(last, i, is_other_free, end, linear)) {
+        moved = true;
+        sync();
+        if (leads()) {
+          if (c.touching()) contacts.manifolds[c.manifold].forget_build();
+          Velocity& v = bodies.velocities[i];
+          v.linear = linear;
+          if (!bodies.constants[i].is_isotropic())
+            v.angular = spin_put_back(v.angular, bodies.poses[i].rotation, end.rotation);
+          bodies.poses[i] = end;
+        }
+        sync();
+      }
+    }
+  }
+
+  /// Which of two bodies that can be pushed is held back from the other.
+  FATHOM_HD std::uint32_t held_of(const Contact& c) const {
+    const bool is_a_lighter = move.bodies.constants[c.a].inverse_mass > move.bodies.constants[c.b].inverse_mass;
+    return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
+  }
+
+  /// The pair in which the body i is held back from the lowest other above `last` (`none`: any), one that can be pushed
+  /// or not.
+  FATHOM_HD std::uint32_t next_after(std::uint32_t last, std::uint32_t i, bool is_other_free) const {
     std::uint32_t best = none, lowest = none;
-    for (std::uint32_t pair = first; pair != none; pair = contacts.fast[pair].next) {
-      const std::uint32_t a = contacts.contacts[contacts.fast[pair].contact].a;
-      if ((last == none || a > last) && a < lowest) best = pair, lowest = a;
+    for (std::uint32_t kind = 0; kind <= with_hulls; ++kind) {
+      for (std::uint32_t pair = move.bodies.fast_pairs[i].first[kind]; pair != none;) {
+        const FastPair& f = contacts.fast[pair];
+        const Contact& c = contacts.contacts[f.contact];
+        const bool is_b = c.b == i, is_asked = c.fixed_a() ? !is_other_free : is_other_free && held_of(c) == i;
+        const std::uint32_t other = is_b ? c.a : c.b;
+        if (is_asked && (last == none || other > last) && other < lowest) best = pair, lowest = other;
+        pair = f.next[is_b];
+      }
     }
     return best;
   }
 
-  FATHOM_HD FreeWay free_way_of(const Contact& c) const {
+  /// Whether the body b is held back from a, and where it ends then.
+  FATHOM_HD bool is_held(std::uint32_t a, std::uint32_t b, bool is_a_free, Pose& end, Vec3& linear) const {
     const BodyArrays& bodies = move.bodies;
-    const Mover a = mover<with_hulls>(bodies, c.a, bodies.before[c.a]);
-    const Mover b = mover<with_hulls>(bodies, c.b, bodies.before[c.b]);
+    const float dt = move.p.dt;
+    const Pose end_a = is_a_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
+    const Pose &pose_a = bodies.before[a], &pose_b = bodies.before[b];
+    const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
+    const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
+    // The velocity of what can be pushed another item may be writing.
+    const Mover on_a{was_a.geometry, was_a.radius, pose_a, is_a_free ? was_a.velocity : bodies.velocities[a]};
+    const Mover on_b{was_b.geometry, was_b.radius, pose_b, bodies.velocities[b]};
     const float half =
-        min(ContactChanges::thickness(bodies.constants[c.a]), ContactChanges::thickness(bodies.constants[c.b]));
-    const Pose &end_a = bodies.poses[c.a], &end_b = bodies.poses[c.b];
-    const Mover was_a{a.geometry, a.radius, a.pose, velocity_between(a.pose, end_a, move.p.dt)};
-    const Mover was_b{b.geometry, b.radius, b.pose, velocity_between(b.pose, end_b, move.p.dt)};
+        min(ContactChanges::thickness(bodies.constants[a]), ContactChanges::thickness(bodies.constants[b]));
     AxisCache axis;
-    const float margin = speculative_margin(a.radius, b.radius, was_a.velocity, was_b.velocity, move.p.dt);
-    const Manifold seen = collide_shapes<with_hulls>(a.geometry, b.geometry, relative(a.pose, b.pose), margin, axis);
-    const float skin = skin_of(a, b, half);
-    const Apart first = apart_at_first(a, b, near_cores(was_a, was_b, move.p.dt, skin), seen, skin);
-    return free_way<with_hulls>(a, b, end_a, end_b, first, half, move.p.dt);
+    const float margin = speculative_margin(on_a.radius, on_b.radius, was_a.velocity, was_b.velocity, dt);
+    const Manifold seen =
+        collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, relative(pose_a, pose_b), margin, axis);
+    const float skin = skin_of(on_a, on_b, half);
+    const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
+    FreeWay way;  // `way_beside`, but with one call of `free_way` for all
+    if (is_a_free && first.gap <= skin)
+      way.is_free = !gets_behind<with_hulls>(was_a, was_b, first, half, dt);
+    else
+      way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
+    if (way.is_free) return false;
+    linear = bodies.velocities[b].linear;
+    if (is_a_free) {
+      end = end_beside(way, on_a, on_b, end_a, end_b, first, half, dt);
+    } else {
+      end = end_of(way, pose_b, end_b, dt);
+      linear = limited(way.linear, move.p.limits.linear);
+    }
+    return true;
   }
 
   /// What the body's new pose leaves its boxes.

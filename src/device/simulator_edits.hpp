@@ -55,7 +55,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   BodyData d;
   BodyConstants& c = d.constants;
   c.bits = static_cast<std::uint32_t>(info.motion) | living_bit | (info.isotropic ? isotropic_bit : 0u) |
-           (info.can_sleep ? can_sleep_bit : 0u) | static_cast<std::uint32_t>(info.geometry.type) << shape_shift |
+           (info.can_sleep ? can_sleep_bit : 0u) | (info.is_bullet ? bullet_bit : 0u) |
+           static_cast<std::uint32_t>(info.geometry.type) << shape_shift |
            static_cast<std::uint32_t>(info.material.friction_rule) << friction_rule_shift |
            static_cast<std::uint32_t>(info.material.restitution_rule) << restitution_rule_shift;
   c.radius = info.radius;
@@ -66,7 +67,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.gravity_scale = info.gravity_scale;
   c.linear_damping = info.linear_damping;
   c.angular_damping = info.angular_damping;
-  shapes_ |= shape_bit(info.geometry.type);
+  shapes_ |= shape_bit(info.geometry.type) | (info.is_bullet ? bullets_bit : 0u);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
   // Sensors collide with nobody.
   const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;

@@ -31,7 +31,7 @@ struct StepSettings {
   MoveParameters move;
   float sleep_time = 0;      ///< s
   bool bounces = false;      ///< some material has a restitution above zero
-  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had: others need no kernels
+  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had, and `bullets_bit`: others need no kernels
   PublishedSettings published;
 };
 
@@ -219,8 +219,8 @@ class Step {
   void finish() {
     const MoveBodies move{bodies_, grid_, counters_, settings_.move};
     device_.parallel_for(live_bodies(), move);
-    device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_});
-    if (has_hulls()) device_.parallel_for(fast(true), HoldBackFast<true>{move, contacts_});
+    hold_back_fast(move, false);
+    if (has_bullets()) hold_back_fast(move, true);
     if (settings_.move.sleeping) {
       device_.parallel_for(live_bodies(), BeginIslands{bodies_});
       const IslandLink link{bodies_, settings_.sleep_time};
@@ -239,9 +239,16 @@ class Step {
   bool has_round_shapes() const { return has(ShapeType::sphere) || has(ShapeType::capsule); }
   bool has(ShapeType type) const { return settings_.shapes & shape_bit(type); }
   bool has_joints() const { return joints_.capacity > 0; }
+  void hold_back_fast(const MoveBodies& move, bool from_free) {
+    const bool is_last = from_free == has_bullets();
+    device_.parallel_for(fast_bodies(false), HoldBackFast<false>{move, contacts_, from_free, is_last});
+    if (has_hulls()) device_.parallel_for(fast_bodies(true), HoldBackFast<true>{move, contacts_, from_free, is_last});
+  }
+  bool has_bullets() const { return settings_.shapes & bullets_bit; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
   exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
+  exec::Range fast_bodies(bool with_hull) const { return {&counters_->fast_bodies[with_hull], body_capacity_}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {

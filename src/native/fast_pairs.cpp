@@ -1,7 +1,9 @@
 // Pairs that move fast for their size (dynamics/look_ahead.hpp). In a file of their own, or the compiler would call
 // what every contact needs where it is inlined now: the functions of poses.
 #include <algorithm>
+#include <utility>
 
+#include "dynamics/free_end.hpp"
 #include "geometry/compound_query.hpp"
 #include "native/native_simulator.hpp"
 #include "native/pieces.hpp"
@@ -14,7 +16,7 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
   const LookAhead found = look_ahead({a.geometry, a.radius, state.poses[c.a], state.velocities[c.a]},
                                      {b.geometry, b.radius, state.poses[c.b], state.velocities[c.b]}, fresh,
                                      seen.margin, min(half_thickness(a), half_thickness(b)), dt);
-  if (found.is_fast && c.fixed_a) {
+  if (found.is_fast && is_swept(a, b)) {
     const Pose &pose_a = state.poses[c.a], &pose_b = state.poses[c.b];
     fast.push_back({index, c.a, c.b, pose_a, pose_b, found.first});
   }
@@ -47,10 +49,59 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 /// What came out inside or behind something fixed goes as far as its way was free, and on in the next step. Where it
 /// gets so, it may be inside or behind something else.
 void NativeSimulator::hold_back_fast() {
-  for (const std::size_t block : fast_blocks_)
-    for (const FastPair& pair : blocks_[block].fast)
-      if (hold_back(pair)) strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
+  for_each_fast_pair([&](const FastPair& pair) {
+    if (!is_free(pair) && hold_back(pair))
+      strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
+  });
   hold_back_strays();
+  // The lighter ends beside the heavier one, unless something else is in its way: then the heavier beside it.
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    for_each_fast_pair([&](const FastPair& pair) {
+      if (is_free(pair)) hold_back_free(pair, round % 2 == 1);
+    });
+    if (strays_.list.empty()) return;
+    hold_back_strays();
+  }
+}
+
+template <class Act>
+void NativeSimulator::for_each_fast_pair(const Act& act) const {
+  for (const std::size_t block : fast_blocks_)
+    for (const FastPair& pair : blocks_[block].fast) act(pair);
+}
+
+/// Whether both bodies can be pushed.
+bool NativeSimulator::is_free(const FastPair& pair) const { return bodies[pair.a].motion == MotionType::dynamic; }
+
+/// The body that is held back is noted among strays.
+void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
+  const auto can_be_held = [this](std::uint32_t slot) { return (state_.flags[slot] & (awake | isolated)) == awake; };
+  if (!can_be_held(pair.a) && !can_be_held(pair.b)) return;
+  const bool is_a_lighter = bodies[pair.a].inverse_mass > bodies[pair.b].inverse_mass;
+  const bool hold_a = !can_be_held(pair.b) || (can_be_held(pair.a) && is_a_lighter != heavier);
+  FastPair seen = pair;  // from the one that is not held
+  if (hold_a) {
+    std::swap(seen.a, seen.b);
+    std::swap(seen.pose_a, seen.pose_b);
+    std::swap(seen.children.a, seen.children.b);
+    seen.first.normal = -seen.first.normal;
+  }
+  const Piece a = piece_of(bodies[seen.a], seen.children.a), b = piece_of(bodies[seen.b], seen.children.b);
+  const Velocity v = state_.velocities[seen.b];
+  const Pose &end_a = state_.poses[seen.a], &end_b = state_.poses[seen.b];
+  const Mover on_a = mover_of(a, seen.pose_a, state_.velocities[seen.a], def.dt);
+  const Mover on_b = mover_of(b, seen.pose_b, v, def.dt);
+  const Pose end_of_a = a.is_child ? end_a * a.pose : end_a, end_of_b = b.is_child ? end_b * b.pose : end_b;
+  const float half = min(a.half, b.half);
+  const FreeWay way = way_beside(on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
+  if (way.is_free) return;
+  Pose pose = end_beside(way, on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
+  if (b.is_child) pose = pose * relative(b.pose, {});
+  pose.reserved = end_b.reserved;
+  place(seen.b, pose, v);
+  strays_.list.push_back({seen.b, {seen.pose_b.position, 0, seen.pose_b.rotation}});
+  forget_build(seen.contact);
 }
 
 /// Returns whether it has changed where B gets to.

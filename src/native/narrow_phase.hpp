@@ -31,7 +31,7 @@ struct NewManifold {
   AxisCache axis{};
 };
 
-/// A pair of which a body moves fast for its size, as the step began; A cannot be pushed (`free_way`).
+/// A pair of which a body moves fast for its size, as the step began. Where only one can be pushed it is B.
 struct FastPair {
   std::uint32_t contact, a, b;
   Pose pose_a, pose_b;

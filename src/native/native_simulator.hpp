@@ -160,6 +160,10 @@ class NativeSimulator : public Simulator {
   void isolate_moved();
   // fast_pairs.cpp
   void hold_back_fast();
+  template <class Act>
+  void for_each_fast_pair(const Act& act) const;
+  bool is_free(const FastPair& pair) const;
+  void hold_back_free(const FastPair& pair, bool heavier);
   void hold_back_strays();
   void hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies);
   std::vector<std::uint32_t> obstacles_of(const Strays::Stray& stray,

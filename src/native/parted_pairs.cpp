@@ -227,10 +227,9 @@ class PartedPair {
     const float half = min(a.half, b.half);
     if (movement_of(margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
       return take(fresh, b_in_a, -1);
-    const bool fixed_a = contact(first_).fixed_a;
-    if (!fixed_a && pass_for_certain(fresh, axis, on_a.velocity, on_b.velocity, dt)) return;
+    if (!contact(first_).fixed_a && pass_for_certain(fresh, axis, on_a.velocity, on_b.velocity, dt)) return;
     const LookAhead seen = look_ahead(on_a, on_b, fresh, margin, half, dt);
-    if (seen.is_fast && fixed_a) {
+    if (seen.is_fast && is_swept(a_, b_)) {
       const Contact& c = contact(first_);
       narrow_phase_.fast.push_back({first_, c.a, c.b, pose_a(), pose_b(), seen.first, children});
     }

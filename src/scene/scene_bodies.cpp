@@ -250,7 +250,7 @@ class BodyReader {
     const TomlTable table(node, "[[body]]", root_.file(),
                           {"name", "motion", "shape", "material", "position", "rotation", "velocity",
                            "angular_velocity", "mass", "density", "inertia", "gravity_scale", "linear_damping",
-                           "angular_damping", "can_sleep", "sensor", "filter", "user_data", "repeat"});
+                           "angular_damping", "can_sleep", "sensor", "bullet", "filter", "user_data", "repeat"});
     BodyDef body;
     read_shape_of(table, body);
     read_placement(table, body);
@@ -330,6 +330,7 @@ class BodyReader {
     table.read("angular_damping", body.angular_damping, Range::not_negative);
     table.read("can_sleep", body.can_sleep);
     table.read("sensor", body.sensor);
+    table.read("bullet", body.bullet);
     table.read("user_data", body.user_data);
     if (const toml::node* node = table.find("filter")) body.filter = read_filter(table, *node);
   }

@@ -64,6 +64,7 @@ void bullets(const Setup& setup, Record& record);
 void spinning_rods(const Setup& setup, Record& record);
 void boxes_into_wall(const Setup& setup, Record& record);
 void random_shots(const Setup& setup, Record& record);
+void free_shots(const Setup& setup, Record& record);
 void near_misses(const Setup& setup, Record& record);
 // far.cpp
 void far_from_origin(const Setup& setup, Record& record);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "scene/random.hpp"
@@ -48,6 +49,34 @@ class Chance {
       corners.push_back({x * d.x, y * d.y, longest * d.z});
     }
     return hull(corners);
+  }
+
+  /// A crate of 1 m, a plate of 2 cm or of 1 mm, a ball, a capsule or a hull.
+  Shape free_target() {
+    switch (below(6)) {
+      case 0:
+        return box({0.5f, 0.5f, 0.5f});
+      case 1:
+        return box({0.01f, 0.5f, 0.5f});
+      case 2:
+        return box({0.0005f, 0.5f, 0.5f});
+      case 3:
+        return sphere(0.3f);
+      case 4:
+        return capsule(0.1f, 0.4f);
+      default:
+        break;
+    }
+    std::vector<Vec3> corners;
+    for (int i = 24; i > 0; --i) corners.push_back(0.4f * direction());
+    return hull(corners);
+  }
+
+  /// In the inner part of the body's bounding box, of its middle in world axes (m).
+  Vec3 point_of(const BodyDef& body) {
+    const Vec3 half = body.shape.type == ShapeType::box ? body.shape.half_extents : Vec3{0.1f, 0.1f, 0.1f};
+    const Vec3 at{0.8f * half.x * symmetric(1), 0.8f * half.y * symmetric(1), 0.8f * half.z * symmetric(1)};
+    return rotate(body.pose.rotation, at);
   }
 
  private:
@@ -124,11 +153,29 @@ World world_of(const Shot& shot, const Setup& setup, BodyId& target, BodyId& bul
   return world;
 }
 
-Pose half_way(const Pose& a, const Pose& b) {
+Pose between(const Pose& a, const Pose& b, float part) {
   const Quat p = a.rotation, q = b.rotation;
-  const float s = dot(p, q) < 0 ? -1.0f : 1.0f;
-  return {0.5f * (a.position + b.position), 0,
-          normalize(Quat{p.w + s * q.w, p.x + s * q.x, p.y + s * q.y, p.z + s * q.z})};
+  const float u = 1 - part, v = dot(p, q) < 0 ? -part : part;
+  return {u * a.position + part * b.position, 0,
+          normalize(Quat{u * p.w + v * q.w, u * p.x + v * q.x, u * p.y + v * q.y, u * p.z + v * q.z})};
+}
+
+/// Whether a bullet's centre has got from one side of a thin box to the other, and not round its edge. The first pose
+/// is that of the box.
+bool goes_through(const Shape& plate, const std::pair<Pose, Pose>& from, const std::pair<Pose, Pose>& to) {
+  const Vec3 half = plate.half_extents;
+  if (plate.type != ShapeType::box || half.x > 0.1f * min(half.y, half.z)) return false;
+  const auto at = [&](float part) {
+    return inverse_transform(between(from.first, to.first, part), between(from.second, to.second, part).position);
+  };
+  const float side = at(0).x;
+  if (!(side * at(1).x < 0)) return false;
+  float before = 0, behind = 1;
+  while (behind - before > 1e-4f) {
+    const float middle = 0.5f * (before + behind);
+    (side * at(middle).x > 0 ? before : behind) = middle;
+  }
+  return std::abs(at(behind).y) < 0.9f * half.y && std::abs(at(behind).z) < 0.9f * half.z;
 }
 
 }  // namespace
@@ -150,21 +197,49 @@ Shot shot_past(std::uint64_t seed) {
   return shot;
 }
 
+Shot shot_at_free(std::uint64_t seed) {
+  Chance chance(seed);
+  Shot shot = shot_without_aim(chance);
+  shot.target.motion = MotionType::dynamic;
+  shot.target.shape = chance.free_target();
+  shot.target.mass = chance.log_float(0.1, 10);
+  shot.bullet.bullet = true;
+  shot.bullet.mass = *shot.target.mass * chance.log_float(0.01, 100);
+  shot.bullet.shape = chance.shape(chance.log_between(0.005, 0.1), 0.2);
+  const Vec3 along = normalize(shot.bullet.velocity.linear);
+  const float speed = chance.log_float(20, 1000);
+  if (chance.below(2) == 0) shot.target.velocity = {chance.vector(5), 0, chance.vector(5), 0};
+  shot.path = wide(speed * shot.dt);
+  shot.thinner = std::min(half_thickness(shot.target), half_thickness(shot.bullet));
+  shot.bullet.velocity.linear = speed * along;
+  place(shot, chance.point_of(shot.target), chance);
+  // It flies with the target, seen from which it is aimed.
+  shot.bullet.velocity.linear += shot.target.velocity.linear;
+  return shot;
+}
+
 double too_deep(const Shot& shot, const Setup& setup) {
   BodyId target, bullet;
   World world = world_of(shot, setup, target, bullet);
   const double allowed = std::min(std::max(0.005, 0.1 * shot.thinner), 0.25 * shot.thinner + 0.0005);
-  const Solid solid(shot.target.shape, shot.target.pose);
   double deepest = 0;
-  Pose before = world.pose(bullet);
+  const auto look = [&](const Pose& of_target, const Pose& of_bullet) {
+    const Solid solid(shot.target.shape, of_target);
+    deepest = std::max(deepest, overlap_depth(solid, Solid(shot.bullet.shape, of_bullet)));
+  };
+  Pose before = world.pose(bullet), target_before = world.pose(target);
   for (int i = 0; i < shot.steps; ++i) {
     world.step();
-    const Pose now = world.pose(bullet);
-    deepest = std::max(deepest, overlap_depth(solid, Solid(shot.bullet.shape, now)));
+    const Pose now = world.pose(bullet), target_now = world.pose(target);
+    look(target_now, now);
     // What spins fast is at the middle of its way turned in no way that the ends would tell.
-    if (length(world.velocity(bullet).angular) * shot.dt < 0.5f)
-      deepest = std::max(deepest, overlap_depth(solid, Solid(shot.bullet.shape, half_way(before, now))));
-    before = now;
+    const float spin = max(length(world.velocity(bullet).angular), length(world.velocity(target).angular));
+    if (spin * shot.dt < 0.5f) {
+      look(between(target_before, target_now, 0.5f), between(before, now, 0.5f));
+      if (goes_through(shot.target.shape, {target_before, before}, {target_now, now}))
+        deepest = std::max(deepest, allowed + half_thickness(shot.target));
+    }
+    before = now, target_before = target_now;
   }
   return std::max(0.0, deepest - allowed);
 }

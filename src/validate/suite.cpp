@@ -82,6 +82,7 @@ constexpr auto table = std::to_array<Case>({
     {"tunnelling", "spinning-rods", "Spinning rods are thrown at a plate of 1 cm.", spinning_rods},
     {"tunnelling", "boxes-into-wall", "Boxes at 50 m/s hit a wall.", boxes_into_wall},
     {"tunnelling", "random-shots", "Bodies of all shapes and sizes at 1 to 1,000 m/s hit fixed ones.", random_shots},
+    {"tunnelling", "free-shots", "Bodies of all shapes at 20 to 1,000 m/s hit some that can be pushed.", free_shots},
     {"tunnelling", "near-misses", "The same bodies pass fixed ones at a clearance, and nothing comes of it.",
      near_misses},
     {"precision", "far-from-origin", "Quality at 0, 1, 10 and 100 km.", far_from_origin},

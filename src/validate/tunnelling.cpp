@@ -141,6 +141,13 @@ void random_shots(const Setup& setup, Record& record) {
   record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside, 0.003 * shots);
 }
 
+void free_shots(const Setup& setup, Record& record) {
+  const int shots = setup.full ? 3000 : 1000;
+  int inside = 0;
+  for (int i = 1; i <= shots; ++i) inside += too_deep(shot_at_free(static_cast<std::uint64_t>(i)), setup) > 0;
+  record.at_most("of " + std::to_string(shots) + " shots found inside or behind what they hit", inside, 0.003 * shots);
+}
+
 void near_misses(const Setup& setup, Record& record) {
   const int shots = setup.full ? 3000 : 300;
   int traces = 0;

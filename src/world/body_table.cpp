@@ -43,6 +43,7 @@ BodyInfo make_info(const BodyDef& def) {
   info.motion = def.motion;
   info.can_sleep = def.can_sleep;
   info.is_sensor = def.sensor;
+  info.is_bullet = def.bullet;
   info.set_shape(def.shape);
   info.radius = bounding_radius(info.geometry);
   info.gravity_scale = def.gravity_scale;
@@ -127,6 +128,7 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
   def.angular_damping = info.angular_damping;
   def.can_sleep = info.can_sleep;
   def.sensor = info.is_sensor;
+  def.bullet = info.is_bullet;
   def.user_data = info.user_data;
   return def;
 }

@@ -22,7 +22,8 @@ struct alignas(64) BodyInfo {
   bool can_sleep = true;
   /// Inertia is a multiple of the identity: no gyroscopic torque, one number instead of six.
   bool isotropic = true;
-  bool is_sensor = false;
+  bool is_sensor : 1 = false;
+  bool is_bullet : 1 = false;
   float radius = 0;        ///< of the bounding sphere about the centre of mass (m)
   float inverse_mass = 0;  ///< 1/kg, 0 unless dynamic
   float gravity_scale = 1;
@@ -47,6 +48,11 @@ static_assert(sizeof(BodyInfo) == 256);
 /// Sensors collide with nobody.
 inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
   return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
+}
+
+/// Whether bodies of which one is fast must not end behind or inside each other. `a` is the one that cannot be pushed.
+inline bool is_swept(const BodyInfo& a, const BodyInfo& b) {
+  return a.motion != MotionType::dynamic || a.is_bullet || b.is_bullet;
 }
 
 /// Half of the body's thickness (m), about.

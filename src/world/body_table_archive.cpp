@@ -9,8 +9,10 @@ namespace {
 
 template <class Archive, class Info>
 void archive_info(Archive& a, Info& i) {
-  a(i.motion, i.can_sleep, i.isotropic, i.is_sensor, i.radius, i.inverse_mass, i.gravity_scale, i.linear_damping,
-    i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
+  bool is_sensor = i.is_sensor, is_bullet = i.is_bullet;
+  a(i.motion, i.can_sleep, i.isotropic, is_sensor, is_bullet, i.radius, i.inverse_mass, i.gravity_scale,
+    i.linear_damping, i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
+  if constexpr (Archive::reading) i.is_sensor = is_sensor, i.is_bullet = is_bullet;
   archive_material(a, i.material);
 }
 

@@ -236,7 +236,7 @@ void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def) {
   out(def.density);
   write_optional(out, def.inertia);
   out(def.gravity_scale, def.linear_damping, def.angular_damping, static_cast<std::uint8_t>(def.can_sleep),
-      static_cast<std::uint8_t>(def.sensor), def.user_data);
+      static_cast<std::uint8_t>(def.sensor), static_cast<std::uint8_t>(def.bullet), def.user_data);
 }
 
 BodyDef read_body(ByteReader& in, ShapeReader& shapes) {
@@ -252,6 +252,7 @@ BodyDef read_body(ByteReader& in, ShapeReader& shapes) {
   in(def.gravity_scale, def.linear_damping, def.angular_damping);
   def.can_sleep = in.read<std::uint8_t>() != 0;
   def.sensor = in.read<std::uint8_t>() != 0;
+  def.bullet = in.read<std::uint8_t>() != 0;
   in(def.user_data);
   return def;
 }

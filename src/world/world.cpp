@@ -324,6 +324,16 @@ bool World::is_sensor(BodyId id) const {
   return simulator_->bodies[simulator_->bodies.slot(id, "read whether it is a sensor")].is_sensor;
 }
 
+void World::set_bullet(BodyId id, bool bullet) {
+  const std::uint32_t slot = simulator_->bodies.slot(id, "set bullet");
+  simulator_->bodies[slot].is_bullet = bullet;
+  simulator_->info_changed(slot);
+}
+
+bool World::is_bullet(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read whether it is a bullet")].is_bullet;
+}
+
 void World::set_gravity_scale(BodyId id, float scale) {
   const std::uint32_t slot = simulator_->bodies.slot(id, "set gravity scale");
   check_finite({scale, 0, 0}, "set gravity scale", "the scale");
