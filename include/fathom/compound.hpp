@@ -14,15 +14,15 @@ namespace fathom {
 
 /// One convex shape of a compound. Children may overlap; where they do, mass counts twice.
 struct ChildShape {
-  Shape shape;
+  Shape shape;  ///< sphere, capsule, box or hull
   /// Of the shape's centre of mass in the compound's coordinates (m); the rotation is normalised. A hull whose points
   /// are in these coordinates already has its position at `Hull::offset`.
   Pose pose{};
-  float density = 1;                   ///< relative to that of the other children, > 0: shares the body's mass out
+  float density = 1;  ///< relative to that of the other children, > 0: gives its part of the body's mass
   std::optional<Material> material{};  ///< in place of the body's
-  /// In place of the body's where children are asked. The two bodies' own filters must let them collide, too.
+  /// In place of the body's, for this child. The two bodies' own filters must let them collide too.
   std::optional<Filter> filter{};
-  std::uint64_t user_data = 0;
+  std::uint64_t user_data = 0;  ///< belongs to the application
 };
 
 /// Children with their mass properties and a tree of their boxes. Immutable; bodies share it.
@@ -46,7 +46,7 @@ class Compound {
   const Aabb& bounds(std::uint32_t child) const { return boxes_[child]; }
   /// The tree of their boxes; its leaves count them in the order of `leaves`.
   std::span<const BoxTreeNode> nodes() const { return nodes_; }
-  std::span<const std::uint32_t> leaves() const { return leaves_; }
+  std::span<const std::uint32_t> leaves() const { return leaves_; }  ///< children by leaf
 
  private:
   friend class CompoundBuilder;

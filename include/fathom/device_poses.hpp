@@ -1,4 +1,4 @@
-// Poses where a GPU's simulator keeps them, for those who draw or read on the same GPU.
+// Poses where a GPU's simulator keeps them, for code that draws or reads on the same GPU.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,11 @@ namespace fathom {
 
 /// Poses in the memory of a device. Valid until the next step or change of the world.
 struct DevicePoses {
-  const void* poses = nullptr;  ///< device pointer to `count` Poses of 32 bytes, by `BodyId::index`
-  std::size_t count = 0;        ///< slots; those without a body hold anything
-  void* stream = nullptr;       ///< cudaStream_t after whose work the poses are complete
-  int device = 0;               ///< the back end's number of the device
-  const char* backend = "cuda";
+  const void* poses = nullptr;   ///< device pointer to `count` Poses of 32 bytes, by `BodyId::index`
+  std::size_t count = 0;         ///< slots; those without a body hold anything
+  void* stream = nullptr;        ///< cudaStream_t after whose work the poses are complete
+  int device = 0;                ///< the back end's number of the device
+  const char* backend = "cuda";  ///< which back end's memory it is
 };
 
 }  // namespace fathom

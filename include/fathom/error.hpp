@@ -1,4 +1,4 @@
-// What the library throws: one exception type with a code, a place and a remedy in its text.
+// What the library throws: one exception type with a code and a text that says where the fault is and how to fix it.
 #pragma once
 
 #include <stdexcept>
@@ -6,19 +6,22 @@
 
 namespace fathom {
 
+/// What kind of fault it is.
 enum class ErrorCode {
   invalid_argument,  ///< a value is out of range, not finite or of zero length
   stale_id,          ///< the id names a body that was removed or never existed
   degenerate_shape,  ///< points that span no volume, a shape of zero size
   capacity,          ///< more bodies than the world or the machine can hold
-  unavailable,       ///< asked for a simulator, back end or option that this build has not
+  unavailable,       ///< a simulator, back end or option that this build or this machine does not have
   file,              ///< a file is missing, unreadable, unwritable or malformed
 };
 
 /// Thrown by every function of the library that refuses its input; the world is then as it was.
 class Error : public std::runtime_error {
  public:
+  /// `text` says where the fault is and how to fix it.
   Error(ErrorCode code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  /// What kind of fault it is.
   ErrorCode code() const { return code_; }
 
  private:

@@ -1,4 +1,4 @@
-// Joints: what holds two bodies together, and the definition one is created from.
+// Joints hold two bodies together. A joint is created from a definition.
 //
 //   const fathom::Vec3 up{0, 0, 1};
 //   fathom::JointDef hinge = fathom::revolute_joint(wall, door, fathom::joint_frame({0, 0, 1}, up),
@@ -18,12 +18,13 @@ namespace fathom {
 
 /// Names a joint; the generation tells a reused index from the joint that had it before.
 struct JointId {
-  std::uint32_t index = 0xffffffffu;
-  std::uint32_t generation = 0;
+  std::uint32_t index = 0xffffffffu;  ///< its slot, for life
+  std::uint32_t generation = 0;       ///< how often the slot was used before
 
   friend bool operator==(JointId, JointId) = default;
 };
 
+/// The laws that joints follow.
 enum class JointType : std::uint8_t {
   ball,  ///< holds two anchors together and leaves all rotation free (Box3D: spherical joint, Jolt: point constraint)
   generic,   ///< six axes, each free, limited or locked (PhysX: D6, Jolt: six-DOF): hinges, sliders, wheels, welds
@@ -46,6 +47,7 @@ struct JointDrive {
   /// True: stiffness and damping are a frequency and a damping ratio against what the axis moves, all else locked.
   bool by_frequency = false;
 
+  /// Whether it pushes at all.
   bool is_on() const { return stiffness > 0 || damping > 0; }
   friend bool operator==(const JointDrive&, const JointDrive&) = default;
 };
@@ -57,49 +59,55 @@ inline constexpr float unbreakable = 3e38f;
 
 /// One axis of a joint.
 struct JointAxis {
-  AxisMode mode = AxisMode::free;
-  /// Of a limited axis (m or rad): where it ends, `lower` <= `upper`. Angles lie within [-pi, pi] about the twist axis,
+  AxisMode mode = AxisMode::free;  ///< free, limited or locked
+  /// Where a limited axis ends (m or rad), `lower` <= `upper`. Angles lie within [-pi, pi] about the twist axis,
   /// within (-pi/2, pi/2) about the others. Equal bounds lock it there.
-  float lower = 0, upper = 0;
-  JointDrive drive{};
-  /// 0 to 1: the part of its speed with which an axis comes back from a limit that it hit faster than
-  /// `SolverSettings::restitution_threshold` (m/s or rad/s). The solver `impulse` knows none.
+  float lower = 0;
+  float upper = 0;     ///< see `lower`
+  JointDrive drive{};  ///< what pushes along the axis
+  /// 0 to 1: the part of its speed with which an axis rebounds from a limit that it hits faster than
+  /// `SolverSettings::restitution_threshold` (m/s or rad/s). The solver `impulse` ignores it.
   float restitution = 0;
-  /// kg or kg·m² that the motion along the axis feels besides the bodies' inertia, of a motor's rotor behind its gear.
-  /// Of axes that are not locked. Velocities and impulses of the application act on the bodies alone.
+  /// Inertia of the motion along the axis besides that of the bodies (kg or kg·m²), as of a motor's rotor behind its
+  /// gear. Only for axes that are not locked. Velocities and impulses of the application act on the bodies alone.
   float armature = 0;
 
+  /// Limits the axis (m or rad).
   JointAxis& limit(float from, float to) {
     mode = AxisMode::limited, lower = from, upper = to;
     return *this;
   }
+  /// A motor: drives to a velocity (m/s or rad/s) with at most `max` (N or N·m).
   JointAxis& drive_velocity(float target, float max) {
     drive = {0, target, 0, rigid_damping, max, false};
     return *this;
   }
+  /// A servo: drives to a position (m or rad) with a stiffness and a damping, with at most `max` (N or N·m).
   JointAxis& drive_position(float target, float stiffness, float damping, float max = 3e38f) {
     drive = {target, 0, stiffness, damping, max, false};
     return *this;
   }
+  /// A spring of a frequency (Hz) and a damping ratio, at rest at `rest` (m or rad).
   JointAxis& spring(float hertz, float damping_ratio, float rest = 0) {
     drive = {rest, 0, hertz, damping_ratio, 3e38f, true};
     return *this;
   }
-  /// Holds still until more than `most` (N or N·m) pushes it.
-  JointAxis& friction(float most) { return drive_velocity(0, most); }
+  /// Holds still until more than `max` (N or N·m) pushes it.
+  JointAxis& friction(float max) { return drive_velocity(0, max); }
 
   friend bool operator==(const JointAxis&, const JointAxis&) = default;
 };
 
-/// Axes of a generic joint, those of A's frame. A distance joint has one, `x`: the distance.
+/// Axes of a generic joint, which are those of A's frame. A distance joint has one, `x`: the distance.
 enum class JointAxisName : std::uint8_t {
   x,        ///< translation (m) along A's axis x
   y,        ///< ... y
   z,        ///< ... z
-  twist,    ///< rotation (rad) about B's axis x, that what swing leaves
+  twist,    ///< rotation (rad) about B's axis x, after the swing
   swing_y,  ///< how far B's axis x is turned about A's y, out of A's x-y plane
   swing_z,  ///< ... about A's z, out of A's x-z plane
 };
+/// How many axes a generic joint has.
 inline constexpr std::size_t joint_axis_count = 6;
 
 /// What a coupling ties of a body.
@@ -108,42 +116,52 @@ enum class CoupledMotion : std::uint8_t {
   slide,  ///< how far (m) the body's anchor is from the position of `from` along its axis x
   rope,   ///< the distance (m) of the body's anchor from the position of `from`
 };
+/// One side of a coupling.
 struct CouplingEnd {
-  CoupledMotion motion = CoupledMotion::turn;
-  Pose from{};  ///< in the world, where it stays
+  CoupledMotion motion = CoupledMotion::turn;  ///< which motion of the body
+  Pose from{};                                 ///< in the world, where it stays
 };
 
 /// What a joint is created from.
 struct JointDef {
-  JointType type = JointType::ball;
-  BodyId a{}, b{};  ///< two different bodies, at least one of them dynamic
+  JointType type = JointType::ball;  ///< the law
+  BodyId a{};                        ///< a living body
+  BodyId b{};                        ///< another one; one of the two is dynamic
   /// The joint's frame on each body, in body axes from its centre of mass (m); the rotations are normalised. Ball and
   /// distance joints read the positions alone, their anchors. Where B is fixed or kinematic, the axes are those of B's
   /// frame instead of A's.
-  Pose frame_a{}, frame_b{};
-  /// Of generic and distance joints, by JointAxisName. Of a coupling `x`: its sum (see `ratio`), limited, has no drive.
+  Pose frame_a{};
+  Pose frame_b{};  ///< see `frame_a`
+  /// By JointAxisName, for generic and distance joints. For a coupling `x` limits its sum (see `ratio`); it has no
+  /// drive.
   std::array<JointAxis, joint_axis_count> axes{};
-  /// Of a generic joint: more than 0, the angle (rad, below pi) that B's axis x may be away from A's. The two swings
-  /// are free then.
+  /// For a generic joint, where it is above 0: the angle (rad, below pi) by which B's axis x may tilt from A's. The two
+  /// swings are free then.
   float cone_angle = 0;
-  /// Of a coupling: it holds the motion of A + ratio times that of B within the bounds of its axis x.
-  CouplingEnd coupled_a{}, coupled_b{};
-  float ratio = 1;
+  /// For a coupling, which holds the motion of A + ratio times that of B within the bounds of its axis x.
+  CouplingEnd coupled_a{};
+  CouplingEnd coupled_b{};  ///< see `coupled_a`
+  float ratio = 1;          ///< see `coupled_a`
   /// The joint is removed at the end of a step in which its mean reaction is larger (N; N·m; of a coupling that on B),
   /// and `World::joints_broken` lists it. Infinity is `unbreakable` too.
-  float break_force = unbreakable, break_torque = unbreakable;
-  /// False: the two bodies make no contacts with each other.
+  float break_force = unbreakable;
+  float break_torque = unbreakable;  ///< see `break_force`
+  /// False: the two bodies do not collide with each other.
   bool collide_connected = false;
-  /// 0: rigid. Else what is locked is a spring with this frequency (Hz) against the bodies' effective mass, and this
-  /// damping ratio. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is stable.
+  /// 0: rigid. Otherwise everything that is locked is a spring of this frequency (Hz) against the bodies' effective
+  /// mass, with `damping_ratio`. It is integrated implicitly (Catto, "Soft Constraints", GDC 2011), so any value is
+  /// stable.
   float hertz = 0;
-  float damping_ratio = 1;
-  /// N, of a ball joint with `hertz`: it gives no more than this in any step, in whatever direction.
+  float damping_ratio = 1;  ///< of that spring; 1 is critical
+  /// N, for a ball joint with `hertz`: the maximum of its force in any direction.
   float max_force = 3e38f;
-  std::uint64_t user_data = 0;
+  std::uint64_t user_data = 0;  ///< belongs to the application
 
+  /// The axis of this name.
   JointAxis& axis(JointAxisName name) { return axes[static_cast<std::size_t>(name)]; }
+  /// The axis of this name.
   const JointAxis& axis(JointAxisName name) const { return axes[static_cast<std::size_t>(name)]; }
+  /// Whether a force or a torque breaks it.
   bool can_break() const { return break_force < unbreakable || break_torque < unbreakable; }
 };
 
@@ -299,15 +317,15 @@ inline JointDef pulley_joint(BodyId a, Vec3 anchor_a, Vec3 wheel_a, BodyId b, Ve
   return def;
 }
 
-/// What a joint did to its body B in the last step, in world axes, as means over the step; to A it did the reverse, but
-/// for couplings.
+/// What a joint exerted on its body B in the last step, in world axes, mean over the step. A got the reverse, except of
+/// couplings.
 struct JointReaction {
   Vec3 force;   ///< N, at B's anchor
   Vec3 torque;  ///< N·m; ball and distance joints have none
 };
 
-/// Where a joint's axes stand, by JointAxisName (m and rad; of a distance joint x alone). Of a coupling: the motions of
-/// A and B, an angle within a turn.
+/// The positions of a joint's axes, by JointAxisName (m and rad; of a distance joint x alone). Of a coupling: the
+/// motions of A and B, angles within a turn.
 using JointPositions = std::array<float, joint_axis_count>;
 
 }  // namespace fathom

@@ -18,6 +18,7 @@
 
 namespace fathom {
 
+/// π.
 inline constexpr float pi = 3.14159265358979323846f;
 
 /// a·b + c with one rounding, on every target.
@@ -60,20 +61,30 @@ FATHOM_HD float sqrt(float a) {
 #endif
 }
 
+/// Absolute value.
 FATHOM_HD float abs(float a) { return __builtin_fabsf(a); }
+/// The smaller one.
 FATHOM_HD float min(float a, float b) { return a < b ? a : b; }
+/// The larger one.
 FATHOM_HD float max(float a, float b) { return a > b ? a : b; }
+/// `a`, but at least `lo` and at most `hi`.
 FATHOM_HD float clamp(float a, float lo, float hi) { return min(max(a, lo), hi); }
 
 /// True for every number that is neither infinite nor NaN.
 FATHOM_HD bool is_finite(float a) { return a - a == 0.0f; }
 
+/// Three numbers: a point, a direction, a velocity.
 struct Vec3 {
+  ///@{
+  /// Components.
   float x = 0, y = 0, z = 0;
+  ///@}
 
+  /// Component 0, 1 or 2.
   FATHOM_HD float operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
 };
 
+/// @cond
 FATHOM_HD Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 FATHOM_HD Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 FATHOM_HD Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
@@ -83,19 +94,31 @@ FATHOM_HD Vec3& operator+=(Vec3& a, Vec3 b) { return a = a + b; }
 FATHOM_HD Vec3& operator-=(Vec3& a, Vec3 b) { return a = a - b; }
 FATHOM_HD Vec3& operator*=(Vec3& a, float s) { return a = s * a; }
 FATHOM_HD bool operator==(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+/// @endcond
 
+/// Scalar product.
 FATHOM_HD float dot(Vec3 a, Vec3 b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
+/// Vector product.
 FATHOM_HD Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 /// a + s·b, one rounding per component.
 FATHOM_HD Vec3 mul_add(Vec3 a, float s, Vec3 b) { return {fma(s, b.x, a.x), fma(s, b.y, a.y), fma(s, b.z, a.z)}; }
+/// Square of the length.
 FATHOM_HD float length_squared(Vec3 a) { return dot(a, a); }
+/// Length.
 FATHOM_HD float length(Vec3 a) { return fathom::sqrt(dot(a, a)); }
+/// Distance of two points.
 FATHOM_HD float distance(Vec3 a, Vec3 b) { return length(a - b); }
+/// Absolute values of the components.
 FATHOM_HD Vec3 abs(Vec3 a) { return {fathom::abs(a.x), fathom::abs(a.y), fathom::abs(a.z)}; }
+/// The smaller components.
 FATHOM_HD Vec3 min(Vec3 a, Vec3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
+/// The larger components.
 FATHOM_HD Vec3 max(Vec3 a, Vec3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
+/// The largest component.
 FATHOM_HD float max_component(Vec3 a) { return max(a.x, max(a.y, a.z)); }
+/// The smallest component.
 FATHOM_HD float min_component(Vec3 a) { return min(a.x, min(a.y, a.z)); }
+/// Whether all components are finite.
 FATHOM_HD bool is_finite(Vec3 a) { return is_finite(a.x) && is_finite(a.y) && is_finite(a.z); }
 
 /// Unit vector along `a`, or `fallback` where `a` is shorter than 1e-18 m.
@@ -113,13 +136,20 @@ FATHOM_HD Vec3 any_perpendicular(Vec3 n) {
 
 /// Unit quaternion for a rotation; text and memory order is (w, x, y, z).
 struct Quat {
+  ///@{
+  /// Components.
   float w = 1, x = 0, y = 0, z = 0;
+  ///@}
 
+  /// The part (x, y, z).
   FATHOM_HD Vec3 vector() const { return {x, y, z}; }
 };
 
+/// The inverse rotation.
 FATHOM_HD Quat conjugate(Quat q) { return {q.w, -q.x, -q.y, -q.z}; }
+/// Scalar product of the components.
 FATHOM_HD float dot(Quat a, Quat b) { return fma(a.w, b.w, fma(a.x, b.x, fma(a.y, b.y, a.z * b.z))); }
+/// Whether all components are finite.
 FATHOM_HD bool is_finite(Quat q) { return is_finite(q.w) && is_finite(q.vector()); }
 
 /// Hamilton product: the rotation b followed by the rotation a.
@@ -142,24 +172,33 @@ FATHOM_HD Vec3 rotate(Quat q, Vec3 v) {
   const Vec3 t = 2.0f * cross(u, v);
   return mul_add(v, q.w, t) + cross(u, t);
 }
+/// Vector `v` rotated by the inverse of unit quaternion `q`.
 FATHOM_HD Vec3 inverse_rotate(Quat q, Vec3 v) { return rotate(conjugate(q), v); }
 
 /// 3×3 matrix by columns.
 struct Mat3 {
+  ///@{
+  /// Columns.
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+  ///@}
 
+  /// The element in this row and column, counted from 0.
   FATHOM_HD float operator()(int row, int column) const { return column == 0 ? x[row] : column == 1 ? y[row] : z[row]; }
 };
 
+/// @cond
 FATHOM_HD Vec3 operator*(const Mat3& m, Vec3 v) { return mul_add(mul_add(v.x * m.x, v.y, m.y), v.z, m.z); }
 FATHOM_HD Mat3 operator*(const Mat3& a, const Mat3& b) { return {a * b.x, a * b.y, a * b.z}; }
 FATHOM_HD Mat3 operator+(const Mat3& a, const Mat3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 FATHOM_HD Mat3 operator*(float s, const Mat3& a) { return {s * a.x, s * a.y, s * a.z}; }
+/// @endcond
+/// Rows and columns exchanged.
 FATHOM_HD Mat3 transpose(const Mat3& m) {
   return {{m.x.x, m.y.x, m.z.x}, {m.x.y, m.y.y, m.z.y}, {m.x.z, m.y.z, m.z.z}};
 }
 /// transpose(m)·v.
 FATHOM_HD Vec3 transpose_mul(const Mat3& m, Vec3 v) { return {dot(m.x, v), dot(m.y, v), dot(m.z, v)}; }
+/// Determinant.
 FATHOM_HD float determinant(const Mat3& m) { return dot(m.x, cross(m.y, m.z)); }
 /// Inverse by cofactors; all zeros where the determinant is zero.
 FATHOM_HD Mat3 inverse(const Mat3& m) {
@@ -167,6 +206,7 @@ FATHOM_HD Mat3 inverse(const Mat3& m) {
   const float s = det != 0.0f ? 1.0f / det : 0.0f;
   return transpose(Mat3{s * cross(m.y, m.z), s * cross(m.z, m.x), s * cross(m.x, m.y)});
 }
+/// Absolute values of the elements.
 FATHOM_HD Mat3 abs(const Mat3& m) { return {abs(m.x), abs(m.y), abs(m.z)}; }
 
 /// Rotation matrix of a unit quaternion.
@@ -181,8 +221,12 @@ FATHOM_HD Mat3 to_matrix(Quat q) {
 
 /// Symmetric 3×3 matrix: inertia tensors and their inverses.
 struct SymMat3 {
+  ///@{
+  /// Elements.
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+  ///@}
 };
+/// @cond
 FATHOM_HD Vec3 operator*(const SymMat3& m, Vec3 v) {
   return {fma(m.xz, v.z, fma(m.xy, v.y, m.xx * v.x)), fma(m.yz, v.z, fma(m.yy, v.y, m.xy * v.x)),
           fma(m.zz, v.z, fma(m.yz, v.y, m.xz * v.x))};
@@ -190,6 +234,8 @@ FATHOM_HD Vec3 operator*(const SymMat3& m, Vec3 v) {
 FATHOM_HD SymMat3 operator*(float s, const SymMat3& m) {
   return {s * m.xx, s * m.yy, s * m.zz, s * m.xy, s * m.xz, s * m.yz};
 }
+/// @endcond
+/// All nine elements.
 FATHOM_HD Mat3 to_matrix(const SymMat3& m) { return {{m.xx, m.xy, m.xz}, {m.xy, m.yy, m.yz}, {m.xz, m.yz, m.zz}}; }
 /// r · m · transpose(r): a tensor turned by a rotation.
 FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
@@ -198,52 +244,65 @@ FATHOM_HD SymMat3 rotated(const Mat3& r, const SymMat3& m) {
   return {element(0, 0), element(1, 1), element(2, 2), element(0, 1), element(0, 2), element(1, 2)};
 }
 
-/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads. What is reserved is
-/// the simulators' own.
+/// Rigid transform: x ↦ rotation·x + position. 32 bytes, so that it is two aligned 16-byte loads.
 struct alignas(16) Pose {
-  Vec3 position{};
-  float reserved = 0;
-  Quat rotation{};
+  Vec3 position{};     ///< m
+  float reserved = 0;  ///< belongs to the simulators
+  Quat rotation{};     ///< unit quaternion
 };
+/// A point of the body's frame in the world.
 FATHOM_HD Vec3 transform(const Pose& p, Vec3 v) { return rotate(p.rotation, v) + p.position; }
+/// A point of the world in the body's frame.
 FATHOM_HD Vec3 inverse_transform(const Pose& p, Vec3 v) { return inverse_rotate(p.rotation, v - p.position); }
 /// `b` seen from `a`: inverse(a)·b.
 FATHOM_HD Pose relative(const Pose& a, const Pose& b) {
   return {inverse_rotate(a.rotation, b.position - a.position), 0, conjugate(a.rotation) * b.rotation};
 }
+/// @cond
 FATHOM_HD Pose operator*(const Pose& a, const Pose& b) {
   return {transform(a, b.position), 0, a.rotation * b.rotation};
 }
+/// @endcond
+/// Whether position and rotation are finite.
 FATHOM_HD bool is_finite(const Pose& p) { return is_finite(p.position) && is_finite(p.rotation); }
 
-/// Linear velocity (m/s) of the centre of mass and angular velocity (rad/s), both in world axes. What is reserved is
-/// the simulators' own.
+/// Velocity of a body, in world axes.
 struct alignas(16) Velocity {
-  Vec3 linear{};
-  float reserved0 = 0;
-  Vec3 angular{};
-  float reserved1 = 0;
+  Vec3 linear{};        ///< m/s, of the centre of mass
+  float reserved0 = 0;  ///< belongs to the simulators
+  Vec3 angular{};       ///< rad/s
+  float reserved1 = 0;  ///< belongs to the simulators
 };
 
 /// Axis-aligned bounding box.
 struct Aabb {
+  ///@{
+  /// Its corners (m).
   Vec3 lower, upper;
+  ///@}
 };
+/// Whether they overlap or touch.
 FATHOM_HD bool overlaps(const Aabb& a, const Aabb& b) {
   return a.lower.x <= b.upper.x && b.lower.x <= a.upper.x && a.lower.y <= b.upper.y && b.lower.y <= a.upper.y &&
          a.lower.z <= b.upper.z && b.lower.z <= a.upper.z;
 }
+/// Whether `inner` lies within `outer`.
 FATHOM_HD bool contains(const Aabb& outer, const Aabb& inner) {
   return outer.lower.x <= inner.lower.x && outer.lower.y <= inner.lower.y && outer.lower.z <= inner.lower.z &&
          outer.upper.x >= inner.upper.x && outer.upper.y >= inner.upper.y && outer.upper.z >= inner.upper.z;
 }
+/// The smallest box around both.
 FATHOM_HD Aabb merged(const Aabb& a, const Aabb& b) { return {min(a.lower, b.lower), max(a.upper, b.upper)}; }
+/// The box with a margin (m) on all sides.
 FATHOM_HD Aabb grown(const Aabb& a, float margin) {
   const Vec3 m{margin, margin, margin};
   return {a.lower - m, a.upper + m};
 }
+/// Its centre.
 FATHOM_HD Vec3 centre(const Aabb& a) { return 0.5f * (a.lower + a.upper); }
+/// Half its edges.
 FATHOM_HD Vec3 half_extents(const Aabb& a) { return 0.5f * (a.upper - a.lower); }
+/// Its surface (m²).
 FATHOM_HD float surface_area(const Aabb& a) {
   const Vec3 e = a.upper - a.lower;
   return 2.0f * (e.x * e.y + e.y * e.z + e.z * e.x);

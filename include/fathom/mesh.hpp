@@ -17,10 +17,10 @@ struct Triangle {
   std::uint32_t vertices[3] = {};  ///< what the corners are called; triangles that share one call it the same
 };
 
-/// Who looks at triangles that lie on a way.
+/// Receives the triangles along a path.
 class TriangleVisitor {
  public:
-  /// Returns the fraction of the way up to which it looks at more.
+  /// Returns the fraction of the path up to which it wants more triangles.
   virtual float visit(std::uint32_t triangle) = 0;
 
  protected:
@@ -39,23 +39,26 @@ class Surface {
   virtual std::uint32_t triangle_count() const = 0;
   /// False for holes of a height field.
   virtual bool has(std::uint32_t triangle) const = 0;
+  /// Its corners.
   virtual Triangle triangle(std::uint32_t triangle) const = 0;
   /// Appends the triangles whose bounds meet `box` (m, the surface's frame), in an order of the surface's own.
   virtual void find(const Aabb& box, std::vector<std::uint32_t>& found) const = 0;
-  /// Shows the visitor triangles whose bounds a box meets on its way: half its extents, where its centre begins, and
-  /// the translation (m, the surface's frame). Nearer ones come first, roughly; rounding adds some and leaves out none.
+  /// Shows the visitor the triangles whose bounds a box meets as it moves: half its extents, where its centre begins,
+  /// and the translation (m, the surface's frame). Nearer ones come roughly first; rounding adds some and omits none.
   virtual void find_along(Vec3 centre, Vec3 half, Vec3 translation, TriangleVisitor& visitor) const = 0;
+  /// What it occupies.
   virtual std::size_t memory_bytes() const = 0;
 
  protected:
-  Aabb bounds_{};
+  Aabb bounds_{};  ///< see `bounds`
 };
 
 /// Triangles in any arrangement. At most 40 bytes per triangle where vertices are shared.
 class TriangleMesh final : public Surface {
  public:
-  using Node = BoxTreeNode;
+  using Node = BoxTreeNode;  ///< of the tree over its triangles
 
+  /// m, in the mesh's frame; vertices at equal positions are one.
   std::span<const Vec3> vertices() const { return vertices_; }
   /// Three vertices per triangle, ordered by where triangles lie: not in the order in which they were given.
   std::span<const std::uint32_t> indices() const { return indices_; }
@@ -78,9 +81,11 @@ class TriangleMesh final : public Surface {
 /// What a height field is made from. Samples lie on a grid in the plane z = 0 of the surface's frame, the first one in
 /// its origin; sample (i, j) is at x = i · cell.x, y = j · cell.y and number j · columns + i.
 struct HeightFieldDef {
-  std::uint32_t columns = 0, rows = 0;  ///< of samples along x and y, at least 2 each
-  float cell_x = 1, cell_y = 1;         ///< m between samples
-  std::span<const float> heights;       ///< m, columns · rows
+  std::uint32_t columns = 0;       ///< samples along x, at least 2
+  std::uint32_t rows = 0;          ///< samples along y, at least 2
+  float cell_x = 1;                ///< m between samples along x, > 0
+  float cell_y = 1;                ///< m between samples along y, > 0
+  std::span<const float> heights;  ///< m, columns · rows of them
   /// Whether cell (i, j), number j · (columns − 1) + i, is a hole. Empty: there are none.
   std::span<const bool> holes = {};
 };
@@ -88,11 +93,12 @@ struct HeightFieldDef {
 /// Heights over a grid, two triangles per cell, solid below. Some 2 bytes per triangle.
 class HeightField final : public Surface {
  public:
-  std::uint32_t columns() const { return columns_; }
-  std::uint32_t rows() const { return rows_; }
-  float cell_x() const { return cell_x_; }
-  float cell_y() const { return cell_y_; }
-  std::span<const float> heights() const { return heights_; }
+  std::uint32_t columns() const { return columns_; }           ///< samples along x
+  std::uint32_t rows() const { return rows_; }                 ///< samples along y
+  float cell_x() const { return cell_x_; }                     ///< m between samples along x
+  float cell_y() const { return cell_y_; }                     ///< m between samples along y
+  std::span<const float> heights() const { return heights_; }  ///< m, along x first
+  /// Whether a cell, number j · (columns − 1) + i, has no ground.
   bool is_hole(std::uint32_t cell) const { return !holes_.empty() && (holes_[cell / 64] >> cell % 64 & 1) != 0; }
 
   std::uint32_t triangle_count() const override { return 2 * (columns_ - 1) * (rows_ - 1); }
@@ -116,7 +122,7 @@ class HeightField final : public Surface {
 /// Triangle mesh for fixed and kinematic bodies: `indices` has three vertices per triangle, counter-clockwise seen from
 /// outside. Vertices at equal places become one, so that bodies do not catch on the seam between their triangles;
 /// triangles without area are left out. It need not be closed, nor manifold. The body's frame is the vertices' own: no
-/// centre of mass is sought. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
+/// centre of mass is computed. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
 /// indices out of range or not in threes, and `Error{degenerate_shape}` where no triangle is left.
 Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
 

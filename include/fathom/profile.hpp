@@ -1,4 +1,4 @@
-// What a step costs and what it met: times per stage, counts, and reported results.
+// What a step cost and what it handled: times per stage, and counts.
 #pragma once
 
 #include <cstdint>
@@ -7,19 +7,23 @@ namespace fathom {
 
 /// Milliseconds of wall time of each verb of a step (see docs/architecture.md).
 struct StageTimes {
-  double find_pairs = 0;
-  double update_manifolds = 0;
-  double build_constraints = 0;
-  double solve = 0;
-  double finish = 0;
+  double find_pairs = 0;         ///< broad phase
+  double update_manifolds = 0;   ///< narrow phase
+  double build_constraints = 0;  ///< graph and layout
+  double solve = 0;              ///< substeps
+  double finish = 0;             ///< free bodies, sleep, publishing
 
   /// The stages as the dissertation names them (its section 4.2).
   double broad_phase() const { return find_pairs; }
+  /// See `broad_phase`.
   double narrow_phase() const { return update_manifolds; }
+  /// See `broad_phase`.
   double collision_resolution() const { return build_constraints + solve + finish; }
+  /// The whole step.
   double total() const { return find_pairs + update_manifolds + build_constraints + solve + finish; }
 };
 
+/// What a step handled.
 struct StepCounts {
   std::uint32_t bodies = 0;           ///< all bodies of the world
   std::uint32_t active = 0;           ///< awake bodies that can move
@@ -28,10 +32,10 @@ struct StepCounts {
   std::uint32_t points = 0;           ///< contact points, as solved
   std::uint32_t colours = 0;          ///< colours of the constraint graph in use, or batches of the cell that has most
   std::uint32_t overflow = 0;         ///< manifolds beyond the last colour, solved one by one
-  std::uint32_t unbatched = 0;        ///< manifolds that no work-group had room for: not solved (cells on a device)
+  std::uint32_t unbatched = 0;        ///< manifolds for which no work-group had room: not solved (cells on a device)
   std::uint32_t work_groups = 0;      ///< cells of the grid (cells)
   std::uint32_t overlaps = 0;         ///< most overlaps that one body found (sweep on a device)
-  std::uint32_t islands = 0;          ///< islands met (0 where sleeping is off)
+  std::uint32_t islands = 0;          ///< islands (0 where sleeping is off)
   std::uint32_t recycled = 0;         ///< manifolds kept from the last step by the narrow phase
   std::uint32_t quarantined = 0;      ///< bodies stopped in this step because their state was not finite
   std::uint64_t launches = 0;         ///< kernels submitted (device simulator)
@@ -40,13 +44,14 @@ struct StepCounts {
   std::uint64_t memory_bytes = 0;     ///< held by the simulator
 };
 
+/// What a step cost.
 struct Profile {
   std::uint64_t step = 0;  ///< number of the step this describes, from 1; 0 before the first
-  StageTimes times;
+  StageTimes times;        ///< ms of each stage
   /// Device simulator: ms on the device's clock from the end of the step before to this one's, or from this one's
   /// submission where the device had to wait for it.
   double interval = 0;
-  StepCounts counts;
+  StepCounts counts;  ///< what it handled
 };
 
 }  // namespace fathom

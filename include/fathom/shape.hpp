@@ -14,6 +14,7 @@ class Compound;
 class Hull;
 class Surface;
 
+/// What kind of shape it is.
 enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_field, compound };
 
 /// A convex shape or a compound of such shapes, centred at its centre of mass, or a surface of triangles for bodies
@@ -21,14 +22,16 @@ enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_f
 /// `capsule`, `box` and `hull`, by `compound` (compound.hpp), and by `mesh` and `height_field` (mesh.hpp), which check
 /// their arguments.
 struct Shape {
-  ShapeType type = ShapeType::box;
-  float radius = 0;            ///< sphere, capsule (m)
-  Vec3 half_extents{0, 0, 0};  ///< box (m); capsule: (0, 0, half the length of its segment)
-  std::shared_ptr<const Hull> hull{};
+  ShapeType type = ShapeType::box;             ///< says which of the other fields count
+  float radius = 0;                            ///< sphere, capsule (m)
+  Vec3 half_extents{0, 0, 0};                  ///< box (m); capsule: (0, 0, half the length of its segment)
+  std::shared_ptr<const Hull> hull{};          ///< hull
   std::shared_ptr<const Surface> surface{};    ///< mesh, height field
   std::shared_ptr<const Compound> compound{};  ///< compound
 
+  /// Whether it is a mesh or a height field.
   bool is_surface() const { return type == ShapeType::mesh || type == ShapeType::height_field; }
+  /// Whether it is a sphere, a capsule, a box or a hull.
   bool is_convex() const { return !is_surface() && type != ShapeType::compound; }
 };
 
@@ -50,7 +53,7 @@ Shape hull(std::span<const Vec3> points);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
 struct MassProperties {
-  float mass = 0;
+  float mass = 0;           ///< kg
   SymMat3 inertia;          ///< in the body's axes
   Vec3 principal_moments;   ///< ascending eigenvalues of `inertia`
   Quat principal_rotation;  ///< turns principal axes into the body's axes
@@ -65,6 +68,7 @@ MassProperties mass_properties(const Shape& shape, float mass);
 /// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.
 class Hull {
  public:
+  /// The plane of a face.
   struct Plane {
     Vec3 normal;       ///< outward unit normal
     float offset = 0;  ///< dot(normal, point) of the face's points
@@ -72,33 +76,39 @@ class Hull {
   /// Half-edges of a face run counter-clockwise seen from outside. Twins are neighbours: the twin of
   /// edge e is e ^ 1, so that the undirected edges are the pairs (2k, 2k + 1).
   struct HalfEdge {
-    std::uint16_t next = 0;
-    std::uint8_t origin = 0;
-    std::uint8_t face = 0;
+    std::uint16_t next = 0;   ///< the next half-edge of the face
+    std::uint8_t origin = 0;  ///< the vertex it leaves
+    std::uint8_t face = 0;    ///< the face it belongs to
   };
 
   /// Eight vertices, or planes with their offsets in w, side by side for vector instructions.
   struct alignas(32) Eight {
+    ///@{
+    /// Components of the eight.
     float x[8], y[8], z[8], w[8];
+    ///@}
   };
 
-  std::span<const Vec3> vertices() const { return vertices_; }
-  std::span<const HalfEdge> edges() const { return edges_; }
-  std::span<const Plane> planes() const { return planes_; }
+  std::span<const Vec3> vertices() const { return vertices_; }  ///< m, from the centre of mass
+  std::span<const HalfEdge> edges() const { return edges_; }    ///< two for each edge
+  std::span<const Plane> planes() const { return planes_; }     ///< one for each face
   /// For each face one of its half-edges.
   std::span<const std::uint16_t> face_edges() const { return face_edges_; }
   /// For each vertex the first half-edge that leaves it.
   std::span<const std::uint16_t> vertex_edges() const { return vertex_edges_; }
-  /// The vertices and the planes once more, by eights; the last eight are filled up with the first one.
+  /// The vertices again, by eights; the last eight are filled up with the first one.
   std::span<const Eight> vertex_eights() const { return vertex_eights_; }
+  /// The planes again, by eights.
   std::span<const Eight> plane_eights() const { return plane_eights_; }
   /// Centre of mass in the coordinates of the points the hull was built from.
   Vec3 offset() const { return offset_; }
+  /// m³.
   float volume() const { return volume_; }
   /// Inertia about the centre of mass for unit mass (m²).
   const SymMat3& unit_inertia() const { return unit_inertia_; }
-  /// Distance of the farthest vertex from the centre of mass (m), and of the nearest face plane.
+  /// Distance of the farthest vertex from the centre of mass (m).
   float outer_radius() const { return outer_radius_; }
+  /// Distance of the nearest face plane from the centre of mass (m).
   float inner_radius() const { return inner_radius_; }
   /// Largest coordinate of a vertex (m).
   float largest_coordinate() const { return largest_coordinate_; }
@@ -106,7 +116,7 @@ class Hull {
  private:
   friend class HullBuilder;
   friend struct HullArchive;
-  void arrange();  ///< makes what follows from vertices, edges and planes alone
+  void arrange();  ///< computes what follows from vertices, edges and planes alone
   std::vector<Vec3> vertices_;
   std::vector<HalfEdge> edges_;
   std::vector<Plane> planes_;
