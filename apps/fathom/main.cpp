@@ -50,6 +50,17 @@ int flushed(int code) {
   return stdout_is_lost(std::strerror(errno));
 }
 
+/// A script's variable that is not set gives an empty word, which must not mean "none" or 0.
+void refuse_empty_values(CLI::App& app) {
+  const auto fault = [](std::string& text) {
+    return text.empty() ? "is empty; give it a value, or leave it out" : std::string();
+  };
+  // A "transform" comes before the option's own checks.
+  for (CLI::Option* option : app.get_options())
+    if (option->get_items_expected_min() > 0) option->transform(CLI::Validator(fault, ""));
+  for (CLI::App* command : app.get_subcommands({})) refuse_empty_values(*command);
+}
+
 /// The subcommands with their options.
 class Program {
  public:
@@ -75,6 +86,7 @@ class Program {
 #endif
     add("config", "Print the engine's configuration and where it comes from", declare_config, config);
     add("replay", "Repeat a recorded run and check every step", declare_replay, replay);
+    refuse_empty_values(app_);
   }
 
   int run_command(int argc, char** argv) {

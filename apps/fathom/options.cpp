@@ -10,9 +10,11 @@ namespace {
 void declare_size(CLI::App& command, RunOptions& options) {
   auto* bodies = command.add_option("--bodies", options.bodies, "About how many bodies an environment has")
                      ->type_name("N")
+                     ->check(any_whole_number())
                      ->group("Size");
   command.add_option("--layers", options.layers, "Size of layers or pyramid in layers")
       ->type_name("L")
+      ->check(any_whole_number())
       ->group("Size")
       ->excludes(bodies);
   command.add_option("--seed", options.seed, "Which heap; it decides all that the heap is made of (1)")
@@ -120,6 +122,14 @@ void declare_output(CLI::App& command, RunOptions& options) {
 }
 
 }  // namespace
+
+bool RunOptions::decides_states() const {
+  const bool of_scene = bodies || layers || seed || dt || !config.file.empty() || !config.sets.empty();
+  const bool of_simulator = simulator.simulator || simulator.device || ahead || preset || sleep;
+  const bool of_detection = broad_phase || sweep_axis;
+  const bool of_solver = partition || solver || iterations || warm_start || marking_rounds || substeps;
+  return of_scene || of_simulator || of_detection || of_solver;
+}
 
 void declare_scene(CLI::App& command, RunOptions& options, bool required) {
   declare_which_scene(command, options, required);

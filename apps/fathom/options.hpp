@@ -57,6 +57,9 @@ struct RunOptions {
   std::string trace;
   ConfigSources config;
   bool quiet = false;
+
+  /// Whether any option is given that decides what a scene's states are, or what computes them.
+  bool decides_states() const;
 };
 
 struct TableOptions {

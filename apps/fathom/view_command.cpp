@@ -82,12 +82,14 @@ void declare_view(CLI::App& command, ViewOptions& options) {
       ->type_name("LIST");
   command.add_flag("--paused", settings.paused, "Start paused");
   command.add_flag("--show-help", settings.help, "Start with the list of keys");
-  command
-      .add_option("--frames", settings.frames, "End after so many frames, of one step each, and print the state hash")
-      ->type_name("N")
-      ->check(whole_number(1));
+  auto* frames = command
+                     .add_option("--frames", settings.frames,
+                                 "End after so many frames, of one step each, and print the state hash")
+                     ->type_name("N")
+                     ->check(whole_number(1));
   command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")
-      ->type_name("FILE.png");
+      ->type_name("FILE.png")
+      ->needs(frames);
   command.footer(
       "Keys: H lists them. Examples:\n"
       "  fathom view pyramid --layers 15\n"
