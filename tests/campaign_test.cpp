@@ -41,8 +41,8 @@ TEST(CampaignPlan, EveryFormHasEveryEnvironmentAndNoCaseTwice) {
     for (const Case& c : cases) keys.push_back(key_of(c));
     std::ranges::sort(keys);
     EXPECT_EQ(std::ranges::adjacent_find(keys), keys.end());
-    for (const char* key : {"drift-1000-native-8t-fathom", "layers-1000-device-cuda0-8t-published",
-                            "spread-1000-hybrid-cuda0-8t-fathom", "pyramid-1240-native-8t-published"})
+    for (const char* key : {"drift-1000-native-8t-fathom", "layers-1000-device-cuda0-8t-dissertation",
+                            "spread-1000-hybrid-cuda0-8t-fathom", "pyramid-1240-native-8t-dissertation"})
       EXPECT_TRUE(std::ranges::binary_search(keys, key)) << key << " in " << name_of(form);
   }
 }

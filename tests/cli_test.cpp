@@ -30,6 +30,34 @@ TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
   EXPECT_THAT(outcome.out, HasSubstr("iB "));
 }
 
+TEST_F(Program, VersionSaysWhatAReportOfAnErrorNeeds) {
+  const Outcome outcome = fathom({"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, testing::MatchesRegex("fathom [0-9]+[.][0-9]+[.][0-9]+ [(].*[)]\n(.|\n)*"));
+  for (const char* word : {"build ", "checks: ", "SIMD ", "back ends  host", "parts      run"})
+    EXPECT_THAT(outcome.out, HasSubstr(word));
+}
+
+TEST_F(Program, ABugReportHasAllThatRepeatsTheRun) {
+  const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/masses.toml";
+  const Outcome outcome = fathom({"bug-report", scene, "--steps", "20", "-o", path("report")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string text = read_text(path("report/report.txt"));
+  for (const char* word : {"fathom 0.", "SIMD", "processor", "device     host", "bug-report", "state hash"})
+    EXPECT_THAT(text, HasSubstr(word));
+  EXPECT_EQ(read_text(path("report/masses.toml")), read_text(scene));
+  EXPECT_THAT(read_text(path("report/config.toml")), HasSubstr("[simulator]"));
+  const std::string hash = json::parse(read_text(path("report/run.json"))).at("state_hash");
+  EXPECT_THAT(fathom({"replay", path("report/run.fathom")}).out, HasSubstr(hash));
+
+  const Outcome again = fathom({"bug-report", "-o", path("report")});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("report: is there already; give another name with -o"));
+  // A run that cannot be is what the report is about.
+  ASSERT_EQ(fathom({"bug-report", "nowhere.toml", "-o", path("failed"), "--quiet"}).exit_code, 0);
+  EXPECT_THAT(read_text(path("failed/report.txt")), HasSubstr("nowhere.toml: no such file"));
+}
+
 TEST_F(Program, ListsEnvironments) {
   const Outcome outcome = fathom({"list"});
   EXPECT_EQ(outcome.exit_code, 0);
@@ -190,7 +218,7 @@ TEST_F(Program, PresetsAndSimulatorsAreNamedInTheReport) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return json::parse(outcome.out);
   };
-  const auto published = report({"--preset", "published", "--device", "host"});
+  const auto published = report({"--preset", "dissertation", "--device", "host"});
   EXPECT_EQ(published.at("simulator"), "device");
   EXPECT_EQ(published.at("broad_phase"), "sweep");
   EXPECT_EQ(published.at("partition"), "cells");
@@ -198,7 +226,7 @@ TEST_F(Program, PresetsAndSimulatorsAreNamedInTheReport) {
   EXPECT_EQ(published.at("warm_start"), false);
   EXPECT_EQ(published.at("ahead"), 2);
   EXPECT_EQ(published.at("counts").at("unbatched"), 0);
-  EXPECT_EQ(report({"--preset", "published", "--warm-start", "on", "--device", "host"}).at("warm_start"), true);
+  EXPECT_EQ(report({"--preset", "dissertation", "--warm-start", "on", "--device", "host"}).at("warm_start"), true);
   const auto hybrid = report({"--simulator", "hybrid", "--device", "host"});
   EXPECT_EQ(hybrid.at("simulator"), "hybrid");
   EXPECT_EQ(hybrid.at("partition"), "colours");
@@ -299,7 +327,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
       {{"run", "drift", "--simulator", "gpu"}, "must be device|hybrid|native, not gpu"},
-      {{"run", "drift", "--preset", "best"}, "must be fathom|published, not best"},
+      {{"run", "drift", "--preset", "best"}, "must be dissertation|fathom, not best"},
       {{"run", "drift", "--partition", "rows"}, "must be cells|colours, not rows"},
       {{"run", "drift", "--broad-phase", "sweep", "--sweep-axis", "0,-1,0"}, "sweep_axis is (0, -1, 0)"},
       {{"run", "drift", "--sweep-axis", "0,1,0"}, "add --broad-phase sweep"},

@@ -33,19 +33,6 @@ void declare_which_scene(CLI::App& command, RunOptions& options, bool required) 
   declare_size(command, options);
 }
 
-void declare_duration(CLI::App& command, RunOptions& options) {
-  const std::int64_t most_steps = 1'000'000'000;
-  auto* steps = command.add_option("--steps", options.steps, "Steps to simulate (1800)")
-                    ->type_name("N")
-                    ->check(whole_number(1, most_steps))
-                    ->group("Time");
-  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
-      ->type_name("S")
-      ->check(positive_number())
-      ->excludes(steps)
-      ->group("Time");
-}
-
 void declare_time_step(CLI::App& command, RunOptions& options) {
   command.add_option("--dt", options.dt, "Time step (s; 1/60 = 0.0166667)")
       ->type_name("S")
@@ -71,7 +58,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
       ->type_name("N")
       ->check(whole_number(0, 16));
   declare_choice<Preset>(command, "--preset", options.preset,
-                         {{"fathom", Preset::fathom}, {"published", Preset::published}},
+                         {{"fathom", Preset::fathom}, {"dissertation", Preset::dissertation}},
                          "Set of algorithms; the options below change parts of it");
   declare_choice<BroadPhase>(command, "--broad-phase", options.broad_phase,
                              {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}, "How pairs are found (tree)");
@@ -123,6 +110,19 @@ void declare_output(CLI::App& command, RunOptions& options) {
 
 }  // namespace
 
+void declare_duration(CLI::App& command, RunOptions& options, const std::string& help) {
+  const std::int64_t most_steps = 1'000'000'000;
+  auto* steps = command.add_option("--steps", options.steps, help)
+                    ->type_name("N")
+                    ->check(whole_number(1, most_steps))
+                    ->group("Time");
+  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
+      ->type_name("S")
+      ->check(positive_number())
+      ->excludes(steps)
+      ->group("Time");
+}
+
 bool RunOptions::decides_states() const {
   const bool of_scene = bodies || layers || seed || dt || !config.file.empty() || !config.sets.empty();
   const bool of_simulator = simulator.simulator || simulator.device || ahead || preset || sleep;
@@ -171,7 +171,7 @@ void declare_config(CLI::App& command, ConfigOptions& options) {
       "With a scene the values are those of its run. A line that begins with # is set by nobody: default, scene or\n"
       "preset say it. Examples:\n"
       "  fathom config --set simulator.mode=async --write engine.toml\n"
-      "  fathom config pyramid --config engine.toml --preset published");
+      "  fathom config pyramid --config engine.toml --preset dissertation");
 }
 
 void declare_table(CLI::App& command, TableOptions& options) {

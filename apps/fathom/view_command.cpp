@@ -9,6 +9,7 @@
 #include "setup.hpp"
 #include "validators.hpp"
 #include "view_options.hpp"
+#include "viewer/preferences.hpp"
 
 namespace fathom::cli {
 namespace {
@@ -41,6 +42,20 @@ std::vector<viewer::SimulatorChoice> simulators() {
   return list;
 }
 
+/// What was set the last time, where no option says otherwise.
+void remember(const ViewOptions& options, viewer::ViewerSettings& settings) {
+  settings.preferences = viewer::preferences_file();
+  if (settings.preferences.empty()) return;
+  const viewer::Preferences last = viewer::load_preferences(settings.preferences);
+  const viewer::ViewerSettings defaults;
+  if (options.overlays.empty()) settings.overlays = last.overlays;
+  if (settings.colouring == defaults.colouring) settings.colouring = last.colouring;
+  if (settings.width == defaults.width && settings.height == defaults.height)
+    settings.width = last.width, settings.height = last.height;
+  settings.speed = last.speed;
+  settings.panel = last.show_panel;
+}
+
 }  // namespace
 
 int view(const ViewOptions& options) {
@@ -59,10 +74,13 @@ int view(const ViewOptions& options) {
   viewer::ViewerSettings settings = options.settings;
   settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
+  // So many frames are the same for everybody.
+  if (settings.frames == 0) remember(options, settings);
   const InterruptGuard interrupt;
   settings.ended = [] { return InterruptGuard::requested(); };
   const viewer::ViewResult result = viewer::view(
       [&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
+  if (!result.warning.empty()) tell("fathom: the settings are not remembered: " + result.warning + "\n");
   // So many frames are a run as any other, whose result can be compared.
   if (settings.frames > 0)
     fmt::print("{}: {} steps, {:.2f} s simulated\n  state hash             {:016x}\n", result.scene, result.steps,
@@ -78,7 +96,8 @@ void declare_view(CLI::App& command, ViewOptions& options) {
   declare_colouring(command, settings.colouring);
   command
       .add_option("--overlays", options.overlays,
-                  "Drawn at the start: boxes,points,normals,impulses,graph,joints,reactions")
+                  "Drawn at the start: boxes,points,normals,impulses,graph,joints,reactions, and "
+                  "through (seen through bodies)")
       ->type_name("LIST");
   command.add_flag("--paused", settings.paused, "Start paused");
   command.add_flag("--show-help", settings.help, "Start with the list of keys");

@@ -14,6 +14,7 @@
 #include <fathom/body.hpp>
 #include <fathom/device_poses.hpp>
 #include <fathom/error.hpp>
+#include <fathom/export.hpp>
 #include <fathom/joint.hpp>
 #include <fathom/profile.hpp>
 #include <fathom/query.hpp>
@@ -104,12 +105,12 @@ struct WorldDef {
 
 /// Sets of algorithms (docs/published-algorithms.md).
 enum class Preset : std::uint8_t {
-  fathom,     ///< the defaults: tree, colours, soft
-  published,  ///< the dissertation's: sweep, cells, impulse, its bias without limit, no sleeping; on a device without
-              ///< warm starting and two steps ahead
+  fathom,        ///< the defaults: tree, colours, soft
+  dissertation,  ///< that of Pereira (2020): sweep, cells, impulse, its bias without limit, no sleeping; on a device
+                 ///< without warm starting and two steps ahead
 };
 /// Sets in `def` what a preset decides, for the simulator that it names.
-void apply(Preset preset, WorldDef& def);
+FATHOM_API void apply(Preset preset, WorldDef& def);
 
 /// Two bodies, in ascending order of index, that began or ceased to touch in a step. They touch from the step on in
 /// which their contact carries an impulse, or that they begin nearer to each other than 1 mm (of small ones less, by
@@ -166,7 +167,7 @@ struct Quarantine {
 };
 
 /// Everything between the bodies and the application. See the head of this file.
-class World {
+class FATHOM_API World {
  public:
   /// Throws `Error{invalid_argument}` on a definition out of range.
   explicit World(const WorldDef& def = {});
