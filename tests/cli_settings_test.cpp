@@ -245,7 +245,9 @@ TEST_F(Settings, ValidateRunsOnWhatItIsAskedToRunOn) {
     const Outcome outcome =
         fathom(Words{"validate", "--short", "--only", "free-fall", "--quiet", "--json", path("v.json")} + words);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return nlohmann::json::parse(read_text(path("v.json"))).at("simulator").get<std::string>();
+    const auto report = nlohmann::json::parse(read_text(path("v.json")));
+    EXPECT_GE(report.at("threads").get<int>(), 1) << "as many as there were, also where nobody said how many";
+    return report.at("simulator").get<std::string>();
   };
   EXPECT_THAT(simulator({}), HasSubstr("native"));
   EXPECT_THAT(simulator({"--device", "host"}), HasSubstr("device"));

@@ -32,11 +32,13 @@ std::string entry(std::string_view word, std::string_view meaning) {
 
 /// What a reader must know who has nothing but this page.
 std::string about_html(const View& view) {
-  std::string html =
+  std::string html = fmt::format(
       "<h2 id='about'>What is measured</h2>\n<p>The experiment of R. J. S. Pereira's dissertation <i>Optimizing "
       "real-time physics simulation using GPGPU techniques</i> (FEUP, Universidade do Porto, 2020): how long a step of "
-      "1/60 s takes in four environments of unit cubes, over 30 s. <b>Published</b> are figures quoted from its tables "
-      "4.2 to 4.5; nothing that is called so was measured here. Everything else was.</p>\n<dl>\n";
+      "1/60 s takes in four environments of unit cubes, over {:.3g} s here and 30 s there. <b>Published</b> are "
+      "figures quoted from its tables "
+      "4.2 to 4.5; nothing that is called so was measured here. Everything else was.</p>\n<dl>\n",
+      static_cast<double>(view.campaign().where.steps) / 60);
   for (const std::string& name : view.environments())
     if (const Environment* environment = find_environment(name)) html += entry(name, environment->summary);
   html += entry("native", "Fathom's simulator for the processor: threads and vector instructions");

@@ -11,7 +11,7 @@ namespace fathom::page {
 namespace {
 
 constexpr double left = 56, top = 14, bottom = 44;
-constexpr double name_width = 206, name_height = 13;
+constexpr double name_width = 262, name_height = 13;
 
 double right_of(const Plot& plot) { return plot.names_at_ends ? name_width : 22; }
 

@@ -201,7 +201,7 @@ void draw_help(float left) {
   ImGui::SetNextWindowPos({0.5f * (screen.x + left), 0.5f * screen.y}, ImGuiCond_Always, {0.5f, 0.5f});
   ImGui::SetNextWindowSizeConstraints({200, 100}, {std::max(200.0f, screen.x - left - 16), screen.y - 16});
   ImGui::Begin("Help", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
-  static constexpr const char* lines[][2] = {{"left button on a body", "drag it by a spring"},
+  static constexpr const char* lines[][2] = {{"left button on a body", "drag it"},
                                              {"left beside, right button", "turn"},
                                              {"middle button, Shift", "move"},
                                              {"wheel", "nearer, farther"},
@@ -212,10 +212,9 @@ void draw_help(float left) {
                                              {"R", "begin anew"},
                                              {"Z", "undo"},
                                              {"C", "see everything"},
-                                             {"1 2 3 4 5", "boxes, points, normals, impulses, graph"},
-                                             {"6 7", "joints and limits, their reactions"},
+                                             {"1 to 7", "overlays, as in View"},
                                              {"X", "overlays through bodies"},
-                                             {"I, V", "colours by island, by speed"},
+                                             {"I, V", "colours: island, speed"},
                                              {"U", "under water"},
                                              {"Tab", "panel"},
                                              {"P", "picture: fathom.png"},
@@ -259,9 +258,11 @@ PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoic
   request.shoot = button("Shoot", false);
   if (button("Help", true)) state.show_help = !state.show_help;
   if (!state.message.empty()) ImGui::TextWrapped("%s", state.message.c_str());
-  ImGui::TextWrapped("Simulated time per second of real time: %.2f s", static_cast<double>(state.reached_speed));
+  ImGui::TextWrapped("Simulated time per second of real time:");
+  ImGui::Text("%.2f s asked, %.2f s reached", static_cast<double>(state.speed),
+              static_cast<double>(state.reached_speed));
   ImGui::PushItemWidth(-1);
-  ImGui::SliderFloat("##speed", &state.speed, 0.05f, 4, "asked for: %.2f s", ImGuiSliderFlags_Logarithmic);
+  ImGui::SliderFloat("##speed", &state.speed, 0.05f, 4, "", ImGuiSliderFlags_Logarithmic);
   ImGui::PopItemWidth();
   show_counts(session, state);
   const ImGuiTreeNodeFlags open = height >= tall ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None;
