@@ -76,8 +76,8 @@ int validate(const ValidateOptions& options) {
   cli::give_simulator(config, options.simulator);
   const engine::Settings::Simulator& simulator = config->simulator;
   // The report says how many threads there were.
-  const int threads = simulator.threads > 0 ? simulator.threads
-                                            : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads =
+      simulator.threads > 0 ? simulator.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   validate::Setup setup{simulator.kind, simulator.device, threads, !options.brief};
   check_heap_options(options, list);
   setup.heap_seeds = options.seeds.value_or(0);
