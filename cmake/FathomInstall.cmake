@@ -79,7 +79,7 @@ endif()
 # Texts: what every package must have, and what developers read.
 set(FATHOM_DOC "${CMAKE_INSTALL_DATADIR}/doc")
 if(BUILD_SHARED_LIBS)
-  install(FILES LICENSE CHANGELOG.md DESTINATION ${FATHOM_DOC}/libfathom COMPONENT library)
+  install(FILES LICENSE CHANGELOG.md DESTINATION ${FATHOM_DOC}/libfathom${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} COMPONENT library)
 endif()
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${FATHOM_DOC}/libfathom-dev COMPONENT dev)
 install(DIRECTORY docs DESTINATION ${FATHOM_DOC}/libfathom-dev COMPONENT dev)
