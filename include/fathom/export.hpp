@@ -1,7 +1,7 @@
 // What the shared library shows; everything else in it is hidden.
 #pragma once
 
-// FATHOM_SHARED is defined for whoever uses the shared library, by its CMake target and its pkg-config file.
+// The CMake target and the pkg-config file of the shared library define FATHOM_SHARED for what uses it.
 #if !defined(FATHOM_SHARED)
 #define FATHOM_API
 #elif !defined(_WIN32)
