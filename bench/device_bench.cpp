@@ -3,7 +3,7 @@
 //     device_bench [options] scene:size[:steps] … [options] scene:size[:steps] …
 //
 //     --device D  --ahead N  --copy  --threads N  --gpu|--native|--hybrid  --name TEXT
-//     --preset fathom|published  --broad-phase tree|sweep  --partition colours|cells  --solver soft|impulse
+//     --preset fathom|dissertation  --broad-phase tree|sweep  --partition colours|cells  --solver soft|impulse
 //     --warm-start on|off  --rounds N  --push-out M/S  --series FILE
 //
 // Options hold for the scenes behind them; a preset decides all algorithms, the options behind it change some.
@@ -191,7 +191,7 @@ int main(int argc, char** argv) {
       else if (argument == "--preset") {
         const std::string preset = value();
         options.algorithms = {.simulator = options.simulator};
-        apply(preset == "published" ? Preset::published : Preset::fathom, options.algorithms);
+        apply(preset == "dissertation" ? Preset::dissertation : Preset::fathom, options.algorithms);
       } else if (argument == "--broad-phase")
         options.algorithms.broad_phase = value() == "sweep" ? BroadPhase::sweep : BroadPhase::tree;
       else if (argument == "--partition")

@@ -37,8 +37,8 @@ const std::vector<Algorithms> algorithms = {
     {"fathom", [](WorldDef&) {}},
     {"impulse, colours, warm", [](WorldDef& def) { impulse_with_colours(def, true); }},
     {"impulse, colours, cold", [](WorldDef& def) { impulse_with_colours(def, false); }},
-    {"published, warm", [](WorldDef& def) { apply(Preset::published, def), def.solver.warm_start = true; }},
-    {"published", [](WorldDef& def) { apply(Preset::published, def); }},
+    {"dissertation, warm", [](WorldDef& def) { apply(Preset::dissertation, def), def.solver.warm_start = true; }},
+    {"dissertation", [](WorldDef& def) { apply(Preset::dissertation, def); }},
 };
 
 struct Sequence {

@@ -41,8 +41,8 @@ TEST(CampaignPlan, EveryFormHasEveryEnvironmentAndNoCaseTwice) {
     for (const Case& c : cases) keys.push_back(key_of(c));
     std::ranges::sort(keys);
     EXPECT_EQ(std::ranges::adjacent_find(keys), keys.end());
-    for (const char* key : {"drift-1000-native-8t-fathom", "layers-1000-device-cuda0-8t-published",
-                            "spread-1000-hybrid-cuda0-8t-fathom", "pyramid-1240-native-8t-published"})
+    for (const char* key : {"drift-1000-native-8t-fathom", "layers-1000-device-cuda0-8t-dissertation",
+                            "spread-1000-hybrid-cuda0-8t-fathom", "pyramid-1240-native-8t-dissertation"})
       EXPECT_TRUE(std::ranges::binary_search(keys, key)) << key << " in " << name_of(form);
   }
 }
@@ -108,6 +108,22 @@ TEST(CampaignView, ARunCutShortIsComparedOverTheStepsItMade) {
   EXPECT_EQ(view.fastest_native("layers", 1000, "fathom"), &campaign.runs[1]);
 }
 
+TEST(CampaignView, AStackThatCreepsIsNotGood) {
+  const auto moved = [](const char* environment, float metres) {
+    Measurement m;
+    m.what = {environment, 385, "native", "", 1, "fathom"};
+    m.quality.emplace_back();
+    m.quality.back().quality.displacement_max = metres;
+    return m;
+  };
+  EXPECT_EQ(creep_of(moved("pyramid", 0.002f)), "");
+  EXPECT_EQ(creep_of(moved("pyramid", 0.064f)), "creeps: 64.0 mm");
+  EXPECT_EQ(trouble_of(moved("pyramid", 0.064f)), "");
+  EXPECT_EQ(trouble_of(moved("pyramid", 0.2f)), "gave way");
+  EXPECT_EQ(creep_of(moved("pyramid", 0.2f)), "");
+  EXPECT_EQ(creep_of(moved("drift", 0.064f)), "") << "what need not rest may move";
+}
+
 TEST(CampaignPublished, FiguresAreThoseOfTheTables) {
   EXPECT_EQ(published_rows().size(), 45u);
   const auto rows = published_of("pyramid", 1240);
@@ -167,6 +183,36 @@ TEST_F(CampaignFolder, ReportNeedsNothingFromOutside) {
   EXPECT_THAT(html, HasSubstr("RTX 2070 SUPER"));
   EXPECT_THAT(html, Not(HasSubstr("http")));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
+  for (const char* explained : {"R. J. S. Pereira", "<dt>drift</dt>", "<dt>native</dt>", "<dt>dissertation</dt>"})
+    EXPECT_THAT(html, HasSubstr(explained));
+  EXPECT_LT(html.find("<th class='n whole'>Whole step</th>"), html.find("<th class='n'>Broad phase</th>"));
+}
+
+TEST_F(CampaignFolder, PeersThatWereCutShortAreMarked) {
+  const auto row = [](const char* engine, bool cut_short) {
+    return Json{{"scene", "drift:5"},
+                {"environment", "drift"},
+                {"bodies", 5},
+                {"steps", 7},
+                {"cut_short", cut_short},
+                {"engine", engine},
+                {"version", "1"},
+                {"threads", 1},
+                {"step_ms", {{"mean", 1}, {"median", 1}, {"p99", 1}, {"max", 1}}},
+                {"ratio_to_fathom", 1},
+                {"quality", {{"displacement_max", 0}, {"ground_penetration_max", 0}, {"kinetic_energy_per_body", 0}}},
+                {"failed", false},
+                {"trouble", ""}};
+  };
+  Json peers{
+      {"kind", "peers"}, {"device", "p"}, {"rounds", 1}, {"build", {{"commit", "c"}}}, {"results", Json::array()}};
+  peers["results"].push_back(row("whole", false));
+  peers["results"].push_back(row("short", true));
+  store_.create();
+  store_.write("peers.json", peers.dump());
+  const std::string html = test::read_text(write_report(store_));
+  EXPECT_THAT(html, HasSubstr("<td class='n'>7</td>"));
+  EXPECT_THAT(html, HasSubstr("<td class='n'>7 †</td>"));
 }
 
 TEST_F(CampaignFolder, DamagedFoldersAreNamed) {

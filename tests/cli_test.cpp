@@ -30,6 +30,34 @@ TEST_F(Program, DevicesSayWhatTheyAreOrWhyNot) {
   EXPECT_THAT(outcome.out, HasSubstr("iB "));
 }
 
+TEST_F(Program, VersionSaysWhatAReportOfAnErrorNeeds) {
+  const Outcome outcome = fathom({"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.out, testing::MatchesRegex("fathom [0-9]+[.][0-9]+[.][0-9]+ [(].*[)]\n(.|\n)*"));
+  for (const char* word : {"build ", "checks: ", "SIMD ", "back ends  host", "parts      run"})
+    EXPECT_THAT(outcome.out, HasSubstr(word));
+}
+
+TEST_F(Program, ABugReportHasAllThatRepeatsTheRun) {
+  const std::string scene = FATHOM_SOURCE_DIR "/examples/scenes/masses.toml";
+  const Outcome outcome = fathom({"bug-report", scene, "--steps", "20", "-o", path("report")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string text = read_text(path("report/report.txt"));
+  for (const char* word : {"fathom 0.", "SIMD", "processor", "device     host", "bug-report", "state hash"})
+    EXPECT_THAT(text, HasSubstr(word));
+  EXPECT_EQ(read_text(path("report/masses.toml")), read_text(scene));
+  EXPECT_THAT(read_text(path("report/config.toml")), HasSubstr("[simulator]"));
+  const std::string hash = json::parse(read_text(path("report/run.json"))).at("state_hash");
+  EXPECT_THAT(fathom({"replay", path("report/run.fathom")}).out, HasSubstr(hash));
+
+  const Outcome again = fathom({"bug-report", "-o", path("report")});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("report: is there already; give another name with -o"));
+  // A run that cannot be is what the report is about.
+  ASSERT_EQ(fathom({"bug-report", "nowhere.toml", "-o", path("failed"), "--quiet"}).exit_code, 0);
+  EXPECT_THAT(read_text(path("failed/report.txt")), HasSubstr("nowhere.toml: no such file"));
+}
+
 TEST_F(Program, ListsEnvironments) {
   const Outcome outcome = fathom({"list"});
   EXPECT_EQ(outcome.exit_code, 0);
@@ -190,7 +218,7 @@ TEST_F(Program, PresetsAndSimulatorsAreNamedInTheReport) {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return json::parse(outcome.out);
   };
-  const auto published = report({"--preset", "published", "--device", "host"});
+  const auto published = report({"--preset", "dissertation", "--device", "host"});
   EXPECT_EQ(published.at("simulator"), "device");
   EXPECT_EQ(published.at("broad_phase"), "sweep");
   EXPECT_EQ(published.at("partition"), "cells");
@@ -198,7 +226,7 @@ TEST_F(Program, PresetsAndSimulatorsAreNamedInTheReport) {
   EXPECT_EQ(published.at("warm_start"), false);
   EXPECT_EQ(published.at("ahead"), 2);
   EXPECT_EQ(published.at("counts").at("unbatched"), 0);
-  EXPECT_EQ(report({"--preset", "published", "--warm-start", "on", "--device", "host"}).at("warm_start"), true);
+  EXPECT_EQ(report({"--preset", "dissertation", "--warm-start", "on", "--device", "host"}).at("warm_start"), true);
   const auto hybrid = report({"--simulator", "hybrid", "--device", "host"});
   EXPECT_EQ(hybrid.at("simulator"), "hybrid");
   EXPECT_EQ(hybrid.at("partition"), "colours");
@@ -235,6 +263,19 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
 #ifdef FATHOM_HAS_RENDER
       {{"render"}, "see 'fathom render --help'"},
       {{"render", "drift", "--vidio", "x"}, "'fathom render' has no option --vidio; did you mean --video?"},
+      {{"render", "drift"}, "nothing to draw; ask for pictures (--at 0,5,10s)"},
+      {{"render", "drift", "--web", "p.html", "-o", "shots"}, "-o is where pictures go; say of which times"},
+      {{"render", "drift", "--at", "0", "--seconds", "3"}, "--seconds is the length of a film or page; add --video"},
+      {{"render", "drift", "--at", "0", "--fps", "3"}, "--fps is that of a film or page; add --video"},
+      {{"render", "drift", "--web", "p.html", "--contacts"}, "leave --contacts and --joints out, or add --at"},
+      {{"render", "drift", "--web", "p.html", "--gpu", "best"}, "best"},
+      {{"render", "drift", "--at", "0,,1"}, "--at must be times like 0,5,10s"},
+      {{"render", "drift", "--at", "nan"}, "--at must be times like 0,5,10s"},
+      {{"render", "drift", "--at", ""}, "--at: is empty; give it a value, or leave it out"},
+#endif
+#ifdef FATHOM_HAS_VIEWER
+      {{"view", "drift", "--pausd"}, "'fathom view' has no option --pausd; did you mean --paused?"},
+      {{"view", "drift", "--screenshot", "a.png"}, "--screenshot requires --frames; see 'fathom view --help'"},
 #endif
 #ifdef FATHOM_HAS_BENCH
       {{"bench"}, "see 'fathom bench --help'"},
@@ -243,11 +284,25 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"bench", "peers", "--limit", "nan"}, "--limit must be a number of seconds from 0 to 1e9, not nan"},
       {{"bench", "compare", "/tmp", "/tmp"}, "/tmp: cannot be read (Is a directory); give files of"},
       {{"bench", "report"}, "see 'fathom bench report --help'"},
+      {{"bench", "campaign", "--out", ""}, "--out: is empty; give it a value, or leave it out"},
+      {{"bench", "peers", "--out", ""}, "--out: is empty; give it a value, or leave it out"},
 #endif
       {{"run", "drift", "--bodies", "0"}, "drift: 0 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "-3"}, "drift: -3 bodies asked for; ask for at least 1"},
       {{"run", "drift", "--bodies", "1000000000"}, "a world holds at most 16777216"},
-      {{"run", "drift", "--bodies", "many"}, "--bodies"},
+      {{"run", "drift", "--bodies", "many"}, "--bodies: must be a whole number, not many; see 'fathom run --help'"},
+      {{"run", "drift", "--bodies", "nan"}, "--bodies: must be a whole number, not nan"},
+      {{"run", "pyramid", "--layers", "1e3"}, "--layers: must be a whole number, not 1e3"},
+      {{"config", "--bodies", "10"}, "--bodies, --layers and --seed are those of an environment; name one"},
+      {{"run", ""}, "scene: is empty; give it a value, or leave it out"},
+      {{"run", "drift", "--bodies", ""}, "--bodies: is empty; give it a value, or leave it out"},
+      {{"run", "drift", "--bodies="}, "--bodies"},
+      {{"run", "drift", "--json", ""}, "--json: is empty; give it a value, or leave it out"},
+      {{"run", "drift", "--config", ""}, "--config: is empty; give it a value, or leave it out"},
+      {{"play", "drift", "--set", ""}, "--set: is empty; give it a value, or leave it out"},
+      {{"validate", "--only", ""}, "--only: is empty; give it a value, or leave it out"},
+      {{"replay", ""}, "file: is empty; give it a value, or leave it out"},
+      {{"table", ""}, "files: is empty; give it a value, or leave it out"},
       {{"run", "drift", "--layers", "3"}, "drift has no layers; give its size with --bodies"},
       {{"run", "pyramid", "--layers", "0"}, "--layers must be at least 1, not 0"},
       {{"run", "pyramid", "--layers", "3", "--bodies", "3"}, "excludes"},
@@ -272,7 +327,7 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
       {{"run", "drift", "--solver", "pgs"}, "must be impulse|soft, not pgs"},
       {{"run", "drift", "--sleep", "maybe"}, "must be off|on, not maybe"},
       {{"run", "drift", "--simulator", "gpu"}, "must be device|hybrid|native, not gpu"},
-      {{"run", "drift", "--preset", "best"}, "must be fathom|published, not best"},
+      {{"run", "drift", "--preset", "best"}, "must be dissertation|fathom, not best"},
       {{"run", "drift", "--partition", "rows"}, "must be cells|colours, not rows"},
       {{"run", "drift", "--broad-phase", "sweep", "--sweep-axis", "0,-1,0"}, "sweep_axis is (0, -1, 0)"},
       {{"run", "drift", "--sweep-axis", "0,1,0"}, "add --broad-phase sweep"},
@@ -303,6 +358,33 @@ TEST_F(Program, BadCommandLinesAreOneLineAndExitCode2) {
     EXPECT_THAT(outcome.err, testing::StartsWith("fathom: "));
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }
+}
+
+TEST_F(Program, FaultyScenesAreRefusedWithTheirPlaceAndARemedy) {
+  const std::string body = "[[body]]\nshape = {type = 'box', half_extents = [1, 1, 1]}\n";
+  const std::pair<std::string, std::string> scenes[] = {
+      {body + "inertia = [1, 1, 10]", "s.toml:3:11: the inertia's principal moments are (1, 1, 10) kg·m²; none may be"},
+      {"[[body]]\nshape = {type = 'box', half_extents = [1, 1, 1e-30]}",
+       "s.toml:2:9: shape: fathom::box: the smallest"},
+      {body + "motion = 'fixed'\nvelocity = [1, 0, 0]", "s.toml:4:12: a static body has no 'velocity'; remove it, or"},
+      {body + "rotation = [0, 0, 0, 0]", "s.toml:3:12: 'rotation' is all 0; write [1, 0, 0, 0]"},
+      {body + "rotation = [nan, 0, 0, 0]", "s.toml:3:13: 'rotation' must be finite"},
+      {body + "position = [inf, 0, 0]", "s.toml:3:13: 'position' must be finite"},
+      {"[[body]]\nshape = {type = 'mesh'}", "s.toml:2:9: shape needs 'vertices': lists [x, y, z] of 'vertices' (m)"},
+      {"[[body]]\nshape = {type = 'trimesh'}", "there is no shape of type 'trimesh'; take \"mesh\""},
+      {"[world]\ndt = 10\n" + body, "s.toml:2:6: 'dt' must be between 1e-6 and 1 s, typically 1/60"},
+      {body + "motion = 'sttic'", "s.toml:3:10: 'sttic' is no motion; did you mean 'static'?"},
+      {"[wrld]\n" + body, "s.toml:1:2: unknown key 'wrld' in a scene; did you mean 'world'?"},
+  };
+  for (const auto& [text, says] : scenes) {
+    std::ofstream(path("s.toml")) << text;
+    const Outcome outcome = fathom({"run", path("s.toml"), "--steps", "1"});
+    EXPECT_EQ(outcome.exit_code, 2) << says;
+    EXPECT_THAT(outcome.err, HasSubstr(says));
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+  std::ofstream(path("s.toml")) << body + "motion = 'fixed'";
+  EXPECT_EQ(fathom({"run", path("s.toml"), "--steps", "1", "--quiet"}).exit_code, 0) << "the name of C++";
 }
 
 TEST_F(Program, FaultyResultsAreRefused) {

@@ -29,7 +29,7 @@ const Sample world_samples[] = {
     {"simulator.dt", "0.005", "[world]\ndt = 0.005"},
     {"simulator.gravity", "[1, 0, -3]", "[world]\ngravity = [1, 0, -3]"},
     {"simulator.max_bodies", "40", "[world]\nmax_bodies = 40"},
-    {"simulator.preset", "\"published\"", "[simulator]\npreset = 'published'"},
+    {"simulator.preset", "\"dissertation\"", "[simulator]\npreset = 'dissertation'"},
     {"simulator.solver", "\"impulse\"", "[solver]\nmethod = 'impulse'"},
     {"simulator.broad_phase", "\"sweep\"", "[simulator]\nbroad_phase = 'sweep'"},
     {"simulator.sweep_axis", "[1, 0, 0]", "[simulator]\nsweep_axis = [1, 0, 0]"},
@@ -212,7 +212,7 @@ TEST(EngineSettings, WhatIsSetLaterWins) {
 TEST(EngineSettings, APresetSetsAllThatItDecidesButForWhatIsSetBesideOrAfterIt) {
   Config config;
   config.parse("[simulator]\nsolver = 'soft'\npartition = 'colours'\n", "f.toml");
-  config.set("simulator.preset=published");
+  config.set("simulator.preset=dissertation");
   config.set("simulator.partition=colours");
   const WorldDef world = config.world_definition();
   EXPECT_EQ(world.solver.method, Solver::impulse) << "the file's solver was set before";
@@ -220,7 +220,7 @@ TEST(EngineSettings, APresetSetsAllThatItDecidesButForWhatIsSetBesideOrAfterIt) 
   EXPECT_EQ(world.broad_phase, BroadPhase::sweep);
   EXPECT_FALSE(world.sleep.enabled);
   EXPECT_TRUE(world.solver.warm_start);
-  EXPECT_EQ(config.origin("simulator.solver"), "preset published");
+  EXPECT_EQ(config.origin("simulator.solver"), "preset dissertation");
   EXPECT_EQ(config.origin("simulator.partition"), "--set");
   // On a device it decides otherwise, whoever names the device and whenever.
   config.give("simulator.device", "--device", [](Settings& s) { s.simulator.device = "host"; });
@@ -228,7 +228,7 @@ TEST(EngineSettings, APresetSetsAllThatItDecidesButForWhatIsSetBesideOrAfterIt) 
   EXPECT_EQ(config.origin("simulator.kind"), "--device");
   EXPECT_FALSE(config.world_definition().solver.warm_start);
   EXPECT_EQ(config.world_definition().ahead, 2);
-  const Scene scene = parse_scene("[simulator]\npreset = 'published'\n" + std::string(bodies), "s.toml");
+  const Scene scene = parse_scene("[simulator]\npreset = 'dissertation'\n" + std::string(bodies), "s.toml");
   Config over;
   over.set("simulator.kind=device");
   take_over_world(scene, over);
@@ -254,7 +254,7 @@ TEST(EngineSettings, ADeviceThatIsNamedIsUsedUnlessTheSimulatorIsNamedToo) {
 TEST(EngineSettings, WhereTheDeviceIsNotThereAPresetIsThatOfTheNativeSimulator) {
   for (const bool program : {false, true}) {
     Config config = quiet_config();
-    config.set("simulator.preset=published");
+    config.set("simulator.preset=dissertation");
     if (program) config.edit().simulator.device = "cuda:99";
     if (!program) config.set("simulator.device=cuda:99");
     EXPECT_FALSE(config.world_definition().solver.warm_start);
@@ -273,7 +273,7 @@ TEST(EngineSettings, ProgramsThatEditAreHeard) {
   EXPECT_FALSE(config.world_definition().solver.warm_start);
   EXPECT_EQ(config.world_definition().partition, Partition::cells);
   EXPECT_EQ(config.origin("simulator.partition"), "program");
-  config.edit().simulator.preset = Preset::published;
+  config.edit().simulator.preset = Preset::dissertation;
   EXPECT_EQ(config.world_definition().solver.method, Solver::impulse);
   const Folder folder;
   config.save(folder / "saved.toml");

@@ -53,7 +53,7 @@ Ran ran(Scene scene, int steps, const std::function<void(WorldDef&)>& set) {
 void native(WorldDef& def) { def.simulator = SimulatorKind::native; }
 void hybrid(WorldDef& def) { def.simulator = SimulatorKind::hybrid; }
 void sweep(WorldDef& def) { def.broad_phase = BroadPhase::sweep; }
-void published(WorldDef& def) { apply(Preset::published, def); }
+void published(WorldDef& def) { apply(Preset::dissertation, def); }
 
 // --- sweep -------------------------------------------------------------------------------------------------------
 
@@ -253,7 +253,7 @@ TEST(Preset, SaysWhatItDecides) {
   WorldDef def;
   def.simulator = SimulatorKind::device;
   def.threads = 3;
-  apply(Preset::published, def);
+  apply(Preset::dissertation, def);
   EXPECT_EQ(def.broad_phase, BroadPhase::sweep);
   EXPECT_EQ(def.partition, Partition::cells);
   EXPECT_EQ(def.solver.method, Solver::impulse);
@@ -269,7 +269,7 @@ TEST(Preset, SaysWhatItDecides) {
   EXPECT_EQ(def.solver.push_out_velocity, WorldDef{}.solver.push_out_velocity);
   EXPECT_EQ(def.ahead, 0);
   def.simulator = SimulatorKind::native;
-  apply(Preset::published, def);
+  apply(Preset::dissertation, def);
   EXPECT_TRUE(def.solver.warm_start);
   EXPECT_EQ(def.ahead, 0);
 }

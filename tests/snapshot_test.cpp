@@ -33,7 +33,7 @@ std::vector<Case> cases() {
   Case on_published = {"layers, published on a device", layers(300), 60, 90};
   on_published.scene.world.simulator = SimulatorKind::device;
   on_published.scene.world.device = "host";
-  apply(Preset::published, on_published.scene.world);
+  apply(Preset::dissertation, on_published.scene.world);
   on_published.scene.world.ahead = 0;
   Case on_hybrid = {"drift, hybrid", drift(300), 60, 60};
   on_hybrid.scene.world.simulator = SimulatorKind::hybrid;

@@ -2,9 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "scene/environments.hpp"
+#include "test_folder.hpp"
 #include "viewer/controls.hpp"
 #include "viewer/overlays.hpp"
+#include "viewer/preferences.hpp"
 #include "viewer/session.hpp"
 
 namespace fathom::viewer {
@@ -109,6 +113,67 @@ TEST(Session, AGrabbedBodyThatIsRemovedIsLetGo) {
   EXPECT_FALSE(session.grip());
 }
 
+TEST(Session, WhatWasDoneIsUndone) {
+  Session session(make, {.scene = "pyramid"});
+  EXPECT_FALSE(session.undo());
+  for (int i = 0; i < 30; ++i) session.step();
+  const std::uint64_t before = session.world().state_hash();
+  const auto next_hash = [&] {
+    session.step();
+    return session.world().state_hash();
+  };
+  session.remember();
+  const std::uint64_t next = next_hash();
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(session.world().state_hash(), before);
+
+  session.shoot({-6, 0, 2}, {1, 0, 0});
+  for (int i = 0; i < 10; ++i) session.step();
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(session.world().state_hash(), before);
+
+  ASSERT_TRUE(session.grab({0.5f, -20, 1}, {0, 1, 0}));
+  session.step();
+  session.shoot({-6, 0, 2}, {1, 0, 0});
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(session.world().joint_count(), 0u) << "what the hand holds on to does not come back";
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(session.world().state_hash(), before);
+
+  session.choose({.scene = "spread", .bodies = 9});
+  session.step();
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(session.choice().scene, "pyramid");
+  EXPECT_EQ(session.world().state_hash(), before);
+  EXPECT_EQ(next_hash(), next) << "as if nothing had been";
+}
+
+TEST(Session, KickedScenesGoOnAsBeforeWhenUndone) {
+  Session session(make, {.scene = "drift"});
+  for (int i = 0; i < 45; ++i) session.step();
+  const auto run = [&] {
+    for (int i = 0; i < 45; ++i) session.step();
+    return session.world().state_hash();
+  };
+  session.remember();
+  const std::uint64_t end = run();
+  ASSERT_TRUE(session.undo());
+  EXPECT_EQ(run(), end);
+}
+
+TEST(ViewerPreferences, AreKeptAndNobodyElsesAreBelieved) {
+  const test::TestFolder folder;
+  const std::string path = folder / "fathom/viewer.toml";
+  EXPECT_EQ(load_preferences(path), Preferences{});
+  Preferences set{900, 700, 0.25f, false, parse_overlays("joints,through"), render::Colouring::island};
+  save_preferences(path, set);
+  EXPECT_EQ(load_preferences(path), set);
+  std::ofstream(path) << "width = -3\nspeed = nan\nheight = 700\ncolouring = 77\nboxes\n\x01 = 1\n";
+  Preferences some;
+  some.height = 700;
+  EXPECT_EQ(load_preferences(path), some);
+}
+
 class Overlays : public testing::TestWithParam<SimulatorKind> {};
 
 TEST_P(Overlays, ShowContactsWithTheirColours) {
@@ -128,11 +193,15 @@ TEST_P(Overlays, ShowContactsWithTheirColours) {
   });
   ASSERT_GT(points, 0u);
   OverlayMarks marks;
-  add_overlays(session.world(), parse_overlays("points"), marks);
+  add_overlays(session.world(), parse_overlays("points,through"), marks);
   EXPECT_EQ(marks.on_top.size(), points);
-  add_overlays(session.world(), parse_overlays("graph,normals,impulses,boxes"), marks);
+  add_overlays(session.world(), parse_overlays("graph,normals,impulses,boxes,through"), marks);
   EXPECT_EQ(marks.on_top.size(), points + contacts + 2 * points);
   EXPECT_EQ(marks.hidden.size(), 12 * 5u);
+  OverlayMarks behind;
+  add_overlays(session.world(), parse_overlays("points,graph"), behind);
+  EXPECT_EQ(behind.hidden.size(), points + contacts) << "bodies hide them";
+  EXPECT_TRUE(behind.on_top.empty());
 }
 
 // A ball hangs by a spring half a metre below a fixed one.
@@ -156,7 +225,7 @@ TEST_P(Overlays, ShowJointsAndWhatTheyCarry) {
   Session session(make_on, {.scene = "ball", .simulator = GetParam()});
   for (int i = 0; i < 200; ++i) session.step();
   OverlayMarks marks;
-  add_overlays(session.world(), parse_overlays("joints"), marks);
+  add_overlays(session.world(), parse_overlays("joints,through"), marks);
   ASSERT_EQ(marks.on_top.size(), 4u) << "an arm of the ball that moves, the gap, two anchors";
   const Vec3 centre = session.world().poses()[1].position, anchor = centre + Vec3{0, 0, 0.5f};
   EXPECT_LT(distance(marks.on_top[0].a, centre) + distance(marks.on_top[0].b, anchor), 1e-3f);
@@ -164,7 +233,7 @@ TEST_P(Overlays, ShowJointsAndWhatTheyCarry) {
   EXPECT_NEAR(sag, 9.81f / (4 * pi * 4 * pi), 1e-3f);
   EXPECT_LT(distance(marks.on_top[2].a, {0, 0, 2}), 1e-6f);
   marks = {};
-  add_overlays(session.world(), parse_overlays("reactions"), marks);
+  add_overlays(session.world(), parse_overlays("reactions,through"), marks);
   ASSERT_EQ(marks.on_top.size(), 1u);
   EXPECT_LT(distance(marks.on_top[0].a, anchor), 1e-3f);
   EXPECT_LT(distance(marks.on_top[0].b, anchor + Vec3{0, 0, 0.5f}), 5e-3f) << "it carries the ball's weight";
@@ -183,7 +252,7 @@ TEST(JointMarks, ShowAxesAndLimits) {
   const auto marks_of = [&](const JointDef& joint) {
     const JointId id = world.add_joint(joint);
     OverlayMarks marks;
-    add_overlays(world, parse_overlays("joints"), marks);
+    add_overlays(world, parse_overlays("joints,through"), marks);
     world.remove_joint(id);
     return marks.on_top;
   };

@@ -20,5 +20,7 @@ int config(const ConfigOptions& options);
 int table(const TableOptions& options);
 int bench(const BenchOptions& options);
 int validate(const ValidateOptions& options);
+/// Writes a folder that says what happened where.
+int bug_report(const BugReportOptions& options);
 
 }  // namespace fathom::cli

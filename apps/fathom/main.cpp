@@ -15,10 +15,10 @@
 #include <utility>
 #include <vector>
 
+#include "about.hpp"
 #ifdef FATHOM_HAS_BENCH
 #include "bench_options.hpp"
 #endif
-#include "build_info.hpp"
 #include "commands.hpp"
 #include "complaint.hpp"
 #include "files/unfinished.hpp"
@@ -50,12 +50,22 @@ int flushed(int code) {
   return stdout_is_lost(std::strerror(errno));
 }
 
+/// A script's variable that is not set gives an empty word, which must not mean "none" or 0.
+void refuse_empty_values(CLI::App& app) {
+  const auto fault = [](std::string& text) {
+    return text.empty() ? "is empty; give it a value, or leave it out" : std::string();
+  };
+  // A "transform" comes before the option's own checks.
+  for (CLI::Option* option : app.get_options())
+    if (option->get_items_expected_min() > 0) option->transform(CLI::Validator(fault, ""));
+  for (CLI::App* command : app.get_subcommands({})) refuse_empty_values(*command);
+}
+
 /// The subcommands with their options.
 class Program {
  public:
   Program() : app_("Fathom: real-time rigid-body physics. Runs scenes without a window and measures them.", "fathom") {
-    app_.set_version_flag("--version",
-                          fmt::format("fathom {} ({})", fathom::build_info::version, fathom::build_info::commit));
+    app_.set_version_flag("--version", version_text());
     app_.require_subcommand(1);
     app_.get_formatter()->column_width(36);
     add("list", "Say which environments, simulators and solvers there are", list);
@@ -75,9 +85,17 @@ class Program {
 #endif
     add("config", "Print the engine's configuration and where it comes from", declare_config, config);
     add("replay", "Repeat a recorded run and check every step", declare_replay, replay);
+    add("bug-report", "Write version, hardware, scene and a recording into one folder", declare_bug_report,
+        [this](const BugReportOptions& options) {
+          BugReportOptions complete = options;
+          complete.command_line = command_line_;
+          return bug_report(complete);
+        });
+    refuse_empty_values(app_);
   }
 
   int run_command(int argc, char** argv) {
+    for (int i = 0; i < argc; ++i) command_line_ += (i == 0 ? "" : " ") + std::string(argv[i]);
     try {
       app_.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -93,9 +111,8 @@ class Program {
   void add(const std::string& name, const std::string& help, int (*work)()) {
     commands_.emplace_back(app_.add_subcommand(name, help), work);
   }
-  template <class Options>
-  void add(const std::string& name, const std::string& help, void (*declare)(CLI::App&, Options&),
-           int (*work)(const Options&)) {
+  template <class Options, class Work>
+  void add(const std::string& name, const std::string& help, void (*declare)(CLI::App&, Options&), Work work) {
     auto options = std::make_shared<Options>();
     CLI::App* command = app_.add_subcommand(name, help);
     declare(*command, *options);
@@ -103,6 +120,7 @@ class Program {
   }
 
   CLI::App app_;
+  std::string command_line_;
   std::vector<std::pair<const CLI::App*, std::function<int()>>> commands_;
 };
 

@@ -10,9 +10,11 @@ namespace {
 void declare_size(CLI::App& command, RunOptions& options) {
   auto* bodies = command.add_option("--bodies", options.bodies, "About how many bodies an environment has")
                      ->type_name("N")
+                     ->check(any_whole_number())
                      ->group("Size");
   command.add_option("--layers", options.layers, "Size of layers or pyramid in layers")
       ->type_name("L")
+      ->check(any_whole_number())
       ->group("Size")
       ->excludes(bodies);
   command.add_option("--seed", options.seed, "Which heap; it decides all that the heap is made of (1)")
@@ -29,19 +31,6 @@ void declare_which_scene(CLI::App& command, RunOptions& options, bool required) 
       ->required(required)
       ->type_name("ENVIRONMENT|SCENE.toml");
   declare_size(command, options);
-}
-
-void declare_duration(CLI::App& command, RunOptions& options) {
-  const std::int64_t max_steps = 1'000'000'000;
-  auto* steps = command.add_option("--steps", options.steps, "Steps to simulate (1800)")
-                    ->type_name("N")
-                    ->check(whole_number(1, max_steps))
-                    ->group("Time");
-  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
-      ->type_name("S")
-      ->check(positive_number())
-      ->excludes(steps)
-      ->group("Time");
 }
 
 void declare_time_step(CLI::App& command, RunOptions& options) {
@@ -69,7 +58,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
       ->type_name("N")
       ->check(whole_number(0, 16));
   declare_choice<Preset>(command, "--preset", options.preset,
-                         {{"fathom", Preset::fathom}, {"published", Preset::published}},
+                         {{"fathom", Preset::fathom}, {"dissertation", Preset::dissertation}},
                          "Set of algorithms; the options below change parts of it");
   declare_choice<BroadPhase>(command, "--broad-phase", options.broad_phase,
                              {{"tree", BroadPhase::tree}, {"sweep", BroadPhase::sweep}}, "How pairs are found (tree)");
@@ -121,6 +110,27 @@ void declare_output(CLI::App& command, RunOptions& options) {
 
 }  // namespace
 
+void declare_duration(CLI::App& command, RunOptions& options, const std::string& help) {
+  const std::int64_t max_steps = 1'000'000'000;
+  auto* steps = command.add_option("--steps", options.steps, help)
+                    ->type_name("N")
+                    ->check(whole_number(1, max_steps))
+                    ->group("Time");
+  command.add_option("--seconds", options.seconds, "Simulated time in place of --steps (s)")
+      ->type_name("S")
+      ->check(positive_number())
+      ->excludes(steps)
+      ->group("Time");
+}
+
+bool RunOptions::decides_states() const {
+  const bool of_scene = bodies || layers || seed || dt || !config.file.empty() || !config.sets.empty();
+  const bool of_simulator = simulator.simulator || simulator.device || ahead || preset || sleep;
+  const bool of_detection = broad_phase || sweep_axis;
+  const bool of_solver = partition || solver || iterations || warm_start || marking_rounds || substeps;
+  return of_scene || of_simulator || of_detection || of_solver;
+}
+
 void declare_scene(CLI::App& command, RunOptions& options, bool required) {
   declare_which_scene(command, options, required);
   declare_time_step(command, options);
@@ -161,7 +171,7 @@ void declare_config(CLI::App& command, ConfigOptions& options) {
       "With a scene the values are those of its run. A line that begins with # is set by nobody: default, scene or\n"
       "preset say it. Examples:\n"
       "  fathom config --set simulator.mode=async --write engine.toml\n"
-      "  fathom config pyramid --config engine.toml --preset published");
+      "  fathom config pyramid --config engine.toml --preset dissertation");
 }
 
 void declare_table(CLI::App& command, TableOptions& options) {

@@ -57,6 +57,9 @@ struct RunOptions {
   std::string trace;
   ConfigSources config;
   bool quiet = false;
+
+  /// Whether any option is given that decides what a scene's states are, or what computes them.
+  bool decides_states() const;
 };
 
 struct TableOptions {
@@ -67,6 +70,13 @@ struct TableOptions {
 struct ConfigOptions {
   RunOptions run;     ///< for what; a scene may be absent
   std::string write;  ///< path; empty: print
+};
+
+/// Options of `fathom bug-report`.
+struct BugReportOptions {
+  RunOptions run;  ///< what is run and recorded; a scene may be absent
+  std::string output = "fathom-bug-report";
+  std::string command_line;  ///< as it was given
 };
 
 /// Options of `fathom validate`.
@@ -84,6 +94,8 @@ struct ValidateOptions {
 
 /// Declares what every command that simulates has: the scene, its size, the world, the configuration.
 void declare_scene(CLI::App& command, RunOptions& options, bool required = true);
+/// Declares for how long a scene runs; `help` is that of --steps.
+void declare_duration(CLI::App& command, RunOptions& options, const std::string& help = "Steps to simulate (1800)");
 /// Declares the options of a subcommand; parsing fills them.
 void declare_run(CLI::App& command, RunOptions& options);
 /// Of these `fathom play` has the scene and how long it runs; the configuration says the rest.
@@ -91,5 +103,6 @@ void declare_play(CLI::App& command, RunOptions& options);
 void declare_config(CLI::App& command, ConfigOptions& options);
 void declare_table(CLI::App& command, TableOptions& options);
 void declare_validate(CLI::App& command, ValidateOptions& options);
+void declare_bug_report(CLI::App& command, BugReportOptions& options);
 
 }  // namespace fathom::cli

@@ -56,8 +56,7 @@ double latest_asked(const RenderOptions& options) {
 struct Enough {};
 
 int render_recording(RenderOptions options) {
-  const SimulatorOptions& simulator = options.run.simulator;
-  if (options.run.bodies || options.run.layers || simulator.simulator || simulator.device) {
+  if (options.run.decides_states()) {
     throw Error(ErrorCode::invalid_argument,
                 options.run.scene +
                     " is a recording, which says itself what was simulated; leave the options of the scene out");
@@ -69,7 +68,7 @@ int render_recording(RenderOptions options) {
   RenderOutputs outputs(options, fs::path(options.run.scene).stem().string(),
                         [&](const std::string& path) { say(options, path); });
   engine::ReplaySettings settings;
-  settings.threads = simulator.threads.value_or(0);
+  settings.threads = options.run.simulator.threads.value_or(0);
   settings.check_snapshots = false;
   double end = 0, half_step = 0;  // s
   const auto visit = [&](const World& world) {
@@ -102,6 +101,7 @@ int render_recording(RenderOptions options) {
 }  // namespace
 
 int render(const RenderOptions& options) {
+  options.check();
   files::FileNames names = inputs_of(options.run);
   names.writes("--video", options.video);
   names.writes("--web", options.web);

@@ -44,6 +44,21 @@ std::vector<double> RenderOptions::times() const {
   return times;
 }
 
+void RenderOptions::check() const {
+  const auto require = [](bool makes_sense, const char* complaint) {
+    if (!makes_sense) throw Error(ErrorCode::invalid_argument, complaint);
+  };
+  const bool pictures = !at.empty(), page = !web.empty(), films = page || !video.empty();
+  require(pictures || films,
+          "nothing to draw; ask for pictures (--at 0,5,10s), a film (--video FILE.mp4) or a page (--web FILE.html)");
+  require(pictures || output.empty(), "-o is where pictures go; say of which times, e.g. --at 0,5,10s");
+  require(films || !seconds, "--seconds is the length of a film or page; add --video FILE.mp4 or --web FILE.html");
+  require(films || !frames_per_second, "--fps is that of a film or page; add --video FILE.mp4 or --web FILE.html");
+  const bool draws = pictures || !video.empty();
+  require(draws || !(stage.contacts || stage.joints),
+          "a page shows no contacts or joints; leave --contacts and --joints out, or add --at or --video");
+}
+
 void declare_render(CLI::App& command, RenderOptions& options) {
   declare_scene(command, options.run);
   command.add_option("--at", options.at, "Simulated times to write pictures of, e.g. 0,5,10s")->type_name("TIMES");

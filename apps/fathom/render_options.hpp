@@ -15,7 +15,7 @@ inline constexpr double longest_film = 1e6;  // s
 struct RenderOptions {
   RunOptions run;  ///< what is simulated
   std::string at;
-  std::string output = "shots";
+  std::string output;  ///< of pictures; empty for the default
   std::string video;
   std::string web;
   std::optional<double> seconds;
@@ -27,6 +27,10 @@ struct RenderOptions {
   /// The times of `--at` (s).
   std::vector<double> times() const;
   double film_seconds() const { return seconds.value_or(10); }
+  /// Where pictures go: a folder, or one picture's file.
+  std::string picture_path() const { return output.empty() ? "shots" : output; }
+  /// Throws `Error` where an option says how something is that is not asked for.
+  void check() const;
 };
 
 void declare_render(CLI::App& command, RenderOptions& options);

@@ -50,15 +50,11 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
   std::sort(stills_.rbegin(), stills_.rend());
   stills_.erase(std::unique(stills_.begin(), stills_.end()), stills_.end());
   const bool films = !options.video.empty() || !options.web.empty();
-  if (stills_.empty() && !films) {
-    throw Error(
-        ErrorCode::invalid_argument,
-        "nothing to draw; ask for pictures (--at 0,5,10s), a film (--video FILE.mp4) or a page (--web FILE.html)");
-  }
   last_ = stills_.empty() ? 0 : stills_.front();
   if (films) last_ = std::max(last_, options.film_seconds());
   // A page alone is drawn by the browser.
-  if (!stills_.empty() || !options.video.empty()) context_ = make_offscreen_context(parse_gpu(options.gpu));
+  const render::GpuChoice gpu = parse_gpu(options.gpu);
+  if (!stills_.empty() || !options.video.empty()) context_ = make_offscreen_context(gpu);
   if (!stills_.empty()) open_stills();
   if (!options.video.empty()) {
     video_.emplace(options.video, options.stage.width, options.stage.height,
@@ -68,10 +64,10 @@ RenderOutputs::RenderOutputs(const RenderOptions& options, std::string name,
 }
 
 void RenderOutputs::open_stills() {
-  const fs::path where = options_.output;
+  const fs::path where = options_.picture_path();
   single_ = where.extension() == ".png";
   if (single_ && stills_.size() > 1) {
-    throw Error(ErrorCode::invalid_argument, "-o " + options_.output + " is one picture, but --at asks for " +
+    throw Error(ErrorCode::invalid_argument, "-o " + options_.picture_path() + " is one picture, but --at asks for " +
                                                  std::to_string(stills_.size()) +
                                                  "; give -o a folder, as in -o shots/");
   }
@@ -93,7 +89,7 @@ Stage& RenderOutputs::stage(const World& world) {
 }
 
 void RenderOutputs::write_still(const World& world) {
-  const fs::path where = options_.output;
+  const fs::path where = options_.picture_path();
   const std::string path =
       single_ ? where.string() : (where / fmt::format("{}-{}s.png", name_, time_in_name(stills_.back()))).string();
   write_png(stage(world).draw(world), path);

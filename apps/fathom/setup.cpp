@@ -147,6 +147,9 @@ void give_simulator(engine::Config& config, const SimulatorOptions& options) {
 }
 
 engine::Config make_config(const RunOptions& options) {
+  if (options.scene.empty() && (options.bodies || options.layers || options.seed))
+    throw Error(ErrorCode::invalid_argument,
+                "--bodies, --layers and --seed are those of an environment; name one, e.g. 'drift', or leave them out");
   return config_of(options, options.scene.empty() ? Scene{} : read_scene(options));
 }
 

@@ -6,6 +6,7 @@
 #include <ctime>
 #include <ostream>
 #include <string_view>
+#include <thread>
 
 #include "build_info.hpp"
 #include "case_thread.hpp"
@@ -74,7 +75,10 @@ int validate(const ValidateOptions& options) {
   engine::Config config;
   cli::give_simulator(config, options.simulator);
   const engine::Settings::Simulator& simulator = config->simulator;
-  validate::Setup setup{simulator.kind, simulator.device, simulator.threads, !options.brief};
+  // The report says how many threads there were.
+  const int threads =
+      simulator.threads > 0 ? simulator.threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  validate::Setup setup{simulator.kind, simulator.device, threads, !options.brief};
   check_heap_options(options, list);
   setup.heap_seeds = options.seeds.value_or(0);
   setup.first_heap = options.first.value_or(setup.first_heap);

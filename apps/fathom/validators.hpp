@@ -34,6 +34,16 @@ inline CLI::Validator number_between(double least, double most) {
       "");
 }
 
+/// A whole number; what it may be is said by who takes it.
+inline CLI::Validator any_whole_number() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        std::int64_t value = 0;
+        return CLI::detail::lexical_cast(text, value) ? std::string() : "must be a whole number, not " + text;
+      },
+      "");
+}
+
 /// A whole number of at least `least`. The complaint names the limit that was passed.
 inline CLI::Validator whole_number(std::int64_t least, std::int64_t most = std::numeric_limits<std::int64_t>::max()) {
   return CLI::Validator(

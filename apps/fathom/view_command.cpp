@@ -9,6 +9,7 @@
 #include "setup.hpp"
 #include "validators.hpp"
 #include "view_options.hpp"
+#include "viewer/preferences.hpp"
 
 namespace fathom::cli {
 namespace {
@@ -41,6 +42,20 @@ std::vector<viewer::SimulatorChoice> simulators() {
   return list;
 }
 
+/// What was set the last time, where no option says otherwise.
+void remember(const ViewOptions& options, viewer::ViewerSettings& settings) {
+  settings.preferences = viewer::preferences_file();
+  if (settings.preferences.empty()) return;
+  const viewer::Preferences last = viewer::load_preferences(settings.preferences);
+  const viewer::ViewerSettings defaults;
+  if (options.overlays.empty()) settings.overlays = last.overlays;
+  if (settings.colouring == defaults.colouring) settings.colouring = last.colouring;
+  if (settings.width == defaults.width && settings.height == defaults.height)
+    settings.width = last.width, settings.height = last.height;
+  settings.speed = last.speed;
+  settings.panel = last.show_panel;
+}
+
 }  // namespace
 
 int view(const ViewOptions& options) {
@@ -59,10 +74,13 @@ int view(const ViewOptions& options) {
   viewer::ViewerSettings settings = options.settings;
   settings.simulators = simulators();
   settings.overlays = viewer::parse_overlays(options.overlays);
+  // So many frames are the same for everybody.
+  if (settings.frames == 0) remember(options, settings);
   const InterruptGuard interrupt;
   settings.ended = [] { return InterruptGuard::requested(); };
   const viewer::ViewResult result = viewer::view(
       [&](const viewer::Choice& choice) { return make_scene(chosen(run, choice, first)); }, first, settings);
+  if (!result.warning.empty()) tell("fathom: the settings are not remembered: " + result.warning + "\n");
   // So many frames are a run as any other, whose result can be compared.
   if (settings.frames > 0)
     fmt::print("{}: {} steps, {:.2f} s simulated\n  state hash             {:016x}\n", result.scene, result.steps,
@@ -78,16 +96,19 @@ void declare_view(CLI::App& command, ViewOptions& options) {
   declare_colouring(command, settings.colouring);
   command
       .add_option("--overlays", options.overlays,
-                  "Drawn at the start: boxes,points,normals,impulses,graph,joints,reactions")
+                  "Drawn at the start: boxes,points,normals,impulses,graph,joints,reactions, and "
+                  "through (seen through bodies)")
       ->type_name("LIST");
   command.add_flag("--paused", settings.paused, "Start paused");
   command.add_flag("--show-help", settings.help, "Start with the list of keys");
-  command
-      .add_option("--frames", settings.frames, "End after so many frames, of one step each, and print the state hash")
-      ->type_name("N")
-      ->check(whole_number(1));
+  auto* frames = command
+                     .add_option("--frames", settings.frames,
+                                 "End after so many frames, of one step each, and print the state hash")
+                     ->type_name("N")
+                     ->check(whole_number(1));
   command.add_option("--screenshot", settings.screenshot, "Write the last of --frames, with the panel")
-      ->type_name("FILE.png");
+      ->type_name("FILE.png")
+      ->needs(frames);
   command.footer(
       "Keys: H lists them. Examples:\n"
       "  fathom view pyramid --layers 15\n"

@@ -20,7 +20,7 @@ constexpr std::array<SimulatorName, 3> simulator_table{{
 
 constexpr std::array<AlgorithmSet, 2> set_table{{
     {"fathom", "this engine's defaults", Preset::fathom},
-    {"published", "the dissertation's algorithms", Preset::published},
+    {"dissertation", "the dissertation's algorithms", Preset::dissertation},
 }};
 
 template <class Table>

@@ -26,9 +26,9 @@ struct Case {
   bool operator==(const Case&) const = default;
 };
 
-/// Unique among a campaign's cases, and good as a file's name: "layers-1000-device-host-2t-published".
+/// Unique among a campaign's cases, and good as a file's name: "layers-1000-device-host-2t-dissertation".
 std::string key_of(const Case& what);
-/// Who simulates, for tables and legends: "native, 2 threads, published".
+/// Who simulates, for tables and legends: "native, 2 threads, dissertation".
 std::string label_of(const Case& what);
 
 struct SimulatorName {

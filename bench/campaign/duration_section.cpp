@@ -30,46 +30,50 @@ void add_samples(Curve& curve, const std::vector<Sample>& samples, double Sample
   }
 }
 
-Plot panel(std::string title) {
+std::string figure_html(const Plot& plot, bool large) {
+  return fmt::format("<figure{}><figcaption class='faint'>{}</figcaption>{}</figure>\n", large ? " class='large'" : "",
+                     page::escaped(plot.title), page::to_svg(plot));
+}
+
+using CurveOf = std::function<Curve(const Measurement&)>;
+
+/// A stage of these runs over time, with the published average where there is one.
+Plot over_time(const std::string& title, const std::vector<const Measurement*>& runs, const CurveOf& curve_of,
+               const Stage& stage, const PublishedRow* processor) {
   Plot plot;
-  plot.title = std::move(title), plot.x_label = "s", plot.y_label = "ms";
+  plot.title = title + ": " + stage.name;
+  plot.x_label = "simulated time (s)", plot.y_label = "ms";
   plot.log_y = true, plot.legend = false;
-  plot.width = 340, plot.height = 220;
+  double end = 1;
+  for (const Measurement* run : runs) {
+    Curve curve = curve_of(*run);
+    add_samples(curve, run->samples, stage.sample, 1.0 / 60);
+    plot.curves.push_back(std::move(curve));
+    end = std::max(end, static_cast<double>(run->steps) / 60);
+  }
+  if (processor) {
+    Curve line{"published: " + processor->hardware, {}, {}, 6, true};
+    line.add(0, stage.published(*processor));
+    line.add(end, stage.published(*processor));
+    plot.curves.push_back(std::move(line));
+  }
   return plot;
 }
 
-std::string panel_html(const Plot& plot) {
-  return fmt::format("<figure><figcaption class='faint'>{}</figcaption>{}</figure>\n", page::escaped(plot.title),
-                     page::to_svg(plot));
-}
-
-/// A panel a stage for these runs; their legend goes to `legend`.
-std::string panels(const std::string& title, const std::vector<const Measurement*>& runs,
-                   const std::function<Curve(const Measurement&)>& curve_of, Plot& legend,
-                   const PublishedRow* processor) {
-  std::string html;
-  double end = 1;
-  for (const Measurement* run : runs) end = std::max(end, static_cast<double>(run->steps) / 60);
+/// The whole step, large; its stages, smaller, for who opens them.
+std::string plots_of(const std::string& title, const std::vector<const Measurement*>& runs, const CurveOf& curve_of,
+                     const PublishedRow* processor) {
+  if (runs.empty()) return {};
+  Plot whole = over_time(title, runs, curve_of, stages().back(), processor);
+  whole.width = 900, whole.height = 380, whole.names_at_ends = true;
+  std::string html = figure_html(whole, true) + "<details><summary>Stages</summary>" + page::legend_of(whole) +
+                     "<div class='panels'>\n";
   for (std::size_t k = 0; k < published_stages; ++k) {
-    Plot plot = panel(fmt::format("{}: {}", title, stages()[k].name));
-    for (const Measurement* run : runs) {
-      Curve curve = curve_of(*run);
-      if (std::ranges::none_of(legend.curves, [&](const Curve& c) { return c.name == curve.name; }))
-        legend.curves.push_back(curve);
-      add_samples(curve, run->samples, stages()[k].sample, 1.0 / 60);
-      plot.curves.push_back(std::move(curve));
-    }
-    if (processor) {
-      Curve line{"published average, " + processor->hardware, {}, {}, 6, true};
-      if (std::ranges::none_of(legend.curves, [&](const Curve& c) { return c.name == line.name; }))
-        legend.curves.push_back(line);
-      line.add(0, stages()[k].published(*processor));
-      line.add(end, stages()[k].published(*processor));
-      plot.curves.push_back(std::move(line));
-    }
-    html += panel_html(plot);
+    Plot plot = over_time(title, runs, curve_of, stages()[k], processor);
+    plot.width = 480, plot.height = 280;
+    html += figure_html(plot, false);
   }
-  return html;
+  return html + "</div></details>\n";
 }
 
 std::vector<const Measurement*> reported(std::vector<const Measurement*> runs) {
@@ -77,19 +81,35 @@ std::vector<const Measurement*> reported(std::vector<const Measurement*> runs) {
   return runs;
 }
 
+/// Few lines: of each set of algorithms the native simulator and the fastest device.
+std::vector<const Measurement*> drawn_runs(const View& view, const std::string& environment, std::int64_t bodies) {
+  std::vector<const Measurement*> drawn;
+  const std::vector<const Measurement*> runs = reported(view.table_runs(environment, bodies));
+  for (const AlgorithmSet& set : algorithm_sets())
+    for (const char* simulator : {"native", "device"}) {
+      const Measurement* fastest = nullptr;
+      for (const Measurement* run : runs)
+        if (run->what.simulator == simulator && run->what.set == set.name &&
+            (!fastest || run->summary.stages.total.mean < fastest->summary.stages.total.mean))
+          fastest = run;
+      if (fastest) drawn.push_back(fastest);
+    }
+  return drawn;
+}
+
 std::string against_bodies(const View& view, const std::string& environment) {
   Plot plot;
   plot.title = environment + ": average step against the number of bodies";
   plot.x_label = "bodies", plot.y_label = "ms";
-  plot.log_x = plot.log_y = plot.markers = true;
-  plot.legend = false;
+  plot.log_x = plot.log_y = plot.markers = plot.names_at_ends = true;
+  plot.legend = false, plot.width = 900, plot.height = 380;
   const auto curve = [&](const std::string& name, int colour, bool reference) -> Curve& {
     for (Curve& existing : plot.curves)
       if (existing.name == name) return existing;
     return plot.curves.emplace_back(Curve{name, {}, {}, colour, reference});
   };
   for (const std::int64_t bodies : view.sizes(environment)) {
-    for (const Measurement* run : reported(view.table_runs(environment, bodies)))
+    for (const Measurement* run : drawn_runs(view, environment, bodies))
       curve(label_of(run->what), view.colour(label_of(run->what)), false)
           .add(static_cast<double>(run->bodies), run->summary.stages.total.mean);
     for (const PublishedRow* row : published_of(environment, bodies))
@@ -97,8 +117,7 @@ std::string against_bodies(const View& view, const std::string& environment) {
         curve("published: " + row->hardware, row->simulator == "native" ? 6 : 7, true)
             .add(static_cast<double>(bodies), row->total());
   }
-  return fmt::format("<figure><figcaption class='faint'>{}</figcaption>{}</figure>\n{}", page::escaped(plot.title),
-                     page::to_svg(plot), page::legend_of(plot));
+  return figure_html(plot, true);
 }
 
 const PublishedRow* published_processor(const std::string& environment, std::int64_t bodies) {
@@ -111,22 +130,20 @@ const PublishedRow* published_processor(const std::string& environment, std::int
 
 std::string duration_section(const View& view) {
   std::string html =
-      "<h2 id='durations'>Durations over time</h2>\n<p>Every step of 30 s of simulated time, in the form of the "
-      "dissertation's figures 4.11 to 4.49: a row a size, a column a stage, milliseconds on a logarithmic scale. Each "
-      "stretch of steps is drawn from its shortest to its longest, so that no spike is lost.</p>\n";
+      "<h2 id='durations'>Durations over time</h2>\n<p>Every step of 30 s of simulated time, what the dissertation's "
+      "figures 4.11 to 4.49 show: milliseconds on a logarithmic scale, for the native simulator and the fastest device "
+      "with each set of algorithms. Each stretch of steps is drawn from its shortest to its longest, so that no spike "
+      "is lost. The tables above have all simulators.</p>\n";
   for (const std::string& environment : view.environments()) {
-    Plot legend;
-    std::string rows;
+    html += fmt::format("<h3>{}</h3>\n", environment) + against_bodies(view, environment);
     for (const std::int64_t bodies : view.sizes(environment))
-      rows += panels(
-          fmt::format("{} {}", environment, grouped(bodies)), reported(view.table_runs(environment, bodies)),
+      html += plots_of(
+          fmt::format("{} {}", environment, grouped(bodies)), drawn_runs(view, environment, bodies),
           [&](const Measurement& run) {
             const std::string label = label_of(run.what);
             return Curve{label, {}, {}, view.colour(label), false};
           },
-          legend, published_processor(environment, bodies));
-    html += fmt::format("<h3>{}</h3>\n{}<div class='panels'>\n{}</div>\n", environment, page::legend_of(legend), rows);
-    html += against_bodies(view, environment);
+          published_processor(environment, bodies));
   }
   return html;
 }
@@ -135,14 +152,13 @@ std::string threads_section(const View& view) {
   // The environment of figures 4.1 to 4.9, or the first where it was not run.
   const std::vector<std::string> environments = view.environments();
   const bool has_layers = std::ranges::find(environments, "layers") != environments.end();
-  const std::string over_time = has_layers ? "layers" : environments.empty() ? "" : environments.front();
-  Plot legend;
+  const std::string environment = has_layers ? "layers" : environments.empty() ? "" : environments.front();
   std::string rows;
-  for (const std::int64_t bodies : view.sizes(over_time)) {
-    std::vector<const Measurement*> runs = view.native_runs(over_time, bodies, "fathom");
+  for (const std::int64_t bodies : view.sizes(environment)) {
+    std::vector<const Measurement*> runs = view.native_runs(environment, bodies, "fathom");
     if (runs.size() < 2) continue;
-    rows += panels(
-        fmt::format("{} {}", over_time, grouped(bodies)), runs,
+    rows += plots_of(
+        fmt::format("{} {}", environment, grouped(bodies)), runs,
         [](const Measurement& run) {
           int colour = 0;
           for (int threads = run.what.threads; threads > 1; threads /= 2) ++colour;
@@ -152,14 +168,14 @@ std::string threads_section(const View& view) {
                        colour % 8,
                        false};
         },
-        legend, nullptr);
+        nullptr);
   }
   if (rows.empty()) return {};
   std::string html = fmt::format(
       "<h2 id='threads'>Threads</h2>\n<p>The native simulator with 1, 2, 4, … threads, in the form of the "
       "dissertation's "
-      "figures 4.1 to 4.9 ({}).</p>\n{}<div class='panels'>\n{}</div>\n",
-      over_time, page::legend_of(legend), rows);
+      "figures 4.1 to 4.9 ({}).</p>\n{}",
+      environment, rows);
   html +=
       "<table><caption>Average step (ms), and its share of one thread's over the steps that both "
       "made</caption><tr><th></th><th "
@@ -171,11 +187,11 @@ std::string threads_section(const View& view) {
   std::ranges::sort(counts);
   for (const int count : counts) html += fmt::format("<th class='n'>{} T</th>", count);
   html += "</tr>\n";
-  for (const std::string& environment : environments)
-    for (const std::int64_t bodies : view.sizes(environment)) {
-      const std::vector<const Measurement*> runs = view.native_runs(environment, bodies, "fathom");
+  for (const std::string& name : environments)
+    for (const std::int64_t bodies : view.sizes(name)) {
+      const std::vector<const Measurement*> runs = view.native_runs(name, bodies, "fathom");
       if (runs.size() < 2) continue;
-      html += fmt::format("<tr><td>{}</td><td class='n'>{}</td>", environment, grouped(bodies));
+      html += fmt::format("<tr><td>{}</td><td class='n'>{}</td>", name, grouped(bodies));
       for (const int count : counts) {
         const auto run = std::ranges::find(runs, count, [](const Measurement* r) { return r->what.threads; });
         if (run == runs.end()) {

@@ -18,10 +18,11 @@ std::string row_of(const Json& r, bool ground) {
     return value.is_number() ? figure(factor * value.get<double>()) : std::string("–");
   };
   const int steps = r.at("steps");
+  const bool cut_short = r.value("cut_short", false);
   std::string html =
-      fmt::format("<tr><td>{} <span class='faint'>{}</span></td><td class='n'>{}</td><td class='n'>{}</td>",
+      fmt::format("<tr><td>{} <span class='faint'>{}</span></td><td class='n'>{}</td><td class='n'>{}{}</td>",
                   escaped(r.at("engine").get<std::string>()), escaped(r.at("version").get<std::string>()),
-                  r.at("threads").get<int>(), steps);
+                  r.at("threads").get<int>(), steps, cut_short ? " †" : "");
   if (steps == 0)
     return html +
            fmt::format("<td colspan='8' class='fail'>{}</td></tr>\n", escaped(r.at("trouble").get<std::string>()));
@@ -41,7 +42,8 @@ std::string html_of(const Json& peers) {
       "defaults; "
       "engines take turns on a scene, round by round ({} rounds, medians), so that a noisy machine is fair. Ratio: "
       "over "
-      "Fathom's mean with as many threads; above 1 is slower. Fewer steps: the limit on a run's time. Quality is "
+      "Fathom's mean with as many threads; above 1 is slower. † cut short by the limit on a run's time: mean and "
+      "quality are those of fewer steps than the others', so that the ratio is no fair one. Quality is "
       "measured alike, after the last step.</p>\n"
       "<p class='faint'>{} · {}</p>\n",
       peers.at("rounds").get<int>(), escaped(peers.at("device").get<std::string>()),

@@ -8,11 +8,11 @@
 
 namespace fathom::campaign {
 
-/// Draws one run of each environment for every set of algorithms: Fathom's on the native simulator, the published on
-/// the first GPU, else on the host's device. Draws nothing where this build or machine cannot.
+/// Draws one run of each environment for every set of algorithms: Fathom's on the native simulator, the dissertation's
+/// on the first GPU, else on the host's device. Draws nothing where this build or machine cannot.
 class Painter {
  public:
-  /// `device`: on which the published algorithms are shown; `steps` of a whole run.
+  /// `device`: on which the dissertation's algorithms are shown; `steps` of a whole run.
   Painter(const Store& store, std::string device, std::uint64_t steps);
   ~Painter();
   Painter(const Painter&) = delete;

@@ -47,7 +47,7 @@ std::vector<Case> cases_of_scene(const Case& scene, bool huge, Form form, const 
   for (const SimulatorName& simulator : simulators()) {
     if (!simulator.uses_device) {
       for (const int count : threads) add(simulator.name, "", count, "fathom");
-      if (!(quick && large) && !huge) add(simulator.name, "", all, "published");
+      if (!(quick && large) && !huge) add(simulator.name, "", all, "dissertation");
       continue;
     }
     for (const std::string& device : offer.devices) {
@@ -120,7 +120,7 @@ double expected_seconds(const Case& c, const Offer& offer) {
                                        {"spread", 0.25, 1.0, 2.5, 9.0},
                                        {"pyramid", 0.7, 4.0, 5.0, 30.0}}};
   const Cost& cost = *std::ranges::find_if(costs, [&](const Cost& one) { return c.environment == one.environment; });
-  const bool published = c.set == "published", host = offer.is_processor(c.device);
+  const bool published = c.set == "dissertation", host = offer.is_processor(c.device);
   // The hybrid simulator resolves as the native one does.
   const bool detects_only = c.simulator == "hybrid";
   double body = host && !detects_only ? published ? cost.host_published : cost.host

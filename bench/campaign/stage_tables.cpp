@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "page/html.hpp"
@@ -11,19 +12,22 @@ namespace {
 
 using page::escaped;
 
+constexpr std::size_t columns = published_stages + 1, whole = published_stages;
+/// The whole step comes first: it is what counts.
+constexpr std::array<std::size_t, columns> order{whole, 0, 1, 2};
+
 /// Whose stage is the shortest among this machine's runs, over the steps that all of them made, and the least
 /// published.
 struct Best {
-  const Measurement* ours[published_stages];
-  double published[published_stages];
+  std::array<const Measurement*, columns> ours{};
+  std::array<double, columns> published{};
 };
 
 Best best_of(const std::vector<const Measurement*>& runs, const std::vector<const PublishedRow*>& published) {
   Best best;
   const std::uint64_t last = steps_of_all(runs);
-  for (std::size_t k = 0; k < published_stages; ++k) {
+  for (std::size_t k = 0; k < columns; ++k) {
     double least = best.published[k] = std::numeric_limits<double>::infinity();
-    best.ours[k] = nullptr;
     for (const Measurement* run : runs) {
       const double mean = run->reported() ? mean_of_first_steps(*run, last, stages()[k]) : least;
       if (mean < least) best.ours[k] = run, least = mean;
@@ -34,8 +38,9 @@ Best best_of(const std::vector<const Measurement*>& runs, const std::vector<cons
   return best;
 }
 
-std::string cell(double value, bool best) {
-  return fmt::format("<td class='n'>{}{}{}</td>", best ? "<b>" : "", figure(value), best ? "</b>" : "");
+std::string cell(double value, bool best, std::size_t column) {
+  return fmt::format("<td class='n{}'><span{}>{}</span></td>", column == whole ? " whole" : "",
+                     best ? " class='best'" : "", figure(value));
 }
 
 std::string row_of(const Measurement& run, const Best& best) {
@@ -43,26 +48,25 @@ std::string row_of(const Measurement& run, const Best& best) {
   if (!run.reported())
     return html + fmt::format("<td colspan='4' class='{}'>{}</td></tr>\n", run.skipped.empty() ? "fail" : "faint",
                               escaped(run.skipped.empty() ? "refused: " + run.refused : "not run: " + run.skipped));
-  for (std::size_t k = 0; k < stages().size(); ++k) {
-    const double mean = (run.summary.stages.*stages()[k].statistics).mean;
-    html += cell(mean, k < published_stages && &run == best.ours[k]);
-  }
+  for (const std::size_t k : order)
+    html += cell((run.summary.stages.*stages()[k].statistics).mean, &run == best.ours[k], k);
   if (!run.failing.empty()) html += fmt::format("<td class='fail'>{}</td>", escaped(run.failing));
   return html + "</tr>\n";
 }
 
 std::string row_of(const PublishedRow& row, const Best& best) {
   std::string html = fmt::format("<tr class='published'><td>published: {}</td>", escaped(row.hardware));
-  for (std::size_t k = 0; k < stages().size(); ++k) {
+  for (const std::size_t k : order) {
     const double mean = stages()[k].published(row);
-    html += cell(mean, k < published_stages && mean == best.published[k]);
+    html += cell(mean, mean == best.published[k], k);
   }
   return html + "</tr>\n";
 }
 
 std::string table_of(const View& view, const std::string& environment) {
   std::string html = fmt::format("<h3>{}</h3>\n<table><tr><th></th>", environment);
-  for (const Stage& stage : stages()) html += fmt::format("<th class='n'>{}</th>", stage.name);
+  for (const std::size_t k : order)
+    html += fmt::format("<th class='n{}'>{}</th>", k == whole ? " whole" : "", stages()[k].name);
   html += "</tr>\n";
   for (const std::int64_t bodies : view.sizes(environment)) {
     const std::vector<const Measurement*> runs = view.table_runs(environment, bodies);
@@ -82,7 +86,8 @@ std::string table_of(const View& view, const std::string& environment) {
 std::string stage_tables_section(const View& view) {
   std::string html = fmt::format(
       "<h2 id='tables'>Average step durations</h2>\n<p>Milliseconds, averages over all steps, in the form of the "
-      "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Bold: the best of each stage on this machine "
+      "dissertation's tables 4.2 to 4.5, whose figures stand below ours. Underlined: the best of each column on this "
+      "machine "
       "over the steps that all runs made, and the best published. The native simulator is shown with {} thread{}{}. "
       "The dissertation's environments of "
       "1,000 "

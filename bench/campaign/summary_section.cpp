@@ -70,16 +70,16 @@ std::string against_the_algorithms(const View& view) {
     for (const Measurement* other : view.runs()) {
       Case same = other->what;
       same.set = "fathom", same.round = run->what.round;
-      if (other->what.set == "published" && other->reported() && same == run->what) {
+      if (other->what.set == "dissertation" && other->reported() && same == run->what) {
         const auto [published, ours] = means_of_common_steps(*other, *run, stages().back());
         by_hardware[label_of(run->what)].add(published / ours);
       }
     }
   }
   for (const auto& [label, range] : by_hardware)
-    text +=
-        fmt::format("<li>On the same hardware the published algorithms take {} times as long as Fathom's ({}).</li>\n",
-                    range.text(), escaped(label));
+    text += fmt::format(
+        "<li>On the same hardware the dissertation's algorithms take {} times as long as Fathom's ({}).</li>\n",
+        range.text(), escaped(label));
   return text;
 }
 
@@ -93,7 +93,8 @@ std::string stacks(const View& view) {
       const double moved = run->end().displacement_max;
       text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", escaped(label_of(run->what)),
                           trouble_of(*run).empty()
-                              ? fmt::format("stands, moved {} mm", figure(1e3 * moved))
+                              ? fmt::format("stands, {} {} mm", creep_of(*run).empty() ? "moved" : "but <b>crept</b>",
+                                            figure(1e3 * moved))
                               : fmt::format("<b>{}</b>, moved {} m", escaped(trouble_of(*run)), figure(moved)));
     }
     if (!text.empty())

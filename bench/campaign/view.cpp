@@ -24,8 +24,8 @@ const Measurement* median_round(std::vector<const Measurement*> rounds) {
 
 /// A label without its set of algorithms: both sets of a simulator are drawn in one colour.
 std::string_view simulator_in(std::string_view label) {
-  constexpr std::string_view published = ", published";
-  return label.ends_with(published) ? label.substr(0, label.size() - published.size()) : label;
+  constexpr std::string_view set = ", dissertation";
+  return label.ends_with(set) ? label.substr(0, label.size() - set.size()) : label;
 }
 
 template <class T>
@@ -137,12 +137,25 @@ std::pair<double, double> means_of_common_steps(const Measurement& a, const Meas
   return {mean_of_first_steps(a, last, stage), mean_of_first_steps(b, last, stage)};
 }
 
+namespace {
+
+// A tenth of a body's size is where a stack visibly gives way, a hundredth where a body visibly sinks in, or creeps.
+constexpr double gives_way = 0.1, creeps = 0.01, sinks = 0.01;
+
+bool should_rest(const Measurement& run) {
+  return run.what.environment == "spread" || run.what.environment == "pyramid";
+}
+
+}  // namespace
+
+std::string creep_of(const Measurement& run) {
+  if (!trouble_of(run).empty() || !should_rest(run) || !(run.end().displacement_max > creeps)) return {};
+  return fmt::format("creeps: {} mm", figure(1e3 * run.end().displacement_max));
+}
+
 std::string trouble_of(const Measurement& run) {
-  // A tenth of a body's size is where a stack visibly gives way, a hundredth where a body visibly sinks in.
-  constexpr double gives_way = 0.1, sinks = 0.01;
   if (!run.failing.empty()) return run.failing;
-  const bool rests = run.what.environment == "spread" || run.what.environment == "pyramid";
-  if (rests && run.end().displacement_max > gives_way) return "gave way";
+  if (should_rest(run) && run.end().displacement_max > gives_way) return "gave way";
   return run.end().ground_penetration_max > sinks ? "sank in" : "";
 }
 

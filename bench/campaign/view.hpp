@@ -60,6 +60,8 @@ std::pair<double, double> means_of_common_steps(const Measurement& a, const Meas
 
 /// What is wrong with where a reported run left its bodies, in a few words; empty where nothing is.
 std::string trouble_of(const Measurement& run);
+/// Of a run without trouble whose bodies should rest: that they moved all the same, and how far; else empty.
+std::string creep_of(const Measurement& run);
 
 /// Published rows of that scene.
 std::vector<const PublishedRow*> published_of(const std::string& environment, std::int64_t bodies);

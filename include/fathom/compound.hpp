@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <fathom/body.hpp>
 #include <fathom/box_tree.hpp>
+#include <fathom/export.hpp>
 #include <fathom/math.hpp>
 #include <fathom/shape.hpp>
 #include <optional>
@@ -64,6 +65,6 @@ class Compound {
 /// A shape of up to 65,536 convex children, moved so that its centre of mass is the origin; `Compound::offset` tells by
 /// how much. Throws `Error{invalid_argument}` where there are no children or too many, and on a child (named by its
 /// number) that is not convex, or whose pose or density is out of range or not finite.
-Shape compound(std::span<const ChildShape> children);
+FATHOM_API Shape compound(std::span<const ChildShape> children);
 
 }  // namespace fathom

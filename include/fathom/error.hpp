@@ -1,6 +1,7 @@
 // What the library throws: one exception type with a code and a text that says where the fault is and how to fix it.
 #pragma once
 
+#include <fathom/export.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -17,7 +18,7 @@ enum class ErrorCode {
 };
 
 /// Thrown by every function of the library that refuses its input; the world is then as it was.
-class Error : public std::runtime_error {
+class FATHOM_API Error : public std::runtime_error {
  public:
   /// `text` says where the fault is and how to fix it.
   Error(ErrorCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

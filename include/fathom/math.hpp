@@ -5,7 +5,10 @@
 // purpose: with it a × a would not be exactly zero.
 #pragma once
 
+#include <bit>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #if defined(__CUDACC__)
 #define FATHOM_HD __host__ __device__ inline
@@ -21,12 +24,16 @@ namespace fathom {
 /// π.
 inline constexpr float pi = 3.14159265358979323846f;
 
+// fma, sqrt and abs of numbers are templates so that they are not ambiguous where `using namespace std` stands beside
+// `using namespace fathom`: of two that fit equally well, the one that is no template is called, which is std's.
+
 /// a·b + c with one rounding, on every target.
+template <class = void>
 FATHOM_HD float fma(float a, float b, float c) {
 #if defined(__CUDA_ARCH__)
   return __fmaf_rn(a, b, c);
 #else
-  return __builtin_fmaf(a, b, c);
+  return std::fma(a, b, c);
 #endif
 }
 
@@ -35,34 +42,44 @@ FATHOM_HD float fma(float a, float b, float c) {
 /// sign, because fma rounds once (Markstein, Computation of elementary functions on the IBM RISC System/6000, 1990).
 template <class Estimate>
 FATHOM_HD float correctly_rounded_sqrt(float a, Estimate estimate) {
-  if (!(a > 0.0f && a < __builtin_inff())) return a == 0.0f || a > 0.0f ? a : __builtin_nanf("");  // ±0, infinity; NaN
-  const bool is_tiny = a < 0x1p-96f;  // a residual could underflow
+  if (!(a > 0.0f && a < std::numeric_limits<float>::infinity()))
+    return a == 0.0f || a > 0.0f ? a : std::numeric_limits<float>::quiet_NaN();  // ±0, infinity; NaN
+  // Of a tiny one a residual could underflow.
+  const bool is_tiny = a < 0x1p-96f;
   const float x = is_tiny ? a * 0x1p+64f : a;
   const float s = estimate(x);
   // 1 / s to one part in 300: enough for what is left of the estimate's error.
-  const float guess = __builtin_bit_cast(float, 0x7ef311c7u - __builtin_bit_cast(std::uint32_t, s));
+  const float guess = std::bit_cast<float>(0x7ef311c7u - std::bit_cast<std::uint32_t>(s));
   const float reciprocal = guess * (2.0f - s * guess);
   const float root = fma(fma(-s, s, x), 0.5f * reciprocal, s);
-  const float below = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, root) - 1);
-  const float above = __builtin_bit_cast(float, __builtin_bit_cast(std::uint32_t, root) + 1);
+  const float below = std::bit_cast<float>(std::bit_cast<std::uint32_t>(root) - 1);
+  const float above = std::bit_cast<float>(std::bit_cast<std::uint32_t>(root) + 1);
   const float rounded = fma(-below, root, x) <= 0.0f ? below : fma(-above, root, x) > 0.0f ? above : root;
   return is_tiny ? rounded * 0x1p-32f : rounded;
 }
 
 /// Square root, correctly rounded on every target (IEEE 754 roundTiesToEven).
+template <class = void>
 FATHOM_HD float sqrt(float a) {
 #if defined(__CUDA_ARCH__)
   return __fsqrt_rn(a);
 #elif defined(FATHOM_SYCL_SOURCE)
   // SYCL asks for 3 units in the last place; AdaptiveCpp's is sqrt.approx on NVIDIA.
-  return correctly_rounded_sqrt(a, [](float x) { return __builtin_sqrtf(x); });
+  return correctly_rounded_sqrt(a, [](float x) { return std::sqrt(x); });
 #else
-  return __builtin_sqrtf(a);
+  return std::sqrt(a);
 #endif
 }
 
 /// Absolute value.
-FATHOM_HD float abs(float a) { return __builtin_fabsf(a); }
+template <class = void>
+FATHOM_HD float abs(float a) {
+#if defined(__CUDA_ARCH__)
+  return fabsf(a);
+#else
+  return std::fabs(a);
+#endif
+}
 /// The smaller one.
 FATHOM_HD float min(float a, float b) { return a < b ? a : b; }
 /// The larger one.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <fathom/box_tree.hpp>
+#include <fathom/export.hpp>
 #include <fathom/math.hpp>
 #include <fathom/shape.hpp>
 #include <memory>
@@ -29,7 +30,7 @@ class TriangleVisitor {
 
 /// What meshes and height fields have in common. Immutable; bodies share it. Triangles are solid on the side that their
 /// normals point away from: bodies collide with the outside alone.
-class Surface {
+class FATHOM_API Surface {
  public:
   virtual ~Surface() = default;
 
@@ -54,7 +55,7 @@ class Surface {
 };
 
 /// Triangles in any arrangement. At most 40 bytes per triangle where vertices are shared.
-class TriangleMesh final : public Surface {
+class FATHOM_API TriangleMesh final : public Surface {
  public:
   using Node = BoxTreeNode;  ///< of the tree over its triangles
 
@@ -91,7 +92,7 @@ struct HeightFieldDef {
 };
 
 /// Heights over a grid, two triangles per cell, solid below. Some 2 bytes per triangle.
-class HeightField final : public Surface {
+class FATHOM_API HeightField final : public Surface {
  public:
   std::uint32_t columns() const { return columns_; }           ///< samples along x
   std::uint32_t rows() const { return rows_; }                 ///< samples along y
@@ -109,7 +110,7 @@ class HeightField final : public Surface {
   std::size_t memory_bytes() const override;
 
  private:
-  friend Shape height_field(const HeightFieldDef& def);
+  friend FATHOM_API Shape height_field(const HeightFieldDef& def);
   friend struct SurfaceArchive;
   Vec3 sample(std::uint32_t i, std::uint32_t j) const;
   void measure();
@@ -124,11 +125,11 @@ class HeightField final : public Surface {
 /// triangles without area are left out. It need not be closed, nor manifold. The body's frame is the vertices' own: no
 /// centre of mass is computed. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
 /// indices out of range or not in threes, and `Error{degenerate_shape}` where no triangle is left.
-Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
+FATHOM_API Shape mesh(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices);
 
 /// Height field for fixed and kinematic bodies. Throws `Error{invalid_argument}` on fewer than 2 × 2 samples, more than
 /// 2³⁰ of them, spans of another size, cells that are not larger than zero, and heights that are not finite or beyond
 /// 10⁶ m.
-Shape height_field(const HeightFieldDef& def);
+FATHOM_API Shape height_field(const HeightFieldDef& def);
 
 }  // namespace fathom

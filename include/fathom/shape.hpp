@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <fathom/export.hpp>
 #include <fathom/math.hpp>
 #include <memory>
 #include <optional>
@@ -39,17 +40,17 @@ struct Shape {
 // `Error{degenerate_shape}` on a volume that single precision cannot hold.
 
 /// Sphere of radius `radius` > 0 (m).
-Shape sphere(float radius);
+FATHOM_API Shape sphere(float radius);
 /// Capsule along z: points within `radius` > 0 of the segment from −half_length to +half_length (m, 0 to 1e6 radii).
-Shape capsule(float radius, float half_length);
+FATHOM_API Shape capsule(float radius, float half_length);
 /// Box with the given half extents, each > 0 and at least a millionth of the largest (m).
-Shape box(Vec3 half_extents);
+FATHOM_API Shape box(Vec3 half_extents);
 /// Convex hull of a point cloud (m). The hull is moved so that its centre of mass is the origin;
 /// `Hull::offset` tells by how much. Coplanar triangles become one polygon; what differs by less than a few
 /// roundings of the largest coordinate (about 10⁻⁶ of it) counts as equal. Also throws `Error{degenerate_shape}`
 /// where the points span no volume (fewer than 4, coincident, collinear or coplanar) and where the hull would
 /// exceed 255 vertices, 255 faces or 1,024 half-edges, naming the remedy.
-Shape hull(std::span<const Vec3> points);
+FATHOM_API Shape hull(std::span<const Vec3> points);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
 struct MassProperties {
@@ -60,13 +61,13 @@ struct MassProperties {
 };
 
 /// Volume (m³) of the shape; 0 of a surface.
-float volume(const Shape& shape);
+FATHOM_API float volume(const Shape& shape);
 /// Exact mass properties of a solid of uniform density with the total mass `mass` > 0 (kg). Throws
 /// `Error{invalid_argument}` on any other mass, and on a surface, which has none.
-MassProperties mass_properties(const Shape& shape, float mass);
+FATHOM_API MassProperties mass_properties(const Shape& shape, float mass);
 
 /// A convex polyhedron as half-edges; read it to draw it. Built by `hull`.
-class Hull {
+class FATHOM_API Hull {
  public:
   /// The plane of a face.
   struct Plane {

@@ -16,6 +16,7 @@
 #include <fathom/body.hpp>
 #include <fathom/device_poses.hpp>
 #include <fathom/error.hpp>
+#include <fathom/export.hpp>
 #include <fathom/joint.hpp>
 #include <fathom/profile.hpp>
 #include <fathom/query.hpp>
@@ -113,12 +114,12 @@ struct WorldDef {
 
 /// Sets of algorithms (docs/published-algorithms.md).
 enum class Preset : std::uint8_t {
-  fathom,     ///< the defaults: tree, colours, soft
-  published,  ///< the dissertation's: sweep, cells, impulse, its bias without limit, no sleeping; on a device without
-              ///< warm starting and two steps ahead
+  fathom,        ///< the defaults: tree, colours, soft
+  dissertation,  ///< that of Pereira (2020): sweep, cells, impulse, its bias without limit, no sleeping; on a device
+                 ///< without warm starting and two steps ahead
 };
 /// Sets in `def` what a preset decides, for the simulator that it names.
-void apply(Preset preset, WorldDef& def);
+FATHOM_API void apply(Preset preset, WorldDef& def);
 
 /// Two bodies, in ascending order of index, that began or ceased to touch in a step. They touch from the step in which
 /// their contact carries an impulse, or which they begin nearer to each other than 1 mm (for small bodies less, by
@@ -181,7 +182,7 @@ struct Quarantine {
 };
 
 /// A simulated world: its bodies, joints, events and queries. See the head of this file.
-class World {
+class FATHOM_API World {
  public:
   /// Throws `Error{invalid_argument}` on a definition out of range.
   explicit World(const WorldDef& def = {});

@@ -131,7 +131,7 @@ class Config {
   /// The values as a TOML file, those that nobody set as comments; with `origins` each line ends in a comment that says
   /// where its value came from.
   std::string text(bool origins) const;
-  /// "default", "engine.toml:3", "--set", "--solver", "program", "preset published", or of the scene its name or
+  /// "default", "engine.toml:3", "--set", "--solver", "program", "preset dissertation", or of the scene its name or
   /// "scene.toml:12".
   std::string origin(std::string_view key) const;
   /// Whether a file, an assignment, an option or the program set the value.

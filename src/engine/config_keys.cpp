@@ -184,8 +184,8 @@ std::vector<ConfigKey> simulator_keys() {
       integer(
           "simulator.substeps", "of a step", 1, 1000, [](auto& s) -> auto& { return s.simulator.substeps; }),
       choice<Preset>(
-          "simulator.preset", "algorithms: fathom, published; the keys below change parts of it",
-          {{"fathom", Preset::fathom}, {"published", Preset::published}},
+          "simulator.preset", "algorithms: fathom, dissertation; the keys below change parts of it",
+          {{"fathom", Preset::fathom}, {"dissertation", Preset::dissertation}},
           [](auto& s) -> auto& { return s.simulator.preset; }),
       choice<Solver>(
           "simulator.solver", "soft, impulse", {{"soft", Solver::soft}, {"impulse", Solver::impulse}},

@@ -56,7 +56,7 @@ bool Config::counts(std::string_view key) const { return place_of(key) > Place::
 
 std::string Config::origin_of(std::string_view key) const {
   if (is_decided_by_preset(key))
-    return values_.simulator.preset == Preset::published ? "preset published" : "preset fathom";
+    return values_.simulator.preset == Preset::dissertation ? "preset dissertation" : "preset fathom";
   if (key == kind_key && device_implies_simulator()) return origin_of(device_key);
   if (const auto found = origins_.find(key); found != origins_.end()) return found->second.text;
   if (const auto found = base_.said.find(key); found != base_.said.end()) return found->second;

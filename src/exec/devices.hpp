@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <fathom/export.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,7 +14,7 @@ namespace fathom::exec {
 enum class Backend { host, cuda, sycl };
 
 /// "host", "cuda", "sycl".
-std::string_view name_of(Backend backend);
+FATHOM_COMPONENT_API std::string_view name_of(Backend backend);
 
 struct DeviceInfo {
   Backend backend = Backend::host;
@@ -28,7 +29,7 @@ struct DeviceInfo {
 
 /// The host first, then CUDA, then SYCL. A back end that is not built or finds nothing has one unavailable entry,
 /// so that the list always says why.
-std::vector<DeviceInfo> list_devices();
+FATHOM_COMPONENT_API std::vector<DeviceInfo> list_devices();
 
 /// What a user's text asks for. Nothing says yet that the machine has it.
 struct DeviceChoice {
@@ -39,11 +40,11 @@ struct DeviceChoice {
 
 /// Reads `auto`, `host`, `cuda[:index]` or `sycl[:index]` (index 0 where left out). Throws Error (invalid_argument)
 /// for any other text; asks no driver.
-DeviceChoice parse_device(std::string_view text);
+FATHOM_COMPONENT_API DeviceChoice parse_device(std::string_view text);
 
 /// The device among `devices` that was asked for. Throws Error: invalid_argument for a text that `parse_device` does
 /// not read, unavailable for a device that is not there, with the reason.
-const DeviceInfo& select_device(std::string_view text, std::span<const DeviceInfo> devices);
+FATHOM_COMPONENT_API const DeviceInfo& select_device(std::string_view text, std::span<const DeviceInfo> devices);
 
 /// The same among the devices of this machine; asks only the drivers of back ends that may be the answer.
 DeviceInfo find_device(std::string_view text);

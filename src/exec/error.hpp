@@ -24,6 +24,6 @@ class DeviceError : public Error {
 };
 
 /// "512 B", "1.5 GiB".
-std::string bytes_text(std::size_t bytes);
+FATHOM_COMPONENT_API std::string bytes_text(std::size_t bytes);
 
 }  // namespace fathom::exec

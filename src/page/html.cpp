@@ -22,8 +22,13 @@ td.n,th.n{text-align:right}tr.published td{color:var(--faint)}tr.group td{border
 figure{margin:.4rem 0}svg{width:100%;max-width:42rem;background:var(--card);border-radius:6px;margin:.4rem 0}
 svg text{font:11px system-ui,sans-serif;fill:var(--faint)}svg .title{font-weight:600;fill:var(--text)}
 .grid{stroke:var(--line)}.c4,.c5,.c6,.c7{stroke-dasharray:7 2}.curve{fill:none;stroke-width:1.8}.again{stroke-dasharray:2 2.5}.mark{stroke-dasharray:none}.reference{stroke-width:1.2;stroke-dasharray:2 4}
-.c0{stroke:var(--c0)}.c1{stroke:var(--c1)}.c2{stroke:var(--c2)}.c3{stroke:var(--c3)}.c4{stroke:var(--c4)}.c5{stroke:var(--c5)}.c6{stroke:var(--c6)}.c7{stroke:var(--c7)}
-.panels{display:grid;grid-template-columns:repeat(3,1fr);gap:.4rem}.panels svg{margin:0;max-width:none}
+.c0{stroke:var(--c0);color:var(--c0)}.c1{stroke:var(--c1);color:var(--c1)}.c2{stroke:var(--c2);color:var(--c2)}.c3{stroke:var(--c3);color:var(--c3)}
+.c4{stroke:var(--c4);color:var(--c4)}.c5{stroke:var(--c5);color:var(--c5)}.c6{stroke:var(--c6);color:var(--c6)}.c7{stroke:var(--c7);color:var(--c7)}
+svg text.name{stroke:none;fill:currentColor}figure.large svg{max-width:none}
+td.whole,th.whole{font-weight:600;border-right:1px solid var(--line)}th.whole{color:var(--text)}
+.best{text-decoration:underline;text-decoration-thickness:2px;text-underline-offset:3px}
+dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem}dt{font-weight:600}dd{margin:0}details{margin:.4rem 0}summary{color:var(--faint);cursor:pointer}
+.panels{display:grid;grid-template-columns:repeat(2,1fr);gap:.4rem}.panels svg{margin:0;max-width:none}
 .legend{display:flex;flex-wrap:wrap;gap:.1rem 1.2rem;color:var(--faint);font-size:.85rem;margin:.4rem 0}
 .legend svg{width:26px;height:10px;background:none;margin:0 .3rem 0 0}
 .pictures{display:grid;grid-template-columns:repeat(3,1fr);gap:.4rem}.pictures img{width:100%;border-radius:6px;display:block}

@@ -23,7 +23,8 @@ struct Plot {
   std::deque<Curve> curves;  // references to its elements last
   double width = 640, height = 300;
   bool legend = true;
-  bool markers = false;  ///< a mark at every point, for curves of few points
+  bool markers = false;        ///< a mark at every point, for curves of few points
+  bool names_at_ends = false;  ///< each curve's name beside its last point: readable without colours; for few curves
 };
 
 struct Table {

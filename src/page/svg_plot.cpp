@@ -10,7 +10,10 @@
 namespace fathom::page {
 namespace {
 
-constexpr double left = 56, right = 22, top = 14, bottom = 44;
+constexpr double left = 56, top = 14, bottom = 44;
+constexpr double name_width = 262, name_height = 13;
+
+double right_of(const Plot& plot) { return plot.names_at_ends ? name_width : 22; }
 
 /// One axis: which values it spans, and where they lie.
 struct Axis {
@@ -114,9 +117,9 @@ std::string axes_of(const Plot& plot, const Axis& x, const Axis& y) {
     svg += fmt::format(
         "<line class='grid' x1='{1}' x2='{2}' y1='{0:.1f}' y2='{0:.1f}'/><text x='{3}' y='{4:.1f}' "
         "text-anchor='end'>{5}</text>",
-        y.place(v), left, plot.width - right, left - 6, y.place(v) + 4, label_of(v));
-  svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>", (left + plot.width - right) / 2, floor + 34,
-                     escaped(plot.x_label));
+        y.place(v), left, plot.width - right_of(plot), left - 6, y.place(v) + 4, label_of(v));
+  svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>", (left + plot.width - right_of(plot)) / 2,
+                     floor + 34, escaped(plot.x_label));
   svg += fmt::format("<text transform='translate(12 {}) rotate(-90)' text-anchor='middle'>{}</text>", (top + floor) / 2,
                      escaped(plot.y_label));
   return svg;
@@ -134,10 +137,39 @@ std::string legend_inside(const Plot& plot) {
   return svg;
 }
 
+/// Names at the curves' ends, from the top down and not over each other.
+std::string names_of(const Plot& plot, const Axis& x, const Axis& y) {
+  struct Name {
+    double y;
+    std::size_t curve;
+  };
+  std::vector<Name> names;
+  for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+    const Curve& curve = plot.curves[i];
+    for (std::size_t k = curve.x.size(); k-- > 0;)
+      if (x.shows(curve.x[k]) && y.shows(curve.y[k])) {
+        names.push_back({y.place(curve.y[k]), i});
+        break;
+      }
+  }
+  std::ranges::sort(names, {}, &Name::y);
+  const double lowest = plot.height - bottom;
+  for (std::size_t i = 1; i < names.size(); ++i) names[i].y = std::max(names[i].y, names[i - 1].y + name_height);
+  // What was pushed below the plot goes up again, and pushes the others.
+  for (std::size_t i = names.size(); i-- > 0;)
+    names[i].y = std::min(names[i].y, i + 1 < names.size() ? names[i + 1].y - name_height : lowest);
+  std::string svg;
+  for (const Name& name : names)
+    svg +=
+        fmt::format("<text class='name {}' x='{}' y='{:.1f}'>{}</text>", classes(plot.curves[name.curve], name.curve),
+                    plot.width - right_of(plot) + 6, name.y + 4, escaped(plot.curves[name.curve].name));
+  return svg;
+}
+
 }  // namespace
 
 std::string to_svg(const Plot& plot) {
-  const Axis x = make_axis(plot, true, plot.log_x, left, plot.width - right);
+  const Axis x = make_axis(plot, true, plot.log_x, left, plot.width - right_of(plot));
   const Axis y = make_axis(plot, false, plot.log_y, plot.height - bottom, top);
   const double legend_height = plot.legend ? 16.0 * static_cast<double>((plot.curves.size() + 2) / 3) : 0;
   std::string svg = fmt::format("<svg viewBox='0 0 {} {}' role='img' aria-label='{}'>", plot.width,
@@ -149,6 +181,7 @@ std::string to_svg(const Plot& plot) {
       svg += fmt::format("<path class='{}' d='{}'/>", classes(curve, i), path);
     if (plot.markers && !curve.reference) svg += marks_of(curve, i, x, y);
   }
+  if (plot.names_at_ends) svg += names_of(plot, x, y);
   if (plot.legend) svg += legend_inside(plot);
   return svg + "</svg>";
 }

@@ -40,9 +40,9 @@ void OffscreenTarget::resolve() {
                          width(), height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
-void OffscreenTarget::copy_to_window() {
+void OffscreenTarget::copy_to_window(int x) {
   resolve();
-  glBlitNamedFramebuffer(resolved_.framebuffer.get(), 0, 0, 0, width(), height(), 0, 0, width_, height_,
+  glBlitNamedFramebuffer(resolved_.framebuffer.get(), 0, 0, 0, width(), height(), x, 0, x + width_, height_,
                          GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 

@@ -19,8 +19,8 @@ class OffscreenTarget {
   int height() const { return enlargement_ * height_; }
   /// Waits for the drawing and reads the picture.
   void read(Image& image);
-  /// Copies the picture into the window, which must have this size.
-  void copy_to_window();
+  /// Copies the picture into the window, `x` pixels from its left.
+  void copy_to_window(int x = 0);
 
  private:
   struct Surface {

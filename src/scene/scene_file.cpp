@@ -21,7 +21,7 @@ constexpr std::array<std::pair<std::string_view, BroadPhase>, 2> broad_phases{
 constexpr std::array<std::pair<std::string_view, Partition>, 2> partitions{
     {{"colours", Partition::colours}, {"cells", Partition::cells}}};
 constexpr std::array<std::pair<std::string_view, Preset>, 2> presets{
-    {{"fathom", Preset::fathom}, {"published", Preset::published}}};
+    {{"fathom", Preset::fathom}, {"dissertation", Preset::dissertation}}};
 constexpr std::array<std::pair<std::string_view, SimulatorKind>, 3> simulators{
     {{"native", SimulatorKind::native}, {"device", SimulatorKind::device}, {"hybrid", SimulatorKind::hybrid}}};
 

@@ -5,11 +5,11 @@
 namespace fathom {
 
 std::span<const std::string_view> settings_of(Preset preset) {
-  // Only `published` decides the last one.
+  // Only `dissertation` decides the last one.
   static constexpr std::array<std::string_view, 7> keys{
       "simulator.broad_phase",       "simulator.partition",    "simulator.solver", "simulator.warm_start",
       "simulator.push_out_velocity", "simulator.device_ahead", "simulator.sleep"};
-  return std::span(keys).first(preset == Preset::published ? keys.size() : keys.size() - 1);
+  return std::span(keys).first(preset == Preset::dissertation ? keys.size() : keys.size() - 1);
 }
 
 void apply_but(Preset preset, WorldDef& world, const std::function<bool(std::string_view key)>& stays) {

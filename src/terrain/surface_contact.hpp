@@ -35,7 +35,7 @@ struct SurfaceScratch {
 
 /// Manifolds in the surface's frame, normals from the surface to the shape `b`, where they are nearer than `margin`
 /// (m), those with the deepest points first.
-void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
-                     SurfaceScratch& scratch, SurfaceContact& contact);
+FATHOM_COMPONENT_API void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
+                                          SurfaceScratch& scratch, SurfaceContact& contact);
 
 }  // namespace fathom

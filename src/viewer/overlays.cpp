@@ -16,9 +16,10 @@ using render::Colour;
 using render::Mark;
 
 constexpr std::pair<std::string_view, bool OverlayChoice::*> names[] = {
-    {"boxes", &OverlayChoice::boxes},        {"points", &OverlayChoice::points}, {"normals", &OverlayChoice::normals},
-    {"impulses", &OverlayChoice::impulses},  {"graph", &OverlayChoice::graph},   {"joints", &OverlayChoice::joints},
-    {"reactions", &OverlayChoice::reactions}};
+    {"boxes", &OverlayChoice::boxes},         {"points", &OverlayChoice::points},
+    {"normals", &OverlayChoice::normals},     {"impulses", &OverlayChoice::impulses},
+    {"graph", &OverlayChoice::graph},         {"joints", &OverlayChoice::joints},
+    {"reactions", &OverlayChoice::reactions}, {"through", &OverlayChoice::see_through}};
 constexpr float normal_length = 0.3f;  // m
 constexpr Colour box_colour{250, 220, 90, 200}, normal_colour{255, 255, 255, 220}, impulse_colour{255, 70, 60, 255};
 constexpr Colour uncoloured{120, 120, 120, 255};
@@ -73,24 +74,24 @@ void add_overlays(const World& world, const OverlayChoice& choice, OverlayMarks&
     for (const BodyId id : world.bodies())
       if (!render::is_ground(world, id)) add_box(world.bounds(id), marks.hidden);
   }
-  if (choice.joints) render::add_joint_marks(world, marks.on_top);
-  if (choice.reactions) render::add_reaction_marks(world, marks.on_top);
+  std::vector<Mark>& shown = choice.see_through ? marks.on_top : marks.hidden;
+  if (choice.joints) render::add_joint_marks(world, shown);
+  if (choice.reactions) render::add_reaction_marks(world, shown);
   if (!choice.points && !choice.normals && !choice.impulses && !choice.graph) return;
   world.for_each_contact([&](const ContactInfo& contact) {
     if (contact.point_count == 0) return;
     const Colour colour = contact.colour < 0 ? uncoloured : render::palette(static_cast<std::uint64_t>(contact.colour));
     if (choice.graph)
-      marks.on_top.push_back(
+      shown.push_back(
           {drawn_position(world, contact.a, contact), 3, drawn_position(world, contact.b, contact), colour});
     const float scale = choice.impulses ? impulse_scale(world, contact) : 0;
     for (int i = 0; i < contact.point_count; ++i) {
       const ContactPointInfo& point = contact.points[i];
       if (choice.normals)
-        marks.on_top.push_back({point.position, 1.5f, point.position + normal_length * contact.normal, normal_colour});
+        shown.push_back({point.position, 1.5f, point.position + normal_length * contact.normal, normal_colour});
       if (choice.impulses)
-        marks.on_top.push_back(
-            {point.position, 3, point.position + scale * point.impulse * contact.normal, impulse_colour});
-      if (choice.points) marks.on_top.push_back({point.position, 6, point.position, colour});
+        shown.push_back({point.position, 3, point.position + scale * point.impulse * contact.normal, impulse_colour});
+      if (choice.points) shown.push_back({point.position, 6, point.position, colour});
     }
   });
 }

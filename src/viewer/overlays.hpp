@@ -18,12 +18,17 @@ struct OverlayChoice {
   bool graph = false;      ///< lines between touching bodies, coloured as the constraint graph is
   bool joints = false;     ///< anchors, lines from the bodies' centres to them, axes
   bool reactions = false;  ///< what joints do to their second bodies, as lines
+  /// All of it is seen through bodies, which hide it otherwise.
+  bool see_through = false;
+
+  friend bool operator==(const OverlayChoice&, const OverlayChoice&) = default;
 };
 
 /// Sets what a list like "boxes,points" names. Throws `Error{invalid_argument}` on an unknown word.
 OverlayChoice parse_overlays(const std::string& list);
 
-/// Marks for a world, with outlines of its sensors. Those and boxes are hidden behind bodies, the rest is not.
+/// Marks for a world, with outlines of its sensors. Bodies hide them, but where `see_through` asks for it all but boxes
+/// and sensors.
 struct OverlayMarks {
   std::vector<render::Mark> hidden, on_top;
 };

@@ -13,7 +13,8 @@
 namespace fathom::viewer {
 namespace {
 
-constexpr float panel_width = 330;
+constexpr float widest = 330, narrowest = 230;  // of the panel, pixels of the display
+constexpr float tall = 700;                     // from which height on everything is open at the start
 constexpr float chart_height = 110;
 
 struct Stage {
@@ -82,12 +83,14 @@ bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& si
     ImGui::EndCombo();
   }
   if (find_environment(choice.scene)) {
-    int bodies =
-        static_cast<int>(choice.bodies.value_or(static_cast<std::int64_t>(dynamic_body_count(session.scene()))));
-    // Takes effect when the slider is let go, or a number was typed in (Ctrl and click).
+    // As many as there are, which may be other than were asked for: layers are full. Takes effect when the slider is
+    // let go, or a number was typed in (Ctrl and click).
+    const auto bodies = static_cast<int>(dynamic_body_count(session.scene()));
     static int moving = 0;
-    if (!ImGui::IsMouseDown(0)) moving = bodies;
-    ImGui::SliderInt("bodies", &moving, 1, 100'000, "%d", ImGuiSliderFlags_Logarithmic);
+    static bool held = false;
+    if (!held) moving = bodies;
+    ImGui::SliderInt("bodies", &moving, 1, std::max(100'000, bodies), "%d", ImGuiSliderFlags_Logarithmic);
+    held = ImGui::IsItemActive();
     if (ImGui::IsItemDeactivatedAfterEdit()) {
       choice.bodies = std::max(1, moving);
       changed = true;
@@ -145,8 +148,8 @@ void draw_chart(const std::deque<StageTimes>& history) {
   list.AddText({corner.x + 6, corner.y + 4}, IM_COL32(255, 255, 255, 160), text);
   ImGui::Dummy(size);
   if (history.empty()) return;
-  ImGui::Text("step %.3f ms, mean %.3f, highest %.3f", history.back().total(),
-              sum / static_cast<double>(history.size()), highest);
+  ImGui::TextWrapped("step %.3f ms, mean %.3f, highest %.3f", history.back().total(),
+                     sum / static_cast<double>(history.size()), highest);
 }
 
 /// Each stage on its own scale.
@@ -159,7 +162,7 @@ void draw_plots(const std::deque<StageTimes>& history) {
     std::snprintf(text, sizeof text, "%.3f ms", static_cast<double>(now));
     ImGui::PushStyleColor(ImGuiCol_PlotLines, stage.colour);
     ImGui::PlotLines(stage.name, values.data(), static_cast<int>(values.size()), 0, text, 0,
-                     std::numeric_limits<float>::max(), {180, 26});
+                     std::numeric_limits<float>::max(), {0.55f * ImGui::GetContentRegionAvail().x, 26});
     ImGui::PopStyleColor();
   }
 }
@@ -167,26 +170,25 @@ void draw_plots(const std::deque<StageTimes>& history) {
 void show_counts(const Session& session, const ViewState& state) {
   const Profile& profile = session.world().profile();
   const StepCounts& c = profile.counts;
-  ImGui::Text("%.1f s   %.0f frames/s   %.2f x real time", session.world().time(),
-              static_cast<double>(1000 / std::max(state.frame_ms, 0.01f)), static_cast<double>(state.reached_speed));
-  ImGui::Text("%u bodies, %u awake, %u islands", session.world().body_count(), c.active, c.islands);
-  ImGui::Text("%u pairs, %u touch at %u points", c.pairs, c.manifolds, c.points);
-  ImGui::Text("%u colours, %u beyond them, %.1f MiB", c.colours, c.overflow,
-              static_cast<double>(c.memory_bytes) / (1024 * 1024));
+  ImGui::TextWrapped("%.1f s simulated, %.0f frames/s", session.world().time(),
+                     static_cast<double>(1000 / std::max(state.frame_ms, 0.01f)));
+  ImGui::TextWrapped("%u bodies, %u awake, %u islands", session.world().body_count(), c.active, c.islands);
+  ImGui::TextWrapped("%u pairs, %u touch at %u points", c.pairs, c.manifolds, c.points);
+  ImGui::TextWrapped("%u colours, %u beyond them, %.1f MiB", c.colours, c.overflow,
+                     static_cast<double>(c.memory_bytes) / (1024 * 1024));
 }
 
 void choose_view(ViewState& state) {
-  ImGui::Checkbox("boxes", &state.overlays.boxes);
-  ImGui::SameLine();
-  ImGui::Checkbox("points", &state.overlays.points);
-  ImGui::SameLine();
-  ImGui::Checkbox("normals", &state.overlays.normals);
-  ImGui::Checkbox("impulses", &state.overlays.impulses);
-  ImGui::SameLine();
-  ImGui::Checkbox("constraint graph", &state.overlays.graph);
-  ImGui::Checkbox("joints", &state.overlays.joints);
-  ImGui::SameLine();
-  ImGui::Checkbox("reactions", &state.overlays.reactions);
+  const std::pair<const char*, bool*> boxes[] = {
+      {"boxes", &state.overlays.boxes},         {"points", &state.overlays.points},
+      {"normals", &state.overlays.normals},     {"impulses", &state.overlays.impulses},
+      {"graph", &state.overlays.graph},         {"joints, limits", &state.overlays.joints},
+      {"reactions", &state.overlays.reactions}, {"through bodies", &state.overlays.see_through}};
+  const float column = 0.5f * ImGui::GetContentRegionAvail().x;
+  for (std::size_t i = 0; i < std::size(boxes); ++i) {
+    if (i % 2 == 1) ImGui::SameLine(column + ImGui::GetStyle().WindowPadding.x);
+    ImGui::Checkbox(boxes[i].first, boxes[i].second);
+  }
   int colouring = static_cast<int>(state.colouring), look = static_cast<int>(state.look);
   ImGui::Combo("colours", &colouring, "start\0speed\0islands\0");
   ImGui::Combo("look", &look, "daylight\0water\0");
@@ -194,12 +196,13 @@ void choose_view(ViewState& state) {
   state.look = static_cast<render::LookKind>(look);
 }
 
-void draw_help() {
+void draw_help(float left) {
   const ImVec2 screen = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5f * (screen.x + panel_width), 0.5f * screen.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowPos({0.5f * (screen.x + left), 0.5f * screen.y}, ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::SetNextWindowSizeConstraints({200, 100}, {std::max(200.0f, screen.x - left - 16), screen.y - 16});
   ImGui::Begin("Help", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
-  static constexpr const char* lines[][2] = {{"left button on a body", "drag it by a spring"},
-                                             {"left button beside, right button", "turn"},
+  static constexpr const char* lines[][2] = {{"left button on a body", "drag it"},
+                                             {"left beside, right button", "turn"},
                                              {"middle button, Shift", "move"},
                                              {"wheel", "nearer, farther"},
                                              {"W A S D, Q E", "fly"},
@@ -207,18 +210,20 @@ void draw_help() {
                                              {"Space", "pause, go on"},
                                              {".", "one step"},
                                              {"R", "begin anew"},
+                                             {"Z", "undo"},
                                              {"C", "see everything"},
-                                             {"1 2 3 4 5", "boxes, points, normals, impulses, graph"},
-                                             {"6 7", "joints, their reactions"},
-                                             {"I, V", "colours by island, by speed"},
+                                             {"1 to 7", "overlays, as in View"},
+                                             {"X", "overlays through bodies"},
+                                             {"I, V", "colours: island, speed"},
                                              {"U", "under water"},
                                              {"Tab", "panel"},
                                              {"P", "picture: fathom.png"},
                                              {"H, F1", "this help"},
-                                             {"Esc", "end"}};
+                                             {"Esc", "end"},
+                                             {"drop a scene file", "open it"}};
   for (const auto& line : lines) {
     ImGui::TextUnformatted(line[0]);
-    ImGui::SameLine(240);
+    ImGui::SameLine(190);
     ImGui::TextUnformatted(line[1]);
   }
   ImGui::End();
@@ -226,35 +231,51 @@ void draw_help() {
 
 }  // namespace
 
+float panel_width() { return std::clamp(0.3f * ImGui::GetIO().DisplaySize.x, narrowest, widest); }
+
 PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoice>& simulators, ViewState& state) {
   PanelRequest request;
-  if (state.show_help) draw_help();
+  if (state.show_help) draw_help(state.show_panel ? panel_width() : 0);
   if (!state.show_panel) return request;
-  ImGui::SetNextWindowPos({12, 12}, ImGuiCond_Always);
-  ImGui::SetNextWindowSize({panel_width, 0}, ImGuiCond_Always);
+  const float height = ImGui::GetIO().DisplaySize.y;
+  ImGui::SetNextWindowPos({0, 0}, ImGuiCond_Always);
+  ImGui::SetNextWindowSize({panel_width(), height}, ImGuiCond_Always);
   ImGui::Begin("Fathom", nullptr,
-               ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoFocusOnAppearing);
-  ImGui::PushItemWidth(200);
-  Choice choice = session.choice();
-  if (choose_scene(session, simulators, choice)) request.choice = choice;
+               ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoTitleBar |
+                   ImGuiWindowFlags_NoFocusOnAppearing);
+  const float gap = ImGui::GetStyle().ItemSpacing.x, third = (ImGui::GetContentRegionAvail().x - 2 * gap) / 3;
+  const auto button = [&](const char* name, bool last) {
+    const bool pressed = ImGui::Button(name, {third, 0});
+    if (!last) ImGui::SameLine();
+    return pressed;
+  };
+  if (button(state.paused ? "Go on" : "Pause", false)) state.paused = !state.paused;
+  if (button("Step", false)) state.paused = state.single_step = true;
+  ImGui::BeginDisabled(session.undoable() == 0);
+  request.undo = button("Undo", true);
+  ImGui::EndDisabled();
+  request.reset = button("Reset", false);
+  request.shoot = button("Shoot", false);
+  if (button("Help", true)) state.show_help = !state.show_help;
   if (!state.message.empty()) ImGui::TextWrapped("%s", state.message.c_str());
-  ImGui::Separator();
-  if (ImGui::Button(state.paused ? "Go on" : "Pause", {68, 0})) state.paused = !state.paused;
-  ImGui::SameLine();
-  if (ImGui::Button("Step", {48, 0})) state.paused = state.single_step = true;
-  ImGui::SameLine();
-  request.reset = ImGui::Button("Reset", {52, 0});
-  ImGui::SameLine();
-  request.shoot = ImGui::Button("Shoot", {52, 0});
-  ImGui::SameLine();
-  if (ImGui::Button("Help", {48, 0})) state.show_help = !state.show_help;
-  ImGui::SliderFloat("speed", &state.speed, 0.05f, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
-  ImGui::Separator();
+  ImGui::TextWrapped("Simulated time per second of real time:");
+  ImGui::Text("%.2f s asked, %.2f s reached", static_cast<double>(state.speed),
+              static_cast<double>(state.reached_speed));
+  ImGui::PushItemWidth(-1);
+  ImGui::SliderFloat("##speed", &state.speed, 0.05f, 4, "", ImGuiSliderFlags_Logarithmic);
+  ImGui::PopItemWidth();
   show_counts(session, state);
-  draw_chart(session.history());
-  draw_plots(session.history());
-  ImGui::Separator();
-  choose_view(state);
+  const ImGuiTreeNodeFlags open = height >= tall ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None;
+  ImGui::PushItemWidth(0.58f * ImGui::GetContentRegionAvail().x);
+  if (ImGui::CollapsingHeader("Scene", open)) {
+    Choice choice = session.choice();
+    if (choose_scene(session, simulators, choice)) request.choice = choice;
+  }
+  if (ImGui::CollapsingHeader("Times", open)) {
+    draw_chart(session.history());
+    draw_plots(session.history());
+  }
+  if (ImGui::CollapsingHeader("View", open)) choose_view(state);
   ImGui::PopItemWidth();
   ImGui::End();
   return request;

@@ -29,8 +29,11 @@ struct ViewState {
 /// What the panel asks for.
 struct PanelRequest {
   std::optional<Choice> choice;
-  bool reset = false, frame_all = false, shoot = false;
+  bool reset = false, shoot = false, undo = false;
 };
+
+/// How wide the panel is (pixels of the display), which stands at the left; the scene has the rest of the window.
+float panel_width();
 
 /// Must be called between `Window::begin_panel` and `Window::draw_panel`.
 PanelRequest draw_panel(const Session& session, const std::vector<SimulatorChoice>& simulators, ViewState& state);

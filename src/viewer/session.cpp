@@ -1,9 +1,13 @@
 #include "viewer/session.hpp"
 
+#include <algorithm>
+
 namespace fathom::viewer {
 namespace {
 
 constexpr std::size_t history_length = 240;
+constexpr std::size_t max_past = 8;
+constexpr std::ptrdiff_t max_worlds = 2;  // kept whole
 constexpr float spring_hertz = 4.0f;
 constexpr float spin_damping = 5.0f;      // 1/s
 constexpr float strongest_pull = 500.0f;  // m/s² of the body's mass
@@ -17,13 +21,48 @@ void Session::choose(const Choice& choice) {
   auto scene = std::make_unique<Scene>(make_(choice));
   auto world = std::make_unique<World>(scene->world);
   auto instance = std::make_unique<SceneInstance>(*scene, *world);
-  grip_.reset();
+  if (world_) {
+    release();
+    keep({choice_, std::move(scene_), std::move(world_), std::move(instance_), {}, {}});
+  }
   history_.clear();
   choice_ = choice;
   instance_ = std::move(instance);
   world_ = std::move(world);
   scene_ = std::move(scene);
   ++generation_;
+}
+
+void Session::keep(Past past) {
+  past_.push_back(std::move(past));
+  const auto is_world = [](const Past& p) { return p.world != nullptr; };
+  while (past_.size() > max_past || std::ranges::count_if(past_, is_world) > max_worlds) past_.pop_front();
+}
+
+void Session::remember() {
+  Past past{choice_, {}, {}, std::make_unique<SceneInstance>(*instance_), {}, {}};
+  if (grip_) past.holder = grip_->holder;
+  world_->save(past.snapshot);
+  keep(std::move(past));
+}
+
+bool Session::undo() {
+  if (past_.empty()) return false;
+  release();
+  Past past = std::move(past_.back());
+  past_.pop_back();
+  if (past.world) {
+    world_ = std::move(past.world);
+    scene_ = std::move(past.scene);
+    choice_ = past.choice;
+    ++generation_;
+  } else {
+    world_->restore(past.snapshot);
+    if (past.holder && world_->contains(*past.holder)) world_->remove(*past.holder);
+  }
+  instance_ = std::move(past.instance);
+  history_.clear();
+  return true;
 }
 
 void Session::step() {
@@ -38,6 +77,7 @@ bool Session::grab(Vec3 origin, Vec3 direction) {
   release();
   const auto hit = world_->cast_ray(origin, reach * direction);
   if (!hit || world_->motion(hit->body) != MotionType::dynamic) return false;
+  remember();
   grip_ = {hit->body, inverse_transform(world_->pose(hit->body), hit->point), hit->point, {}, {}};
   if (world_->definition().partition == Partition::colours) join(hit->point);
   return true;
@@ -90,6 +130,7 @@ void Session::pull_by_force() {
 }
 
 BodyId Session::shoot(Vec3 from, Vec3 direction) {
+  remember();
   BodyDef box;
   box.shape = fathom::box({0.25f, 0.25f, 0.25f});
   box.mass = 10.0f;

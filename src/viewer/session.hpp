@@ -50,6 +50,12 @@ class Session {
   const World& world() const { return *world_; }
   const Scene& scene() const { return *scene_; }
   const Choice& choice() const { return choice_; }
+  /// Takes back the last of: a scene or setting chosen, a reset, a shot, a grab, a step that `remember` came before.
+  /// The world is then as it was before that, bit for bit. False where there is nothing to take back.
+  bool undo();
+  std::size_t undoable() const { return past_.size(); }
+  /// Makes what follows something that `undo` takes back. The last few are kept.
+  void remember();
   /// Counts scenes begun, so that what was remembered of the last can be dropped.
   std::uint64_t generation() const { return generation_; }
   /// Times of the last steps, oldest first.
@@ -75,6 +81,17 @@ class Session {
   BodyId shoot(Vec3 from, Vec3 direction);
 
  private:
+  /// What there was before an action: a whole world that another took the place of, or a snapshot of the one that
+  /// still runs.
+  struct Past {
+    Choice choice;
+    std::unique_ptr<Scene> scene;
+    std::unique_ptr<World> world;
+    std::unique_ptr<SceneInstance> instance;
+    std::vector<std::byte> snapshot;
+    std::optional<BodyId> holder;  ///< of a grip at that time, which comes back with the snapshot alone
+  };
+  void keep(Past past);
   void join(Vec3 point);
   void pull();
   void pull_by_force();
@@ -88,6 +105,7 @@ class Session {
   std::uint64_t generation_ = 0;
   std::deque<StageTimes> history_;
   std::optional<Grip> grip_;
+  std::deque<Past> past_;  // the latest last
 };
 
 }  // namespace fathom::viewer

@@ -5,6 +5,8 @@
 
 #include "viewer/viewer.hpp"
 
+#include <imgui.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -14,6 +16,7 @@
 #include "render/world_picture.hpp"
 #include "viewer/controls.hpp"
 #include "viewer/panel.hpp"
+#include "viewer/preferences.hpp"
 #include "viewer/window.hpp"
 
 namespace fathom::viewer {
@@ -35,10 +38,13 @@ class Viewer {
         renderer_(settings_for_context()) {
     state_.overlays = settings.overlays;
     state_.colouring = settings.colouring;
+    state_.speed = settings.speed;
+    state_.show_panel = settings.panel;
     state_.paused = settings.paused;
     state_.show_help = settings.help;
     begin_scene();
     window_.set_handler([this](const engine::InputEvent& event) { on_event(event); });
+    window_.set_drop_handler([this](const std::string& path) { open(path); });
   }
 
   void run() {
@@ -59,13 +65,25 @@ class Viewer {
     }
   }
 
+  Preferences preferences() const {
+    return {window_.width(), window_.height(), state_.speed, state_.show_panel, state_.overlays, state_.colouring};
+  }
+
   ViewResult result() const {
     const World& world = session_.world();
-    return {session_.scene().name, world.step_count(), world.time(), world.state_hash()};
+    return {session_.scene().name, world.step_count(), world.time(), world.state_hash(), {}};
   }
 
  private:
-  float aspect() const { return static_cast<float>(window_.width()) / static_cast<float>(window_.height()); }
+  /// Where the scene begins beside the panel, and how wide it is (pixels).
+  int scene_left() const {
+    if (!state_.show_panel) return 0;
+    const float display = ImGui::GetIO().DisplaySize.x;
+    const float scale = display > 0 ? static_cast<float>(window_.width()) / display : 1;
+    return std::min(static_cast<int>(scale * panel_width()), window_.width() - 1);
+  }
+  int scene_width() const { return window_.width() - scene_left(); }
+  float aspect() const { return static_cast<float>(scene_width()) / static_cast<float>(window_.height()); }
 
   void begin_scene() {
     picture_ = {};
@@ -95,6 +113,20 @@ class Viewer {
     }
   }
 
+  void open(const std::string& path) {
+    Choice choice = session_.choice();
+    choice.scene = path;
+    choice.bodies.reset();
+    choose(choice);
+  }
+
+  void undo() {
+    const std::uint64_t generation = session_.generation();
+    session_.undo();
+    state_.message.clear();
+    if (session_.generation() != generation) begin_scene();
+  }
+
   void advance(float seconds) {
     if (settings_.frames > 0) {  // the same pictures on any machine
       if (!state_.paused) session_.step();
@@ -102,7 +134,10 @@ class Viewer {
     }
     if (state_.paused) {
       owed_ = 0;
-      if (state_.single_step) session_.step();
+      if (state_.single_step) {
+        session_.remember();
+        session_.step();
+      }
       state_.single_step = false;
       return;
     }
@@ -115,7 +150,7 @@ class Viewer {
   }
 
   void draw() {
-    const int width = window_.width(), height = window_.height();
+    const int left = scene_left(), width = scene_width(), height = window_.height();
     if (!target_ || target_->width() != width || target_->height() != height) target_.emplace(width, height, samples_);
     picture_.update(session_.world(), renderer_, state_.colouring);
     OverlayMarks marks;
@@ -131,10 +166,11 @@ class Viewer {
     frame.marks = marks.hidden;
     frame.marks_on_top = marks.on_top;
     renderer_.draw(frame, target_->framebuffer(), width, height);
-    target_->copy_to_window();
+    target_->copy_to_window(left);
     window_.begin_panel();
     const PanelRequest request = draw_panel(session_, settings_.simulators, state_);
     window_.draw_panel();
+    if (request.undo) undo();
     if (request.choice) choose(*request.choice);
     if (request.reset) choose(session_.choice());
     if (request.shoot) shoot(0, 0);
@@ -142,11 +178,12 @@ class Viewer {
 
   // --- hands --------------------------------------------------------------------------------------------------------
 
-  Vec3 direction_under_mouse() const {
-    const float x = 2 * window_.mouse_x() / static_cast<float>(window_.width()) - 1;
-    const float y = 1 - 2 * window_.mouse_y() / static_cast<float>(window_.height());
-    return direction_through(controls_.camera(), aspect(), x, y);
+  Vec3 direction_under_mouse() const { return direction_through(controls_.camera(), aspect(), mouse_x(), mouse_y()); }
+  // In the scene, from −1 to 1.
+  float mouse_x() const {
+    return 2 * (window_.mouse_x() - static_cast<float>(scene_left())) / static_cast<float>(scene_width()) - 1;
   }
+  float mouse_y() const { return 1 - 2 * window_.mouse_y() / static_cast<float>(window_.height()); }
 
   void shoot(float x, float y) {
     const Camera camera = controls_.camera();
@@ -230,8 +267,7 @@ class Viewer {
         frame_all();
         break;
       case GLFW_KEY_F:
-        shoot(2 * window_.mouse_x() / static_cast<float>(window_.width()) - 1,
-              1 - 2 * window_.mouse_y() / static_cast<float>(window_.height()));
+        shoot(mouse_x(), mouse_y());
         break;
       case GLFW_KEY_1:
         o.boxes = !o.boxes;
@@ -253,6 +289,12 @@ class Viewer {
         break;
       case GLFW_KEY_7:
         o.reactions = !o.reactions;
+        break;
+      case GLFW_KEY_X:
+        o.see_through = !o.see_through;
+        break;
+      case GLFW_KEY_Z:
+        undo();
         break;
       case GLFW_KEY_I:
         toggle_colouring(Colouring::island);
@@ -321,7 +363,13 @@ class Viewer {
 ViewResult view(const SceneMaker& make, const Choice& choice, const ViewerSettings& settings) {
   Viewer viewer(make, choice, settings);
   viewer.run();
-  return viewer.result();
+  ViewResult result = viewer.result();
+  try {
+    if (!settings.preferences.empty()) save_preferences(settings.preferences, viewer.preferences());
+  } catch (const Error& error) {
+    result.warning = error.what();
+  }
+  return result;
 }
 
 }  // namespace fathom::viewer

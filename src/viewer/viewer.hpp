@@ -20,6 +20,9 @@ struct ViewerSettings {
   OverlayChoice overlays;
   render::Colouring colouring = render::Colouring::start;
   std::optional<render::LookKind> look;  ///< absent: water where there is no gravity
+  float speed = 1;                       ///< simulated seconds a second
+  bool panel = true;                     ///< shown at the start
+  std::string preferences{};             ///< file to write what was set to when the window is closed; empty for none
   bool paused = false;
   bool help = false;
   /// Ends after so many frames, of one step each; 0: when the window is closed.
@@ -34,6 +37,7 @@ struct ViewResult {
   std::uint64_t steps = 0;
   double time = 0;  ///< s, simulated
   std::uint64_t state_hash = 0;
+  std::string warning;  ///< what could not be remembered for the next time, and why
 };
 
 /// Returns when the window was closed, `frames` are made, or `ended` says so. Throws `Error{unavailable}` without a

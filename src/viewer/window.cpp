@@ -28,7 +28,7 @@ Window& window_of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWind
 void style_panel() {
   ImGui::StyleColorsDark();
   ImGuiStyle& style = ImGui::GetStyle();
-  style.WindowRounding = 8;
+  style.WindowRounding = 0;
   style.FrameRounding = 4;
   style.GrabRounding = 4;
   style.WindowBorderSize = 0;
@@ -80,6 +80,9 @@ void Window::listen() {
   glfwSetWindowFocusCallback(window_, [](GLFWwindow* w, int focused) {
     window_of(w).tell(focused ? InputKind::window_focused : InputKind::window_unfocused, 0, 0, 0, 0);
   });
+  glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+    if (count > 0 && window_of(w).drop_handler_) window_of(w).drop_handler_(paths[0]);
+  });
   glfwSetWindowCloseCallback(window_, [](GLFWwindow* w) { window_of(w).tell(InputKind::window_closed, 0, 0, 0, 0); });
 }
 
@@ -112,6 +115,7 @@ Window::Window(const std::string& title, int width, int height, bool wait_for_di
   glfwSwapInterval(wait_for_display ? 1 : 0);
   listen();
   ImGui::CreateContext();
+  ImGui::GetIO().DisplaySize = {static_cast<float>(width), static_cast<float>(height)};  // until the first frame
   style_panel();
   // Passes on to the callbacks of `listen` what it sees itself.
   ImGui_ImplGlfw_InitForOpenGL(window_, true);

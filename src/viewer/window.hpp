@@ -21,6 +21,8 @@ class Window {
 
   /// Who is told of events, but of those that the panel takes.
   void set_handler(std::function<void(const engine::InputEvent&)> handler) { handler_ = std::move(handler); }
+  /// Who is told of files that are dropped on the window.
+  void set_drop_handler(std::function<void(const std::string&)> handler) { drop_handler_ = std::move(handler); }
   void set_title(const std::string& title);
   void close();
   bool closing() const;
@@ -41,6 +43,7 @@ class Window {
 
   GLFWwindow* window_ = nullptr;
   std::function<void(const engine::InputEvent&)> handler_;
+  std::function<void(const std::string&)> drop_handler_;
   float mouse_x_ = 0, mouse_y_ = 0;
 };
 

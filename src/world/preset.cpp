@@ -5,7 +5,7 @@ namespace fathom {
 
 void apply(Preset preset, WorldDef& def) {
   const WorldDef defaults;
-  const bool published = preset == Preset::published;
+  const bool published = preset == Preset::dissertation;
   const bool device = def.simulator == SimulatorKind::device;
   def.broad_phase = published ? BroadPhase::sweep : defaults.broad_phase;
   def.partition = published ? Partition::cells : defaults.partition;

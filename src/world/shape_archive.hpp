@@ -69,8 +69,8 @@ class ShapeReader {
   std::vector<std::shared_ptr<const Compound>> compounds_;
 };
 
-void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def);
-BodyDef read_body(ByteReader& in, ShapeReader& shapes);
+FATHOM_COMPONENT_API void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def);
+FATHOM_COMPONENT_API BodyDef read_body(ByteReader& in, ShapeReader& shapes);
 
 /// The fields one by one: the struct has padding.
 template <class Archive, class M>

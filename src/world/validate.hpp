@@ -11,15 +11,15 @@ void check_shape(const Shape& shape, const char* action);
 /// All but whether its bodies are there and one of them is dynamic.
 void check_joint(const JointDef& def, const char* action = "add joint");
 void check_joint_axis(const JointDef& def, JointAxisName name, const JointAxis& axis, const char* action);
-bool is_locked(const JointAxis& axis);
+FATHOM_COMPONENT_API bool is_locked(const JointAxis& axis);
 /// Why an axis cannot have its restitution, or its armature, beside its mode; null where it can.
-const char* restitution_fault(const JointAxis& axis);
-const char* armature_fault(const JointAxis& axis);
+FATHOM_COMPONENT_API const char* restitution_fault(const JointAxis& axis);
+FATHOM_COMPONENT_API const char* armature_fault(const JointAxis& axis);
 void check_joint_break(float force, float torque, const char* action);
 void check_joint_spring(float hertz, float damping_ratio, const char* action);
 void check_joint_force(const JointDef& def, const char* action);
 /// Why the joint can have no largest force, or null.
-const char* joint_force_fault(const JointDef& def);
+FATHOM_COMPONENT_API const char* joint_force_fault(const JointDef& def);
 void check_pose(const Pose& pose, const char* action);
 void check_finite(Vec3 value, const char* action, const char* name);
 void check_material(const Material& material, const char* action);

@@ -1,8 +1,12 @@
 // Drops a box and prints its height once it has landed.
 #include <cstdio>
+#include <fathom/version.hpp>
 #include <fathom/world.hpp>
 
+static_assert(FATHOM_VERSION >= 100, "the macro of the version");
+
 int main() {
+  const fathom::LibraryInfo build = fathom::library_info();
   fathom::World world({.threads = 1});
   fathom::BodyDef ground;
   ground.motion = fathom::MotionType::fixed;
@@ -15,7 +19,13 @@ int main() {
   const fathom::BodyId id = world.add(crate);
   for (int i = 0; i < 240; ++i) world.step();
 
+  bool refused = false;
+  try {
+    world.set_pose(id, {{0, 0, 0}, 0, {0, 0, 0, 0}});
+  } catch (const fathom::Error& error) {
+    refused = error.code() == fathom::ErrorCode::invalid_argument;
+  }
   const auto height = static_cast<double>(world.pose(id).position.z);
-  std::printf("height %.3f m\n", height);
-  return height > 0.99 && height < 1.01 ? 0 : 1;
+  std::printf("fathom %s, %s, %s, %s: height %.3f m\n", build.text, build.linkage, build.type, build.simd, height);
+  return refused && build.version == FATHOM_VERSION && height > 0.99 && height < 1.01 ? 0 : 1;
 }

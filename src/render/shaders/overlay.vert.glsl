@@ -32,5 +32,6 @@ void main() {
   size = vec2(0.5 * len, 0.5 * mark.width);
   across = vec2((second ? 1.0 : -1.0) * (0.5 * len + half_width), side * half_width);
   mark_colour = unpackUnorm4x8(mark.colour);
-  gl_Position = vec4(here.xy + offset / pixels * here.w, here.z, here.w);
+  // A little nearer than it is (depth is reversed), so that what lies in a body's surface is seen.
+  gl_Position = vec4(here.xy + offset / pixels * here.w, 1.003 * here.z, here.w);
 }

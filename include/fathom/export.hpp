@@ -1,0 +1,16 @@
+// What the shared library shows; everything else in it is hidden.
+#pragma once
+
+// The CMake target and the pkg-config file of the shared library define FATHOM_SHARED for what uses it.
+#if !defined(FATHOM_SHARED)
+#define FATHOM_API
+#elif !defined(_WIN32)
+#define FATHOM_API __attribute__((visibility("default")))
+#elif defined(FATHOM_BUILDS_LIBRARY)
+#define FATHOM_API __declspec(dllexport)
+#else
+#define FATHOM_API __declspec(dllimport)
+#endif
+
+/// What engine, scenes and program use of the library beside its public interface: no promise holds for it.
+#define FATHOM_COMPONENT_API FATHOM_API
