@@ -1,4 +1,4 @@
-// Manifolds and the contact solver on a pyramid of 15 layers: every kernel for every instruction set that this
+// Manifolds and the contact solver on a pyramid of 15 layers: every kernel forevery instruction set that this
 // machine can run, on one thread. The counters `per_…` are what to compare.
 #include <benchmark/benchmark.h>
 
@@ -24,7 +24,7 @@ void narrow_phase(benchmark::State& state, bool recycled) {
   std::vector<NewManifold> begun;
   for (auto _ : state)
     for (std::uint32_t i = 0; i < scene.graph.size(); ++i) {
-      // A manifold that was made elsewhere has to be made anew.
+      // A manifold that was made elsewhere has to be rebuilt.
       if (!recycled && scene.graph[i].touching()) scene.graph.manifold(scene.graph[i]).points[0].other += 1;  // B's x
       scene.update(i, begun);
     }
@@ -83,7 +83,7 @@ class Blocks {
   void iterate() { sweep(kernels_.iterate); }
   void store() { kernels_.store(array_, 0, stretches_.back(), lanes_.data(), constrained(), 1, {}); }
 
-  /// Otherwise sweeps repeated for ever would end in denormal numbers.
+  /// Otherwise sweeps repeated forever would end in denormal numbers.
   void reset_bodies() {
     std::memcpy(scene_.state.solver.data(), at_start_.data(), at_start_.size() * sizeof(SolverBody));
   }

@@ -69,7 +69,7 @@ BENCHMARK_CAPTURE(step, spread, spread)->Apply(bodies);
 BENCHMARK_CAPTURE(step, pyramid, pyramid)->Apply(layer_counts);
 
 // The end of a step alone, per body: of `drift` most bodies are free, and it integrates them; of `spread` all lie
-// on the ground, and it takes over what the solver made of them.
+// on the ground, and it adopts what the solver made of them.
 void finish(benchmark::State& state, Scene (*make)(std::int64_t)) {
   Scene scene = make(1000);
   scene.world.threads = 1;

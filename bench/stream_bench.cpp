@@ -125,7 +125,7 @@ void measure(const Options& options) {
   counts = world.profile().counts;
   const StageTimes& t = world.profile().times;
   std::printf(
-      "%d bodies, %d come and go, ahead %d, reading %s: mean %.4f ms a step, median %.4f, p99 %.4f "
+      "%d bodies, %d come and go, ahead %d, reading %s: mean %.4f ms per step, median %.4f, p99 %.4f "
       "(calls %.4f, step %.4f, read %.4f)\n",
       options.bodies, options.churn, options.world.ahead, options.read.c_str(), mean, median(sums), median(sums, 0.99),
       median(calls), median(steps), median(reads));

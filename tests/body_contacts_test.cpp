@@ -57,7 +57,7 @@ TEST(BodyContacts, NewestFirst) {
   EXPECT_EQ(c.of(2), Indices{1});
 }
 
-// Asked for often and seldom, so that lists are kept, made anew and left alone in between.
+// Asked for often and seldom, so that lists are kept, rebuilt and left alone in between.
 TEST(BodyContacts, AsASearchThroughAllWouldFindThem) {
   Contacts c;
   std::mt19937 random(7);

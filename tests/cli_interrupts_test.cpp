@@ -32,7 +32,7 @@ constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), s
 
 class Interrupts : public fathom::test::Program {
  protected:
-  /// Starts a command that would take for ever, waits until it has begun `file`, then for so long, and sends the
+  /// Starts a command that would take forever, waits until it has begun `file`, then for so long, and sends the
   /// signal, twice as `timeout` does.
   Outcome interrupt(const Words& words, const std::string& file, int signal, std::chrono::milliseconds moment) {
     const pid_t child = start(words);

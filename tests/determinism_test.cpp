@@ -136,7 +136,7 @@ TEST(Determinism, SleepingDoesNotDependOnThreadsEither) {
   EXPECT_EQ(heap_hash(def), expected);
 }
 
-// Columns of many heights, cubes and flat boxes, which come apart where balls strike them.
+// Columns of many heights, cubes and flat boxes, which come apart where balls hit them.
 std::uint64_t columns_hash(const WorldDef& def) {
   World world(def);
   world.add(ground());

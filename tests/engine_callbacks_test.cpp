@@ -140,7 +140,7 @@ TEST(EngineCallbacks, AnExceptionInATickOrATimerEndsTheRunAfterTheFrame) {
       EXPECT_THROW(engine.run(), std::runtime_error) << mode << ", " << where;
       const std::uint64_t steps = engine.steps();
       EXPECT_EQ(engine.simulation().completed(), steps) << mode << ", " << where << ": no step is under way";
-      EXPECT_EQ(ticks % 3, 0) << "whoever ticks after it has ticked, too";
+      EXPECT_EQ(ticks % 3, 0) << "what ticks after it has ticked, too";
       engine.run(10);
       EXPECT_EQ(engine.steps(), steps + 10) << mode << ", " << where;
       EXPECT_EQ(engine.simulation().completed(), steps + 10) << mode << ", " << where;

@@ -222,7 +222,7 @@ TEST(EngineSettings, APresetSetsAllThatItDecidesButForWhatIsSetBesideOrAfterIt) 
   EXPECT_TRUE(world.solver.warm_start);
   EXPECT_EQ(config.origin("simulator.solver"), "preset dissertation");
   EXPECT_EQ(config.origin("simulator.partition"), "--set");
-  // On a device it decides otherwise, whoever names the device and whenever.
+  // On a device it decides otherwise, whatever names the device and whenever.
   config.give("simulator.device", "--device", [](Settings& s) { s.simulator.device = "host"; });
   EXPECT_EQ(config->simulator.kind, SimulatorKind::device);
   EXPECT_EQ(config.origin("simulator.kind"), "--device");

@@ -139,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(Native, Heaps, testing::Range(std::uint64_t{1}, std::ui
 // A speck of 29 g between drums of up to 16 t: a patch whose points differ by hardly more than rounding.
 TEST(Heap, SharesOutLoadsOfPatchesThatAreNearlyPoints) { expect_sound(3079, {.threads = 1}); }
 
-// Fast bodies in the ground's surface with a load on them: held back from coming deeper, and for ever from getting out.
+// Fast bodies in the ground's surface with a load on them: held back from coming deeper, and forever from getting out.
 TEST(Heap, LetsNobodyStayWhereItIsAgainstItsVelocity) {
   for (const std::uint64_t seed : {13, 119, 136}) expect_sound(seed, {.threads = 1});
 }

@@ -1,4 +1,4 @@
-// What a manifold made anew keeps of the old one's load: all of it, spread where it lay, whatever the patch.
+// What a rebuilt manifold keeps of the old one's load: all of it, spread where it lay, whatever the patch.
 #include "dynamics/manifold_update.hpp"
 
 #include <gtest/gtest.h>

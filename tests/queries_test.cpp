@@ -1,5 +1,5 @@
-// Queries of worlds: the tree must offer whoever is met, whatever happened to the world. Every answer is compared with
-// that of all bodies asked one by one.
+// Queries of worlds: the tree must offer every body that is met, whatever happened to the world. Every answer is
+// compared with that of all bodies asked one by one.
 #include <gmock/gmock.h>
 
 #include <string>

@@ -1,4 +1,4 @@
-// What the hands do to a world, without a window.
+// What the controls do to a world, without a window.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

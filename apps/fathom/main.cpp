@@ -44,7 +44,7 @@ int stdout_is_lost(const std::string& why) {
   return complain(fmt::format("stdout: could not be written to its end ({}); is the disk full?", why), bad_request);
 }
 
-/// Whoever reads what the program prints must hear that a part is missing.
+/// What reads the output must hear that a part is missing.
 int flushed(int code) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
   return stdout_is_lost(std::strerror(errno));

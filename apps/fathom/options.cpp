@@ -82,7 +82,7 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
                          "How contacts are solved (soft)");
   declare_choice<bool>(command, "--warm-start", options.warm_start, {{"on", true}, {"off", false}},
                        "Whether contacts begin with their last impulses (on)");
-  command.add_option("--iterations", options.iterations, "Sweeps a substep of solver impulse (10)")
+  command.add_option("--iterations", options.iterations, "Sweeps per substep of solver impulse (10)")
       ->type_name("N")
       ->check(whole_number(1, 1000));
   command.add_option("--substeps", options.substeps, "Substeps of a step (4)")

@@ -104,7 +104,7 @@ int play(const RunOptions& options) {
   const std::string summary =
       fmt::format("{}: {} frames, {} steps, {:.2f} s simulated, {} entities\n  state hash             {:016x}\n",
                   scene.name, engine.stats().frame, engine.steps(), engine.time(), engine.world().count(), hash);
-  // Whoever reads a file from stdout reads nothing else there.
+  // A file on stdout stands alone there.
   if (!options.quiet && std::ranges::any_of(outputs_of(*config), files::is_stdout, &KeyAndFile::second))
     tell(summary);
   else if (!options.quiet)

@@ -84,7 +84,7 @@ std::string quality_text(const Json& r) {
          (r["joints"].get<std::uint64_t>() > 0
               ? fmt::format("  widest joint gap       {:.3f} mm\n", 1e3 * q["joint_gap_max"].get<double>())
               : std::string()) +
-         fmt::format("  kinetic energy         {:.3g} J a body\n", q["kinetic_energy_per_body"].get<double>()) +
+         fmt::format("  kinetic energy         {:.3g} J per body\n", q["kinetic_energy_per_body"].get<double>()) +
          fmt::format("  states not finite      {}\n", q["non_finite"].get<std::uint64_t>()) +
          fmt::format("  state hash             {}\n", r["state_hash"].get<std::string>());
 }

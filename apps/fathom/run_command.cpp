@@ -67,7 +67,7 @@ int run(const RunOptions& options) {
   const Json report = to_json(scene, result);
   if (json.wanted()) json.stream() << report.dump(2) << "\n";
   json.finish();
-  // Whoever reads a file from stdout reads nothing else there.
+  // A file on stdout stands alone there.
   const bool taken =
       std::ranges::any_of(std::array{options.json, options.csv, files.record, files.trace}, files::is_stdout);
   if (!options.quiet && taken)

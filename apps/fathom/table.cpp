@@ -41,7 +41,7 @@ int table(const TableOptions& options) {
     }
   }
   fmt::print("{:<12}{:>9}{:>8}{:>7}{:>10}{:>9}{:>9}{:>8}{:>9}{:>9}{:>10}\n{}", "environment", "bodies", "threads",
-             "steps", "mean ms", "p99 ms", "max ms", "points", "sunk mm", "moved m", "J a body", rows);
+             "steps", "mean ms", "p99 ms", "max ms", "points", "sunk mm", "moved m", "J per body", rows);
   return finished;
 }
 

@@ -46,7 +46,7 @@ void check_heap_options(const ValidateOptions& options, const std::vector<const 
     throw Error(ErrorCode::invalid_argument, "--seeds and --first are those of the cases heaps; add --only heaps");
 }
 
-/// Whoever reads a report from stdout reads nothing else there.
+/// A report on stdout stands alone there.
 void say(const Output& html, const Output& json, const std::string& text) {
   if (html.is_stdout() || json.is_stdout()) return tell(text);
   fmt::print("{}", text);

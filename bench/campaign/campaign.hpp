@@ -19,7 +19,7 @@ struct Settings {
   bool resume = false;
 };
 
-/// What goes on, for whoever waits.
+/// Progress of the campaign.
 struct Progress {
   std::size_t run = 0, runs = 0;  ///< the run at work, from 1, of so many
   const Case* what = nullptr;

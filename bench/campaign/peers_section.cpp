@@ -57,7 +57,7 @@ std::string html_of(const Json& peers) {
           "<h3>{}, {} bodies</h3>\n<div class='wide'><table><tr><th></th><th class='n'>Threads</th><th "
           "class='n'>Steps</th><th class='n'>Step (ms)</th><th class='n'>p99</th><th class='n'>max</th><th "
           "class='n'>Ratio</th><th "
-          "class='n'>Moved (mm)</th><th class='n'>In the ground (mm)</th><th class='n'>Energy (J a body)</th>"
+          "class='n'>Moved (mm)</th><th class='n'>In the ground (mm)</th><th class='n'>Energy (J per body)</th>"
           "<th></th></tr>\n",
           escaped(r.at("environment").get<std::string>()), grouped(r.at("bodies")));
     }

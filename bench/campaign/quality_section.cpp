@@ -47,7 +47,7 @@ std::string quality_section(const View& view) {
     html += fmt::format(
         "<h3>{}</h3>\n<div class='wide'><table><tr><th></th><th class='n'>Step (ms)</th><th class='n'>p99 / "
         "median</th><th class='n'>max / median</th><th class='n'>Moved (mm)</th><th class='n'>In the ground "
-        "(mm)</th><th class='n'>Energy (J a body)</th><th></th></tr>\n",
+        "(mm)</th><th class='n'>Energy (J per body)</th><th></th></tr>\n",
         environment);
     for (const std::int64_t bodies : view.sizes(environment)) {
       html += fmt::format("<tr class='group'><td colspan='8'>{} bodies</td></tr>\n", grouped(bodies));

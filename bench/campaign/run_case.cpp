@@ -108,7 +108,7 @@ std::string refusal(const Scene& scene, const Quality& quality, std::uint64_t st
   }
   allowed = 1.1 * allowed + 1;
   if (quality.kinetic_energy_per_body <= allowed) return {};
-  return fmt::format("exploded: {:.3g} J a body, where at most {:.3g} J can be", quality.kinetic_energy_per_body,
+  return fmt::format("exploded: {:.3g} J per body, where at most {:.3g} J can be", quality.kinetic_energy_per_body,
                      allowed);
 }
 

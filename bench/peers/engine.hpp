@@ -1,6 +1,6 @@
 // What every engine must offer to be measured. One adapter file an engine; engines.cpp lists them.
 //
-// An adapter takes over the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything
+// An adapter adopts the scene's definitions (shapes, masses, friction, gravity, Δt) and leaves everything
 // else at the engine's own defaults, except that bodies neither sleep nor are damped.
 #pragma once
 

@@ -102,7 +102,7 @@ Outcome run(const Options& options) {
       run_campaign(scenes, engines, options.threads, options.rounds, options.limit,
                    [&](int round, const Result& next) { show_progress(round, options.rounds, next); });
   if (stderr_is_terminal()) tell("\r\x1b[K");
-  // Whoever reads figures from stdout reads nothing else there.
+  // Figures on stdout stand alone there.
   if (files::is_stdout(options.json))
     tell(table_of(results));
   else

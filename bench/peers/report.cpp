@@ -82,7 +82,7 @@ std::string table_of(const std::vector<Result>& results) {
       results.empty() ? 0 : results.front().rounds.size());
   text += fmt::format("{:<14}{:>7}{:>7}  {:<8}{:>3}{:>11}{:>7}{:>9}{:>10}{:>10}{:>10}{:>10}{:>11}{:>10}{:>7}{:>8}\n",
                       "scene", "bodies", "steps", "engine", "thr", "mean ms", "noise", "ratio", "p99 ms", "sunk mm",
-                      "deep mm", "gap mm", "moved m", "J a body", "below", "escaped");
+                      "deep mm", "gap mm", "moved m", "J per body", "below", "escaped");
   const SceneEntry* previous = nullptr;
   for (const Result& result : results) {
     if (previous && previous != result.scene) text += "\n";

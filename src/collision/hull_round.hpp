@@ -1,7 +1,7 @@
 // A hull against a sphere or a capsule.
 //
 // The core of the round shape is a segment. While it is outside the hull the closest features are found exactly and
-// tell the normal; once it has entered, the axis of least overlap takes over: faces, and cross products of the segment
+// tell the normal; once it has entered, the axis of least overlap decides: faces, and cross products of the segment
 // with the edges whose arc of normals crosses the great circle perpendicular to it.
 #pragma once
 

@@ -62,7 +62,7 @@ class BodyIndices {
   std::uint32_t slot(std::uint32_t index) const { return slots_[index]; }
   const std::vector<std::uint32_t>& slots() const { return slots_; }
 
-  /// Who had `index` in step `step` and has it no more; null where whoever has it now had it then.
+  /// Who had `index` in step `step` and has it no more; null where its present owner had it then.
   const BodyId* former(std::uint32_t index, std::uint64_t step) const {
     if (index >= losses_.size() || losses_[index].step < step) return nullptr;
     if (losses_[index].step_before < step) return &losses_[index].id;

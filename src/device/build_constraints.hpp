@@ -2,11 +2,11 @@
 //
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
 // it begins to touch and keeps it. Where one thread would go through new contacts in order, here they choose in rounds:
-// whoever has the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring Heuristic",
-// 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. A body's colours are the bits
-// of one word, and of a second one that is looked at only where the first is full. A contact that finds no free colour,
-// or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order of priorities,
-// and tries again in the next: no contact is ever left out.
+// the contact with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring
+// Heuristic", 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. A body's colours
+// are the bits of one word, and of a second one that is looked at only where the first is full. A contact that finds no
+// free colour, or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order
+// of priorities, and tries again in the next: no contact is ever left out.
 //
 // Joints come with a colour (device/joint_arrays.hpp), which their bodies' words have too. In the layout a colour's
 // joints lie behind its contacts.

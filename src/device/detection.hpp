@@ -46,7 +46,7 @@ class Detection {
   /// Shape and motion type of the body in `slot`, uploaded with the next search.
   virtual void set_body(std::uint32_t slot, const BodyInfo& info) = 0;
   virtual void remove_body(std::uint32_t slot) = 0;
-  /// Takes over boxes and begins to search for pairs. `slots`: how many there are. `set_changed`: bodies came or went.
+  /// Adopts boxes and begins to search for pairs. `slots`: how many there are. `set_changed`: bodies came or went.
   virtual void begin_search(std::span<const BoxUpdate> boxes, std::uint32_t slots, bool set_changed) = 0;
   /// Waits for the search: pairs whose boxes overlap, in any order, each once. With the grid those of which one is new,
   /// with the sweep all.

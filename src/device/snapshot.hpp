@@ -1,7 +1,7 @@
 // The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
 //
 // Places in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
-// mirror are made anew; hulls get new indices.
+// mirror are rebuilt; hulls get new indices.
 #pragma once
 
 #include <utility>

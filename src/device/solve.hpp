@@ -223,13 +223,13 @@ struct SolveConstraints {
     return p.warm_start && place.substep > 0 ? integrate_v : integrate_first_v;
   }
 
-  FATHOM_HD static std::uint32_t strike_index(Place place) {
+  FATHOM_HD static std::uint32_t bounce_index(Place place) {
     return place.substep * max_bounce_sweeps + place.bounce_sweeps;
   }
   /// Whether nothing bounced in an earlier bounce sweep: then nothing will. What the last one found is not known to
   /// all before the barrier at its end, which loads for the first colour are ahead of.
   FATHOM_HD bool is_calm(Place place) const {
-    const std::uint32_t before = place.colour > 0 ? 1 : 2, index = strike_index(place);
+    const std::uint32_t before = place.colour > 0 ? 1 : 2, index = bounce_index(place);
     return place.bounce_sweeps >= before && index < noted_bounce_sweeps &&
            !exec::atomic_load(counters->bounced[index - before]);
   }
@@ -334,7 +334,7 @@ struct SolveConstraints {
       const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold);
       if (!bounced.any) return;
       contact.impulses.step += bounced.impulse;
-      if (strike_index(place) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[strike_index(place)], 1u);
+      if (bounce_index(place) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[bounce_index(place)], 1u);
     } else {
       sweep_contact<what>(head, contact, both);
       if (rolls && (what == relax || !p.soft))

@@ -1,6 +1,6 @@
 // The rows of a ball joint over a lane type L: `float`, or a vector of as many joints as it has lanes.
 //
-// No include guard and no namespace: whoever includes it has opened the namespace that has L's functions in it, once
+// No include guard and no namespace: the including file has opened the namespace that has L's functions in it, once
 // for scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp).
 // FATHOM_LANE_FUNCTION is what functions are marked with there.
 //

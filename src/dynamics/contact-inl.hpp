@@ -316,10 +316,10 @@ FATHOM_LANE_FUNCTION L sweep_friction(Rows& rows, const ContactAxesOf<L>& axes, 
   return now.twist + (now.slide_1 + now.slide_2);
 }
 
-/// Rounds over the points of a contact that strike together.
-inline constexpr int strike_rounds = 8;
+/// Rounds over the points of a contact that bounce together.
+inline constexpr int bounce_rounds = 8;
 
-/// What a strike has given.
+/// What a bounce has given.
 template <class L>
 struct Bounce {
   bool any;   ///< whether any lane bounced; without, nothing has changed
@@ -378,7 +378,7 @@ FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L
   }
   for (int i = 0; i < rows.end(); ++i)
     if (rows.has(i)) sweep.add(hit[i], rows.point(i).x, rows.point(i).y);
-  for (int round = 0; any_above(bounced, one) && round < strike_rounds; ++round)
+  for (int round = 0; any_above(bounced, one) && round < bounce_rounds; ++round)
     for (int i = 0; i < rows.end(); ++i) {
       if (!rows.has(i)) continue;
       const ContactPoint<L> p = rows.point(i);

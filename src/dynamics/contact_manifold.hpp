@@ -57,7 +57,7 @@ struct alignas(16) ContactManifold {
     points[2].other = b_in_a.position.z;
     points[3].other = static_cast<float>(count);
   }
-  /// It will be made anew, wherever the bodies are.
+  /// It will be rebuilt, wherever the bodies are.
   FATHOM_HD void forget_build() { points[0].other = 3e38f; }
 };
 static_assert(sizeof(ContactManifold) == 208);

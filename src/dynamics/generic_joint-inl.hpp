@@ -366,7 +366,7 @@ FATHOM_LANE_FUNCTION void add_armature(FreeAxis<L>& f, L armature, L rate) {
 
 /// The same with a drive that gives `most`, or its reverse.
 template <class L>
-FATHOM_LANE_FUNCTION void add_most_to_armature(FreeAxis<L>& f, L armature, L rate, L most) {
+FATHOM_LANE_FUNCTION void add_limit_to_armature(FreeAxis<L>& f, L armature, L rate, L most) {
   const L compliance = splat<L>(1.0f) / larger(armature, splat<L>(1e-30f));
   f.aim = mul_add(rate, compliance, most);
   f.compliance = compliance;
@@ -414,7 +414,7 @@ FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis
   const L of_drive = wanted - a.armature * (rate - speed);
   const L exceeds = is_less(a.most, larger(of_drive, zero - of_drive)) * (one - f.is_at_limit);
   FreeAxis<L> at_most = f;
-  add_most_to_armature(at_most, a.armature, rate, bounded(of_drive, a.most));
+  add_limit_to_armature(at_most, a.armature, rate, bounded(of_drive, a.most));
   f.aim = choose(exceeds * has, at_most.aim, f.aim);
   f.compliance = choose(exceeds * has, at_most.compliance, f.compliance);
   return exceeds * (one - has);
@@ -626,7 +626,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   }
   rows.push(row, more);
   if (pass == JointPass::soft && use.moves) rows.set_pull_apart(row, pull_back, share);
-  // Of several sweeps a substep all begin with the rates that it began with.
+  // Of several sweeps per substep all begin with the rates that it began with.
   if (use.reacts && (pass != JointPass::iterate || ends_substep))
     for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i);
   if (ends_substep) rows.add_up(row);

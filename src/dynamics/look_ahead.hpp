@@ -143,7 +143,7 @@ struct FreeWay {
 /// what they meet after that, turned and thrown about within the step, is seen here, and is a contact of the next one.
 /// It goes on with what it meets, and along its surface. What touched before and still comes
 /// deeper, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface and
-/// loses its approach. It is not stopped: held where it is too deep it would be pushed out for ever and never get out.
+/// loses its approach. It is not stopped: held where it is too deep it would be pushed out forever and never get out.
 /// `first` is that of `look_ahead`.
 template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
@@ -216,8 +216,9 @@ FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, fl
   return pose;
 }
 
-/// The angular velocity (rad/s) of a body that `end_of` puts from `from` to `to`: its spin stays as the body has it, and
-/// with it its energy. What turns a thin rod about its long axis would turn the rod itself if it stayed in world axes.
+/// The angular velocity (rad/s) of a body that `end_of` puts from `from` to `to`: its spin stays as the body has it,
+/// and with it its energy. What turns a thin rod about its long axis would turn the rod itself if it stayed in world
+/// axes.
 FATHOM_HD Vec3 spin_put_back(Vec3 angular, Quat from, Quat to) { return rotate(to, inverse_rotate(from, angular)); }
 
 /// Rows that `prepare_contact` has made of the poses in which two bodies will be after `time` (s) if nothing stops

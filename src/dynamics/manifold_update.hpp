@@ -1,4 +1,4 @@
-// When a manifold is made anew, and what it keeps of the old one. Pure, for host and device.
+// When a manifold is rebuilt, and what it keeps of the old one. Pure, for host and device.
 #pragma once
 
 #include "dynamics/bounds.hpp"
@@ -7,7 +7,7 @@
 namespace fathom {
 
 /// Distance (m) that two bodies with these shapes and bounding radii (m) may move against each other before their
-/// manifold is made anew. None where something round may roll: its points stay under it, while anchors in both bodies
+/// manifold is rebuilt. None where something round may roll: its points stay under it, while anchors in both bodies
 /// would turn away from there, and a load some millimetres off the middle brakes or drives it.
 FATHOM_HD float recycle_distance(ShapeType shape_a, float radius_a, ShapeType shape_b, float radius_b) {
   const auto rolls = [](ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; };
@@ -28,7 +28,7 @@ FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float 
 }
 
 /// Whether the load of a reduced manifold has moved so far to its border that some point carries nothing, and is at no
-/// corner of it: then the corners are chosen anew, so that the body tips over the patch's own edge. (A cylinder of 32
+/// corner of it: then the corners are chosen again, so that the body tips over the patch's own edge. (A cylinder of 32
 /// sides would tip at 22° in place of 26.6°.)
 FATHOM_HD bool leans(const ContactManifold& m) {
   float sum = 0, most = 0, least = 3e38f;
@@ -41,7 +41,7 @@ FATHOM_HD bool leans(const ContactManifold& m) {
   return least <= 0.01f * sum && most < 0.98f * sum;
 }
 
-/// Whether the corners are chosen anew: not while the load still settles on those that were chosen last.
+/// Whether the corners are chosen again: not while the load still settles on those that were chosen last.
 FATHOM_HD bool is_to_reduce_anew(AxisCache& cache, const ContactManifold& m) {
   if (!cache.reduced || !leans(m)) return false;
   if (cache.wait == 0) return true;

@@ -38,7 +38,7 @@ FATHOM_HD float inertia_load(float half_thickness, float stiffness) {
 }
 
 /// What a contact's `impulse` over a step leaves for a load (N·s) when the momentum that its two bodies gained, by all
-/// that acts on them, is taken off. Without this a body made inert by a load would strike harder, and so seem to carry
+/// that acts on them, is taken off. Without this a body made inert by a load would hit harder, and so seem to carry
 /// more.
 FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
   return max(impulse - (gained_a + gained_b), 0.0f);
@@ -48,7 +48,7 @@ FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
 /// body's own inertia: so that the contact gives way by a quarter of what it would under that load, however much it
 /// carries. The lighter body takes most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both
 /// (1/kg), `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: no
-/// more than sixteen times that is ever of use, and what moves about as it is pressed could otherwise strike ever
+/// more than sixteen times that is ever of use, and what moves about as it is pressed could otherwise hit ever
 /// harder.
 FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum, float heaviest) {
   const float most = max(16 * heaviest * inverse_mass, 1.0f);

@@ -1,4 +1,4 @@
-// What keeps round bodies from rolling and spinning for ever. Pure, for host and device.
+// What keeps round bodies from rolling and spinning forever. Pure, for host and device.
 //
 // A sphere or a capsule touches in a point. A real one touches in a small patch, which gives it two more couples:
 //

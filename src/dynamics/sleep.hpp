@@ -12,7 +12,7 @@ namespace fathom {
 /// Part of `SleepSettings::linear_speed` up to which a body counts as not moving.
 inline constexpr float still_share = 1e-3f;
 
-/// What is round and touches something rolls on for ever, where its material has no rolling resistance, or creeps where
+/// What is round and touches something rolls on forever, where its material has no rolling resistance, or creeps where
 /// the ground is not quite level. Up to this many times `SleepSettings::linear_speed` its spin is damped by so much
 /// (1/s), so that it comes to rest; PhysX does the like below its stabilization threshold. A ball rolls freely from a
 /// slope of 0.5° on.

@@ -31,7 +31,7 @@ class CommandRunner {
     BodyId body;
   };
   const std::vector<Entry>& entries() const { return entries_; }
-  /// Takes over the entries of another runner whose world was restored into this one's. Throws `Error{file}` where they
+  /// Adopts the entries of another runner whose world was restored into this one's. Throws `Error{file}` where they
   /// name bodies that are not there.
   void set_entries(std::vector<Entry> entries);
 

@@ -122,7 +122,7 @@ bool is_axis(Vec3 v) { return min_component(v) >= 0 && length(v) > 1e-6f; }
 std::vector<ConfigKey> solver_keys() {
   return {
       integer(
-          "simulator.iterations", "sweeps a substep of solver impulse", 1, 1000,
+          "simulator.iterations", "sweeps per substep of solver impulse", 1, 1000,
           [](auto& s) -> auto& { return s.simulator.iterations; }),
       integer(
           "simulator.marking_rounds", "batches that a cell of a device can have", 1, 255,

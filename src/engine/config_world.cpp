@@ -1,4 +1,4 @@
-// One definition of a world from a scene, a configuration and options: whoever sets a value last wins, and a preset
+// One definition of a world from a scene, a configuration and options: the last to set a value wins, and a preset
 // sets all that it decides.
 #include "engine/config_world.hpp"
 

@@ -122,7 +122,7 @@ void Input::dispatch(std::span<const InputEvent> events) {
 void Input::dispatch(std::span<const InputEvent> events, Failures& failures) {
   for (const InputEvent& event : events) {
     route(event, failures);
-    // Whoever consumed it: the key is up.
+    // Consumed or not: the key is up.
     if (is_release(event.kind)) release(key_of(event), failures);
     // Releases go to another window from now on.
     if (event.kind != InputKind::window_unfocused) continue;

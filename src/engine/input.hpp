@@ -1,4 +1,4 @@
-// Keyboard, mouse and window events on their way from a front end to whoever handles them.
+// Keyboard, mouse and window events on their way from a front end to their handlers.
 #pragma once
 
 #include <cstdint>
@@ -56,7 +56,7 @@ class Input {
   /// Returns true where it consumes the event: nobody of lower priority sees it.
   using Handler = std::function<bool(const InputEvent&)>;
   /// Told whenever a key bound to the action goes down (true), and when the last of them is up again (false). Who was
-  /// told of a press is told of the release, whoever consumes it.
+  /// told of a press is told of the release, consumed or not.
   using ActionHandler = std::function<void(bool pressed)>;
 
   /// Actions have this priority among handlers.

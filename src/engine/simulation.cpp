@@ -363,7 +363,7 @@ std::shared_ptr<SimulationState> Simulation::take_spare() {
     }
   }
   if (!state) state = std::make_unique<SimulationState>();
-  // Whoever looks at it last gives it back.
+  // The last one to look at it gives it back.
   return {state.release(), [pool = pool_](SimulationState* used) {
             std::unique_ptr<SimulationState> spare(used);
             const std::lock_guard lock(pool->mutex);

@@ -83,7 +83,7 @@ class SimulationObserver {
   virtual void after_step(const World& world) = 0;
 };
 
-/// What belongs to steps, whoever asks for them and whenever a frame looks.
+/// What belongs to steps, whichever thread asks for them and whenever a frame looks.
 class StepScript {
  public:
   virtual ~StepScript() = default;

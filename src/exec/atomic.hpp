@@ -1,7 +1,7 @@
 // Atomics on 32- and 64-bit integers for kernels, relaxed, visible to the whole device; each returns the old value.
 //
 // Sums, minima, maxima and or-masks do not depend on the order of their operands. A slot taken with atomic_add
-// does: whoever fills slots so must sort them afterwards, or results differ from run to run.
+// does: slots that are filled so must be sorted afterwards, or results differ from run to run.
 #pragma once
 
 #include <cstdint>

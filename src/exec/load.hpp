@@ -68,7 +68,7 @@ FATHOM_HD bool all_ready(bool ready) {
 }
 
 /// How long a work-item waits for data. What never comes, because something has been counted wrongly, must not keep the
-/// GPU for ever: after some seconds the kernel crashes, and the host hears that the device is lost.
+/// GPU forever: after some seconds the kernel crashes, and the host hears that the device is lost.
 class Patience {
  public:
   /// After every look in vain, which takes more than half a microsecond.

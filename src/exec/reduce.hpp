@@ -31,12 +31,12 @@ struct LoadFrom {
 namespace detail {
 
 inline constexpr std::uint32_t reduce_group_size = 256;
-inline constexpr std::uint32_t reduce_most_groups = 256;
+inline constexpr std::uint32_t reduce_max_groups = 256;
 
 /// Work-groups that share out n items: each has at least 8 rounds to go before one more group is worth it.
 FATHOM_HD std::uint32_t reduce_groups(std::uint32_t n) {
   const std::uint32_t groups = n / (8 * reduce_group_size) + 1;
-  return groups < reduce_most_groups ? groups : reduce_most_groups;
+  return groups < reduce_max_groups ? groups : reduce_max_groups;
 }
 
 /// Each group folds its items to one result: first each work-item on its own, then in pairs by halves.
@@ -85,7 +85,7 @@ struct LoadGroupResult {
 
 template <class T>
 std::size_t reduce_scratch_bytes() {
-  return detail::reduce_most_groups * sizeof(T);
+  return detail::reduce_max_groups * sizeof(T);
 }
 
 /// *out = identity ∘ load(0) ∘ load(1) ∘ … for all items of the range; `out` is in device memory.

@@ -36,8 +36,8 @@ bool is_locked(const std::string& name) {
   return file && flock(file.number(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
-/// Keeps other runs from looking for writers between our own look and our own lock. Whoever holds the folder's lock for
-/// reasons of their own is not waited for long.
+/// Keeps other runs from looking for writers between our own look and our own lock. A run that holds the folder's lock
+/// for reasons of their own is not waited for long.
 Descriptor lock_folder(const std::string& target) {
   Descriptor folder(open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   for (const auto end = Clock::now() + patience; folder && Clock::now() < end; std::this_thread::sleep_for(pause))

@@ -167,7 +167,7 @@ class Merger {
     mesh_.edges[next].previous = e;
   }
 
-  /// Takes away the vertex where `out` starts, which has two edges only: the edge before takes over out's way.
+  /// Takes away the vertex where `out` starts, which has two edges only: the edge before goes on along out's way.
   void straighten(int out) {
     const int in = edge(out).previous;
     const int out_twin = edge(out).twin, in_twin = edge(in).twin;

@@ -6,7 +6,7 @@
 //   find_pairs        boxes that changed go up; while the device searches, the host inspects the contacts there are
 //                     (which have parted, which keep their manifolds, which must be collided); pairs come back
 //   update_manifolds  what must be collided goes up in portions, and each portion's manifolds come back while the next
-//                     one is written, uploaded and collided; the host takes over those that are back
+//                     one is written, uploaded and collided; the host adopts those that are back
 //
 // Poses stay on the host, where the solver moves them: the device is told where B lies in A's frame.
 #pragma once

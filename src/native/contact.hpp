@@ -42,7 +42,7 @@ struct alignas(32) Contact {
   std::uint32_t manifold = none;     ///< while touching
   AxisCache axis;
   std::uint64_t born = 0;  ///< how many contacts were made before it
-  /// m that the bodies may move against each other before the manifold is made anew. Below zero: none, and so much of
+  /// m that the bodies may move against each other before the manifold is rebuilt. Below zero: none, and so much of
   /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
   float recycle_distance = 0;
   std::uint8_t colour = no_colour;

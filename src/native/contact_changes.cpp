@@ -1,4 +1,4 @@
-// What the narrow phase found is taken over here, in the order of contacts: ends and beginnings of touch, with the
+// What the narrow phase found is applied here, in the order of contacts: ends and beginnings of touch, with the
 // colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
 // would wait for each of them to come from the cache of the thread that wrote it last:
 //

@@ -205,7 +205,7 @@ bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstac
   return is_held;
 }
 
-/// Manifolds of the pair, of which this is the first contact, are made anew in the next step.
+/// Manifolds of the pair, of which this is the first contact, are rebuilt in the next step.
 void NativeSimulator::forget_build(std::uint32_t first) {
   const auto forget = [&](std::uint32_t index) {
     if (graph_[index].touching()) graph_.manifold(graph_[index]).forget_build();

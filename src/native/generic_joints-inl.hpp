@@ -36,7 +36,7 @@ enum GenericField : int {
   generic_rigid,
   generic_distance,
   generic_cone,
-  generic_least_hit,
+  generic_min_hit,
   generic_axes,
   generic_hold = generic_axes + axis_count * axis_field_count,
   generic_drive = generic_hold + axis_count,
@@ -82,7 +82,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
     row.pulled_a = block.get3(generic_pulled_a), row.pulled_b = block.get3(generic_pulled_b);
   }
   if (!block.header().reacts) return;
-  row.min_hit = block.get(generic_least_hit);
+  row.min_hit = block.get(generic_min_hit);
   for (int i = 0; i < axis_count; ++i)
     row.bounce[i] = block.get(generic_bounce + i), row.rate[i] = block.get(generic_rate + i);
 }

@@ -39,7 +39,7 @@ struct FastPair {
   Children children{};
 };
 
-/// Distance (m) that two bodies may move against each other before their manifold is made anew.
+/// Distance (m) that two bodies may move against each other before their manifold is rebuilt.
 float recycle_distance(const BodyInfo& a, const BodyInfo& b);
 
 /// What a contact needs before shapes are collided.

@@ -72,7 +72,7 @@ class NativeSimulator : public Simulator {
   void find_pairs();
   virtual void update_manifolds();
 
-  /// What a block of contacts, of several chunks, met in the narrow phase: who takes it over finds little to fetch.
+  /// What a block of contacts, of several chunks, met in the narrow phase: applying it fetches little.
   struct alignas(128) BlockOfChanges {
     std::vector<NewManifold> begun;
     std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
@@ -235,7 +235,7 @@ class NativeSimulator : public Simulator {
   std::vector<Pair> pairs_to_add_;
   std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
 
-  // What the narrow phase met, by block, and how much of it: whoever takes it over reads only blocks that hold
+  // What the narrow phase met, by block, and how much of it: applying it reads only blocks that hold
   // something.
   struct BlockCounts {
     std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0, fast = 0;

@@ -17,7 +17,7 @@ namespace fathom::native {
 
 class Neighbourhood {
  public:
-  /// Takes over the order of the broad phase, where it is a new one. `slot_count`: upper end of slots.
+  /// Adopts the order of the broad phase, where it is a new one. `slot_count`: upper end of slots.
   void update(const BroadPhase& broad_phase, std::size_t slot_count) {
     if (order_ == broad_phase.order() && places_.size() >= slot_count) return;
     order_ = broad_phase.order();

@@ -145,7 +145,7 @@ class ContactSolver {
   void solve_soft(const Work& work, float h);
   template <bool fails, class Work>
   void solve_impulse(const Work& work, float h);
-  /// Strikes, and velocities integrated.
+  /// Bounces, and velocities integrated.
   template <class Work>
   void begin_substep(const Work& work, const BodyIntegration& integrate, SweepParameters parameters, bool first);
   /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
@@ -165,7 +165,7 @@ class ContactSolver {
   ThreadPool& pool_;
   const SolverKernels& wide_;
   const SolverKernels& single_;
-  LargeArray<std::byte> block_memory_;  // whoever prepares a block touches it first
+  LargeArray<std::byte> block_memory_;  // the thread that prepares a block touches it first
   std::vector<float> bounces_;
   BlockArray wide_blocks_, single_blocks_;
   std::size_t single_count_ = 0;

@@ -129,7 +129,7 @@ HWY_INLINE void warm_start_block(const Block<D>& block, SolverBody* all) {
 }
 
 template <class D, bool fixed_a, bool isotropic>
-HWY_INLINE void strike_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
+HWY_INLINE void bounce_block(const Block<D>& block, SolverBody* all, const SweepParameters& p) {
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
   ContactRows<D> rows{block};
@@ -265,7 +265,7 @@ void bounce(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* a
   for_blocks<D>(blocks, begin, end, all, [&](Block<D> block) HWY_ATTR {
     if (!block.header().restitution) return;
     by_bodies(block, [&](auto fixed_a, auto isotropic)
-                         HWY_ATTR { strike_block<D, fixed_a.value, isotropic.value>(block, all, p); });
+                         HWY_ATTR { bounce_block<D, fixed_a.value, isotropic.value>(block, all, p); });
   });
 }
 

@@ -25,7 +25,7 @@ class StandIns {
   void lay_out(const ConstraintLayout& layout);
   bool any() const { return !parts_.empty(); }
 
-  // By whoever has the part.
+  // By the thread that has the part.
 
   /// Makes stand-ins of the bodies that move, as they are loaded, and puts them into the part's blocks, which have just
   /// been prepared.

@@ -1,4 +1,4 @@
-// A scene: what a run starts from, whoever wrote it (a file, a built-in environment, a test).
+// A scene: what a run starts from, whatever made it (a file, a built-in environment, a test).
 #pragma once
 
 #include <cstddef>

@@ -150,7 +150,7 @@ class Patch {
 };
 
 /// Of touches that are all deeper than the shape is thick: those along the normal by which the way out is the shortest.
-void keep_least_deep(std::vector<SurfaceScratch::Touch>& touches) {
+void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
   std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
 }
@@ -197,7 +197,7 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
     touches.push_back({m, nearest_of(m), 0});
   }
   if (touches.empty()) return;
-  if (!any_sound) keep_least_deep(touches);
+  if (!any_sound) keep_shallowest(touches);
   std::ranges::stable_sort(touches, {}, &SurfaceScratch::Touch::nearest);
 
   Vec3 normals[max_surface_manifolds];

@@ -166,7 +166,7 @@ bool ThreadPool::spin_until_new(std::size_t thread, std::uint64_t heard, const L
   return false;
 }
 
-// Whoever is not in use is not woken for every loop. The alarm is read first, so that one in use from now on is.
+// A thread that is not in use is not woken for every loop. The alarm is read first, so that one in use from now on is.
 void ThreadPool::sleep_until_new(std::size_t thread, std::uint64_t heard) {
   const std::uint32_t alarm = alarm_.load();
   const bool in_use = thread < used_.load();

@@ -118,7 +118,7 @@ class ThreadPool {
     const void* context = nullptr;
   };
 
-  /// The last two loops. A slot is rewritten two loops later, so whoever read `number` before and after reading a
+  /// The last two loops. A slot is rewritten two loops later, so a thread that read `number` before and after reading a
   /// slot has read one loop.
   struct alignas(line) Announcement {
     struct Slot {

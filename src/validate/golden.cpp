@@ -28,7 +28,7 @@ constexpr std::array<Golden, 8> table{{
 }};
 // clang-format on
 
-/// Columns of 20 boxes, cubes and flat ones, and a ball that strikes the first.
+/// Columns of 20 boxes, cubes and flat ones, and a ball that hits the first.
 Scene columns(std::int64_t bodies) {
   Scene scene;
   scene.bodies.push_back(floor_slab());

@@ -78,7 +78,7 @@ void cradle(const Setup& setup, Record& record) {
           worst = std::max(
               worst, std::abs(wide(world.velocity(balls[static_cast<std::size_t>(i)]).linear.x) - (i == row ? 2 : 0)));
       }
-  record.at_most("rows of one to six balls struck at 2 m/s, error of any ball's speed after", worst, 1e-4, "m/s");
+  record.at_most("rows of one to six balls hit at 2 m/s, error of any ball's speed after", worst, 1e-4, "m/s");
 }
 
 }  // namespace fathom::validate

@@ -1,4 +1,4 @@
-// The camera under the hands: around a point, or in flight.
+// The camera under its controls: around a point, or in flight.
 #pragma once
 
 #include "render/camera.hpp"

@@ -68,7 +68,7 @@ bool choose_simulator(const WorldDef& def, const std::vector<SimulatorChoice>& s
   return changed;
 }
 
-/// Scene, size and simulator; true where something was chosen anew.
+/// Scene, size and simulator; true where something was chosen.
 bool choose_scene(const Session& session, const std::vector<SimulatorChoice>& simulators, Choice& choice) {
   bool changed = false;
   if (ImGui::BeginCombo("scene", choice.scene.c_str())) {

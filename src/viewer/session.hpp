@@ -1,4 +1,4 @@
-// What is simulated behind the window: a scene in a world, and what the hands at the controls do to it.
+// What is simulated behind the window: a scene in a world, and what the controls do to it.
 #pragma once
 
 #include <cstdint>

@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// Of a list that nobody reads the oldest events are dropped, so that it does not grow for ever.
+/// Of a list that nobody reads the oldest events are dropped, so that it does not grow forever.
 inline constexpr std::size_t max_unread_events = std::size_t{1} << 18;
 
 /// What is read stays until the next step begins; what comes meanwhile is appended when the list is read again.

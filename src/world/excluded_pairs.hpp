@@ -11,7 +11,7 @@ class BodyTable;
 class ByteReader;
 class ByteWriter;
 
-/// By slots. Whoever takes a body out takes its pairs out first.
+/// By slots. A body is taken out after its pairs.
 class ExcludedPairs {
  public:
   /// False where nothing changes.

@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// All but which bodies it joins, which whoever writes it names in a way of his own.
+/// All but which bodies it joins, which each writer names in a way of its own.
 template <class Def, class Archive>
 void archive_joint(Def& def, Archive& archive) {
   archive(def.type, def.frame_a.position, def.frame_a.rotation, def.frame_b.position, def.frame_b.rotation,

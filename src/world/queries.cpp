@@ -37,7 +37,7 @@ class Query {
   std::optional<CastHit> nearest(const MovingBox& box, const Meet& meet) const {
     std::optional<CastHit> nearest;
     for_each_in(box, [&](std::uint32_t slot) {
-      // Whoever is as near up to rounding may have the lesser index.
+      // A body as near up to rounding may have the lesser index.
       const double limit = nearest ? std::min(1.0, (1 + 1e-7) * static_cast<double>(nearest->fraction)) : 1.0;
       const std::optional<SurfaceHit> hit = meet(bodies_[slot].geometry, poses_[slot], limit);
       const bool is_nearer = hit && (!nearest || is_before(hit->fraction, bodies_.id(slot), *nearest));

@@ -10,8 +10,8 @@
 // are never written: neither do they count for the grid's extents, nor are they marked.
 //
 // In its work-group a part's constraints get batches, in rounds: each marks both bodies in an array kept for each cell
-// group, and whoever holds both marks is in this round's batch. Where any may win in the text, the one with the higher
-// hash of pair and step does here, so that the outcome does not depend on timing.
+// group, and a contact that holds both marks is in this round's batch. Where any may win in the text, the one with the
+// higher hash of pair and step does here, so that the outcome does not depend on timing.
 //
 // Constraints beyond the n_wi of a work-group, and those without a batch after the last round, are not solved in this
 // step; they are counted.

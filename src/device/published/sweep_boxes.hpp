@@ -98,7 +98,7 @@ struct SweepBoxes {
   }
 };
 
-/// Takes over the overlaps that are no contacts yet, a work-group for each body.
+/// Adopts the overlaps that are no contacts yet, a work-group for each body.
 struct TakeOverlaps {
   static constexpr std::uint32_t group_size = 32;
   struct Local {};

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t alignment = 64;
 
 /// Aligned by hand: what glibc before 2.38 leaves free when it aligns, it does not use again (its bug 14581), so that
-/// memory taken and given back in every step would grow for ever.
+/// memory taken and given back in every step would grow forever.
 void* allocate_aligned(std::size_t bytes) {
   const std::size_t room = alignment + sizeof(void*);
   void* const raw = bytes > SIZE_MAX - room ? nullptr : std::malloc(bytes + room);
