@@ -317,7 +317,6 @@ class DeviceSimulator final : public Simulator {
   bool told_of_dropped_events_ = false;
   mutable exec::PinnedBuffer<Contact> contacts_read_;
   mutable exec::PinnedBuffer<ContactManifold> manifolds_read_;
-  mutable std::vector<ContactInfo> contact_infos_;  // of `for_each_contact`
   mutable exec::PinnedBuffer<JointRecord> joints_read_;
   mutable exec::PinnedBuffer<GenericImpulse> generic_impulses_read_;
 };

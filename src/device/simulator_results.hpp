@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "device/device_simulator.hpp"
-#include "native/prefetch.hpp"
 
 namespace fathom::device {
 
@@ -162,25 +161,9 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     order.push_back({std::uint64_t{std::min(slot_a, slot_b)} << 32 | std::max(slot_a, slot_b), k});
   }
   std::ranges::sort(order, {}, &Place::slots);
-  // Kept from call to call: memory of this size comes fresh from the system, page by page. A visitor may call this,
-  // too.
-  std::vector<ContactInfo> infos = std::exchange(contact_infos_, {});
-  infos.clear();
+  std::vector<ContactInfo> infos;
   infos.reserve(order.size());
-  // What the device has written is in no cache of the host's, and comes in any order.
-  using native::prefetch_to_read;
-  constexpr std::size_t ahead = 12;
-  const auto fetch_contact = [&](const Place& place) { prefetch_to_read(&contacts[place.contact]); };
-  const auto fetch_manifold = [&](const Place& place) {
-    const Contact& c = contacts[place.contact];
-    const auto* const manifold = reinterpret_cast<const std::byte*>(&manifolds[c.manifold]);
-    for (std::size_t line = 0; line < sizeof(ContactManifold); line += 64) prefetch_to_read(manifold + line);
-    prefetch_to_read(&poses_[place.slots >> 32]), prefetch_to_read(&poses_[place.slots & 0xffffffffu]);
-  };
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + 2 * ahead < order.size()) fetch_contact(order[i + 2 * ahead]);
-    if (i + ahead < order.size()) fetch_manifold(order[i + ahead]);
-    const Place& place = order[i];
+  for (const Place& place : order) {
     const Contact& c = contacts[place.contact];
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     const ContactManifold& m = manifolds[c.manifold];
@@ -198,7 +181,6 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     infos.push_back(info);
   }
   for (const ContactInfo& info : infos) visit(info);
-  contact_infos_ = std::move(infos);
 }
 
 template <exec::Device D>
