@@ -26,7 +26,7 @@ enum BodyBits : std::uint32_t {
   can_sleep_bit = 16,
   filtered_bit = 32,  ///< its filter may keep others out
   bullet_bit = 64,
-  shape_shift = 8,    ///< ShapeType, two bits
+  shape_shift = 8,  ///< ShapeType, two bits
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
   rule_bits = 15
@@ -207,7 +207,7 @@ struct BodyArrays {
 
   // Of bodies in fast pairs.
   Pose* before;  ///< as the step began
-  Pose* ends;    ///< where those got to that what cannot be pushed has held back
+  Pose* ends;    ///< where those got to that what cannot be pushed has held back; where there are bullets
   FastPairs* fast_pairs;
   std::uint32_t* fast_bodies[2];  ///< bodies that have some without a hull, and with one
 

@@ -49,14 +49,19 @@ template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(parent_), act(island_slow_), act(recoloured_), act(further_recoloured_), act(nodes_), act(moves_);
   act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
-  act(ends_), act(fast_bodies_), act(fast_hull_bodies_);
+  act(fast_bodies_), act(fast_hull_bodies_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   fast_pairs_.grow(bodies, exec::Contents::keep);
+  if (ends_.size() > 0) ends_.grow(bodies);
   capacity_ = std::max(capacity_, bodies);
+}
+
+void BodyMemory::reserve_for_bullets() {
+  if (ends_.size() < capacity_) ends_.grow(capacity_);
 }
 
 BodyArrays BodyMemory::arrays() {

@@ -33,6 +33,8 @@ class BodyMemory {
   explicit BodyMemory(exec::Memory& memory);
 
   void reserve(std::size_t bodies);
+  /// What only the pairs of bullets need.
+  void reserve_for_bullets();
   /// Bodies that all buffers hold: where `reserve` threw, as many as before it.
   std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
