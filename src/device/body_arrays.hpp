@@ -167,11 +167,6 @@ struct HullArrays {
   }
 };
 
-/// The first of a dynamic body's fast pairs without a hull, and with one; `none` between steps.
-struct FastPairs {
-  std::uint32_t first[2] = {none, none};
-};
-
 struct BodyArrays {
   // Given by the application.
   std::uint32_t* slots;  ///< World's slot of each body, or `none`
@@ -206,10 +201,9 @@ struct BodyArrays {
   std::uint32_t* isolated_in;         ///< number of the step that isolated it
 
   // Of bodies in fast pairs.
-  Pose* before;  ///< as the step began
-  Pose* ends;    ///< where those got to that what cannot be pushed has held back; where there are bullets
-  FastPairs* fast_pairs;
-  std::uint32_t* fast_bodies[2];  ///< bodies that have some without a hull, and with one
+  Pose* before;              ///< as the step began
+  Pose* ends;                ///< where those got to that what cannot be pushed has held back; where there are bullets
+  std::uint32_t* fast_pair;  ///< the first of its fast pairs, `none` between steps
 
   // Supports.
   BodySupport* support;

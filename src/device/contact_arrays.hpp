@@ -137,7 +137,6 @@ struct Counters {
   std::uint32_t to_collide[shape_pairs] = {};
   std::uint32_t fast[2] = {};          ///< pairs that move fast for their size: without a hull, with one
   std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for want of manifolds
-  std::uint32_t fast_bodies[2] = {};   ///< that have such pairs
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, and there was no manifold for them
@@ -201,10 +200,10 @@ struct Report {
   std::uint32_t overrun = 0;
 };
 
-/// A pair that moves fast for its size. Those of one dynamic body are chained: without a hull, and with one.
+/// A pair that moves fast for its size. Those of one dynamic body are chained.
 struct FastPair {
   std::uint32_t contact;
-  std::uint32_t next[2];  ///< of A's and of B's, or `none`
+  std::uint32_t next;  ///< of B's, or `none`
 };
 
 struct ContactArrays {
@@ -215,6 +214,7 @@ struct ContactArrays {
   std::uint32_t* to_collide;  ///< lists of contacts, see `listed`
   std::uint32_t* deferred;    ///< likewise, in the place of `found`
   FastPair* fast;             ///< two lists, see `fast_at`
+  std::uint32_t* next_of_a;   ///< of each of these the next one of A's, or `none`; where there are bullets
   std::uint32_t capacity;
 
   FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? capacity - 1 - k : k; }

@@ -30,11 +30,9 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_(m),
       island_woken_(m),
       isolated_in_(m),
+      fast_pair_(m),
       parent_(m),
       island_slow_(m),
-      fast_bodies_(m),
-      fast_hull_bodies_(m),
-      fast_pairs_(m),
       support_(m),
       nodes_(m),
       moves_(m),
@@ -49,20 +47,17 @@ template <class Act>
 void BodyMemory::for_each_passing(const Act& act) {
   act(parent_), act(island_slow_), act(recoloured_), act(further_recoloured_), act(nodes_), act(moves_);
   act(structures_), act(by_level_), act(motion_), act(warm_), act(inertia_), act(before_);
-  act(fast_bodies_), act(fast_hull_bodies_);
 }
 
 void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
-  fast_pairs_.grow(bodies, exec::Contents::keep);
+  fast_pair_.grow(bodies, exec::Contents::keep);
   if (ends_.size() > 0) ends_.grow(bodies);
   capacity_ = std::max(capacity_, bodies);
 }
 
-void BodyMemory::reserve_for_bullets() {
-  if (ends_.size() < capacity_) ends_.grow(capacity_);
-}
+void BodyMemory::reserve_for_bullets() { ends_.grow(capacity_); }
 
 BodyArrays BodyMemory::arrays() {
   return {.slots = slots_.data(),
@@ -93,8 +88,7 @@ BodyArrays BodyMemory::arrays() {
           .isolated_in = isolated_in_.data(),
           .before = before_.data(),
           .ends = ends_.data(),
-          .fast_pairs = fast_pairs_.data(),
-          .fast_bodies = {fast_bodies_.data(), fast_hull_bodies_.data()},
+          .fast_pair = fast_pair_.data(),
           .support = support_.data(),
           .nodes = nodes_.data(),
           .moves = moves_.data(),
@@ -112,6 +106,7 @@ ContactMemory::ContactMemory(exec::Memory& m)
       free_(m),
       found_(m),
       fast_(m),
+      next_of_a_(m),
       to_collide_(m),
       free_manifolds_(m),
       uncoloured_0_(m),
@@ -138,6 +133,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   found_.grow(n);
   to_collide_.grow(2 * n);
   fast_.grow(n, exec::Contents::keep);
+  if (next_of_a_.size() > 0) next_of_a_.grow(n, exec::Contents::keep);
   capacity_ = n;
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
@@ -165,6 +161,8 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   joint_capacity_ = j;
 }
 
+void ContactMemory::reserve_for_bullets() { next_of_a_.grow(capacity_, exec::Contents::keep); }
+
 ContactArrays ContactMemory::contacts() {
   return {.contacts = contacts_.data(),
           .free = free_.data(),
@@ -172,6 +170,7 @@ ContactArrays ContactMemory::contacts() {
           .to_collide = to_collide_.data(),
           .deferred = reinterpret_cast<std::uint32_t*>(found_.data()),
           .fast = fast_.data(),
+          .next_of_a = next_of_a_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
           .manifolds = manifolds_.data(),
           .free_manifolds = free_manifolds_.data(),

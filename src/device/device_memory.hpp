@@ -68,9 +68,7 @@ class BodyMemory {
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, further_recoloured_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, parent_, island_slow_;
-  exec::Buffer<std::uint32_t> fast_bodies_, fast_hull_bodies_;
-  exec::Buffer<FastPairs> fast_pairs_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
   exec::Buffer<SupportMove> moves_;
@@ -92,6 +90,8 @@ class ContactMemory {
   /// rolling resistance, are needed.
   void reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists, bool bounces,
                bool rolls);
+  /// What only the pairs of bullets need.
+  void reserve_for_bullets();
   bool may_bounce() const { return may_bounce_; }
   bool may_roll() const { return may_roll_; }
   std::size_t capacity() const { return capacity_; }
@@ -107,6 +107,7 @@ class ContactMemory {
   exec::Buffer<std::uint32_t> free_;
   exec::Buffer<PairRecord> found_;
   exec::Buffer<FastPair> fast_;
+  exec::Buffer<std::uint32_t> next_of_a_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;

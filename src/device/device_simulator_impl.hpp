@@ -137,7 +137,10 @@ void DeviceSimulator<D>::make_room() {
   if (shapes_ != recorded_shapes_) {
     retire_all();
     forget_graphs();
-    if (shapes_ & bullets_bit) body_memory_.reserve_for_bullets();
+    if (shapes_ & bullets_bit) {
+      body_memory_.reserve_for_bullets();
+      contact_memory_.reserve_for_bullets();
+    }
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {

@@ -194,7 +194,7 @@ struct ApplyEdits {
     bodies.touching[i] = 0;
     bodies.island[i] = i;
     bodies.island_woken[i] = bodies.isolated_in[i] = 0;
-    bodies.fast_pairs[i] = {};
+    bodies.fast_pair[i] = none;
     bodies.solver[i] = SolverQuads(SolverBody{});
     bodies.support[i] = {};
     bodies.known[i] = no_box();

@@ -44,34 +44,30 @@ struct LookAheadPairs {
     if (found.ahead == Ahead::nothing) seen.count = 0;
     const bool has_room = found.ahead == Ahead::meets ? changes.take(index, c, found.manifold, found.b_in_a, found.time)
                                                       : changes.take(index, c, seen, b_in_a, -1);
+    const ContactArrays& contacts = changes.contacts;
     if (!has_room) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
     } else if (c.fixed_a() || (found.is_fast && (is_bullet(c.a) || is_bullet(c.b)))) {
       bodies.before[c.a] = a.pose;
       bodies.before[c.b] = b.pose;
-      chain(pair, 1, c.b);
-      if (!c.fixed_a()) chain(pair, 0, c.a);
+      contacts.fast[pair].next = chained(pair, c.b);
+      if (!c.fixed_a()) contacts.next_of_a[pair] = chained(pair, c.a);
     }
   }
 
  private:
   FATHOM_HD bool is_bullet(std::uint32_t body) const { return changes.bodies.constants[body].is_bullet(); }
 
-  /// Among the pairs of its A (side 0) or B, in any order: what comes of them does not depend on it.
-  FATHOM_HD void chain(std::uint32_t pair, std::uint32_t side, std::uint32_t body) const {
-    const BodyArrays& bodies = changes.bodies;
-    const std::uint32_t next = exec::atomic_exchange(bodies.fast_pairs[body].first[with_hulls], pair);
-    changes.contacts.fast[pair].next[side] = next;
-    if (next != none) return;
-    const std::uint32_t place = exec::atomic_add(changes.counters->fast_bodies[with_hulls], 1u);
-    bodies.fast_bodies[with_hulls][place] = body;
+  /// The pair comes first of the body's, in any order: what comes of them does not depend on it. Returns which one did.
+  FATHOM_HD std::uint32_t chained(std::uint32_t pair, std::uint32_t body) const {
+    return exec::atomic_exchange(changes.bodies.fast_pair[body], pair);
   }
 };
 
 /// What came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the next
 /// step. Then, `from_free`, the lighter of two bodies that can both be pushed ends beside the heavier one, from where
-/// that has got to by then, and may have to be held back from the former again. Item k is a body that has fast pairs;
-/// with a hull, if it has some of these.
+/// that has got to by then, and may have to be held back from the former again. Item k is a fast pair of either list;
+/// one of each body's pairs speaks for all, if some is with a hull, the first of those.
 template <bool with_hulls>
 struct HoldBackFast {
   static constexpr std::uint32_t group_size = 64;
@@ -83,18 +79,21 @@ struct HoldBackFast {
   bool is_last;  ///< nobody asks for the pairs after this
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const BodyArrays& bodies = move.bodies;
     if (move.counters->stopped) return;
-    const std::uint32_t i = bodies.fast_bodies[with_hulls][k];
-    if (!with_hulls && bodies.fast_pairs[i].first[true] != none) return;
-    const bool moved = can_be_held(i) && hold_back(i);
-    sync();
-    if (!leads()) return;
-    if (moved) put_box(i);
-    if (is_last)
-      bodies.fast_pairs[i] = {};
-    else
-      bodies.ends[i] = bodies.poses[i];
+    const std::uint32_t own = contacts.fast_at(with_hulls, k);
+    const Contact& c = contacts.contacts[contacts.fast[own].contact];
+    for (const std::uint32_t i : {c.b, c.a}) {
+      if (i == c.a && c.fixed_a()) continue;
+      if (speaker(i) != own) continue;
+      const bool moved = can_be_held(i) && hold_back(i);
+      sync();
+      if (!leads()) continue;
+      if (moved) put_box(i);
+      if (is_last)
+        move.bodies.fast_pair[i] = none;
+      else
+        move.bodies.ends[i] = move.bodies.poses[i];
+    }
   }
 
  private:
@@ -146,19 +145,30 @@ struct HoldBackFast {
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
   }
 
+  /// Of the body's pairs behind `pair` the next one, or `none`.
+  FATHOM_HD std::uint32_t next_of(std::uint32_t pair, std::uint32_t i) const {
+    const FastPair& f = contacts.fast[pair];
+    return contacts.contacts[f.contact].b == i ? f.next : contacts.next_of_a[pair];
+  }
+
+  /// Of the body's pairs the first with a hull, or else the first; `none` where it has none.
+  FATHOM_HD std::uint32_t speaker(std::uint32_t i) const {
+    const std::uint32_t first = move.bodies.fast_pair[i];
+    const std::uint32_t first_with_hull = contacts.capacity - move.counters->fast[true];
+    for (std::uint32_t pair = first; pair != none; pair = next_of(pair, i))
+      if (pair >= first_with_hull) return pair;
+    return first;
+  }
+
   /// The pair in which the body i is held back from the lowest other above `last` (`none`: any), one that can be pushed
   /// or not.
   FATHOM_HD std::uint32_t next_after(std::uint32_t last, std::uint32_t i, bool is_other_free) const {
     std::uint32_t best = none, lowest = none;
-    for (std::uint32_t kind = 0; kind <= with_hulls; ++kind) {
-      for (std::uint32_t pair = move.bodies.fast_pairs[i].first[kind]; pair != none;) {
-        const FastPair& f = contacts.fast[pair];
-        const Contact& c = contacts.contacts[f.contact];
-        const bool is_b = c.b == i, is_asked = c.fixed_a() ? !is_other_free : is_other_free && held_of(c) == i;
-        const std::uint32_t other = is_b ? c.a : c.b;
-        if (is_asked && (last == none || other > last) && other < lowest) best = pair, lowest = other;
-        pair = f.next[is_b];
-      }
+    for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none; pair = next_of(pair, i)) {
+      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
+      const bool is_asked = c.fixed_a() ? !is_other_free : is_other_free && held_of(c) == i;
+      const std::uint32_t other = c.b == i ? c.a : c.b;
+      if (is_asked && (last == none || other > last) && other < lowest) best = pair, lowest = other;
     }
     return best;
   }

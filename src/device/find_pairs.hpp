@@ -37,7 +37,7 @@ struct BeginStep {
     c.waking = run && c.wake_asked ? c.bodies : 0;
     // A step that stopped half way goes on with these.
     if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
-    for (std::uint32_t k = 0; k < 2; ++k) c.fast[k] = c.looked_ahead[k] = c.fast_bodies[k] = 0;
+    for (std::uint32_t k = 0; k < 2; ++k) c.fast[k] = c.looked_ahead[k] = 0;
     for (std::uint32_t& n : c.uncoloured) n = 0;
     c.any_began = c.any_ended = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;

@@ -133,7 +133,7 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
         for (const BodySupport& s : host) in.require(s.level <= max_levels);
     });
   });
-  if (is_on_device()) upload(body_memory_.arrays().fast_pairs, std::vector<FastPairs>(counters.bodies));
+  if (is_on_device()) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
 }
 
 /// Requires that all are below `limit`.

@@ -241,14 +241,13 @@ class Step {
   bool has_joints() const { return joints_.capacity > 0; }
   void hold_back_fast(const MoveBodies& move, bool from_free) {
     const bool is_last = from_free == has_bullets();
-    device_.parallel_for(fast_bodies(false), HoldBackFast<false>{move, contacts_, from_free, is_last});
-    if (has_hulls()) device_.parallel_for(fast_bodies(true), HoldBackFast<true>{move, contacts_, from_free, is_last});
+    device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_, from_free, is_last});
+    if (has_hulls()) device_.parallel_for(fast(true), HoldBackFast<true>{move, contacts_, from_free, is_last});
   }
   bool has_bullets() const { return settings_.shapes & bullets_bit; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
   exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
-  exec::Range fast_bodies(bool with_hull) const { return {&counters_->fast_bodies[with_hull], body_capacity_}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {

@@ -144,7 +144,7 @@ struct ContactChanges {
 
   /// The pair is fast.
   FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
-    contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, {none, none}};
+    contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
   }
 
   /// There was no room for what the contact would begin with.
