@@ -82,7 +82,8 @@ struct HoldBackFast {
     if (move.counters->stopped) return;
     const std::uint32_t own = contacts.fast_at(with_hulls, k);
     const Contact& c = contacts.contacts[contacts.fast[own].contact];
-    for (const std::uint32_t i : {c.b, c.a}) {
+    const std::uint32_t sides[] = {c.b, c.a};
+    for (const std::uint32_t i : sides) {
       if (i == c.a && c.fixed_a()) continue;
       if (speaker(i) != own) continue;
       const bool moved = can_be_held(i) && hold_back(i);
