@@ -364,9 +364,9 @@ TEST(EngineRecording, DamagedFilesAreRefused) {
   }
   std::string later = good;
   later[8] = 9;
-  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 7"));
+  EXPECT_THAT(with(later), HasSubstr("format version 9, this build reads version 8"));
   later[8] = 3;
-  EXPECT_THAT(with(later), HasSubstr("format version 3, this build reads version 7; use the build that wrote it"));
+  EXPECT_THAT(with(later), HasSubstr("format version 3, this build reads version 8; use the build that wrote it"));
   EXPECT_THAT(refusal([&] { replay(folder / "none"); }), HasSubstr("no such file"));
   EXPECT_THAT(refusal([&] { replay(folder / ""); }), HasSubstr("no such file, or it is empty"));
 }

@@ -248,9 +248,11 @@ class BodyReader {
 
   void read(const toml::table& node) {
     const TomlTable table(node, "[[body]]", root_.file(),
-                          {"name", "motion", "shape", "material", "position", "rotation", "velocity",
-                           "angular_velocity", "mass", "density", "inertia", "gravity_scale", "linear_damping",
-                           "angular_damping", "can_sleep", "sensor", "bullet", "filter", "user_data", "repeat"});
+                          {"name",           "motion",          "shape",     "material",
+                           "position",       "rotation",        "velocity",  "angular_velocity",
+                           "mass",           "density",         "inertia",   "gravity_scale",
+                           "linear_damping", "angular_damping", "can_sleep", "sensor",
+                           "bullet",         "filter",          "user_data", "repeat"});
     BodyDef body;
     read_shape_of(table, body);
     read_placement(table, body);
