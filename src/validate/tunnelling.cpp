@@ -45,7 +45,7 @@ void bullets(const Setup& setup, Record& record) {
       def.gravity = {};
       def.dt = dt;
       World world(def);
-      world.add(plate());
+      world.add(plate(10));  // wide enough that none slides past its edge
       std::vector<BodyId> straight, oblique;
       const Vec3 at{-10.0f - 5.0f * dt * static_cast<float>(i), 0, 0};
       for (int s = 0; s < 3; ++s) {
