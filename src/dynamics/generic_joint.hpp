@@ -66,6 +66,12 @@ struct GenericJoint {
   Coupling coupling;
 
   FATHOM_HD JointUse use() const { return {moves != 0, reacts != 0}; }
+  /// Whether some axis is locked, or has limits.
+  bool holds() const {
+    for (const GenericAxis<float>& axis : axes)
+      if (axis.locked + axis.limited > 0) return true;
+    return false;
+  }
   /// By a drive, or an armature.
   bool is_driven() const {
     for (const GenericAxis<float>& axis : axes)

@@ -38,6 +38,28 @@ FATHOM_HD void sync() {
 #endif
 }
 
+#if defined(__CUDA_ARCH__)
+inline constexpr std::uint32_t items = size;  ///< of a team, here
+#else
+inline constexpr std::uint32_t items = 1;
+#endif
+/// This one's number among them.
+FATHOM_HD std::uint32_t item() {
+#if defined(__CUDA_ARCH__)
+  return threadIdx.x % size;
+#else
+  return 0;
+#endif
+}
+/// Whether `holds` is true for all of the team. What they wrote before is done, for all of them.
+FATHOM_HD bool all(bool holds) {
+#if defined(__CUDA_ARCH__)
+  return __all_sync(warp_mask(), holds);
+#else
+  return holds;
+#endif
+}
+
 /// Of the work-items of a team, where kernels run in teams: see `exec::runs_in_teams`.
 FATHOM_HD bool is_leader() {
 #if defined(__CUDA_ARCH__)

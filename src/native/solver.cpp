@@ -423,7 +423,7 @@ bool ContactSolver::does_swing(std::uint32_t slot) const {
   const std::uint8_t* const direct = mechanisms_.direct();
   if (!direct || state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return false;
   return std::ranges::all_of(joints_.of(slot),
-                             [&](std::uint32_t joint) { return direct[joint] == Mechanisms::undriven; });
+                             [&](std::uint32_t joint) { return direct[joint] == JointTrees::undriven; });
 }
 
 // Forces stay what they are, so they accelerate less.

@@ -1,18 +1,129 @@
-#include "native/joint_links.hpp"
+// Generic and distance joints as links of a mechanism: which of their coordinates are held, driven or free in a
+// substep, and what they give. A link is a body and the joint to its parent. Its coordinates are of the body against
+// the parent (dynamics/joint_elimination.hpp), a joint's axes those of B against A (dynamics/generic_joint-inl.hpp).
+// Pure, for host and device.
+#pragma once
 
+#include <cstdint>
+
+#include "dynamics/generic_joint.hpp"
+#include "dynamics/joint_elimination.hpp"
 #include "dynamics/joint_limits.hpp"
+#include "dynamics/rotation.hpp"
 
-namespace fathom::native {
+namespace fathom {
 
-namespace {
+/// How a body moves, in world axes.
+struct LinkMotion {
+  Vec3 moved, turned;    ///< m and rad, since the step began
+  Vec3 linear, angular;  ///< m/s and rad/s
+  bool is_isotropic = true;
 
-constexpr float min_direction = 0.1f;  // of an axis of rotation, across those before it
-constexpr float max_slack = 1e-5f;     // share of its largest force by which a drive may exceed it
+  /// Rad since the step began, when a substep of length h (s) will be over: rotation vectors of isotropic bodies are
+  /// summed up, of others they are what they are (`turned_so_far`).
+  FATHOM_HD Vec3 turned_ahead(float h) const {
+    return is_isotropic ? mul_add(turned, h, angular) : turned_further(turned, h * angular);
+  }
+};
 
-}  // namespace
+/// A joint's two bodies by their part in the tree.
+struct LinkPair {
+  const LinkMotion &body, &parent;
+};
 
-void JointLink::begin(const GenericJoint& joint, bool is_b, const GenericJointRow<float>& row,
-                      const GenericImpulse& impulse) {
+class JointLink {
+ public:
+  /// As the step begins. Of `row` frames, arms, gap, pull and rates are set; `is_b`: the link's body is the joint's B.
+  FATHOM_HD void begin(const GenericJoint& joint, bool is_b, const GenericJointRow<float>& row,
+                       const GenericImpulse& impulse);
+  /// On the body at the joint, in this substep: N·s and N·m·s.
+  FATHOM_HD Vec3 force() const { return force_; }
+  FATHOM_HD Vec3 torque() const { return torque_; }
+  /// m, from the centres of the body and of the parent to where the joint acts.
+  FATHOM_HD Vec3 arm() const { return is_b_ ? arm_b_ : reach_a_; }
+  FATHOM_HD Vec3 parent_arm() const { return is_b_ ? reach_a_ : arm_b_; }
+  /// All rotations are held.
+  FATHOM_HD bool is_stiff() const { return (freedom_.is_free >> 3) == 0; }
+  FATHOM_HD void forget();
+
+  /// Where the joint is, as a solution begins. `relaxes`: after positions have moved, without drives.
+  FATHOM_HD void look(const JointBodies<SymMat3>& bodies, float h, bool relaxes);
+  /// Chooses coordinates by what is held, and what drives give by now.
+  FATHOM_HD void choose_coordinates(const LinkPair& pair);
+  /// Of the body and all that hangs on it.
+  FATHOM_HD void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
+  /// What the parent feels of that.
+  FATHOM_HD void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
+  /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h …
+  FATHOM_HD void aim_ahead(const LinkPair& pair, float h);
+  /// … or loses its velocity and this share of its gap, at `most` at the fastest.
+  FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float most, float h);
+  /// What the parent gets of the body's load, both about the joint.
+  FATHOM_HD TreeLoad hand_on(const TreeLoad& load);
+  /// The body's change where its parent changes thus; the joint gives what that takes.
+  FATHOM_HD TreeChange follow(const TreeChange& parent);
+
+  /// Takes on or lets go limits and largest forces where the rounds' result says otherwise. True where that changes it.
+  FATHOM_HD bool revise(const LinkPair& pair, float h);
+  /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
+  FATHOM_HD bool meets(const LinkPair& pair, float h, float share) const;
+  FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true; }
+  FATHOM_HD Vec3 force_more() const { return force_more_; }
+  FATHOM_HD Vec3 torque_more() const { return torque_more_; }
+  /// The rounds' impulses count; `ends`: the substep is over.
+  FATHOM_HD void apply(const LinkPair& pair, bool ends);
+  FATHOM_HD GenericImpulse impulse() const;
+
+ private:
+  static constexpr int no_axis = -1;
+  static constexpr float min_direction = 0.1f;  // of an axis of rotation, across those before it
+  static constexpr float max_slack = 1e-5f;     // share of its largest force by which a drive may exceed it
+
+  FATHOM_HD float sign() const { return is_b_ ? 1.0f : -1.0f; }
+  FATHOM_HD const GenericAxis<float>& axis(int i) const { return joint_->axes[i]; }
+  FATHOM_HD bool is_at_limit(int i) const { return at_limit_ >> i & 1u; }
+  FATHOM_HD bool is_at_most(int i) const { return at_most_ >> i & 1u; }
+  FATHOM_HD bool is_driven(int i) const { return !relaxes_ && axis(i).most > 0; }
+  FATHOM_HD float compliance(int i) const { return fma(axis(i).response, mass_[i], axis(i).compliance); }
+  /// A drive that gives whatever its velocity takes.
+  FATHOM_HD bool is_rigid_drive(int i) const { return is_driven(i) && !is_at_most(i) && !(compliance(i) > 0); }
+  FATHOM_HD bool is_held(int i) const { return axis(i).locked != 0 || is_at_limit(i) || is_rigid_drive(i); }
+  FATHOM_HD float drive_aim(int i) const;
+  /// What the armature gives of N·s or N·m·s where the axis gets the rate `to`.
+  FATHOM_HD float of_armature(int i, float to) const { return axis(i).armature * (rate_[i] - to); }
+  FATHOM_HD void resist(int k, const LinkPair& pair);
+  FATHOM_HD void note_hit(int i);
+  /// Where what is held is to be at the substep's end.
+  FATHOM_HD float wanted_value(int i, float h) const;
+  FATHOM_HD float rate(int i, const LinkPair& pair) const;
+  FATHOM_HD void values_ahead(const LinkPair& pair, float h, JointVector& values) const;
+  FATHOM_HD void add_rotation(int i, int& count, bool is_free);
+  FATHOM_HD void set_errors(const JointVector& of_axes);
+  /// N·s or N·m·s on B, of the substep so far and the rounds.
+  FATHOM_HD float impulse_of(int k) const;
+  FATHOM_HD bool revise_limit(int i, float ahead, float given, float after);
+  FATHOM_HD bool revise_drive(int i, float given, float after);
+
+  const GenericJoint* joint_ = nullptr;
+  bool is_b_ = true, relaxes_ = false, is_first_round_ = true;
+  GenericJointRow<float> row_{};
+  Vec3 along_[3], about_[3];  // of axes, now
+  JointVector value_{}, mass_{};
+  Vec3 reach_a_, arm_b_;
+  JointFreedom freedom_;
+  int axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis
+  JointVector scale_{};                  // the axis' rate of a coordinate's
+  JointVector drive_{}, error_{};
+  EliminatedLink link_{};
+  JointLoad load_{};
+  JointVector rate_{}, bounce_{};              // m/s or rad/s: as the last solution left it, and limits throw it back
+  std::uint32_t at_limit_ = 0, at_upper_ = 0;  // by axis
+  std::uint32_t at_most_ = 0, at_minus_ = 0;   // drives that give the most, forwards or backwards
+  Vec3 force_, torque_, force_more_, torque_more_, force_sum_, torque_sum_;
+};
+
+FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const GenericJointRow<float>& row,
+                                const GenericImpulse& impulse) {
   *this = {};
   joint_ = &joint, is_b_ = is_b, row_ = row;
   look({}, 0, true);
@@ -29,9 +140,9 @@ void JointLink::begin(const GenericJoint& joint, bool is_b, const GenericJointRo
   }
 }
 
-void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_limit_ = at_most_ = 0; }
+FATHOM_HD void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_limit_ = at_most_ = 0; }
 
-void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {
+FATHOM_HD void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {
   relaxes_ = relaxes;
   row_.distance = joint_->distance, row_.cone = joint_->cone;
   for (int i = 0; i < axis_count; ++i) row_.axes[i] = axis(i);
@@ -54,7 +165,7 @@ void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {
 
 // --- coordinates -----------------------------------------------------------------------------------------------
 
-void JointLink::add_rotation(int i, int& count, bool is_free) {
+FATHOM_HD void JointLink::add_rotation(int i, int& count, bool is_free) {
   Vec3 across = about_[i - translations];
   for (int k = 0; k < count; ++k) across -= dot(across, freedom_.about[k]) * freedom_.about[k];
   const float size = length(across);
@@ -66,16 +177,16 @@ void JointLink::add_rotation(int i, int& count, bool is_free) {
   ++count;
 }
 
-static Vec3 any_across(Vec3 a) { return normalize(cross(a, abs(a.x) < 0.5f ? Vec3{1, 0, 0} : Vec3{0, 1, 0})); }
+FATHOM_HD Vec3 any_across(Vec3 a) { return normalize(cross(a, abs(a.x) < 0.5f ? Vec3{1, 0, 0} : Vec3{0, 1, 0})); }
 
-float JointLink::drive_aim(int i) const {
+FATHOM_HD float JointLink::drive_aim(int i) const {
   const GenericAxis<float>& a = axis(i);
   float off = a.target - value_[i];
   if (i == translations) off = off > pi ? off - 2 * pi : off < -pi ? off + 2 * pi : off;
   return fma(a.approach, off, a.velocity);
 }
 
-void JointLink::choose_coordinates(const LinkPair& pair) {
+FATHOM_HD void JointLink::choose_coordinates(const LinkPair& pair) {
   freedom_ = {};
   take_back();
   for (int k = 0; k < translations; ++k) {
@@ -126,27 +237,22 @@ void JointLink::choose_coordinates(const LinkPair& pair) {
 }
 
 /// A free coordinate's armature keeps it at the rate that it had.
-void JointLink::resist(int k, const LinkPair& pair) {
+FATHOM_HD void JointLink::resist(int k, const LinkPair& pair) {
   const int i = axis_of_[k];
   if (i == no_axis) return;
   freedom_.stiffness[k] += scale_[k] * scale_[k] * axis(i).armature;
   drive_[k] += sign() * scale_[k] * of_armature(i, rate(i, pair));
 }
 
-void JointLink::eliminate(const TreeInertia& body, TreeInertia* parent) {
-  link_ = eliminated(body, arm(), freedom_);
-  if (parent) add_child(*parent, link_, freedom_, parent_arm());
-}
-
 // --- rounds ----------------------------------------------------------------------------------------------------
 
-float JointLink::rate(int i, const LinkPair& pair) const {
+FATHOM_HD float JointLink::rate(int i, const LinkPair& pair) const {
   const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
   if (i >= translations) return dot(about_[i - translations], b.angular - a.angular);
   return dot(along_[i], (b.linear + cross(b.angular, arm_b_)) - (a.linear + cross(a.angular, reach_a_)));
 }
 
-void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values) const {
+FATHOM_HD void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values) const {
   const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
   JointBodies<float> bodies{};
   bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.a.turned = a.turned_ahead(h);
@@ -158,13 +264,13 @@ void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values)
   }
 }
 
-float JointLink::wanted_value(int i, float h) const {
+FATHOM_HD float JointLink::wanted_value(int i, float h) const {
   const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, most = max_pull * h;
   return value_[i] + min(max(bound - value_[i], -most), most);
 }
 
 /// Of axes that are held, in the coordinates' order.
-void JointLink::set_errors(const JointVector& of_axes) {
+FATHOM_HD void JointLink::set_errors(const JointVector& of_axes) {
   for (int k = 0; k < joint_coordinates; ++k) {
     if (freedom_.has(k)) continue;
     float error = sign() * of_axes[axis_of_[k]];
@@ -174,7 +280,7 @@ void JointLink::set_errors(const JointVector& of_axes) {
   }
 }
 
-void JointLink::aim_ahead(const LinkPair& pair, float h) {
+FATHOM_HD void JointLink::aim_ahead(const LinkPair& pair, float h) {
   JointVector ahead, errors{};
   values_ahead(pair, h, ahead);
   for (int i = 0; i < axis_count; ++i)
@@ -183,7 +289,7 @@ void JointLink::aim_ahead(const LinkPair& pair, float h) {
   set_errors(errors);
 }
 
-void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float most, float h) {
+FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float most, float h) {
   JointVector errors{};
   for (int i = 0; i < axis_count; ++i) {
     errors[i] = rate(i, pair);
@@ -199,14 +305,14 @@ void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float most, f
   set_errors(errors);
 }
 
-TreeLoad JointLink::hand_on(const TreeLoad& load) {
+FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load) {
   const JointVector nothing{};
   load_ = eliminated_load(link_, freedom_, load, is_first_round_ ? drive_ : nothing);
   is_first_round_ = false;
   return handed_on(link_, freedom_, load_, error_);
 }
 
-TreeChange JointLink::follow(const TreeChange& parent) {
+FATHOM_HD TreeChange JointLink::follow(const TreeChange& parent) {
   JointVector of_parent, change, impulse;
   to_coordinates(freedom_, parent.linear + cross(parent.angular, parent_arm()), parent.angular, of_parent);
   fathom::follow(link_, freedom_, load_, error_, of_parent, change, impulse);
@@ -218,13 +324,13 @@ TreeChange JointLink::follow(const TreeChange& parent) {
 
 // --- what rounds have found ------------------------------------------------------------------------------------
 
-float JointLink::impulse_of(int k) const {
+FATHOM_HD float JointLink::impulse_of(int k) const {
   const float total = k < translations ? dot(freedom_.along[k], force_ + force_more_)
                                        : dot(freedom_.about[k - translations], torque_ + torque_more_);
   return sign() * total / scale_[k];
 }
 
-bool JointLink::revise_limit(int i, float ahead, float given, float after) {
+FATHOM_HD bool JointLink::revise_limit(int i, float ahead, float given, float after) {
   const GenericAxis<float>& a = axis(i);
   const std::uint32_t bit = 1u << i;
   if (!is_at_limit(i)) {
@@ -246,12 +352,12 @@ bool JointLink::revise_limit(int i, float ahead, float given, float after) {
   return true;
 }
 
-void JointLink::note_hit(int i) {
+FATHOM_HD void JointLink::note_hit(int i) {
   const float speed = at_upper_ >> i & 1u ? rate_[i] : -rate_[i];
   bounce_[i] = speed > joint_->min_hit ? -axis(i).restitution * rate_[i] : 0.0f;
 }
 
-bool JointLink::revise_drive(int i, float given, float after) {
+FATHOM_HD bool JointLink::revise_drive(int i, float given, float after) {
   const float most = axis(i).most;
   const std::uint32_t bit = 1u << i;
   if (!is_at_most(i)) {
@@ -266,7 +372,7 @@ bool JointLink::revise_drive(int i, float given, float after) {
   return true;
 }
 
-bool JointLink::revise(const LinkPair& pair, float h) {
+FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   if (joint_->moves == 0) return false;
   JointVector ahead;
   values_ahead(pair, h, ahead);
@@ -288,7 +394,7 @@ bool JointLink::revise(const LinkPair& pair, float h) {
   return changes;
 }
 
-bool JointLink::meets(const LinkPair& pair, float h, float share) const {
+FATHOM_HD bool JointLink::meets(const LinkPair& pair, float h, float share) const {
   JointVector ahead;
   values_ahead(pair, h, ahead);
   const float reach = share * (length(row_.arm_a) + length(row_.arm_b) + (joint_->distance != 0 ? value_[0] : 0));
@@ -299,7 +405,7 @@ bool JointLink::meets(const LinkPair& pair, float h, float share) const {
   return true;
 }
 
-void JointLink::apply(const LinkPair& pair, bool ends) {
+FATHOM_HD void JointLink::apply(const LinkPair& pair, bool ends) {
   force_ += force_more_, torque_ += torque_more_;
   for (int i = 0; joint_->reacts != 0 && i < axis_count; ++i) rate_[i] = rate(i, pair);
   if (!ends) return;
@@ -307,7 +413,7 @@ void JointLink::apply(const LinkPair& pair, bool ends) {
   for (float& bounce : bounce_) bounce = 0;
 }
 
-GenericImpulse JointLink::impulse() const {
+FATHOM_HD GenericImpulse JointLink::impulse() const {
   GenericImpulse impulse;
   for (int k = 0; k < joint_coordinates; ++k) {
     const int i = axis_of_[k];
@@ -323,4 +429,4 @@ GenericImpulse JointLink::impulse() const {
   return impulse;
 }
 
-}  // namespace fathom::native
+}  // namespace fathom

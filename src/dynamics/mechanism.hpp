@@ -1,0 +1,579 @@
+// Mechanisms: bodies that rigid joints connect to a tree, solved directly (dynamics/joint_tree.hpp) where sweeps would
+// give way. Pure, for host and device.
+//
+// A direct solution takes the place of the joints' rows in a sweep, after the contacts': bodies leave it with
+// velocities that all joints agree with. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
+//
+// A mechanism is one team's (math/team.hpp), whose work-items share its links. Sums are gathered by whoever they belong
+// to, from its children in order, so that no result depends on the team.
+#pragma once
+
+#include <cstdint>
+
+#include "dynamics/ball_joint.hpp"
+#include "dynamics/joint_limits.hpp"
+#include "dynamics/joint_link.hpp"
+#include "dynamics/joint_tree.hpp"
+#include "dynamics/solver_body.hpp"
+#include "math/team.hpp"
+
+namespace fathom {
+
+#if defined(__CUDACC__)
+#define FATHOM_FLATTEN
+#else
+/// Called, their arguments would pass through memory, which costs more than what they do.
+#define FATHOM_FLATTEN [[gnu::flatten]]
+#endif
+
+inline constexpr int max_revisions = 4;          // of limits and largest forces, in a substep
+inline constexpr int newton_rounds = 3;          // in which anchors come to meet at a substep's end
+inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
+inline constexpr float stiffest_swing = 0.1f;    // (h ω)² of a body that swings under what its joints carry
+inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
+inline constexpr float parted_share = 0.01f;     // of arms and radius, beyond which sweeps bring anchors together first
+/// Times the mass of its lightest body that touches something a mechanism may have. A contact's rows know its two
+/// bodies' masses, not what a direct solution moves with them. Pressed by far more, they need that many sweeps to stop
+/// it and as many to let go, and in between throw it back: a ball of 500 kg on links of 2 kg that was caught among
+/// crates gained energy without end.
+inline constexpr float max_behind_a_contact = 24;
+
+/// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
+/// level by level, and so do the children of a link.
+struct MechanismLink {
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  std::uint32_t body;
+  std::uint32_t joint;     ///< none: the root of a tree that hangs on nothing
+  std::uint32_t parent;    ///< link, or none where that is an obstacle
+  std::uint32_t obstacle;  ///< body, or none where the parent is a link
+  std::uint32_t generic;   ///< number of its JointLink, or none: a ball joint, or no joint
+  std::uint32_t first_child, children;
+  std::uint32_t is_b;  ///< 1: the body is the joint's B
+
+  FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
+  /// Of the tree, at the body.
+  FATHOM_HD std::uint32_t joints() const { return children + (joint != none); }
+};
+
+struct Mechanism {
+  std::uint32_t first, end;     ///< links
+  std::uint32_t level, levels;  ///< of the list of levels, each a first link: the first entry, and how many follow it
+};
+
+/// Of a link, in a step.
+struct LinkState {
+  BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
+  float mass;               ///< kg
+  float inertia;            ///< kg·m², the largest moment, about
+  UnitQuat<float> turned;   ///< since the step began
+  UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
+  LinkMotion motion;
+  LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
+  Vec3 arm, parent_arm;        ///< m, now
+  Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
+  TreeInertia of_body;
+  TreeLink link;
+  TreeLoad load, handed;    ///< on the body, and what its parent gets of it at the joint
+  Vec3 error;               ///< m/s
+  TreeChange step, change;  ///< of a round, and of all of them
+  Vec3 impulse;             ///< N·s, of all rounds
+};
+
+/// Solves mechanisms of the bodies and joints that `Access` knows, by the numbers that links have for them:
+///
+///     body(i): SolverBody;  set_velocity(i, linear, angular);  add_velocity likewise
+///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i), radius(i)
+///     response(i, body): inverse inertia as the spin is written;  swing(i): m/s² of a body that swings, or 0
+///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
+///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
+template <class Access>
+class MechanismSolver {
+ public:
+  static constexpr std::uint32_t none = MechanismLink::none;
+
+  Access access;
+  const MechanismLink* links;
+  const std::uint32_t* levels;
+  LinkState* states;
+  JointLink* generic;
+
+  /// Reads joints and bodies as the step begins.
+  FATHOM_HD void prepare(const Mechanism& m) const {
+    each(m, [&](std::uint32_t i) { prepare_link(i); });
+  }
+  /// The last step's impulses act again, or are forgotten.
+  FATHOM_HD void warm_start(const Mechanism& m, bool forgets) const {
+    each(m, [&](std::uint32_t i) { forgets ? forget_link(i) : warm_start_link(i); });
+  }
+  /// Before positions move.
+  FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
+  /// And after.
+  FATHOM_HD void relax(const Mechanism& m, float h) const {
+    each(m, [&](std::uint32_t i) { move_obstacle(states[i].obstacle, h); });
+    solve<false>(m, h);
+  }
+  FATHOM_HD void store(const Mechanism& m) const {
+    each(m, [&](std::uint32_t i) { store_link(i); });
+  }
+
+  /// What sweeps have let part they draw together again: a direct solution would throw it.
+  FATHOM_HD bool has_parted(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    if (link.joint == none) return false;
+    if (link.generic != none) {
+      const GenericAxis<float>(&axes)[axis_count] = access.generic(link.joint).axes;
+      if (axes[0].locked * axes[1].locked * axes[2].locked == 0) return false;
+    }
+    const auto j = access.joint(link.joint);
+    const float gap = distance(transform(access.pose(j.a), j.anchor_a), transform(access.pose(j.b), j.anchor_b));
+    return gap > parted_share * (length(j.anchor_a) + length(j.anchor_b) + access.radius(link.body));
+  }
+
+ private:
+  // --- who does what ---------------------------------------------------------------------------------------------
+
+  template <class Act>
+  FATHOM_HD static void each(const Mechanism& m, const Act& act) {
+    for (std::uint32_t i = m.first + team::item(); i < m.end; i += team::items) act(i);
+    team::sync();
+  }
+  template <class Test>
+  FATHOM_HD static bool all(const Mechanism& m, const Test& test) {
+    bool holds = true;
+    for (std::uint32_t i = m.first + team::item(); i < m.end; i += team::items) holds = test(i) && holds;
+    return team::all(holds);
+  }
+  template <class Act>
+  FATHOM_HD void each_of_level(const Mechanism& m, std::uint32_t level, const Act& act) const {
+    const std::uint32_t first = levels[m.level + level], end = levels[m.level + level + 1];
+    for (std::uint32_t i = first + team::item(); i < end; i += team::items) act(i);
+    team::sync();
+  }
+  template <class Act>
+  FATHOM_HD void from_leaves(const Mechanism& m, const Act& act) const {
+    for (std::uint32_t level = m.levels; level-- > 0;) each_of_level(m, level, act);
+  }
+  template <class Act>
+  FATHOM_HD void from_root(const Mechanism& m, const Act& act) const {
+    for (std::uint32_t level = 0; level < m.levels; ++level) each_of_level(m, level, act);
+  }
+
+  FATHOM_HD static Vec3 on_body(const MechanismLink& link, Vec3 of_b) { return link.is_b ? of_b : -of_b; }
+  FATHOM_HD static UnitQuat<float> rotation(const Pose& pose) { return {pose.rotation.w, pose.rotation.vector()}; }
+  FATHOM_HD static float sum_of(Vec3 v) { return v.x + (v.y + v.z); }
+
+  /// What the link's joint has given its body in this substep.
+  FATHOM_HD Vec3 force_of(std::uint32_t i) const {
+    return links[i].generic == none ? states[i].row.impulse : generic[links[i].generic].force();
+  }
+  FATHOM_HD Vec3 torque_of(std::uint32_t i) const {
+    return links[i].generic == none ? Vec3{} : generic[links[i].generic].torque();
+  }
+  /// Whether the pull of its joint may swing the link's body.
+  FATHOM_HD bool may_swing(std::uint32_t i) const {
+    return links[i].joint != none && (links[i].generic == none || !generic[links[i].generic].is_stiff());
+  }
+  /// Of a link's parent or of what it hangs on.
+  FATHOM_HD const LinkMotion& parent_of(std::uint32_t i) const {
+    return links[i].parent != none ? states[links[i].parent].motion : states[i].obstacle;
+  }
+
+  // --- a step ----------------------------------------------------------------------------------------------------
+
+  FATHOM_HD void prepare_link(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    LinkState& s = states[i];
+    s = {};
+    s.mass = 1 / access.body(link.body).inverse_mass;
+    if (link.joint == none) return;
+    if (link.parent == none) {
+      const auto& obstacle = access.body(link.obstacle);
+      s.obstacle = {{}, {}, obstacle.linear, obstacle.angular};
+    }
+    if (link.generic == none)
+      prepare_ball(link, s);
+    else
+      prepare_generic(i);
+    s.moment = cross(s.arm, force_of(i)) + torque_of(i);
+    s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
+  }
+  FATHOM_HD void prepare_ball(const MechanismLink& link, LinkState& s) const {
+    const auto j = access.joint(link.joint);
+    const std::uint32_t parent = link.is_b ? j.a : j.b;
+    const Pose &of_parent = access.pose(parent), &of_body = access.pose(link.body);
+    prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
+                              link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
+                              on_body(link, access.last_impulse(link.joint)), s.row);
+    s.row.pull = access.swing(link.body) - access.swing(parent);
+    s.arm = s.row.arm_b, s.parent_arm = s.row.arm_a;
+  }
+  FATHOM_HD void prepare_generic(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    const auto j = access.joint(link.joint);
+    const GenericJoint& joint = access.generic(link.joint);
+    const Pose &a = access.pose(j.a), &b = access.pose(j.b);
+    GenericJointRow<float> row{};
+    prepare_generic_joint<float>(rotation(a), rotation(b), b.position - a.position, joint.on_a, joint.on_b, j.anchor_a,
+                                 j.anchor_b, row);
+    row.pull = access.swing(j.b) - access.swing(j.a);
+    if (joint.reacts != 0) {
+      const JointBodies<SymMat3> bodies = bodies_of(i);
+      begin_rates(row, joint, bodies.a, bodies.b);
+    }
+    JointLink& of_link = generic[link.generic];
+    of_link.begin(joint, link.is_b != 0, row, access.generic_impulse(link.joint));
+    states[i].arm = of_link.arm(), states[i].parent_arm = of_link.parent_arm();
+  }
+  FATHOM_HD void warm_start_link(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    SolverBody body = access.body(link.body);
+    const SymMat3 response = access.response(link.body, body);
+    const auto push = [&](Vec3 impulse, Vec3 moment) {
+      body.linear = mul_add(body.linear, body.inverse_mass, impulse);
+      body.angular += response * moment;
+    };
+    if (link.joint != none) push(force_of(i), states[i].moment);
+    for (std::uint32_t c = link.first_child; c < link.end_of_children(); ++c)
+      push(-force_of(c), -states[c].parent_moment);
+    access.set_velocity(link.body, body.linear, body.angular);
+  }
+  /// What is not finite of one body reaches no other.
+  FATHOM_HD void forget_link(std::uint32_t i) const {
+    BallJointRow<float>& row = states[i].row;
+    row.impulse = row.total = states[i].moment = states[i].parent_moment = {};
+    if (links[i].generic != none) generic[links[i].generic].forget();
+  }
+  /// On by a substep of length h (s), as bodies are.
+  FATHOM_HD static void move_obstacle(LinkMotion& obstacle, float h) {
+    obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
+    obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
+  }
+  FATHOM_HD void store_link(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    if (link.joint == none) return;
+    const BallJointRow<float>& row = states[i].row;
+    if (link.generic == none)
+      access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
+    else
+      access.store(link.joint, generic[link.generic].impulse());
+  }
+
+  // --- a solution ------------------------------------------------------------------------------------------------
+
+  template <bool soft>
+  FATHOM_HD void solve(const Mechanism& m, float h) const {
+    turn_all(m, h, !soft);
+    bool follows = !soft || can_follow(m, h);
+    solve_once<soft>(m, h, follows);
+    for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
+      turn_all(m, h, false);
+      follows = can_follow(m, h);
+      solve_once<soft>(m, h, follows);
+    }
+    if (soft && !do_meet(m, h)) {
+      each(m, [&](std::uint32_t i) { take_back(i); });
+      each(m, [&](std::uint32_t i) { load_carried(i); });
+      if (!follows) each(m, [&](std::uint32_t i) { stiffen_load(i, h); });
+      aim_at_rest(m, projection_share, h);
+      substitute(m);
+    }
+    if (all(m, [&](std::uint32_t i) { return is_sound(i); }))
+      each(m, [&](std::uint32_t i) { apply<soft>(i, h, follows); });
+    else
+      each(m, [&](std::uint32_t i) { forget_link(i); });
+  }
+
+  template <bool soft>
+  FATHOM_HD void solve_once(const Mechanism& m, float h, bool follows) const {
+    if constexpr (soft) {
+      each(m, [&](std::uint32_t i) { load_carried(i); });
+      if (!follows) each(m, [&](std::uint32_t i) { stiffen(i, h); });
+    }
+    from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
+    if constexpr (soft) {
+      for (int round = 0; round < newton_rounds; ++round) {
+        aim_ahead(m, h);
+        substitute(m);
+      }
+    } else {
+      aim_at_rest(m, 0, h);
+      substitute(m);
+    }
+  }
+
+  FATHOM_HD bool is_sound(std::uint32_t i) const {
+    const LinkState& s = states[i];
+    float sum = sum_of(s.change.linear + s.change.angular) + sum_of(s.impulse);
+    if (links[i].generic != none) {
+      const JointLink& joint = generic[links[i].generic];
+      sum += sum_of(joint.force_more() + joint.torque_more());
+    }
+    return is_finite(sum);
+  }
+
+  FATHOM_HD void turn_all(const Mechanism& m, float h, bool relaxes) const {
+    each(m, [&](std::uint32_t i) { turn(i); });
+    each(m, [&](std::uint32_t i) { turn_joint(i, h, relaxes); });
+  }
+  /// Where a link's body is now, how it moves, and what it resists that with.
+  FATHOM_FLATTEN FATHOM_HD void turn(std::uint32_t i) const {
+    LinkState& s = states[i];
+    const std::uint32_t number = links[i].body;
+    const auto& body = access.body(number);
+    const bool is_isotropic = access.is_isotropic(number);
+    s.turned = rotation_by<float>(body.turned);
+    s.spin = is_isotropic ? UnitQuat<float>{1, {}} : s.turned;
+    s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular), is_isotropic};
+    s.change = {}, s.impulse = {}, s.load = {};
+    const float scale = s.mass * access.inverse_mass(number);  // of the inertia that loads have added
+    Mat3 inertia = diagonal(scale * access.inertia(number).xx);
+    if (!is_isotropic) {
+      const Quat now = Quat{s.turned.w, s.turned.v.x, s.turned.v.y, s.turned.v.z} * access.pose(number).rotation;
+      inertia = to_matrix(scale * rotated(to_matrix(now), access.inertia(number)));
+    }
+    s.inertia = max(inertia.x.x, max(inertia.y.y, inertia.z.z));
+    s.of_body = tree_inertia(s.mass, inertia);
+  }
+  FATHOM_FLATTEN FATHOM_HD void turn_joint(std::uint32_t i, float h, bool relaxes) const {
+    LinkState& s = states[i];
+    const MechanismLink& link = links[i];
+    if (link.joint == none) return;
+    if (link.generic != none) {
+      JointLink& joint = generic[link.generic];
+      joint.look(bodies_of(i), h, relaxes);
+      joint.choose_coordinates({s.motion, parent_of(i)});
+      s.arm = joint.arm(), s.parent_arm = joint.parent_arm();
+      return;
+    }
+    s.arm = turned_by(s.turned, s.row.arm_b);
+    s.parent_arm = turned_by(link.parent != none ? states[link.parent].turned : rotation_by<float>(parent_of(i).turned),
+                             s.row.arm_a);
+  }
+  FATHOM_HD JointBodies<SymMat3> bodies_of(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    const auto j = access.joint(link.joint);
+    const auto side = [&](std::uint32_t number) {
+      if (number != link.body && link.parent == none) {
+        const LinkMotion& m = states[i].obstacle;
+        return typename JointBodies<SymMat3>::Side{m.linear, m.angular, m.moved, m.turned, 0, 0, {}};
+      }
+      const auto& body = access.body(number);
+      return typename JointBodies<SymMat3>::Side{body.linear,
+                                                 body.angular,
+                                                 body.moved,
+                                                 body.turned,
+                                                 body.inverse_mass,
+                                                 body.inverse_inertia,
+                                                 access.response(number, body)};
+    };
+    return {side(j.a), side(j.b)};
+  }
+
+  /// How fast the anchors run away from each other.
+  FATHOM_HD static Vec3 speed_apart(const LinkState& s, const LinkMotion& parent) {
+    return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
+  }
+  /// How far they are apart.
+  FATHOM_HD static Vec3 gap(const LinkState& s, const LinkMotion& parent) {
+    return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
+  }
+  /// How far they will be apart when the bodies have moved on for h (s), over h.
+  FATHOM_FLATTEN FATHOM_HD static Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
+    const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
+      const UnitQuat<float> turned = rotation_by<float>(m.turned_ahead(h));
+      return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
+    };
+    const Vec3 gap = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
+    return mul_add((1 / h) * gap, -0.5f * h, s.row.pull);
+  }
+
+  // --- loads -----------------------------------------------------------------------------------------------------
+
+  /// Moments of what a body has carried over, about arms that have turned since.
+  FATHOM_FLATTEN FATHOM_HD void load_carried(std::uint32_t i) const {
+    LinkState& s = states[i];
+    if (links[i].joint != none) s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - turned_by(s.spin, s.moment);
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c) {
+      const LinkState& child = states[c];
+      s.load.moment -= cross(child.parent_arm, force_of(c)) + torque_of(c) - turned_by(s.spin, child.parent_moment);
+    }
+  }
+  /// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity
+  /// within a substep of length h (kg·m²), and of which velocity.
+  FATHOM_HD static float stiffness(Vec3 impulse, Vec3 arm, float h) { return h * max(dot(impulse, arm), 0.0f); }
+  FATHOM_HD static Vec3 across(Vec3 angular, Vec3 arm) {
+    const Vec3 axis = normalize(arm);
+    return angular - dot(axis, angular) * axis;
+  }
+  /// Of the body and its children's pulls on it, `act(arm, stiffness)`.
+  template <class Act>
+  FATHOM_HD void each_pull(std::uint32_t i, float h, const Act& act) const {
+    if (may_swing(i)) act(states[i].arm, stiffness(force_of(i), states[i].arm, h));
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      if (may_swing(c)) act(states[c].parent_arm, stiffness(-force_of(c), states[c].parent_arm, h));
+  }
+  FATHOM_HD void stiffen(std::uint32_t i, float h) const {
+    LinkState& body = states[i];
+    each_pull(i, h, [&](Vec3 arm, float k) {
+      const Vec3 axis = normalize(arm);
+      const Mat3 outer{axis.x * axis, axis.y * axis, axis.z * axis};
+      body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
+      body.load.moment -= k * across(body.motion.angular, arm);
+    });
+  }
+  /// The loads of `stiffen` alone.
+  FATHOM_HD void stiffen_load(std::uint32_t i, float h) const {
+    LinkState& body = states[i];
+    each_pull(i, h, [&](Vec3 arm, float k) { body.load.moment -= k * across(body.motion.angular, arm); });
+  }
+  /// The bodies' velocities as they were before rounds.
+  FATHOM_HD void take_back(std::uint32_t i) const {
+    LinkState& s = states[i];
+    s.motion.linear -= s.change.linear, s.motion.angular -= s.change.angular;
+    s.change = {}, s.impulse = {}, s.load = {};
+    if (links[i].generic != none) generic[links[i].generic].take_back();
+  }
+
+  // --- elimination -----------------------------------------------------------------------------------------------
+
+  FATHOM_FLATTEN FATHOM_HD void eliminate(std::uint32_t i) const {
+    LinkState& s = states[i];
+    for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
+      if (links[c].generic != none)
+        generic[links[c].generic].add_to(s.of_body);
+      else
+        add_child(s.of_body, states[c].link, states[c].parent_arm);
+    }
+    if (links[i].generic != none)
+      generic[links[i].generic].eliminate(s.of_body);
+    else
+      s.link = tree_link(s.of_body, s.arm);
+  }
+  /// Takes away all links' errors under their loads.
+  FATHOM_HD void substitute(const Mechanism& m) const {
+    from_leaves(m, [&](std::uint32_t i) { hand_on(i); });
+    from_root(m, [&](std::uint32_t i) { follow_parent(i); });
+  }
+  FATHOM_FLATTEN FATHOM_HD void hand_on(std::uint32_t i) const {
+    LinkState& s = states[i];
+    for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
+      const LinkState& child = states[c];
+      s.load.impulse += child.handed.impulse;
+      s.load.moment += child.handed.moment + cross(child.parent_arm, child.handed.impulse);
+    }
+    if (links[i].generic != none) {
+      s.load.moment -= cross(s.arm, s.load.impulse);
+      s.handed = generic[links[i].generic].hand_on(s.load);
+    } else {
+      s.load = at_anchor(s.link, s.load);
+      if (links[i].parent != none) s.handed = {handed_on(s.link, s.load, s.error), {}};
+    }
+  }
+  FATHOM_FLATTEN FATHOM_HD void follow_parent(std::uint32_t i) const {
+    LinkState& s = states[i];
+    const TreeChange parent = links[i].parent != none ? states[links[i].parent].step : TreeChange{};
+    if (links[i].joint == none) {
+      s.step = root_change(s.link, s.load);
+    } else if (links[i].generic != none) {
+      s.step = generic[links[i].generic].follow(parent);
+    } else {
+      const Vec3 change = parent.linear + cross(parent.angular, s.parent_arm) - s.error;
+      s.impulse += impulse_on(s.link, s.load, change);
+      s.step = fathom::follow(s.link, s.load, change);
+    }
+    s.change.linear += s.step.linear, s.change.angular += s.step.angular;
+    s.motion.linear += s.step.linear, s.motion.angular += s.step.angular;
+    s.load = {};
+  }
+
+  // --- what rounds aim at, and have found ------------------------------------------------------------------------
+
+  FATHOM_HD void aim_ahead(const Mechanism& m, float h) const {
+    each(m, [&](std::uint32_t i) {
+      if (links[i].joint == none) return;
+      if (links[i].generic != none)
+        generic[links[i].generic].aim_ahead({states[i].motion, parent_of(i)}, h);
+      else
+        states[i].error = gap_ahead(states[i], parent_of(i), h);
+    });
+  }
+  FATHOM_HD void aim_at_rest(const Mechanism& m, float gap_share, float h) const {
+    const float most = access.push_out_velocity();
+    each(m, [&](std::uint32_t i) {
+      LinkState& s = states[i];
+      if (links[i].joint == none) return;
+      const LinkMotion& parent = parent_of(i);
+      if (links[i].generic != none)
+        return generic[links[i].generic].aim_at_rest({s.motion, parent}, gap_share, most, h);
+      s.error = speed_apart(s, parent);
+      if (gap_share > 0)
+        s.error = mul_add(s.error + limited((gap_share / h) * gap(s, parent), most), -0.5f * h, s.row.pull);
+    });
+  }
+  /// Whether joints turn all bodies slowly enough under what they carry for a substep to follow: a body swings about
+  /// its anchor under a pull F with ω² = F r / I, which an explicit step follows up to h ω = 2.
+  FATHOM_HD bool can_follow(const Mechanism& m, float h) const {
+    return all(m, [&](std::uint32_t i) {
+      if (!may_swing(i)) return true;
+      const float pull = h * length(force_of(i));  // h² F
+      // At the end of a chain a body swings with all its mass.
+      const auto swings_slowly = [&](std::uint32_t link, Vec3 arm) {
+        const LinkState& body = states[link];
+        const float own = links[link].joints() > 1 ? body.inertia : fma(body.mass, length_squared(arm), body.inertia);
+        return pull * length(arm) <= stiffest_swing * own;
+      };
+      const bool of_body = swings_slowly(i, states[i].arm);
+      return of_body && (links[i].parent == none || swings_slowly(links[i].parent, states[i].parent_arm));
+    });
+  }
+  /// Whether all anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
+  /// meets them too.
+  FATHOM_HD bool do_meet(const Mechanism& m, float h) const {
+    return all(m, [&](std::uint32_t i) {
+      const LinkState& s = states[i];
+      if (!(h * length(s.change.angular) <= max_drift)) return false;
+      if (links[i].joint == none) return true;
+      const LinkMotion& parent = parent_of(i);
+      if (links[i].generic != none) return generic[links[i].generic].meets({s.motion, parent}, h, meeting_share);
+      return h * length(gap_ahead(s, parent, h)) <= meeting_share * (length(s.arm) + length(s.parent_arm));
+    });
+  }
+  /// Whether some limit or largest force is another one than the solution took it for.
+  FATHOM_HD bool revise(const Mechanism& m, float h) const {
+    return !all(m, [&](std::uint32_t i) {
+      return links[i].generic == none || !generic[links[i].generic].revise({states[i].motion, parent_of(i)}, h);
+    });
+  }
+
+  template <bool soft>
+  FATHOM_FLATTEN FATHOM_HD void apply(std::uint32_t i, float h, bool follows) const {
+    const MechanismLink& link = links[i];
+    LinkState& s = states[i];
+    access.add_velocity(link.body, s.change.linear, turned_back_by(s.spin, s.change.angular));
+    if (link.joint == none) return;
+    const Vec3 before = force_of(i);
+    Vec3 force = s.impulse, torque;
+    if (link.generic != none) {
+      JointLink& joint = generic[link.generic];
+      force = joint.force_more(), torque = joint.torque_more();
+      joint.apply({s.motion, parent_of(i)}, !soft);
+    } else {
+      s.row.impulse += s.impulse;
+      if (!soft) s.row.total += s.row.impulse;
+    }
+    const bool swings = soft && !follows && may_swing(i);
+    Vec3 moment = cross(s.arm, soft ? force_of(i) : force) + (soft ? torque_of(i) : torque);
+    if (swings) moment -= stiffness(before, s.arm, h) * across(s.motion.angular, s.arm);
+    s.moment = turned_back_by(s.spin, moment) + (soft ? Vec3{} : s.moment);
+    if (link.parent == none) return;
+    const LinkState& parent = states[link.parent];
+    moment = cross(s.parent_arm, soft ? force_of(i) : force) + (soft ? torque_of(i) : torque);
+    if (swings) moment += stiffness(-before, s.parent_arm, h) * across(parent.motion.angular, s.parent_arm);
+    s.parent_moment = turned_back_by(parent.spin, moment) + (soft ? Vec3{} : s.parent_moment);
+  }
+};
+
+#undef FATHOM_FLATTEN
+
+}  // namespace fathom

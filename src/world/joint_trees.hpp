@@ -1,0 +1,175 @@
+// Which bodies rigid joints connect to trees that are solved directly (dynamics/mechanism.hpp). A joint that closes a
+// loop is left to the sweeps, and so is a net, where such joints are many.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "dynamics/mechanism.hpp"
+#include "world/growth.hpp"
+
+namespace fathom {
+
+/// Finds them among the joints and bodies of a `Source`, by its numbers:
+///
+///     bodies(), joints(): how many numbers there are
+///     is_candidate(j): it may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j)
+///     is_obstacle(i): joints do not push it;  inverse_mass(i)
+///     accepts(links): whether the tree, its root first, is to be solved directly
+class JointTrees {
+ public:
+  static constexpr std::uint32_t none = MechanismLink::none;
+  /// Of a joint in `direct()`: it is solved directly, in a mechanism that some drive moves, or none.
+  static constexpr std::uint8_t driven = 1, undriven = 2;
+
+  template <class Source>
+  void find(const Source& source) {
+    clear();
+    if (source.joints() == 0) return;
+    list_joints(source);
+    // Trees that hang on something come first, so that what hangs on two things is a loop, cut at the later joint.
+    for_each_candidate(source, [&](std::uint32_t joint) {
+      const std::uint32_t a = source.a(joint), b = source.b(joint);
+      if (source.is_obstacle(a) && !source.is_obstacle(b) && link_of_[b] == none) grow(source, b, joint);
+      if (source.is_obstacle(b) && !source.is_obstacle(a) && link_of_[a] == none) grow(source, a, joint);
+    });
+    for (const std::uint32_t root : free_roots(source))
+      if (link_of_[root] == none) grow(source, root, none);
+  }
+  void clear() {
+    links_.clear(), mechanisms_.clear(), levels_.clear(), direct_.clear();
+    generic_ = 0;
+  }
+
+  const std::vector<MechanismLink>& links() const { return links_; }
+  const std::vector<Mechanism>& mechanisms() const { return mechanisms_; }
+  /// The first links of levels, and behind a mechanism's last one its end.
+  const std::vector<std::uint32_t>& levels() const { return levels_; }
+  /// By joint: 0, or how it is solved directly.
+  const std::vector<std::uint8_t>& direct() const { return direct_; }
+  /// Links with generic joints.
+  std::uint32_t generic() const { return generic_; }
+
+  std::size_t memory_bytes() const {
+    return links_.capacity() * sizeof(MechanismLink) + mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
+           (levels_.capacity() + link_of_.capacity() + joints_first_.capacity() + joints_of_.capacity()) *
+               sizeof(std::uint32_t);
+  }
+
+ private:
+  static constexpr std::uint32_t max_links = 4096;  // which one thread solves; more are a net or a rope
+  static constexpr std::uint32_t links_a_loop = 8;  // at least: more loops are a net
+
+  template <class Source, class Act>
+  static void for_each_candidate(const Source& source, const Act& act) {
+    for (std::uint32_t joint = 0; joint < source.joints(); ++joint)
+      if (source.is_candidate(joint)) act(joint);
+  }
+
+  template <class Source>
+  void list_joints(const Source& source) {
+    direct_.assign(source.joints(), 0);
+    link_of_.assign(source.bodies(), none);
+    joints_first_.assign(source.bodies() + 1, 0);
+    for_each_candidate(
+        source, [&](std::uint32_t joint) { ++joints_first_[source.a(joint)], ++joints_first_[source.b(joint)]; });
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : joints_first_) sum += std::exchange(first, sum);
+    grow_to(joints_of_, sum);
+    std::vector<std::uint32_t> next(joints_first_);
+    for_each_candidate(source, [&](std::uint32_t joint) {
+      joints_of_[next[source.a(joint)]++] = joint;
+      joints_of_[next[source.b(joint)]++] = joint;
+    });
+  }
+
+  // The heaviest first: the inertia of a light root would be lost beside that of what hangs on it.
+  template <class Source>
+  std::vector<std::uint32_t> free_roots(const Source& source) const {
+    std::vector<std::uint32_t> roots;
+    for (std::uint32_t body = 0; body < source.bodies(); ++body)
+      if (joints_first_[body] < joints_first_[body + 1] && !source.is_obstacle(body) && link_of_[body] == none)
+        roots.push_back(body);
+    std::ranges::stable_sort(roots, {}, [&](std::uint32_t body) { return source.inverse_mass(body); });
+    return roots;
+  }
+
+  template <class Source>
+  void add(const Source& source, std::uint32_t body, std::uint32_t joint, std::uint32_t parent) {
+    const auto number = static_cast<std::uint32_t>(links_.size());
+    link_of_[body] = number;
+    MechanismLink link{body, joint, parent, none, none, 0, 0, 0};
+    if (joint != none) {
+      link.is_b = source.b(joint) == body;
+      if (parent == none) link.obstacle = link.is_b ? source.a(joint) : source.b(joint);
+      if (source.is_generic(joint)) link.generic = generic_++;
+      direct_[joint] = undriven;
+    }
+    links_.push_back(link);
+    if (parent == none) return;
+    if (links_[parent].children++ == 0) links_[parent].first_child = number;
+  }
+
+  template <class Source>
+  void grow(const Source& source, std::uint32_t root, std::uint32_t root_joint) {
+    const auto first = static_cast<std::uint32_t>(links_.size()), level = static_cast<std::uint32_t>(levels_.size());
+    const std::uint32_t first_generic = generic_;
+    add(source, root, root_joint, none);
+    std::uint32_t ends = 0;  // of joints that are no links: a loop has both of its ends here, or one at an obstacle
+    for (std::uint32_t i = first, next_level = first; i < links_.size(); ++i) {
+      if (i == next_level) {
+        levels_.push_back(i);
+        next_level = static_cast<std::uint32_t>(links_.size());
+      }
+      const std::uint32_t body = links_[i].body;
+      for (std::uint32_t k = joints_first_[body]; k < joints_first_[body + 1]; ++k) {
+        const std::uint32_t joint = joints_of_[k];
+        if (direct_[joint]) continue;
+        const std::uint32_t other = source.a(joint) == body ? source.b(joint) : source.a(joint);
+        if (source.is_obstacle(other))
+          ends += 2;
+        else if (link_of_[other] == none)
+          add(source, other, joint, i);
+        else
+          ++ends;
+      }
+    }
+    const auto end = static_cast<std::uint32_t>(links_.size()), count = end - first;
+    const std::span<const MechanismLink> tree(links_.data() + first, count);
+    if (count <= max_links && ends / 2 * links_a_loop <= count && source.accepts(tree)) {
+      mechanisms_.push_back({first, end, level, static_cast<std::uint32_t>(levels_.size()) - level});
+      levels_.push_back(end);
+      note_driven(source, tree);
+      return;
+    }
+    for (const MechanismLink& link : tree)
+      if (link.joint != none) direct_[link.joint] = 0;
+    links_.resize(first);  // their bodies stay marked, so that nobody looks again
+    levels_.resize(level);
+    generic_ = first_generic;
+  }
+
+  template <class Source>
+  void note_driven(const Source& source, std::span<const MechanismLink> tree) {
+    const auto is_driven = [&](const MechanismLink& link) {
+      return link.joint != none && source.is_driven(link.joint);
+    };
+    if (std::ranges::none_of(tree, is_driven)) return;
+    for (const MechanismLink& link : tree)
+      if (link.joint != none) direct_[link.joint] = driven;
+  }
+
+  std::vector<MechanismLink> links_;
+  std::vector<Mechanism> mechanisms_;
+  std::vector<std::uint32_t> levels_;
+  std::vector<std::uint8_t> direct_;
+  std::uint32_t generic_ = 0;
+  std::vector<std::uint32_t> link_of_;       // by body, or none
+  std::vector<std::uint32_t> joints_first_;  // by body: where its joints begin in `joints_of_`
+  std::vector<std::uint32_t> joints_of_;
+};
+
+}  // namespace fathom
