@@ -117,7 +117,8 @@ struct Counters {
   std::uint32_t changed = 0;     ///< 1: some body has a new fat box
   std::uint32_t wake_asked = 0;  ///< 1: the application woke a body
   std::uint32_t joints = 0;      ///< slots in use, holes included
-  Vec3 gravity;                  ///< m/s²
+  std::uint32_t mechanisms = 0, mechanism_links = 0;
+  Vec3 gravity;  ///< m/s²
 
   // Of the step under way.
   std::uint32_t live_bodies = 0;  ///< `bodies`, or 0 where the step was stopped
@@ -173,6 +174,8 @@ struct Counters {
   std::uint32_t contacts_listed = 0;     ///< entries of `contacts_of`
   Stretch level[level_slots] = {};       ///< its bodies
   std::uint32_t level_cursor[level_slots] = {};
+
+  std::uint32_t direct = 0;  ///< mechanisms that are solved directly
 
   std::uint32_t first_overflow = 0;
   std::uint32_t overflow = 0;
@@ -252,6 +255,7 @@ struct ContactArrays {
 enum ConstraintExtras : std::uint32_t {
   overlaps_extra = 1,  ///< a part of the overlap counts as touching (dynamics/overlap.hpp)
   rolls_extra = 2,     ///< a rolling resistance
+  direct_extra = 2,    ///< of a joint: it is solved directly, with its mechanism
   all_extras = 3,
 };
 

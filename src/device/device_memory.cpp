@@ -218,6 +218,27 @@ JointArrays JointMemory::arrays() {
           .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};
 }
 
+void MechanismMemory::reserve(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints) {
+  records_.grow(mechanisms);
+  links_.grow(links);
+  states_.grow(links);
+  levels_.grow(links + mechanisms);
+  generic_.grow(generic);
+  of_joint_.grow(joints);
+}
+
+MechanismArrays MechanismMemory::arrays() {
+  return {.links = links_.data(),
+          .records = records_.data(),
+          .levels = levels_.data(),
+          .of_joint = of_joint_.data(),
+          .states = states_.data(),
+          .generic = generic_.data(),
+          .capacity = static_cast<std::uint32_t>(records_.size()),
+          .link_capacity = static_cast<std::uint32_t>(links_.size()),
+          .joint_capacity = static_cast<std::uint32_t>(of_joint_.size())};
+}
+
 void GridMemory::reserve(std::size_t bodies) {
   // Half full at most; a multiple of four, because the table is cleared by fours.
   heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));

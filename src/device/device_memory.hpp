@@ -8,6 +8,7 @@
 #include "device/edits.hpp"
 #include "device/grid.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/mechanism_arrays.hpp"
 #include "exec/buffer.hpp"
 
 namespace fathom::device {
@@ -144,6 +145,29 @@ class JointMemory {
   exec::Buffer<JointReactions> reactions_;
   exec::Buffer<std::uint64_t> apart_;
   std::size_t apart_places_ = 0;
+};
+
+/// Buffers of mechanisms: none as long as there never was one.
+class MechanismMemory {
+ public:
+  explicit MechanismMemory(exec::Memory& memory)
+      : links_(memory), records_(memory), levels_(memory), of_joint_(memory), states_(memory), generic_(memory) {}
+
+  /// All is to be uploaded anew.
+  void reserve(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints);
+  bool has_room_for(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints) const {
+    return mechanisms <= records_.size() && links <= links_.size() && generic <= generic_.size() &&
+           joints <= of_joint_.size();
+  }
+  std::size_t capacity() const { return records_.size(); }
+  MechanismArrays arrays();
+
+ private:
+  exec::Buffer<MechanismLink> links_;
+  exec::Buffer<MechanismRecord> records_;
+  exec::Buffer<std::uint32_t> levels_, of_joint_;
+  exec::Buffer<LinkState> states_;
+  exec::Buffer<JointLink> generic_;
 };
 
 /// The grid's table, and how large its cells are.

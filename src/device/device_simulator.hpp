@@ -18,6 +18,7 @@
 #include "device/step.hpp"
 #include "exec/device.hpp"
 #include "world/event_list.hpp"
+#include "world/joint_trees.hpp"
 #include "world/simulator.hpp"
 
 namespace fathom::device {
@@ -51,7 +52,10 @@ class DeviceSimulator final : public Simulator {
   void filter_changed(std::uint32_t slot) override {
     constants_changed(slot, box_change | drop_contacts | wake_partners);
   }
-  void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
+  void info_changed(std::uint32_t slot) override {
+    trees_are_stale_ = trees_are_stale_ || !joints.of(slot).empty();  // masses order trees
+    constants_changed(slot, 0);
+  }
   void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override;
@@ -90,6 +94,14 @@ class DeviceSimulator final : public Simulator {
     bool wakes = false;  ///< all that it acts on
   };
 
+  /// Trees of joints as the device will have them, where these `are_new`.
+  struct FoundMechanisms {
+    bool are_new = false;
+    std::vector<MechanismLink> links;
+    std::vector<MechanismRecord> records;
+    std::vector<std::uint32_t> levels, of_joint;
+  };
+
   /// A step in flight, and the edits that went before it.
   struct PendingStep {
     std::uint64_t number = 0;
@@ -102,6 +114,7 @@ class DeviceSimulator final : public Simulator {
     std::vector<GenericEdit> generic_edits;
     std::vector<PairNote> pair_notes;
     std::vector<ApartEdit> apart_edits;
+    FoundMechanisms mechanisms;
     GravityChange gravity;
     std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
     exec::Traffic traffic;
@@ -124,6 +137,14 @@ class DeviceSimulator final : public Simulator {
           staged_joint_edits(device, 0),
           staged_generic_edits(device, 0),
           staged_apart_edits(device, 0),
+          links(device),
+          mechanisms(device),
+          levels(device),
+          of_joint(device),
+          staged_links(device, 0),
+          staged_mechanisms(device, 0),
+          staged_levels(device, 0),
+          staged_of_joint(device, 0),
           results(device),
           poses(device, 0),
           velocities(device, 0),
@@ -147,6 +168,12 @@ class DeviceSimulator final : public Simulator {
     exec::PinnedBuffer<JointEdit> staged_joint_edits;
     exec::PinnedBuffer<GenericEdit> staged_generic_edits;
     exec::PinnedBuffer<ApartEdit> staged_apart_edits;
+    exec::Buffer<MechanismLink> links;
+    exec::Buffer<MechanismRecord> mechanisms;
+    exec::Buffer<std::uint32_t> levels, of_joint;
+    exec::PinnedBuffer<MechanismLink> staged_links;
+    exec::PinnedBuffer<MechanismRecord> staged_mechanisms;
+    exec::PinnedBuffer<std::uint32_t> staged_levels, staged_of_joint;
     SlotResults results;  ///< on the device, where every step's are copied
     exec::PinnedBuffer<Pose> poses;
     exec::PinnedBuffer<Velocity> velocities;
@@ -204,6 +231,13 @@ class DeviceSimulator final : public Simulator {
   void stage_joint_edits(PendingStep& pending);
   void upload_joint_edits(const PendingStep& pending);
   void upload_apart_edits(const PendingStep& pending);
+
+  // Mechanisms.
+  bool solves_directly() const;
+  void list_mechanisms(PendingStep& pending);
+  void make_room_for_mechanisms();
+  void stage_mechanisms(PendingStep& pending);
+  void upload_mechanisms(const PendingStep& pending);
 
   // Finished steps.
   bool oldest_is_done() const;
@@ -264,6 +298,7 @@ class DeviceSimulator final : public Simulator {
   BodyMemory body_memory_;
   ContactMemory contact_memory_;
   JointMemory joint_memory_;
+  MechanismMemory mechanism_memory_;
   SlotResults results_;
   GridMemory grid_memory_;
   PublishedMemory<D> published_memory_;
@@ -280,6 +315,8 @@ class DeviceSimulator final : public Simulator {
   std::size_t wanted_contacts_ = 0, wanted_manifolds_ = 0;
   BodyIndices indices_;
   JointMirror joint_mirror_;
+  JointTrees trees_;
+  bool trees_are_stale_ = true;   // joints, or their bodies, are others than when the trees were found
   GravityChange gravity_change_;  // since the last step
 
   std::vector<Edit> edits_;                // since the last submission

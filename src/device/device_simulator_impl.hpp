@@ -25,6 +25,7 @@ DeviceSimulator<D>::DeviceSimulator(const WorldDef& definition, Arguments&&... d
       body_memory_(device_),
       contact_memory_(device_),
       joint_memory_(device_),
+      mechanism_memory_(device_),
       results_(device_),
       grid_memory_(device_),
       published_memory_(device_, max_pending_),
@@ -61,9 +62,11 @@ void DeviceSimulator<D>::step() {
   if (submitted_ == 0) order_in_space();
   PendingStep next;
   list_joint_edits(next);
+  list_mechanisms(next);
   try {
     make_room();
   } catch (...) {
+    trees_are_stale_ = true;
     joint_mirror_.take_back(next.joint_edits, next.pair_notes, next.apart_edits);
     throw;
   }
@@ -92,6 +95,7 @@ void DeviceSimulator<D>::step() {
     list_last_edits();
     uploads_ahead_ = false;
     set_changed_ = pending.set_changed;
+    trees_are_stale_ = true;
     joint_mirror_.take_back(pending.joint_edits, pending.pair_notes, pending.apart_edits);
     pending_steps_.pop_back();
     --submitted_;
@@ -126,6 +130,7 @@ void DeviceSimulator<D>::make_room() {
     choose_grid();
   }
   make_room_for_joints();
+  make_room_for_mechanisms();
   if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
       joint_memory_.capacity() > contact_memory_.joint_capacity() || may_bounce_ != contact_memory_.may_bounce() ||
       may_roll_ != contact_memory_.may_roll()) {
@@ -190,9 +195,9 @@ Step<D> DeviceSimulator<D>::step_of(StepBuffers& buffers) {
   settings.bounces = contact_memory_.may_bounce();
   settings.shapes = shapes_;
   settings.published = published_settings();
-  return Step<D>(device_, body_memory_, contact_memory_, joint_memory_, grid_memory_, published_memory_,
-                 counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()), settings,
-                 &buffers.marks);
+  return Step<D>(device_, body_memory_, contact_memory_, joint_memory_, mechanism_memory_, grid_memory_,
+                 published_memory_, counters_.data(), reports_.data(), static_cast<std::uint32_t>(reports_.size()),
+                 settings, &buffers.marks);
 }
 
 template <exec::Device D>
@@ -248,6 +253,7 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   StepBuffers& buffers = buffers_of(pending.number);
   if (with_edits) stage_edits(pending);
   if (with_edits) stage_joint_edits(pending);
+  if (with_edits) stage_mechanisms(pending);
   if (copies_results()) reserve_results(pending);
   const bool brings_events = def.ahead > 0 || events_are_read_;
   if (brings_events) reserve_events(buffers, first_events);
@@ -256,6 +262,7 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   if (with_edits) change_gravity(pending);
   if (with_edits) upload_edits(pending);
   if (with_edits) upload_joint_edits(pending);
+  if (with_edits) upload_mechanisms(pending);
   if (body_fault.is_due(SolverStage::before_step, 0))
     device_.parallel_for(pending.indices,
                          IsolateOnRequest{body_memory_.arrays(), counters_.data(), body_fault.category});
@@ -369,6 +376,7 @@ void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
 
 #include "device/simulator_edits.hpp"
 #include "device/simulator_joints.hpp"
+#include "device/simulator_mechanisms.hpp"
 #include "device/simulator_mirror.hpp"
 #include "device/simulator_pending.hpp"
 #include "device/simulator_results.hpp"

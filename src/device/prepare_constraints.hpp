@@ -3,6 +3,7 @@
 
 #include "device/build_constraints.hpp"
 #include "device/constraint_rows.hpp"
+#include "device/mechanism_arrays.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/touch.hpp"
 #include "exec/atomic.hpp"
@@ -21,6 +22,7 @@ struct PrepareConstraints {
   BodyArrays bodies;
   ContactArrays contacts;
   JointArrays joints;
+  MechanismArrays mechanisms;
   ConstraintArrays constraints;
   Counters* counters;
   bool orders_overflow;
@@ -125,6 +127,16 @@ struct PrepareConstraints {
 
   FATHOM_HD void prepare_joint(std::uint32_t k, const JointRecord& joint, const SolverBody& a, const SolverBody& b,
                                std::uint32_t bits) const {
+    if (joint.fixed_a) bits |= pushes_fixed_bit;
+    if (joint.is_generic) bits |= generic_bit;
+    bits |= point_bits | ranks_of({joint.a, joint.b}, joint.colour);
+    const bool is_direct = mechanisms.is_direct(constraints.contact[k] & ~joint_tag);
+    constraints.heads[k] = {joint.a, joint.b, bits, is_direct ? 1u * direct_extra : 0u};
+    if (!is_direct) prepare_joint_rows(k, joint, a, b);
+  }
+
+  FATHOM_HD void prepare_joint_rows(std::uint32_t k, const JointRecord& joint, const SolverBody& a,
+                                    const SolverBody& b) const {
     const Pose &pose_a = bodies.poses[joint.a], &pose_b = bodies.poses[joint.b];
     const auto unit = [](Quat q) { return UnitQuat<float>{q.w, q.vector()}; };
     const UnitQuat<float> q_a = unit(pose_a.rotation), q_b = unit(pose_b.rotation);
@@ -139,7 +151,6 @@ struct PrepareConstraints {
             prepared_coupling(generic, joint.anchor_a, joint.anchor_b, pose_a, pose_b, joints.generic_impulses[slot]));
       else
         prepare_generic_rows(rows, joint, slot, {q_a, q_b, between}, a, b);
-      bits |= generic_bit;
     } else {
       BallJointRow<float> row;
       prepare_ball_joint(q_a, q_b, between, joint.anchor_a, joint.anchor_b,
@@ -151,8 +162,6 @@ struct PrepareConstraints {
       store_joint_total(rows, row);
     }
     rows[mass_row * tile_width] = {a.inverse_mass, a.inverse_inertia, b.inverse_mass, b.inverse_inertia};
-    if (joint.fixed_a) bits |= pushes_fixed_bit;
-    constraints.heads[k] = {joint.a, joint.b, point_bits | bits | ranks_of({joint.a, joint.b}, joint.colour), 0};
   }
 
   /// How a joint's bodies lie: their orientations, and from A's centre to B's (m).

@@ -11,6 +11,7 @@ namespace fathom::device {
 template <exec::Device D>
 void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
   joint_mirror_.note(slot);
+  trees_are_stale_ = true;
   // Whether couplings beside it are alone may have changed.
   for (const std::uint32_t body : {joints[slot].a, joints[slot].b})
     for (const std::uint32_t other : joints.of(body))

@@ -72,8 +72,12 @@ struct SolveConstraints {
   struct Plan {
     Stretch schedule[schedule_size];
     std::uint32_t sweeps, overflow, bodies, bounces, support_levels;
+    std::uint32_t mechanisms;  ///< 0 where none is solved directly
     bool any_kinematic;
     bool by_data;  ///< items wait for what they read, not for the phase before
+
+    /// Then SolveDirectly is due.
+    FATHOM_HD bool any_direct() const { return support_levels > 0 || mechanisms > 0; }
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
@@ -102,16 +106,17 @@ struct SolveConstraints {
     plan.bodies = counters->live_bodies;
     plan.bounces = counters->may_bounce;
     plan.support_levels = counters->support_levels;
+    const std::uint32_t direct = kinds == JointKinds::absent ? 0 : counters->direct;
+    plan.mechanisms = direct > 0 ? counters->mechanisms : 0;
     plan.any_kinematic = counters->any_kinematic;
-    const std::uint32_t any = plan.overflow | plan.bounces | further;
+    const std::uint32_t any = plan.overflow | plan.bounces | further | direct;
     plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
   /// Where memory is what takes time, looking for data that is not there yet takes more of it.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
-  /// Where structures are held SolveWithSupports is due.
-  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.support_levels ? 0 : all_phases(plan); }
+  FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.any_direct() ? 0 : all_phases(plan); }
   FATHOM_HD std::uint32_t all_phases(const Plan& plan) const {
     const std::uint32_t n = plan.sweeps;
     if (n == 0) return 0;
@@ -180,8 +185,9 @@ struct SolveConstraints {
       sweep(place, constraint(place, i), fetched);
   }
 
- private:
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
+
+ private:
   /// What comes first at a place.
   FATHOM_HD static void begin(const Plan& plan, Place& place) {
     place.colour = 0;
@@ -248,6 +254,8 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
+    if constexpr (kinds != JointKinds::absent)
+      if (is_joint(f.head.bits) && f.head.has(direct_extra)) return;
     if constexpr (kinds == JointKinds::all)
       if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic(place, k, f);
     if constexpr (kinds != JointKinds::absent)

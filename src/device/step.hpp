@@ -11,10 +11,11 @@
 #include "device/find_supports.hpp"
 #include "device/finish.hpp"
 #include "device/joints.hpp"
+#include "device/mechanisms.hpp"
 #include "device/prepare_constraints.hpp"
 #include "device/published/published_step.hpp"
 #include "device/sleep.hpp"
-#include "device/solve_supports.hpp"
+#include "device/solve_directly.hpp"
 #include "device/store_impulses.hpp"
 #include "device/update_manifolds.hpp"
 #include "exec/device.hpp"
@@ -47,14 +48,15 @@ struct StageMarks {
 template <exec::Device D>
 class Step {
  public:
-  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, JointMemory& joints, GridMemory& grid,
-       PublishedMemory<D>& published, Counters* counters, Report* reports, std::uint32_t report_count,
+  Step(D& device, BodyMemory& bodies, ContactMemory& contacts, JointMemory& joints, MechanismMemory& mechanisms,
+       GridMemory& grid, PublishedMemory<D>& published, Counters* counters, Report* reports, std::uint32_t report_count,
        const StepSettings& settings, StageMarks<D>* marks)
       : device_(device),
         bodies_(bodies.arrays()),
         contacts_(contacts.contacts()),
         constraints_(contacts.constraints()),
         joints_(joints.arrays()),
+        mechanisms_(mechanisms.arrays()),
         grid_(grid.grid(settings.grid_base)),
         grid_entries_(grid.entries()),
         counters_(counters),
@@ -163,10 +165,14 @@ class Step {
       device_.parallel_groups(joint_groups(), LayOutConstraints<JointsToLayOut>{joints, constraints_, counters_});
     if (settings_.published.cells) published_.partition(constraints());
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
+    if (has_mechanisms()) {
+      device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
+      device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});
+    }
     device_.parallel_groups(
         {&counters_->constraint_groups, (constraints_.capacity + constraint_group_size - 1) / constraint_group_size},
-        PrepareConstraints{bodies_, contacts_, joints_, constraints_, counters_, !settings_.published.cells,
-                           settings_.restitution_threshold});
+        PrepareConstraints{bodies_, contacts_, joints_, mechanisms_, constraints_, counters_,
+                           !settings_.published.cells, settings_.restitution_threshold});
     if (has_supports())
       device_.parallel_phases(FindSupports::max_phases, std::max({body_capacity_, constraints_.capacity, level_slots}),
                               FindSupports{bodies_, contacts_, constraints_, counters_, settings_.solve.h});
@@ -200,10 +206,11 @@ class Step {
       device_.parallel_phases(max_phases, body_capacity_, solver);
     else if constexpr (kinds == JointKinds::absent)
       published_.solve(solver, settings_.bounces, constraints());
-    using WithSupports = SolveWithSupports<kinds>;
-    if (has_supports())
-      device_.parallel_phases(max_phases + WithSupports::direct_phases(p, max_levels), body_capacity_,
-                              WithSupports{solver});
+    using Directly = SolveDirectly<kinds>;
+    if (has_supports() || has_mechanisms())
+      device_.parallel_phases(max_phases + Directly::support_phases(p, max_levels) + Directly::mechanism_phases(p),
+                              std::max(body_capacity_, team::size * mechanisms_.capacity),
+                              Directly{solver, joints_, mechanisms_});
     device_.parallel_for(constraints(), StoreImpulses{bodies_,
                                                       contacts_,
                                                       joints_,
@@ -214,6 +221,10 @@ class Step {
                                                       overlap_kept(settings_.dt),
                                                       settings_.solve.soft && !settings_.published.cells,
                                                       {bodies_, constraints_, counters_, p.stiffness, settings_.dt}});
+    if (has_mechanisms()) {
+      device_.parallel_for(links(), StoreMechanisms{bodies_, joints_, mechanisms_, counters_});
+      device_.parallel_for({&counters_->mechanisms, mechanisms_.capacity}, ClearMechanisms{mechanisms_});
+    }
   }
 
   void finish() {
@@ -239,6 +250,8 @@ class Step {
   bool has_round_shapes() const { return has(ShapeType::sphere) || has(ShapeType::capsule); }
   bool has(ShapeType type) const { return settings_.shapes & shape_bit(type); }
   bool has_joints() const { return joints_.capacity > 0; }
+  bool has_mechanisms() const { return mechanisms_.capacity > 0; }
+  exec::Range links() const { return {&counters_->mechanism_links, mechanisms_.link_capacity}; }
   void hold_back_fast(const MoveBodies& move, bool from_free) {
     const bool is_last = from_free == has_bullets();
     device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_, from_free, is_last});
@@ -267,6 +280,7 @@ class Step {
   ContactArrays contacts_;
   ConstraintArrays constraints_;
   JointArrays joints_;
+  MechanismArrays mechanisms_;
   Grid grid_;
   std::uint32_t grid_entries_;
   Counters* counters_;

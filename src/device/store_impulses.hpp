@@ -28,6 +28,7 @@ struct StoreImpulses {
   FATHOM_HD void operator()(std::uint32_t k) const {
     if (counters->stopped) return;
     const ConstraintHead head = constraints.heads[k];
+    if (is_joint(head.bits) && head.has(direct_extra)) return;
     if (is_joint(head.bits)) return head.bits & generic_bit ? store_generic_joint(k) : store_joint(k);
     if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];

@@ -50,6 +50,7 @@ struct MechanismLink {
   std::uint32_t generic;   ///< number of its JointLink, or none: a ball joint, or no joint
   std::uint32_t first_child, children;
   std::uint32_t is_b;  ///< 1: the body is the joint's B
+  std::uint32_t mechanism;
 
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
   /// Of the tree, at the body.
@@ -117,6 +118,33 @@ class MechanismSolver {
     each(m, [&](std::uint32_t i) { store_link(i); });
   }
 
+  FATHOM_HD void prepare_link(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    LinkState& s = states[i];
+    s = {};
+    s.mass = 1 / access.body(link.body).inverse_mass;
+    if (link.joint == none) return;
+    if (link.parent == none) {
+      const auto& obstacle = access.body(link.obstacle);
+      s.obstacle = {{}, {}, obstacle.linear, obstacle.angular};
+    }
+    if (link.generic == none)
+      prepare_ball(link, s);
+    else
+      prepare_generic(i);
+    s.moment = cross(s.arm, force_of(i)) + torque_of(i);
+    s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
+  }
+  FATHOM_HD void store_link(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    if (link.joint == none) return;
+    const BallJointRow<float>& row = states[i].row;
+    if (link.generic == none)
+      access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
+    else
+      access.store(link.joint, generic[link.generic].impulse());
+  }
+
   /// What sweeps have let part they draw together again: a direct solution would throw it.
   FATHOM_HD bool has_parted(std::uint32_t i) const {
     const MechanismLink& link = links[i];
@@ -181,23 +209,6 @@ class MechanismSolver {
 
   // --- a step ----------------------------------------------------------------------------------------------------
 
-  FATHOM_HD void prepare_link(std::uint32_t i) const {
-    const MechanismLink& link = links[i];
-    LinkState& s = states[i];
-    s = {};
-    s.mass = 1 / access.body(link.body).inverse_mass;
-    if (link.joint == none) return;
-    if (link.parent == none) {
-      const auto& obstacle = access.body(link.obstacle);
-      s.obstacle = {{}, {}, obstacle.linear, obstacle.angular};
-    }
-    if (link.generic == none)
-      prepare_ball(link, s);
-    else
-      prepare_generic(i);
-    s.moment = cross(s.arm, force_of(i)) + torque_of(i);
-    s.parent_moment = cross(s.parent_arm, force_of(i)) + torque_of(i);
-  }
   FATHOM_HD void prepare_ball(const MechanismLink& link, LinkState& s) const {
     const auto j = access.joint(link.joint);
     const std::uint32_t parent = link.is_b ? j.a : j.b;
@@ -249,16 +260,6 @@ class MechanismSolver {
     obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
     obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
   }
-  FATHOM_HD void store_link(std::uint32_t i) const {
-    const MechanismLink& link = links[i];
-    if (link.joint == none) return;
-    const BallJointRow<float>& row = states[i].row;
-    if (link.generic == none)
-      access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
-    else
-      access.store(link.joint, generic[link.generic].impulse());
-  }
-
   // --- a solution ------------------------------------------------------------------------------------------------
 
   template <bool soft>

@@ -101,7 +101,7 @@ class JointTrees {
   void add(const Source& source, std::uint32_t body, std::uint32_t joint, std::uint32_t parent) {
     const auto number = static_cast<std::uint32_t>(links_.size());
     link_of_[body] = number;
-    MechanismLink link{body, joint, parent, none, none, 0, 0, 0};
+    MechanismLink link{body, joint, parent, none, none, 0, 0, 0, static_cast<std::uint32_t>(mechanisms_.size())};
     if (joint != none) {
       link.is_b = source.b(joint) == body;
       if (parent == none) link.obstacle = link.is_b ? source.a(joint) : source.b(joint);

@@ -1,10 +1,11 @@
-// solve, where structures are held: as SolveConstraints, and after every relax sweep a direct solution of supports
-// (dynamics/support.hpp).
+// solve, where something is solved directly: as SolveConstraints, after every sweep mechanisms
+// (dynamics/mechanism.hpp), and after every relax sweep supports (dynamics/support.hpp).
 //
-// A kernel of its own, so that worlds without overloaded contacts do not carry its registers. Of the two the one that
-// is not due has no phases.
+// A kernel of its own, so that worlds without overloaded contacts and mechanisms do not carry its registers. Of the two
+// the one that is not due has no phases.
 #pragma once
 
+#include "device/mechanisms.hpp"
 #include "device/solve.hpp"
 #include "device/support_rows.hpp"
 
@@ -35,12 +36,12 @@ FATHOM_HD float power_of_two(int exponent) {
   return __builtin_bit_cast(float, static_cast<std::uint32_t>(127 + exponent) << 23);
 }
 
-/// A direct solution takes a phase for each level, from the top down, in which bodies ask their supports; one that sums
-/// up what all that would do; and one in which each structure goes its part of the way. Everybody waits for all before
-/// and after, but between the levels of towers, which are one warp's; between sweeps for data only, where that is
-/// possible.
+/// Mechanisms take a phase, a team each. A direct solution of supports takes a phase for each level, from the top down,
+/// in which bodies ask their supports; one that sums up what all that would do; and one in which each structure goes
+/// its part of the way. Everybody waits for all before and after, but between the levels of towers, which are one
+/// warp's; between sweeps for data only, where that is possible.
 template <JointKinds kinds>
-struct SolveWithSupports {
+struct SolveDirectly {
   using Solver = SolveConstraints<kinds>;
   // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
@@ -52,7 +53,7 @@ struct SolveWithSupports {
     Stretch level[level_slots];
   };
   using Fetched = typename Solver::Fetched;
-  enum Stage : std::uint32_t { sweeps, asking, summing, moving };
+  enum Stage : std::uint32_t { sweeps, linked, asking, summing, moving };
   struct Place {
     typename Solver::Place in_solve;
     Stage stage;
@@ -61,10 +62,15 @@ struct SolveWithSupports {
   };
 
   Solver solver;
+  JointArrays joints;
+  MechanismArrays mechanisms;
 
   /// Phases of the direct solutions of a step.
-  FATHOM_HD static std::uint32_t direct_phases(const SolveParameters& p, std::uint32_t levels) {
+  FATHOM_HD static std::uint32_t support_phases(const SolveParameters& p, std::uint32_t levels) {
     return p.substeps * p.sweeps_after * (levels + 2);
+  }
+  FATHOM_HD static std::uint32_t mechanism_phases(const SolveParameters& p) {
+    return (p.warm_start ? 1 : 0) + p.substeps * (p.sweeps_before + p.sweeps_after);
   }
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
@@ -78,7 +84,9 @@ struct SolveWithSupports {
   FATHOM_HD void keep_barriers(Plan& plan) const { solver.keep_barriers(plan); }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const {
     const std::uint32_t n = solver.all_phases(plan);
-    return n && plan.support_levels ? n + direct_phases(solver.p, plan.support_levels) : 0;
+    if (n == 0 || !plan.any_direct()) return 0;
+    return n + (plan.support_levels ? support_phases(solver.p, plan.support_levels) : 0) +
+           (plan.mechanisms ? mechanism_phases(solver.p) : 0);
   }
   FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
     Place place{solver.place(plan, 0), sweeps, 0, false};
@@ -87,15 +95,18 @@ struct SolveWithSupports {
   }
   FATHOM_HD Place next(const Plan& plan, Place place) const {
     const typename Solver::Place& at = place.in_solve;
-    if (place.stage == sweeps && at.what == Solver::relax && at.colour + 1 == plan.sweeps)
+    const bool ends_sweep = place.stage == sweeps && Solver::is_sweep(at) && at.colour + 1 == plan.sweeps;
+    if (plan.mechanisms && ends_sweep && at.what != Solver::bounce) return {at, linked, 0, false};
+    if (plan.support_levels && at.what == Solver::relax && (ends_sweep || place.stage == linked))
       return {at, asking, plan.support_levels, false};
     if (place.stage == asking && place.level > 1) return {at, asking, place.level - 1, false};
     if (place.stage == asking) return {at, summing, 0, false};
     if (place.stage == summing) return {at, moving, 0, false};
-    return {solver.next(plan, at), sweeps, 0, place.stage == moving};
+    return {solver.next(plan, at), sweeps, 0, place.stage != sweeps};
   }
   FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
     if (place.stage == sweeps) return solver.items(plan, place.in_solve);
+    if (place.stage == linked) return plan.mechanisms * team::items;
     return place.stage == asking ? plan.level[place.level].count : plan.supported;
   }
   FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
@@ -111,6 +122,7 @@ struct SolveWithSupports {
   }
   FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t k, const Fetched& fetched) const {
     if (place.stage == sweeps) return solver(plan, place.in_solve, k, fetched);
+    if (place.stage == linked) return solve_mechanism(place.in_solve, k / team::items);
     const std::uint32_t i = bodies().by_level[plan.level[place.level].first + k];
     if (place.stage == moving && k == 0) solver.counters->solved_step = solver.counters->step + 1;
     const SupportNode& node = bodies().nodes[i];
@@ -130,6 +142,20 @@ struct SolveWithSupports {
  private:
   FATHOM_HD const BodyArrays& bodies() const { return solver.bodies; }
   FATHOM_HD const ConstraintArrays& constraints() const { return solver.constraints; }
+
+  /// After a sweep, what it leaves to a direct solution.
+  FATHOM_HD void solve_mechanism(const typename Solver::Place& at, std::uint32_t number) const {
+    if constexpr (kinds != JointKinds::absent) {
+      const MechanismRecord& record = mechanisms.records[number];
+      if (!record.is_direct()) return;
+      const DirectSolver direct = direct_solver(bodies(), joints, mechanisms, solver.p.push_out_velocity);
+      const float h = solver.p.h;
+      if (at.what == Solver::relax) return direct.relax(record.tree, h);
+      if (at.what == Solver::warm) return direct.warm_start(record.tree, false);
+      if (at.what == Solver::push_first) direct.warm_start(record.tree, true);
+      direct.pull_together(record.tree, h);
+    }
+  }
 
   /// What those above take from body i, about its centre. Each has left it with its contact, so that sums do not depend
   /// on the order of items.

@@ -1,0 +1,146 @@
+// What steps do with mechanisms, but solve them (device/solve_directly.hpp).
+#pragma once
+
+#include "check/check.hpp"
+#include "device/constraint_rows.hpp"
+#include "device/contact_arrays.hpp"
+#include "device/mechanism_arrays.hpp"
+#include "exec/atomic.hpp"
+
+namespace fathom::device {
+
+/// Bodies and joints as MechanismSolver asks for them.
+struct LinkedBodies {
+  struct Ends {
+    std::uint32_t a, b;
+    Vec3 anchor_a, anchor_b;
+  };
+
+  const BodyArrays* bodies;
+  const JointArrays* joints;
+  float push_out;  ///< m/s
+
+  FATHOM_HD SolverBody body(std::uint32_t i) const { return bodies->solver[i].body(); }
+  FATHOM_HD void set_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
+    SolverQuads& to = bodies->solver[i];
+    to.linear = quad(linear, to.linear.w), to.angular = quad(angular, to.angular.w);
+  }
+  FATHOM_HD void add_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
+    const SolverQuads& from = bodies->solver[i];
+    set_velocity(i, from.linear.xyz() + linear, from.angular.xyz() + angular);
+  }
+  FATHOM_HD bool is_isotropic(std::uint32_t i) const { return bodies->constants[i].is_isotropic(); }
+  FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies->constants[i].inverse_mass; }
+  FATHOM_HD float radius(std::uint32_t i) const { return bodies->constants[i].radius; }
+  FATHOM_HD const SymMat3& inertia(std::uint32_t i) const { return bodies->tensors[i].inertia; }
+  FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies->poses[i]; }
+  FATHOM_HD SymMat3 response(std::uint32_t i, const SolverBody& body) const {
+    return world_inertia<SymMat3>(*bodies, i, body.inverse_mass, body.inverse_inertia);
+  }
+  FATHOM_HD static Vec3 swing(std::uint32_t) { return {}; }
+  FATHOM_HD Ends joint(std::uint32_t slot) const {
+    const JointRecord& j = joints->records[slot];
+    return {j.a, j.b, j.anchor_a, j.anchor_b};
+  }
+  FATHOM_HD Vec3 last_impulse(std::uint32_t slot) const { return joints->records[slot].impulse; }
+  FATHOM_HD const GenericJoint& generic(std::uint32_t slot) const { return joints->generic[slot]; }
+  FATHOM_HD const GenericImpulse& generic_impulse(std::uint32_t slot) const { return joints->generic_impulses[slot]; }
+  FATHOM_HD void store(std::uint32_t slot, Vec3 last, Vec3 total) const {
+    joints->records[slot].impulse = last, joints->records[slot].total = total;
+  }
+  FATHOM_HD void store(std::uint32_t slot, const GenericImpulse& impulse) const {
+    joints->generic_impulses[slot] = impulse;
+  }
+  FATHOM_HD float push_out_velocity() const { return push_out; }
+};
+
+using DirectSolver = MechanismSolver<LinkedBodies>;
+
+FATHOM_HD DirectSolver direct_solver(const BodyArrays& bodies, const JointArrays& joints, const MechanismArrays& m,
+                                     float push_out) {
+  return {{&bodies, &joints, push_out}, m.links, m.levels, m.states, m.generic};
+}
+
+/// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes
+/// again.
+struct TakeMechanisms {
+  MechanismArrays to;
+  MechanismTables from;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    if (counters->stopped) return;
+    if (k == 0) counters->mechanisms = from.count, counters->mechanism_links = from.link_count;
+    if (k < from.link_count) to.links[k] = from.links[k];
+    if (k < from.count) to.records[k] = from.records[k];
+    if (k < from.level_count) to.levels[k] = from.levels[k];
+    if (k < to.joint_capacity) to.of_joint[k] = k < from.joint_count ? from.of_joint[k] : none;
+  }
+};
+
+/// Whether bodies and joints let their mechanism be solved directly in this step: a link each.
+struct CheckLinks {
+  BodyArrays bodies;
+  JointArrays joints;
+  MechanismArrays mechanisms;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (counters->stopped) return;
+    if (i == 0) counters->direct = 0;
+    const MechanismLink& link = mechanisms.links[i];
+    const std::uint32_t body = link.body, flags = bodies.flags[body];
+    MechanismRecord& record = mechanisms.records[link.mechanism];
+    const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
+    if (!is_solved || direct_solver(bodies, joints, mechanisms, 0).has_parted(i))
+      exec::atomic_store(record.is_blocked, 1u);
+    if (is_in_contact(body))
+      exec::atomic_max(record.lightest_inverse, __builtin_bit_cast(std::uint32_t, bodies.constants[body].inverse_mass));
+  }
+
+ private:
+  FATHOM_HD bool is_in_contact(std::uint32_t body) const {
+    return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
+  }
+};
+
+/// Reads joints and bodies of those that are.
+struct PrepareMechanisms {
+  BodyArrays bodies;
+  JointArrays joints;
+  MechanismArrays mechanisms;
+  Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (counters->stopped) return;
+    const MechanismRecord& record = mechanisms.records[mechanisms.links[i].mechanism];
+    if (!record.is_direct()) return;
+    if (record.tree.first == i) exec::atomic_add(counters->direct, 1u);
+    direct_solver(bodies, joints, mechanisms, 0).prepare_link(i);
+  }
+};
+
+/// Hands back what the joints have given.
+struct StoreMechanisms {
+  BodyArrays bodies;
+  JointArrays joints;
+  MechanismArrays mechanisms;
+  const Counters* counters;
+
+  FATHOM_HD void operator()(std::uint32_t i) const {
+    if (counters->stopped || !mechanisms.records[mechanisms.links[i].mechanism].is_direct()) return;
+    direct_solver(bodies, joints, mechanisms, 0).store_link(i);
+  }
+};
+
+/// Behind it, also where the step has stopped.
+struct ClearMechanisms {
+  MechanismArrays mechanisms;
+
+  FATHOM_HD void operator()(std::uint32_t m) const {
+    MechanismRecord& record = mechanisms.records[m];
+    record.is_blocked = record.lightest_inverse = 0;
+  }
+};
+
+}  // namespace fathom::device
