@@ -52,10 +52,7 @@ class DeviceSimulator final : public Simulator {
   void filter_changed(std::uint32_t slot) override {
     constants_changed(slot, box_change | drop_contacts | wake_partners);
   }
-  void info_changed(std::uint32_t slot) override {
-    trees_are_stale_ = trees_are_stale_ || !joints.of(slot).empty();  // masses order trees
-    constants_changed(slot, 0);
-  }
+  void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
   void gravity_changed() override;
   void wake(std::uint32_t slot) override;
   bool is_awake(std::uint32_t slot) const override;

@@ -54,6 +54,8 @@ class JointLink {
   FATHOM_HD void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
   /// What the parent feels of that.
   FATHOM_HD void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
+  /// How easily the body turns across `axis` in what is free, with what hangs on it (1/(kg·m²)).
+  FATHOM_HD float response_across(Vec3 axis) const;
   /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h …
   FATHOM_HD void aim_ahead(const LinkPair& pair, float h);
   /// … or loses its velocity and this share of its gap, at `most` at the fastest.
@@ -67,6 +69,8 @@ class JointLink {
   FATHOM_HD bool revise(const LinkPair& pair, float h);
   /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
   FATHOM_HD bool meets(const LinkPair& pair, float h, float share) const;
+  /// Whether something locked is farther off: than `share` of arms, or rad.
+  FATHOM_HD bool is_torn(float share) const;
   FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true; }
   FATHOM_HD Vec3 force_more() const { return force_more_; }
   FATHOM_HD Vec3 torque_more() const { return torque_more_; }
@@ -89,6 +93,10 @@ class JointLink {
   FATHOM_HD bool is_rigid_drive(int i) const { return is_driven(i) && !is_at_most(i) && !(compliance(i) > 0); }
   FATHOM_HD bool is_held(int i) const { return axis(i).locked != 0 || is_at_limit(i) || is_rigid_drive(i); }
   FATHOM_HD float drive_aim(int i) const;
+  /// m, by which gaps are judged.
+  FATHOM_HD float reach() const {
+    return length(row_.arm_a) + length(row_.arm_b) + (joint_->distance != 0 ? value_[0] : 0);
+  }
   /// What the armature gives of N·s or N·m·s where the axis gets the rate `to`.
   FATHOM_HD float of_armature(int i, float to) const { return axis(i).armature * (rate_[i] - to); }
   FATHOM_HD void resist(int k, const LinkPair& pair);
@@ -244,6 +252,15 @@ FATHOM_HD void JointLink::resist(int k, const LinkPair& pair) {
   drive_[k] += sign() * scale_[k] * of_armature(i, rate(i, pair));
 }
 
+FATHOM_HD float JointLink::response_across(Vec3 axis) const {
+  float sum = 0;
+  for (int k = 0; k < 3; ++k) {
+    const float along = dot(freedom_.about[k], axis);
+    sum = fma(link_.inverse[translations + k], fma(-along, along, 1.0f), sum);
+  }
+  return sum;
+}
+
 // --- rounds ----------------------------------------------------------------------------------------------------
 
 FATHOM_HD float JointLink::rate(int i, const LinkPair& pair) const {
@@ -307,7 +324,9 @@ FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, flo
 
 FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load) {
   const JointVector nothing{};
-  load_ = eliminated_load(link_, freedom_, load, is_first_round_ ? drive_ : nothing);
+  // Drives give theirs in the first round.
+  load_ = is_first_round_ ? eliminated_load(link_, freedom_, load, drive_)
+                          : eliminated_load(link_, freedom_, load, nothing);
   is_first_round_ = false;
   return handed_on(link_, freedom_, load_, error_);
 }
@@ -394,13 +413,19 @@ FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   return changes;
 }
 
+FATHOM_HD bool JointLink::is_torn(float share) const {
+  for (int i = 0; i < axis_count; ++i)
+    if (axis(i).locked != 0 && abs(value_[i] - axis(i).lower) > (i < translations ? share * reach() : share))
+      return true;
+  return false;
+}
+
 FATHOM_HD bool JointLink::meets(const LinkPair& pair, float h, float share) const {
   JointVector ahead;
   values_ahead(pair, h, ahead);
-  const float reach = share * (length(row_.arm_a) + length(row_.arm_b) + (joint_->distance != 0 ? value_[0] : 0));
   for (int i = 0; i < axis_count; ++i)
     if ((axis(i).locked != 0 || is_at_limit(i)) &&
-        !(abs(ahead[i] - wanted_value(i, h)) <= (i < translations ? reach : share)))
+        !(abs(ahead[i] - wanted_value(i, h)) <= (i < translations ? share * reach() : share)))
       return false;
   return true;
 }

@@ -29,9 +29,9 @@ namespace fathom {
 inline constexpr int max_revisions = 4;          // of limits and largest forces, in a substep
 inline constexpr int newton_rounds = 3;          // in which anchors come to meet at a substep's end
 inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
-inline constexpr float stiffest_swing = 0.1f;    // (h ω)² of a body that swings under what its joints carry
+inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
 inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
-inline constexpr float parted_share = 0.01f;     // of arms and radius, beyond which sweeps bring anchors together first
+inline constexpr float torn_share = 0.01f;       // of the arms' lengths, from which on they come to meet by and by
 /// Times the mass of its lightest body that touches something a mechanism may have. A contact's rows know its two
 /// bodies' masses, not what a direct solution moves with them. Pressed by far more, they need that many sweeps to stop
 /// it and as many to let go, and in between throw it back: a ball of 500 kg on links of 2 kg that was caught among
@@ -53,8 +53,6 @@ struct MechanismLink {
   std::uint32_t mechanism;
 
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
-  /// Of the tree, at the body.
-  FATHOM_HD std::uint32_t joints() const { return children + (joint != none); }
 };
 
 struct Mechanism {
@@ -66,7 +64,6 @@ struct Mechanism {
 struct LinkState {
   BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
   float mass;               ///< kg
-  float inertia;            ///< kg·m², the largest moment, about
   UnitQuat<float> turned;   ///< since the step began
   UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
   LinkMotion motion;
@@ -84,7 +81,7 @@ struct LinkState {
 /// Solves mechanisms of the bodies and joints that `Access` knows, by the numbers that links have for them:
 ///
 ///     body(i): SolverBody;  set_velocity(i, linear, angular);  add_velocity likewise
-///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i), radius(i)
+///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i)
 ///     response(i, body): inverse inertia as the spin is written;  swing(i): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
@@ -143,19 +140,6 @@ class MechanismSolver {
       access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
     else
       access.store(link.joint, generic[link.generic].impulse());
-  }
-
-  /// What sweeps have let part they draw together again: a direct solution would throw it.
-  FATHOM_HD bool has_parted(std::uint32_t i) const {
-    const MechanismLink& link = links[i];
-    if (link.joint == none) return false;
-    if (link.generic != none) {
-      const GenericAxis<float>(&axes)[axis_count] = access.generic(link.joint).axes;
-      if (axes[0].locked * axes[1].locked * axes[2].locked == 0) return false;
-    }
-    const auto j = access.joint(link.joint);
-    const float gap = distance(transform(access.pose(j.a), j.anchor_a), transform(access.pose(j.b), j.anchor_b));
-    return gap > parted_share * (length(j.anchor_a) + length(j.anchor_b) + access.radius(link.body));
   }
 
  private:
@@ -262,17 +246,17 @@ class MechanismSolver {
   }
   // --- a solution ------------------------------------------------------------------------------------------------
 
+  // What is torn is drawn together as fast as penetrations are: closed within a substep, a gap would throw bodies.
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
     turn_all(m, h, !soft);
-    bool follows = !soft || can_follow(m, h);
-    solve_once<soft>(m, h, follows);
+    const bool is_torn = soft && !all(m, [&](std::uint32_t i) { return !this->is_torn(i); });
+    bool follows = solve_once<soft>(m, h, is_torn);
     for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
       turn_all(m, h, false);
-      follows = can_follow(m, h);
-      solve_once<soft>(m, h, follows);
+      follows = solve_once<soft>(m, h, is_torn);
     }
-    if (soft && !do_meet(m, h)) {
+    if (soft && !is_torn && !do_meet(m, h)) {
       each(m, [&](std::uint32_t i) { take_back(i); });
       each(m, [&](std::uint32_t i) { load_carried(i); });
       if (!follows) each(m, [&](std::uint32_t i) { stiffen_load(i, h); });
@@ -285,24 +269,38 @@ class MechanismSolver {
       each(m, [&](std::uint32_t i) { forget_link(i); });
   }
 
+  /// Returns whether the substep follows all swings.
   template <bool soft>
-  FATHOM_HD void solve_once(const Mechanism& m, float h, bool follows) const {
-    if constexpr (soft) {
-      each(m, [&](std::uint32_t i) { load_carried(i); });
-      if (!follows) each(m, [&](std::uint32_t i) { stiffen(i, h); });
-    }
+  FATHOM_HD bool solve_once(const Mechanism& m, float h, bool is_torn) const {
     from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
-    if constexpr (soft) {
-      for (int round = 0; round < newton_rounds; ++round) {
-        aim_ahead(m, h);
-        substitute(m);
-      }
-    } else {
+    if constexpr (!soft) {
       aim_at_rest(m, 0, h);
       substitute(m);
+      return true;
     }
+    each(m, [&](std::uint32_t i) { load_carried(i); });
+    const bool follows = can_follow(m, h);
+    if (!follows) {
+      each(m, [&](std::uint32_t i) { stiffen(i, h); });
+      from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
+    }
+    if (is_torn) {
+      aim_at_rest(m, projection_share, h);
+      substitute(m);
+    }
+    for (int round = 0; !is_torn && round < newton_rounds; ++round) {
+      aim_ahead(m, h);
+      substitute(m);
+    }
+    return follows;
   }
 
+  FATHOM_HD bool is_torn(std::uint32_t i) const {
+    const LinkState& s = states[i];
+    if (links[i].joint == none) return false;
+    if (links[i].generic != none) return generic[links[i].generic].is_torn(torn_share);
+    return length(gap(s, parent_of(i))) > torn_share * (length(s.arm) + length(s.parent_arm));
+  }
   FATHOM_HD bool is_sound(std::uint32_t i) const {
     const LinkState& s = states[i];
     float sum = sum_of(s.change.linear + s.change.angular) + sum_of(s.impulse);
@@ -333,7 +331,6 @@ class MechanismSolver {
       const Quat now = Quat{s.turned.w, s.turned.v.x, s.turned.v.y, s.turned.v.z} * access.pose(number).rotation;
       inertia = to_matrix(scale * rotated(to_matrix(now), access.inertia(number)));
     }
-    s.inertia = max(inertia.x.x, max(inertia.y.y, inertia.z.z));
     s.of_body = tree_inertia(s.mass, inertia);
   }
   FATHOM_FLATTEN FATHOM_HD void turn_joint(std::uint32_t i, float h, bool relaxes) const {
@@ -440,16 +437,17 @@ class MechanismSolver {
 
   FATHOM_FLATTEN FATHOM_HD void eliminate(std::uint32_t i) const {
     LinkState& s = states[i];
+    TreeInertia sum = s.of_body;
     for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
       if (links[c].generic != none)
-        generic[links[c].generic].add_to(s.of_body);
+        generic[links[c].generic].add_to(sum);
       else
-        add_child(s.of_body, states[c].link, states[c].parent_arm);
+        add_child(sum, states[c].link, states[c].parent_arm);
     }
     if (links[i].generic != none)
-      generic[links[i].generic].eliminate(s.of_body);
+      generic[links[i].generic].eliminate(sum);
     else
-      s.link = tree_link(s.of_body, s.arm);
+      s.link = tree_link(sum, s.arm);
   }
   /// Takes away all links' errors under their loads.
   FATHOM_HD void substitute(const Mechanism& m) const {
@@ -513,20 +511,20 @@ class MechanismSolver {
     });
   }
   /// Whether joints turn all bodies slowly enough under what they carry for a substep to follow: a body swings about
-  /// its anchor under a pull F with ω² = F r / I, which an explicit step follows up to h ω = 2.
+  /// its anchor under a pull F at r with ω² = F r / I, I being the inertia of it and what hangs on it. An explicit step
+  /// follows up to h ω = 2.
   FATHOM_HD bool can_follow(const Mechanism& m, float h) const {
     return all(m, [&](std::uint32_t i) {
-      if (!may_swing(i)) return true;
-      const float pull = h * length(force_of(i));  // h² F
-      // At the end of a chain a body swings with all its mass.
-      const auto swings_slowly = [&](std::uint32_t link, Vec3 arm) {
-        const LinkState& body = states[link];
-        const float own = links[link].joints() > 1 ? body.inertia : fma(body.mass, length_squared(arm), body.inertia);
-        return pull * length(arm) <= stiffest_swing * own;
-      };
-      const bool of_body = swings_slowly(i, states[i].arm);
-      return of_body && (links[i].parent == none || swings_slowly(links[i].parent, states[i].parent_arm));
+      float sum = 0;  // of (h ω)²
+      each_pull(i, h, [&](Vec3 arm, float k) { sum += k * response_across(i, normalize(arm)); });
+      return sum <= stiffest_swing;
     });
+  }
+  /// How easily the link's body turns across `axis`, about its anchor, with what hangs on it (1/(kg·m²)).
+  FATHOM_HD float response_across(std::uint32_t i, Vec3 axis) const {
+    if (links[i].generic != none) return generic[links[i].generic].response_across(axis);
+    const Mat3& m = states[i].link.inverse_angular;
+    return (m.x.x + (m.y.y + m.z.z)) - dot(axis, m * axis);
   }
   /// Whether all anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
   /// meets them too.
