@@ -13,7 +13,7 @@ struct MechanismRecord {
   Mechanism tree{};
   float mass = 0;  ///< kg, of all of it
   // Of a step, and zero between steps.
-  std::uint32_t is_blocked = 0;        ///< 1: it sleeps, or a body of it is isolated
+  std::uint32_t is_blocked = 0;        ///< 1: it sleeps, has parted, or a body of it is isolated
   std::uint32_t lightest_inverse = 0;  ///< 1/kg, as bits: of its lightest body that touches something
 
   /// Whether the step solves it directly.

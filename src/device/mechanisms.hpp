@@ -31,6 +31,7 @@ struct LinkedBodies {
   }
   FATHOM_HD bool is_isotropic(std::uint32_t i) const { return bodies->constants[i].is_isotropic(); }
   FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies->constants[i].inverse_mass; }
+  FATHOM_HD float radius(std::uint32_t i) const { return bodies->constants[i].radius; }
   FATHOM_HD const SymMat3& inertia(std::uint32_t i) const { return bodies->tensors[i].inertia; }
   FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies->poses[i]; }
   FATHOM_HD SymMat3 response(std::uint32_t i, const SolverBody& body) const {
@@ -77,9 +78,10 @@ struct TakeMechanisms {
   }
 };
 
-/// Whether bodies let their mechanism be solved directly in this step: a link each.
+/// Whether bodies and joints let their mechanism be solved directly in this step: a link each.
 struct CheckLinks {
   BodyArrays bodies;
+  JointArrays joints;
   MechanismArrays mechanisms;
   Counters* counters;
 
@@ -90,7 +92,8 @@ struct CheckLinks {
     const std::uint32_t body = link.body, flags = bodies.flags[body];
     MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
-    if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
+    if (!is_solved || direct_solver(bodies, joints, mechanisms, 0).has_parted(i))
+      exec::atomic_store(record.is_blocked, 1u);
     if (is_in_contact(body))
       exec::atomic_max(record.lightest_inverse, __builtin_bit_cast(std::uint32_t, bodies.constants[body].inverse_mass));
   }

@@ -69,8 +69,6 @@ class JointLink {
   FATHOM_HD bool revise(const LinkPair& pair, float h);
   /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
   FATHOM_HD bool meets(const LinkPair& pair, float h, float share) const;
-  /// Whether something locked is farther off: than `share` of arms, or rad.
-  FATHOM_HD bool is_torn(float share) const;
   FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true; }
   FATHOM_HD Vec3 force_more() const { return force_more_; }
   FATHOM_HD Vec3 torque_more() const { return torque_more_; }
@@ -411,13 +409,6 @@ FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
         revise_limit(i, ahead[i], 0, 0))
       changes = true;
   return changes;
-}
-
-FATHOM_HD bool JointLink::is_torn(float share) const {
-  for (int i = 0; i < axis_count; ++i)
-    if (axis(i).locked != 0 && abs(value_[i] - axis(i).lower) > (i < translations ? share * reach() : share))
-      return true;
-  return false;
 }
 
 FATHOM_HD bool JointLink::meets(const LinkPair& pair, float h, float share) const {

@@ -31,7 +31,7 @@ inline constexpr int newton_rounds = 3;          // in which anchors come to mee
 inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
 inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
 inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
-inline constexpr float torn_share = 0.01f;       // of the arms' lengths, from which on they come to meet by and by
+inline constexpr float parted_share = 0.01f;     // of arms and radius, beyond which sweeps bring anchors together first
 /// Times the mass of its lightest body that touches something a mechanism may have. A contact's rows know its two
 /// bodies' masses, not what a direct solution moves with them. Pressed by far more, they need that many sweeps to stop
 /// it and as many to let go, and in between throw it back: a ball of 500 kg on links of 2 kg that was caught among
@@ -81,7 +81,7 @@ struct LinkState {
 /// Solves mechanisms of the bodies and joints that `Access` knows, by the numbers that links have for them:
 ///
 ///     body(i): SolverBody;  set_velocity(i, linear, angular);  add_velocity likewise
-///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i)
+///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i), radius(i)
 ///     response(i, body): inverse inertia as the spin is written;  swing(i): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
@@ -140,6 +140,19 @@ class MechanismSolver {
       access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
     else
       access.store(link.joint, generic[link.generic].impulse());
+  }
+
+  /// What sweeps have let part they draw together again: a direct solution would throw it.
+  FATHOM_HD bool has_parted(std::uint32_t i) const {
+    const MechanismLink& link = links[i];
+    if (link.joint == none) return false;
+    if (link.generic != none) {
+      const GenericAxis<float>(&axes)[axis_count] = access.generic(link.joint).axes;
+      if (axes[0].locked * axes[1].locked * axes[2].locked == 0) return false;
+    }
+    const auto j = access.joint(link.joint);
+    const float gap = distance(transform(access.pose(j.a), j.anchor_a), transform(access.pose(j.b), j.anchor_b));
+    return gap > parted_share * (length(j.anchor_a) + length(j.anchor_b) + access.radius(link.body));
   }
 
  private:
@@ -246,17 +259,15 @@ class MechanismSolver {
   }
   // --- a solution ------------------------------------------------------------------------------------------------
 
-  // What is torn is drawn together as fast as penetrations are: closed within a substep, a gap would throw bodies.
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
     turn_all(m, h, !soft);
-    const bool is_torn = soft && !all(m, [&](std::uint32_t i) { return !this->is_torn(i); });
-    bool follows = solve_once<soft>(m, h, is_torn);
+    bool follows = solve_once<soft>(m, h);
     for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
       turn_all(m, h, false);
-      follows = solve_once<soft>(m, h, is_torn);
+      follows = solve_once<soft>(m, h);
     }
-    if (soft && !is_torn && !do_meet(m, h)) {
+    if (soft && !do_meet(m, h)) {
       each(m, [&](std::uint32_t i) { take_back(i); });
       each(m, [&](std::uint32_t i) { load_carried(i); });
       if (!follows) each(m, [&](std::uint32_t i) { stiffen_load(i, h); });
@@ -271,7 +282,7 @@ class MechanismSolver {
 
   /// Returns whether the substep follows all swings.
   template <bool soft>
-  FATHOM_HD bool solve_once(const Mechanism& m, float h, bool is_torn) const {
+  FATHOM_HD bool solve_once(const Mechanism& m, float h) const {
     from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
     if constexpr (!soft) {
       aim_at_rest(m, 0, h);
@@ -284,23 +295,13 @@ class MechanismSolver {
       each(m, [&](std::uint32_t i) { stiffen(i, h); });
       from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
     }
-    if (is_torn) {
-      aim_at_rest(m, projection_share, h);
-      substitute(m);
-    }
-    for (int round = 0; !is_torn && round < newton_rounds; ++round) {
+    for (int round = 0; round < newton_rounds; ++round) {
       aim_ahead(m, h);
       substitute(m);
     }
     return follows;
   }
 
-  FATHOM_HD bool is_torn(std::uint32_t i) const {
-    const LinkState& s = states[i];
-    if (links[i].joint == none) return false;
-    if (links[i].generic != none) return generic[links[i].generic].is_torn(torn_share);
-    return length(gap(s, parent_of(i))) > torn_share * (length(s.arm) + length(s.parent_arm));
-  }
   FATHOM_HD bool is_sound(std::uint32_t i) const {
     const LinkState& s = states[i];
     float sum = sum_of(s.change.linear + s.change.angular) + sum_of(s.impulse);

@@ -26,6 +26,7 @@ struct Mechanisms::Access {
   }
   bool is_isotropic(std::uint32_t i) const { return bodies[i].isotropic; }
   float inverse_mass(std::uint32_t i) const { return bodies[i].inverse_mass; }
+  float radius(std::uint32_t i) const { return bodies[i].radius; }
   const SymMat3& inertia(std::uint32_t i) const { return bodies[i].inertia; }
   const Pose& pose(std::uint32_t i) const { return state.poses[i]; }
   SymMat3 response(std::uint32_t i, const SolverBody& body) const {
@@ -89,11 +90,13 @@ void Mechanisms::store(std::uint32_t number) { solver().store(mechanism(number))
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
-  if (is_stale()) {
+  const bool is_current = !is_stale();
+  if (!is_current || any_parted_ || is_restored_) {
+    keeps_parted_ = is_restored_ && is_current;
     colouring_ = graph_.colouring();
     joint_definitions_ = graph_.joint_definitions();
-    is_current_ = true;
     find();
+    is_restored_ = keeps_parted_ = false;
   } else if (!has_moved) {
     return;
   }
@@ -101,10 +104,18 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
 }
 
 bool Mechanisms::is_stale() const {
-  return !is_current_ || colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
+  return colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
+}
+
+void Mechanisms::restore(bool keeps_trees) {
+  is_restored_ = keeps_trees;
+  any_parted_ = !keeps_trees;
+  colouring_ = graph_.colouring();
+  joint_definitions_ = graph_.joint_definitions();
 }
 
 void Mechanisms::find() {
+  any_parted_ = false;
   if (graph_.joint_slots() > 0) count_joints();
   trees_.find(Source{*this});
   order_.resize(trees_.mechanisms().size());
@@ -149,8 +160,18 @@ bool Mechanisms::is_coupled(std::span<const MechanismLink> tree) const {
   return std::ranges::any_of(tree, [this](const MechanismLink& link) { return joint_colours_[link.body].is_coupled; });
 }
 
-bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
-  return !leans_on_light_bodies(tree) && !is_coupled(tree);
+bool Mechanisms::has_parted(std::span<const MechanismLink> tree) {
+  const MechanismSolver<Access> solver = this->solver();
+  const auto first = static_cast<std::uint32_t>(tree.data() - solver.links);
+  for (std::uint32_t i = first; i < first + tree.size(); ++i)
+    if (solver.has_parted(i)) return true;
+  return false;
+}
+
+bool Mechanisms::accepts(std::span<const MechanismLink> tree) {
+  const bool parted = !keeps_parted_ && has_parted(tree);
+  any_parted_ = any_parted_ || parted;
+  return !parted && !leans_on_light_bodies(tree) && !is_coupled(tree);
 }
 
 void Mechanisms::order_by_group(const ConstraintLayout& layout) {

@@ -45,6 +45,11 @@ class Mechanisms {
   void relax(std::uint32_t mechanism, float h);
   void store(std::uint32_t mechanism);
 
+  /// Whether the next step goes on with the trees that there are, of which some may have parted since they were found.
+  /// That is all that snapshots hold of them.
+  bool keeps_trees() const { return !is_stale() && !any_parted_; }
+  void restore(bool keeps_trees);
+
   std::size_t memory_bytes() const;
 
  private:
@@ -62,7 +67,8 @@ class Mechanisms {
   bool is_in_contact(std::uint32_t slot) const;
   bool leans_on_light_bodies(std::span<const MechanismLink> tree) const;
   bool is_coupled(std::span<const MechanismLink> tree) const;
-  bool accepts(std::span<const MechanismLink> tree) const;
+  bool has_parted(std::span<const MechanismLink> tree);
+  bool accepts(std::span<const MechanismLink> tree);
   void order_by_group(const ConstraintLayout& layout);
   MechanismSolver<Access> solver();
   const Mechanism& mechanism(std::uint32_t number) const { return trees_.mechanisms()[number]; }
@@ -72,7 +78,9 @@ class Mechanisms {
   BodyState& state_;
   ContactGraph& graph_;
   std::uint64_t colouring_ = 0, joint_definitions_ = 0;
-  bool is_current_ = false;
+  bool any_parted_ = false;   // of trees that would be solved directly
+  bool is_restored_ = false;  // the trees have to be found as they were
+  bool keeps_parted_ = false;
   JointTrees trees_;
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints

@@ -77,6 +77,8 @@ class ContactSolver {
   /// For snapshots.
   SupportSolver& supports() { return supports_; }
   const SupportSolver& supports() const { return supports_; }
+  Mechanisms& mechanisms() { return mechanisms_; }
+  const Mechanisms& mechanisms() const { return mechanisms_; }
 
   int colours_in_use() const { return layout_.colours(); }
   std::size_t point_count() const { return point_count_; }
