@@ -1,5 +1,7 @@
-// What only the native simulator has: trees of rigid joints are solved directly (native/mechanisms.hpp).
+// Trees of rigid joints are solved directly (dynamics/mechanism.hpp).
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "joint_worlds.hpp"
 #include "native/solver_kernels.hpp"
@@ -8,7 +10,7 @@
 namespace fathom::test {
 namespace {
 
-constexpr JointWorlds native{"native", SimulatorKind::native};
+constexpr JointWorlds native{"native", SimulatorKind::native}, device{"device", SimulatorKind::device};
 
 float energy(const World& world) {
   float sum = 0;
@@ -20,13 +22,34 @@ float energy(const World& world) {
 
 // 1,000 kg on fifty links of 1 kg.
 TEST(Mechanisms, AChainCarriesAThousandTimesItsLinks) {
-  World world(native.quiet());
-  const Chain chain(world, add_anchor(world, {}), {}, {0, 0, -1}, 50);
-  const BodyId weight = world.add(dynamic(sphere(0.2f), {0, 0, -25.2f}, 1000));
-  world.add_joint(ball_joint(chain.links.back(), weight, {0, 0, 0.5f * Chain::length}, {0, 0, 0.2f}));
-  run(world, 600);
-  EXPECT_LT(widest_gap(world), 1e-5f);
-  EXPECT_NEAR(world.reaction(chain.joints[0]).force.z, 9.81f * 1050, 1);
+  for (const JointWorlds& worlds : {native, device}) {
+    World world(worlds.quiet());
+    const Chain chain(world, add_anchor(world, {}), {}, {0, 0, -1}, 50);
+    const BodyId weight = world.add(dynamic(sphere(0.2f), {0, 0, -25.2f}, 1000));
+    world.add_joint(ball_joint(chain.links.back(), weight, {0, 0, 0.5f * Chain::length}, {0, 0, 0.2f}));
+    run(world, 600);
+    EXPECT_LT(widest_gap(world), 1e-5f) << worlds.name;
+    EXPECT_NEAR(world.reaction(chain.joints[0]).force.z, 9.81f * 1050, 1) << worlds.name;
+  }
+}
+
+// A double pendulum of small balls on long arms, let go level: their own inertia says nothing of how fast they swing.
+TEST(Mechanisms, SmallBallsOnLongArmsKeepTheirEnergy) {
+  for (const JointWorlds& worlds : {native, device}) {
+    World world(worlds.quiet());
+    BodyId before = add_anchor(world, {});
+    for (int i = 0; i < 2; ++i) {
+      const BodyId ball = world.add(dynamic(sphere(0.1f), {static_cast<float>(i + 1), 0, 0}, 1));
+      world.set_filter(ball, {1, 0});
+      world.add_joint(ball_joint(before, ball, {}, {-1, 0, 0}));
+      before = ball;
+    }
+    const float fall = 3 * 9.81f;
+    for (int i = 0; i < 1200; ++i) {
+      world.step();
+      ASSERT_LT(std::abs(energy(world)), 0.02f * fall) << worlds.name << " at step " << i;
+    }
+  }
 }
 
 // Chains of all lengths that swing with all loads: no energy comes from nowhere.
