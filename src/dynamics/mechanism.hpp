@@ -4,8 +4,8 @@
 // A direct solution takes the place of the joints' rows in a sweep, after the contacts': bodies leave it with
 // velocities that all joints agree with. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
 //
-// A mechanism is one team's (math/team.hpp), whose work-items share its links. Sums are gathered by whoever they belong
-// to, from its children in order, so that no result depends on the team.
+// A mechanism is one team's (math/team.hpp), whose work-items share its links. Each link adds up what its children hand
+// it, in their order, so that no result depends on the team.
 #pragma once
 
 #include <cstdint>
