@@ -336,6 +336,7 @@ struct ScheduleColours {
 
   /// Whether constraints must be laid out anew.
   FATHOM_HD static bool begin(Counters& c) {
+    c.direct = 0;  // until CheckLinks and PrepareMechanisms have looked
     c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = c.laying_out = 0;
     for (std::uint32_t k = 0; c.may_bounce && k < noted_bounce_sweeps; ++k) c.bounced[k] = 0;
     if (is_stopping(c) && !c.stopped) {

@@ -87,7 +87,6 @@ struct CheckLinks {
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (counters->stopped) return;
-    if (i == 0) counters->direct = 0;
     const MechanismLink& link = mechanisms.links[i];
     const std::uint32_t body = link.body, flags = bodies.flags[body];
     MechanismRecord& record = mechanisms.records[link.mechanism];

@@ -53,11 +53,11 @@ FATHOM_HD std::uint32_t item() {
 }
 /// Whether `holds` is true for all of the team. What they wrote before is done, for all of them.
 FATHOM_HD bool all(bool holds) {
+  sync();
 #if defined(__CUDA_ARCH__)
-  return __all_sync(warp_mask(), holds);
-#else
-  return holds;
+  holds = __all_sync(warp_mask(), holds);
 #endif
+  return holds;
 }
 
 /// Of the work-items of a team, where kernels run in teams: see `exec::runs_in_teams`.
