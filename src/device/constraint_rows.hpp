@@ -205,14 +205,7 @@ FATHOM_HD CouplingRow<float> coupling_of(const Quad* q, const GenericJoint& join
 
 template <class Inertia>
 FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, float inverse_mass, float inverse_inertia) {
-  if constexpr (std::is_same_v<Inertia, float>) {
-    return inverse_inertia;
-  } else {
-    if (inverse_mass == 0) return {};
-    if (inverse_inertia > 0) return {inverse_inertia, inverse_inertia, inverse_inertia, 0, 0, 0};
-    const WorldInertia w = bodies.inertia[i];
-    return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
-  }
+  return fathom::world_inertia<Inertia>(bodies.inertia, i, inverse_mass, inverse_inertia);
 }
 
 template <class Inertia>

@@ -71,12 +71,11 @@ struct PrepareConstraints {
   FATHOM_HD void prepare(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
     const SolverBody a = bodies.solver[pair.a].body(), b = bodies.solver[pair.b].body();
-    const auto anisotropic = [](const SolverBody& s) { return s.inverse_mass > 0 && s.inverse_inertia == 0; };
     const std::uint32_t number = constraints.contact[k];
     if (number & joint_tag)
       return prepare_joint(k, joints.records[number & ~joint_tag], a, b,
-                           anisotropic(a) || anisotropic(b) ? 1u * anisotropic_bit : 0u);
-    if (anisotropic(a) || anisotropic(b))
+                           is_anisotropic(a) || is_anisotropic(b) ? 1u * anisotropic_bit : 0u);
+    if (is_anisotropic(a) || is_anisotropic(b))
       prepare<SymMat3>(k, pair, a, b, anisotropic_bit);
     else
       prepare<float>(k, pair, a, b, 0);

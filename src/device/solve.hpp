@@ -336,7 +336,7 @@ struct SolveConstraints {
                                 contact_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
     if constexpr (what == warm) {
       warm_start_contact<float>(contact, both);
-      if (rolls) both.twist(roll.impulse);
+      if (rolls) twist_apart(both, roll.impulse);
     } else if constexpr (what == bounce) {
       contact.bounce = constraints.bounces[k];
       const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold);

@@ -86,7 +86,8 @@ struct SupportMass {
     const float inverse_scale = 1.0f / inertia_scale(bodies, counters, i);
     inverse_mass *= inverse_scale;
     inverse_inertia *= inverse_scale;
-    if (!(inverse_inertia > 0)) inverse_tensor = world_inertia<SymMat3>(bodies, i, inverse_mass, inverse_inertia);
+    if (is_anisotropic(inverse_mass, inverse_inertia))
+      inverse_tensor = world_inertia<SymMat3>(bodies, i, inverse_mass, inverse_inertia);
   }
   FATHOM_HD Wrench momentum(Vec3 linear, Vec3 angular) const {
     const Vec3 spin =

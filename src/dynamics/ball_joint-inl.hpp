@@ -84,44 +84,60 @@ FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
   return squared(squared(UnitQuat<L>{c, scale(s, phi)}));
 }
 
-/// One body of a joint: where its arm is, and the frame that its spin is written in.
-template <class L, bool isotropic, class Side>
-struct JointArm {
-  VecOf<L> arm;      ///< m, now
-  UnitQuat<L> spin;  ///< from that frame to the world; of isotropic bodies none
+/// The frame that a body's spin and its inverse inertia are written in: of an anisotropic body that of the step's
+/// beginning, which turns with it; of others the world. `all_isotropic`: none of the lanes' bodies is anisotropic.
+template <class L, bool all_isotropic>
+struct SpinFrame {
+  UnitQuat<L> spin;  ///< from that frame to the world
 
-  FATHOM_LANE_FUNCTION JointArm(const Side& side, VecOf<L> arm_at_start) {
-    const UnitQuat<L> turned = rotation_by<L>(side.turned);
-    arm = turned_by(turned, arm_at_start);
-    if constexpr (isotropic) return;
+  /// `turned` since the step began; `Side` has an inverse_inertia, zero of anisotropic bodies.
+  template <class Side>
+  FATHOM_LANE_FUNCTION SpinFrame(const UnitQuat<L>& turned, const Side& side) {
+    if constexpr (all_isotropic) return;
     const L one = splat<L>(1.0f), anisotropic = one_where_zero(side.inverse_inertia);
     spin.w = mul_add(one, anisotropic, turned.w - one);
     spin.v = scale(anisotropic, turned.v);
   }
+  FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> v) const {
+    if constexpr (all_isotropic)
+      return v;
+    else
+      return turned_by(spin, v);
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> from_world(VecOf<L> v) const {
+    if constexpr (all_isotropic)
+      return v;
+    else
+      return turned_back_by(spin, v);
+  }
+};
+
+/// One body of a joint: where its arm is, and the frame that its spin is written in.
+template <class L, bool all_isotropic>
+struct JointArm {
+  VecOf<L> arm;  ///< m, now
+  SpinFrame<L, all_isotropic> frame;
+
+  template <class Side>
+  FATHOM_LANE_FUNCTION JointArm(const Side& side, VecOf<L> arm_at_start)
+      : JointArm(rotation_by<L>(side.turned), side, arm_at_start) {}
   /// Angular velocity in the world's axes, of that which the body has.
-  FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const {
-    if constexpr (isotropic)
-      return angular;
-    else
-      return turned_by(spin, angular);
+  FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const { return frame.in_world(angular); }
+  /// What an impulse at the anchor gives of angular velocity, as the body has it.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Inertia& inertia) const {
+    return inertia.spun_by(frame.from_world(cross(arm, impulse)));
   }
-  FATHOM_LANE_FUNCTION VecOf<L> angular(const Side& side) const { return in_world(side.angular); }
-  /// What an impulse at the anchor gives of angular velocity, as the body has it; `turn` is its inverse inertia.
-  template <class Turn>
-  FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Turn& turn) const {
-    if constexpr (isotropic)
-      return turn(cross(arm, impulse));
-    else
-      return turn(turned_back_by(spin, cross(arm, impulse)));
+  /// And what the spin gives of velocity at the anchor.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION VecOf<L> moved_by(VecOf<L> impulse, const Inertia& inertia) const {
+    return cross(in_world(spun_by(impulse, inertia)), arm);
   }
-  /// And of velocity at the anchor.
-  template <class Turn>
-  FATHOM_LANE_FUNCTION VecOf<L> moved_by(VecOf<L> impulse, const Turn& turn) const {
-    if constexpr (isotropic)
-      return cross(spun_by(impulse, turn), arm);
-    else
-      return cross(turned_by(spin, spun_by(impulse, turn)), arm);
-  }
+
+ private:
+  template <class Side>
+  FATHOM_LANE_FUNCTION JointArm(const UnitQuat<L>& turned, const Side& side, VecOf<L> arm_at_start)
+      : arm(turned_by(turned, arm_at_start)), frame(turned, side) {}
 };
 
 /// x with K x = v, for a symmetric positive definite K by its columns; zero where there is none.
@@ -142,21 +158,19 @@ FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float an
 }
 
 /// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
-/// inverse_mass, inverse_inertia), `turn_a` and `turn_b`, and says whether all are isotropic and A is never pushed.
+/// inverse_mass, inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says
+/// whether all are isotropic and A is never pushed.
 template <class L, class Bodies>
 struct BallJointSweep {
-  static constexpr bool isotropic = Bodies::all_isotropic;
-
   Bodies& bodies;
-  JointArm<L, isotropic, decltype(Bodies::a)> at_a;
-  JointArm<L, isotropic, decltype(Bodies::b)> at_b;
+  JointArm<L, Bodies::all_isotropic> at_a, at_b;
 
   FATHOM_LANE_FUNCTION BallJointSweep(const BallJointRow<L>& row, Bodies& of)
       : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {}
 
   FATHOM_LANE_FUNCTION VecOf<L> velocity() const {
-    return (bodies.b.linear + cross(at_b.angular(bodies.b), at_b.arm)) -
-           (bodies.a.linear + cross(at_a.angular(bodies.a), at_a.arm));
+    return (bodies.b.linear + cross(at_b.in_world(bodies.b.angular), at_b.arm)) -
+           (bodies.a.linear + cross(at_a.in_world(bodies.a.angular), at_a.arm));
   }
   /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
   /// anchors move on circles, and what moves along their tangents comes out beyond.
@@ -219,24 +233,17 @@ struct BallJointSweep {
     angular = angular + by;
     noted = noted + by;
   }
-  FATHOM_LANE_FUNCTION VecOf<L> spun_b(VecOf<L> impulse) const {
-    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
-    return at_b.spun_by(impulse, turn_b);
-  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_b(VecOf<L> impulse) const { return at_b.spun_by(impulse, bodies.inverse_of_b()); }
   FATHOM_LANE_FUNCTION VecOf<L> spun_a(VecOf<L> impulse) const {
-    const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
     const L zero = splat<L>(0.0f);
-    return at_a.spun_by(VecOf<L>{zero, zero, zero} - impulse, turn_a);
+    return at_a.spun_by(VecOf<L>{zero, zero, zero} - impulse, bodies.inverse_of_a());
   }
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse) const {
-    const auto turn_b = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_b(v); };
-    const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, turn_b), bodies.b.inverse_mass, impulse);
-    if constexpr (Bodies::only_pushes_b) {
+    const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, bodies.inverse_of_b()), bodies.b.inverse_mass, impulse);
+    if constexpr (Bodies::only_pushes_b)
       return of_b;
-    } else {
-      const auto turn_a = [this](VecOf<L> v) FATHOM_LANE_LAMBDA { return bodies.turn_a(v); };
-      return of_b + mul_add(at_a.moved_by(impulse, turn_a), bodies.a.inverse_mass, impulse);
-    }
+    else
+      return of_b + mul_add(at_a.moved_by(impulse, bodies.inverse_of_a()), bodies.a.inverse_mass, impulse);
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <type_traits>
 
+#include "dynamics/inverse_inertia.hpp"
 #include "dynamics/joint_limits.hpp"
 #include "dynamics/lane_scalar.hpp"
 #include "dynamics/softness.hpp"
@@ -30,8 +31,8 @@ struct JointBodies {
   };
   Side a, b;
 
-  FATHOM_HD Vec3 turn_a(Vec3 torque) const { return a.response * torque; }
-  FATHOM_HD Vec3 turn_b(Vec3 torque) const { return b.response * torque; }
+  FATHOM_HD auto inverse_of_a() const { return fathom::inverse_inertia(a.inverse_mass, a.response); }
+  FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.response); }
 };
 
 /// A rigid joint is a spring too: with this part of the rate of substeps for its frequency, and this damping ratio.

@@ -18,7 +18,8 @@
 //     int end();  bool has(i);  ContactPoint<L> point(i);  L impulse(i);  void set_impulse(i, L);
 //     FrictionImpulse<L> friction_impulse();  void set_friction_impulse(FrictionImpulse<L>);
 //     bool may_bounce();  L restitution();  L pull();
-// `Bodies` has sides `a` and `b` (linear, angular, moved, turned, inverse_mass), turn_a, turn_b, turn, push and twist.
+// `Bodies` has sides `a` and `b` (linear, angular, moved, turned), `inverse_of_a()` and `inverse_of_b()`
+// (dynamics/inverse_inertia-inl.hpp), and says whether A is never pushed.
 
 enum class ContactPass {
   soft,     ///< before positions move, with bias and push-out
@@ -117,7 +118,7 @@ struct ContactAxesOf {
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void push_normal(Bodies& bodies, const ContactAxesOf<L>& f, const NormalMotionOf<L>& sum) {
   const VecOf<L> torque = mul_add(scale(sum.t1, f.t1), sum.t2, f.t2);
-  bodies.push(scale(sum.n, f.n), mul_add(torque, sum.n, f.lever_a), mul_add(torque, sum.n, f.lever_b));
+  push_apart(bodies, scale(sum.n, f.n), mul_add(torque, sum.n, f.lever_a), mul_add(torque, sum.n, f.lever_b));
 }
 
 template <class L, class Bodies>
@@ -125,7 +126,7 @@ FATHOM_LANE_FUNCTION void push_tangential(Bodies& bodies, const ContactAxesOf<L>
                                           const FrictionImpulse<L>& impulse) {
   const VecOf<L> slide = mul_add(scale(impulse.slide_1, f.t1), impulse.slide_2, f.t2);
   const VecOf<L> torque = scale(impulse.twist, f.n);
-  bodies.push(slide, torque + cross(f.arm_a, slide), torque + cross(f.arm_b, slide));
+  push_apart(bodies, slide, torque + cross(f.arm_a, slide), torque + cross(f.arm_b, slide));
 }
 
 template <class L, class Rows>
@@ -284,7 +285,7 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L twist_speed = dot(axes.n, bodies.b.angular - bodies.a.angular);
   const L twist = within(mul_sub(old.twist, row.twist_mass, twist_speed), limit * row.patch_radius);
   // The twist's effect on sliding at c comes through the bodies' velocities, which are updated first.
-  bodies.twist(scale(twist - old.twist, axes.n));
+  twist_apart(bodies, scale(twist - old.twist, axes.n));
   const VecOf<L> slip = carried((bodies.b.linear + cross(bodies.b.angular, axes.arm_b)) -
                                 (bodies.a.linear + cross(bodies.a.angular, axes.arm_a)));
   const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);

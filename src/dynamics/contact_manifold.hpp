@@ -11,12 +11,15 @@
 
 namespace fathom {
 
-/// Anchors of a contact point, two quads; the fourth elements of B's hold what else the manifold must remember.
+/// Anchors of a contact point, two quads.
 struct ContactPointState {
   Vec3 anchor_a;  ///< in A's frame (m)
   std::uint32_t feature = 0;
   Vec3 anchor_b;  ///< in B's frame (m)
-  float other = 0;
+
+ private:
+  friend struct ContactManifold;
+  float of_manifold_ = 0;  // `ContactManifold` keeps here what is the manifold's: a quad has room for it
 };
 
 struct alignas(16) ContactManifold {
@@ -47,18 +50,22 @@ struct alignas(16) ContactManifold {
   FATHOM_HD Vec3 rolling_impulse() const { return points[3].anchor_b; }
   FATHOM_HD void set_rolling_impulse(Vec3 impulse) { points[3].anchor_b = impulse; }
 
-  // B's position in A's frame when the points were made, and the number of points.
-  FATHOM_HD Vec3 position_at_build() const { return {points[0].other, points[1].other, points[2].other}; }
-  FATHOM_HD int point_count() const { return static_cast<int>(points[3].other); }
+  /// B's position in A's frame when the points were made (m).
+  FATHOM_HD Vec3 position_at_build() const {
+    return {points[0].of_manifold_, points[1].of_manifold_, points[2].of_manifold_};
+  }
+  FATHOM_HD int point_count() const { return static_cast<int>(point_count_as_float()); }
+  /// As vector lanes compare it, and as a snapshot may hold it damaged.
+  FATHOM_HD float point_count_as_float() const { return points[3].of_manifold_; }
   FATHOM_HD void set_build(const Pose& b_in_a, int count) {
     rotation_at_build = b_in_a.rotation;
-    points[0].other = b_in_a.position.x;
-    points[1].other = b_in_a.position.y;
-    points[2].other = b_in_a.position.z;
-    points[3].other = static_cast<float>(count);
+    points[0].of_manifold_ = b_in_a.position.x;
+    points[1].of_manifold_ = b_in_a.position.y;
+    points[2].of_manifold_ = b_in_a.position.z;
+    points[3].of_manifold_ = static_cast<float>(count);
   }
   /// It will be rebuilt, wherever the bodies are.
-  FATHOM_HD void forget_build() { points[0].other = 3e38f; }
+  FATHOM_HD void forget_build() { points[0].of_manifold_ = 3e38f; }
 };
 static_assert(sizeof(ContactManifold) == 208);
 

@@ -17,10 +17,13 @@ inline constexpr float friction_reach = 0.02f;
 /// K over (n, t1, t2) for impulses at c.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION ContactResponse<L> contact_response(const ContactAxesOf<L>& axes, const Bodies& bodies) {
-  const VecOf<L> la = bodies.turn_a(axes.lever_a), lb = bodies.turn_b(axes.lever_b), turned = la + lb;
-  const VecOf<L> turn_1 = bodies.turn(axes.t1), turn_2 = bodies.turn(axes.t2);
+  const auto& a = bodies.inverse_of_a();
+  const auto& b = bodies.inverse_of_b();
+  const VecOf<L> la = a.spun_by(axes.n, axes.lever_a), lb = b.spun_by(axes.n, axes.lever_b), turned = la + lb;
+  const VecOf<L> turn_1 = spun_apart(bodies, axes.t1), turn_2 = spun_apart(bodies, axes.t2);
   ContactResponse<L> k;
-  k.nn = bodies.inverse_mass_sum() + (dot(axes.lever_a, la) + dot(axes.lever_b, lb));
+  k.nn =
+      (a.along(axes.n, axes.lever_a) + b.along(axes.n, axes.lever_b)) + (dot(axes.lever_a, la) + dot(axes.lever_b, lb));
   k.n1 = dot(axes.t1, turned);
   k.n2 = dot(axes.t2, turned);
   k.k11 = dot(axes.t1, turn_1);
@@ -44,16 +47,20 @@ FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, cons
                                               ContactFriction<L>& row) {
   const VecOf<L> a1 = cross(axes.arm_a, axes.t1), a2 = cross(axes.arm_a, axes.t2);
   const VecOf<L> b1 = cross(axes.arm_b, axes.t1), b2 = cross(axes.arm_b, axes.t2);
-  const VecOf<L> ia1 = bodies.turn_a(a1), ib1 = bodies.turn_b(b1);
-  const L mass_sum = bodies.inverse_mass_sum();
-  const L s11 = mass_sum + (dot(a1, ia1) + dot(b1, ib1));
-  const L s12 = dot(a2, ia1) + dot(b2, ib1);
-  const L s22 = mass_sum + (dot(a2, bodies.turn_a(a2)) + dot(b2, bodies.turn_b(b2)));
+  const auto& a = bodies.inverse_of_a();
+  const auto& b = bodies.inverse_of_b();
+  const VecOf<L> ia1 = a.spun_by(axes.t1, a1), ib1 = b.spun_by(axes.t1, b1);
+  const VecOf<L> ia2 = a.spun_by(axes.t2, a2), ib2 = b.spun_by(axes.t2, b2);
+  const L s11 = (a.along(axes.t1, a1) + b.along(axes.t1, b1)) + (dot(a1, ia1) + dot(b1, ib1));
+  const L s22 = (a.along(axes.t2, a2) + b.along(axes.t2, b2)) + (dot(a2, ia2) + dot(b2, ib2));
+  L s12 = dot(a2, ia1) + dot(b2, ib1);
+  if constexpr (std::remove_cvref_t<decltype(a)>::couples || std::remove_cvref_t<decltype(b)>::couples)
+    s12 = s12 + dot(axes.t2, a.moved_by(axes.t1, a1) + b.moved_by(axes.t1, b1));
   const L inverse_det = inverse_or_zero(mul_sub(s11 * s22, s12, s12));
   row.slide_11 = s22 * inverse_det;
   row.slide_12 = splat<L>(0.0f) - s12 * inverse_det;
   row.slide_22 = s11 * inverse_det;
-  row.twist_mass = inverse_or_zero(dot(axes.n, bodies.turn(axes.n)));
+  row.twist_mass = inverse_or_zero(dot(axes.n, spun_apart(bodies, axes.n)));
 }
 
 /// Frame, points and impulses to start from, with `overlap` (m) of the depth counted as touching. Returns the nearest

@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "dynamics/contact_manifold.hpp"
+#include "dynamics/inverse_inertia.hpp"
 #include "dynamics/lane_scalar.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
@@ -82,8 +83,8 @@ struct ContactRows {
   FATHOM_HD void set_point(int i, const PointRow& p) { points[i] = p; }
 };
 
-/// One of the two bodies while a contact is solved. `Inertia` is the inverse inertia in world axes: a float for
-/// multiples of the identity, or SymMat3.
+/// One of the two bodies while a contact is solved. `Inertia` is the inverse inertia in world axes, as
+/// `fathom::inverse_inertia` takes it.
 template <class Inertia>
 struct ContactBody {
   Vec3 linear, angular;
@@ -94,24 +95,11 @@ struct ContactBody {
 
 template <class Inertia>
 struct ContactBodies {
+  static constexpr bool only_pushes_b = false;
   ContactBody<Inertia> a, b;
 
-  FATHOM_HD float inverse_mass_sum() const { return a.inverse_mass + b.inverse_mass; }
-  FATHOM_HD Vec3 turn_a(Vec3 torque) const { return a.inverse_inertia * torque; }
-  FATHOM_HD Vec3 turn_b(Vec3 torque) const { return b.inverse_inertia * torque; }
-  /// What an angular impulse on B, and its reverse on A, makes of their relative angular velocity.
-  FATHOM_HD Vec3 turn(Vec3 torque) const { return turn_a(torque) + turn_b(torque); }
-  /// Impulse and angular impulses (N·m·s) about each centre: plus on B, minus on A.
-  FATHOM_HD void push(Vec3 impulse, Vec3 angular_a, Vec3 angular_b) {
-    b.linear = mul_add(b.linear, b.inverse_mass, impulse);
-    b.angular += turn_b(angular_b);
-    a.linear = mul_sub(a.linear, a.inverse_mass, impulse);
-    a.angular -= turn_a(angular_a);
-  }
-  FATHOM_HD void twist(Vec3 torque) {
-    b.angular += turn_b(torque);
-    a.angular -= turn_a(torque);
-  }
+  FATHOM_HD auto inverse_of_a() const { return fathom::inverse_inertia(a.inverse_mass, a.inverse_inertia); }
+  FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.inverse_inertia); }
 };
 
 /// A manifold between bodies at two poses.

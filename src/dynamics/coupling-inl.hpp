@@ -89,23 +89,19 @@ struct CoupledPlace {
 };
 
 /// One end as a sweep sees it.
-template <class L, bool isotropic, class Side>
+template <class L, bool all_isotropic>
 struct CoupledSide {
   CoupledPlace<L> at;
   VecOf<L> turn;  ///< `at.moment` as the spin is written
   L drift;        ///< m/s by which a substep changes it more than its rate says
 
+  template <class Side>
   FATHOM_LANE_FUNCTION CoupledSide(const CoupledEnd<L>& end, const UnitQuat<L>& frame, VecOf<L> arm, VecOf<L> way,
                                    const CountedAngle<L>& start, const Side& side, L h)
-      : at(end, frame, arm, way, start, side.moved, side.turned), turn(at.moment) {
-    VecOf<L> omega = side.angular;
-    if constexpr (!isotropic) {
-      const L one = splat<L>(1.0f), anisotropic = one_where_zero(side.inverse_inertia);
-      const UnitQuat<L> turned = rotation_by<L>(side.turned);
-      const UnitQuat<L> spin{mul_add(one, anisotropic, turned.w - one), scale(anisotropic, turned.v)};
-      omega = turned_by(spin, side.angular);
-      turn = turned_back_by(spin, at.moment);
-    }
+      : at(end, frame, arm, way, start, side.moved, side.turned) {
+    const SpinFrame<L, all_isotropic> spin(rotation_by<L>(side.turned), side);
+    const VecOf<L> omega = spin.in_world(side.angular);
+    turn = spin.from_world(at.moment);
     // As a distance joint's: arms turn, and so do lines.
     const L most = splat<L>(max_drift * max_drift), half = splat<L>(0.5f) * h, turned = h * h * dot(omega, omega);
     const VecOf<L> curve = scale(most / larger(turned, most), cross(omega, cross(omega, at.arm)));
@@ -119,12 +115,11 @@ struct CoupledSide {
 
 template <class L, class Bodies>
 struct CouplingSweep {
-  static constexpr bool isotropic = Bodies::all_isotropic, only_pushes_b = Bodies::only_pushes_b;
+  static constexpr bool only_pushes_b = Bodies::only_pushes_b;
 
   Bodies& bodies;
   const CoupledEnds<L>& coupling;
-  CoupledSide<L, isotropic, decltype(Bodies::a)> a;
-  CoupledSide<L, isotropic, decltype(Bodies::b)> b;
+  CoupledSide<L, Bodies::all_isotropic> a, b;
 
   FATHOM_LANE_FUNCTION CouplingSweep(const CouplingRow<L>& row, Bodies& of, L h)
       : bodies(of),
@@ -145,11 +140,13 @@ struct CouplingSweep {
   }
   FATHOM_LANE_FUNCTION L drift() const { return coupling.a.share * a.drift + coupling.b.share * b.drift; }
   FATHOM_LANE_FUNCTION L response() const {
-    L sum = coupling.b.share * coupling.b.share *
-            mul_add(dot(b.turn, bodies.turn_b(b.turn)), bodies.b.inverse_mass, dot(b.at.push, b.at.push));
+    L sum =
+        coupling.b.share * coupling.b.share *
+        mul_add(dot(b.turn, bodies.inverse_of_b().spun_by(b.turn)), bodies.b.inverse_mass, dot(b.at.push, b.at.push));
     if constexpr (!only_pushes_b)
       sum = sum + coupling.a.share * coupling.a.share *
-                      mul_add(dot(a.turn, bodies.turn_a(a.turn)), bodies.a.inverse_mass, dot(a.at.push, a.at.push));
+                      mul_add(dot(a.turn, bodies.inverse_of_a().spun_by(a.turn)), bodies.a.inverse_mass,
+                              dot(a.at.push, a.at.push));
     return sum;
   }
   /// The row's impulse is larger by this from now on.
@@ -176,14 +173,14 @@ struct CouplingSweep {
                                  VecOf<L> spun_b) {
     const L of_b = coupling.b.share * impulse;
     const VecOf<L> linear_b = scale(of_b, b.at.push) - given_b;
-    const VecOf<L> spin_b = scale(of_b, bodies.turn_b(b.turn)) - spun_b;
+    const VecOf<L> spin_b = scale(of_b, bodies.inverse_of_b().spun_by(b.turn)) - spun_b;
     bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, linear_b);
     bodies.b.angular = bodies.b.angular + spin_b;
     row.given_b = row.given_b + linear_b, row.spun_b = row.spun_b + spin_b;
     if constexpr (!only_pushes_b) {
       const L of_a = coupling.a.share * impulse;
       const VecOf<L> linear_a = scale(of_a, a.at.push) - given_a;
-      const VecOf<L> spin_a = scale(of_a, bodies.turn_a(a.turn)) - spun_a;
+      const VecOf<L> spin_a = scale(of_a, bodies.inverse_of_a().spun_by(a.turn)) - spun_a;
       bodies.a.linear = mul_add(bodies.a.linear, bodies.a.inverse_mass, linear_a);
       bodies.a.angular = bodies.a.angular + spin_a;
       row.given_a = row.given_a + linear_a, row.spun_a = row.spun_a + spin_a;

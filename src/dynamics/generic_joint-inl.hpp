@@ -79,7 +79,8 @@ FATHOM_LANE_FUNCTION L bounded(L a, L most) {
 /// The six rows of a joint as they are now: where they stand, what they act on.
 template <class L, class Bodies>
 struct GenericJointRows {
-  static constexpr bool isotropic = Bodies::all_isotropic, only_pushes_b = Bodies::only_pushes_b;
+  static constexpr bool only_pushes_b = Bodies::only_pushes_b;
+  using Frame = SpinFrame<L, Bodies::all_isotropic>;
 
   Bodies& bodies;
   VecOf<L> along[translations];                           ///< unit vectors in the world
@@ -90,11 +91,11 @@ struct GenericJointRows {
 
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
-    const UnitQuat<L> spin_a = spin_frame(turned_a, of.a), spin_b = spin_frame(turned_b, of.b);
+    const Frame spin_a(turned_a, of.a), spin_b(turned_b, of.b);
     // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
     // bodies as they will not spin once the sweep has put that right.
-    const VecOf<L> omega_a = in_world(spin_a, of.a.angular + row.spun_a);
-    const VecOf<L> omega_b = in_world(spin_b, of.b.angular - row.spun_b);
+    const VecOf<L> omega_a = spin_a.in_world(of.a.angular + row.spun_a);
+    const VecOf<L> omega_b = spin_b.in_world(of.b.angular - row.spun_b);
     const VecOf<L> linear_a = mul_add(of.a.linear, of.a.inverse_mass, row.given);
     const VecOf<L> linear_b = mul_sub(of.b.linear, of.b.inverse_mass, row.given);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
@@ -217,17 +218,6 @@ struct GenericJointRows {
     row.given = row.given + linear, row.spun_a = row.spun_a + spin_a, row.spun_b = row.spun_b + spin_b;
   }
 
-  template <class Side>
-  FATHOM_LANE_FUNCTION static UnitQuat<L> spin_frame(const UnitQuat<L>& turned, const Side& side) {
-    const L one = splat<L>(1.0f), anisotropic = one_where_zero(side.inverse_inertia);
-    return {mul_add(one, anisotropic, turned.w - one), scale(anisotropic, turned.v)};
-  }
-  FATHOM_LANE_FUNCTION static VecOf<L> in_world(const UnitQuat<L>& spin, VecOf<L> angular) {
-    if constexpr (isotropic)
-      return angular;
-    else
-      return turned_by(spin, angular);
-  }
   /// As much of a spin as a substep turns by `max_drift`.
   FATHOM_LANE_FUNCTION static VecOf<L> followed(VecOf<L> spin, L h) {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
@@ -238,12 +228,10 @@ struct GenericJointRows {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
-  FATHOM_LANE_FUNCTION void set_turns(int i, const UnitQuat<L>& spin_a, const UnitQuat<L>& spin_b, VecOf<L> of_a,
-                                      VecOf<L> of_b) {
-    if constexpr (!isotropic) of_a = turned_back_by(spin_a, of_a), of_b = turned_back_by(spin_b, of_b);
-    turn_of_a[i] = of_a, turn_of_b[i] = of_b;
-    spin_of_b[i] = bodies.turn_b(of_b);
-    if constexpr (!only_pushes_b) spin_of_a[i] = bodies.turn_a(of_a);
+  FATHOM_LANE_FUNCTION void set_turns(int i, const Frame& spin_a, const Frame& spin_b, VecOf<L> of_a, VecOf<L> of_b) {
+    turn_of_a[i] = spin_a.from_world(of_a), turn_of_b[i] = spin_b.from_world(of_b);
+    spin_of_b[i] = bodies.inverse_of_b().spun_by(turn_of_b[i]);
+    if constexpr (!only_pushes_b) spin_of_a[i] = bodies.inverse_of_a().spun_by(turn_of_a[i]);
   }
   /// Of a distance joint the first row is the distance, and no other acts.
   FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap,

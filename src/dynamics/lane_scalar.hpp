@@ -8,6 +8,9 @@ namespace fathom {
 
 template <class L>
 using VecOf = Vec3;
+/// Symmetric 3×3 matrices.
+template <class L>
+using SymOf = SymMat3;
 /// The other way round, for laws over vectors.
 template <class Vec>
 struct LanesOf;

@@ -7,7 +7,7 @@ template <class L, class Bodies>
 FATHOM_LANE_FUNCTION VecOf<L> solve_rolling(Bodies& bodies, L length, L load, VecOf<L> old) {
   const L limit = length * load;
   const VecOf<L> spin = bodies.b.angular - bodies.a.angular;
-  const L zero = splat<L>(0.0f), response = dot(spin, bodies.turn(spin));
+  const L zero = splat<L>(0.0f), response = dot(spin, spun_apart(bodies, spin));
   const auto turns = is_above(response, zero);
   const L mass = select(turns, dot(spin, spin) / select(turns, response, splat<L>(1.0f)), zero);
   const VecOf<L> wanted = mul_sub(old, mass, spin);
@@ -15,6 +15,6 @@ FATHOM_LANE_FUNCTION VecOf<L> solve_rolling(Bodies& bodies, L length, L load, Ve
   const L shrink =
       select(is_above(squared, limit * limit), limit / root(larger(squared, splat<L>(1e-30f))), splat<L>(1.0f));
   const VecOf<L> now = scale(shrink, wanted);
-  bodies.twist(now - old);
+  twist_apart(bodies, now - old);
   return now;
 }

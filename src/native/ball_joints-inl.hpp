@@ -89,9 +89,7 @@ HWY_INLINE void load_joint_inertias(const Block<D>& block, const BodiesView& vie
     SymMat3 m;
     if (slot != none) {
       const SolverBody& body = view.bodies[slot];
-      const float i = body.inverse_inertia;
-      const WorldInertia& w = view.inertias[slot];
-      m = is_anisotropic(body) ? SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz} : SymMat3{i, i, i, 0, 0, 0};
+      m = world_inertia<SymMat3>(view.inertias, slot, body.inverse_mass, body.inverse_inertia);
     }
     const float elements[] = {m.xx, m.yy, m.zz, m.xy, m.xz, m.yz};
     for (int k = 0; k < 6; ++k) block.at(field + k)[lane] = elements[k];

@@ -15,8 +15,6 @@ namespace {
 constexpr std::size_t row_grain = 64;
 constexpr std::size_t cell_grain = 4;
 
-bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
-
 }  // namespace
 
 CellSolver::CellSolver(const WorldDef& def, const BodyTable& table, BodyState& state, ContactGraph& graph,
@@ -94,15 +92,9 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
 template <class Inertia>
 ContactBody<Inertia> CellSolver::body(std::uint32_t slot) const {
   const SolverBody& s = state_.solver[slot + 1];
-  ContactBody<Inertia> body{s.linear, s.angular, s.inverse_mass, {}, s.moved, s.turned};
-  if constexpr (std::is_same_v<Inertia, float>) {
-    body.inverse_inertia = s.inverse_inertia;
-  } else if (s.inverse_mass > 0) {
-    const float i = s.inverse_inertia;
-    const WorldInertia& w = state_.inertia[slot];
-    body.inverse_inertia = i > 0 ? SymMat3{i, i, i, 0, 0, 0} : SymMat3{w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
-  }
-  return body;
+  return {s.linear,       s.angular,
+          s.inverse_mass, world_inertia<Inertia>(state_.inertia.data(), slot, s.inverse_mass, s.inverse_inertia),
+          s.moved,        s.turned};
 }
 
 template <class Inertia>
@@ -130,7 +122,7 @@ void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto bodies = bodies_of<Inertia>(row);
   const Pose &pose_a = state_.poses[row.a], &pose_b = state_.poses[row.b];
   row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, bodies, row.rows)
-                        : prepare_contact(m, pose_a, pose_b, c.overlap(), c.round, bodies, row.rows);
+                        : prepare_contact(m, pose_a, pose_b, c.slack.overlap(), c.round, bodies, row.rows);
   const ContactAxes axes = row.rows.axes();
   row.roll = c.round ? roll_row(m, axes) : RollRow{};
   if (m.restitution == 0) return;
@@ -224,7 +216,7 @@ void CellSolver::sweep_row(Row& row) {
   const float h = def_.dt / static_cast<float>(def_.solver.substeps);
   if constexpr (pass == Pass::warm_start) {
     warm_start_contact<float>(rows, bodies);
-    if (row.roll.length > 0) bodies.twist(row.roll.impulse);
+    if (row.roll.length > 0) twist_apart(bodies, row.roll.impulse);
   } else if constexpr (pass == Pass::bounce) {
     const Bounce<float> bounce = bounce_contact(rows, bodies, h, bounce_threshold(def_, h));
     if (!bounce.any) return;
@@ -266,7 +258,7 @@ void CellSolver::sweep_row(Row& row) {
 
 void CellSolver::note_touch(const Row& row, Contact& c, const TouchWatch& watch) const {
   const bool pressed = row.rows.impulses.step > 0;
-  const bool touches = pressed || row.nearest + c.overlap() <= touch_distance(c.touch_halvings, c.in_touch);
+  const bool touches = pressed || row.nearest + c.slack.overlap() <= touch_distance(c.touch_halvings, c.in_touch);
   if (touches != c.in_touch) watch.changes->note(row.contact, touches);
   if (pressed || c.hits)
     watch.note_hit(row.contact, c, graph_.manifold(c), row.rows.frame, row.rows.points, row.rows.impulses.normal,
@@ -286,7 +278,8 @@ void CellSolver::store() {
       m.twist_impulse = row.rows.impulses.twist;
       m.step_impulse = row.rows.impulses.step;
       note_touch(row, c, constrained.touches);
-      if (c.overlap() > 0) c.recycle_distance = -faded_overlap(c.overlap(), row.nearest, overlap_kept(def_.dt));
+      if (const float overlap = c.slack.overlap(); overlap > 0)
+        c.slack = Slack::of_overlap(faded_overlap(overlap, row.nearest, overlap_kept(def_.dt)));
       if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, row.rows.axes()));
     }
   });

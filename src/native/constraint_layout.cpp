@@ -6,22 +6,14 @@
 #include <utility>
 
 #include "native/prefetch.hpp"
+#include "native/tuning.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-constexpr std::size_t min_to_sort = 1024;  // lanes, in several threads
-constexpr std::size_t body_grain = 512;
-constexpr std::size_t min_stretches = 16;    // to copy in several threads
-constexpr std::size_t min_to_group = 256;    // bodies
-constexpr std::size_t min_weight = 64;       // contacts of a group, so that its lanes are well filled
-constexpr std::size_t max_weight = 1024;     // of a group, so that it stays in the cache
-constexpr std::size_t groups_a_thread = 4;   // so that others can help
-constexpr std::size_t ahead = 16;            // contacts fetched before their turn
-constexpr std::size_t few_of_a_colour = 8;   // on average
-constexpr std::size_t cached_bodies = 2048;  // what one thread keeps in its cache from sweep to sweep with its contacts
+constexpr std::size_t ahead = 16;  // contacts fetched before their turn
 
 std::size_t blocks_of(std::size_t lanes, std::size_t width) { return (lanes + width - 1) / width; }
 
@@ -266,13 +258,13 @@ void ConstraintLayout::fill_by_unit() {
 
 void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
   const Domains& domains = graph_.domains();
-  const std::size_t count = domains.count(0), chunks = blocks_of(in_contact.size(), body_grain);
+  const std::size_t count = domains.count(0), chunks = blocks_of(in_contact.size(), layout_grain);
   grow_to(bodies_, in_contact.size());
   grow_to(next_body_, chunks * count);
   std::fill(next_body_.begin(), next_body_.end(), 0);
   // Two passes, so that several threads know where to write.
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* const counts = &next_body_[begin / body_grain * count];
+  pool_.for_each_chunk(in_contact.size(), layout_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const counts = &next_body_[begin / layout_grain * count];
     for (std::size_t i = begin; i < end; ++i) ++counts[domains.home(in_contact[i])];
   });
   std::uint32_t next = 0;
@@ -281,8 +273,8 @@ void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_co
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) next += std::exchange(next_body_[chunk * count + u], next);
     units_[u].bodies.end = next;
   }
-  pool_.for_each_chunk(in_contact.size(), body_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* const places = &next_body_[begin / body_grain * count];
+  pool_.for_each_chunk(in_contact.size(), layout_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const places = &next_body_[begin / layout_grain * count];
     for (std::size_t i = begin; i < end; ++i) bodies_[places[domains.home(in_contact[i])]++] = in_contact[i];
   });
 }
@@ -339,8 +331,9 @@ bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   join_islands();
   // Where several groups a thread would leave lanes empty, one.
   const std::size_t several = links_.size() / (threads() * groups_a_thread);
-  const std::size_t full = several < min_weight ? std::max(min_weight / 4, blocks_of(links_.size(), threads()))
-                                                : std::min(several, max_weight);
+  const std::size_t full = several < min_group_weight
+                               ? std::max(min_group_weight / 4, blocks_of(links_.size(), threads()))
+                               : std::min(several, max_group_weight);
   std::size_t weight = 0, largest = 0;
   groups_.push_back({});
   grow_to(group_of_body_, in_contact.size());

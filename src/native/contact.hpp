@@ -37,14 +37,32 @@ struct Children {
   std::uint32_t a = 0, b = 0;
 };
 
+/// Either how far a contact's bodies may move before its manifold is rebuilt, or the overlap they began with: a
+/// manifold is never kept while there is one. One word for both, because contacts are many, and few have an overlap.
+class Slack {
+ public:
+  Slack() = default;
+  static Slack of_distance(float distance) { return Slack(distance); }
+  static Slack of_overlap(float overlap) { return Slack(-overlap); }
+
+  /// Whether the manifold may be kept: no overlap, and nothing that rolls.
+  bool recycles() const { return value_ > 0; }
+  /// m that the bodies may move against each other before the manifold is rebuilt.
+  float recycle_distance() const { return max(value_, 0.0f); }
+  /// m of depth that counts as touching (dynamics/overlap.hpp).
+  float overlap() const { return max(-value_, 0.0f); }
+
+ private:
+  explicit Slack(float value) : value_(value) {}
+  float value_ = 0;  // the distance, or the overlap's negative
+};
+
 struct alignas(32) Contact {
   std::uint32_t a = none, b = none;  ///< slots; a body that cannot be pushed is always A
   std::uint32_t manifold = none;     ///< while touching
   AxisCache axis;
   std::uint64_t born = 0;  ///< how many contacts were made before it
-  /// m that the bodies may move against each other before the manifold is rebuilt. Below zero: none, and so much of
-  /// their overlap counts as touching (dynamics/overlap.hpp). Contacts are many, and few have one.
-  float recycle_distance = 0;
+  Slack slack;
   std::uint8_t colour = no_colour;
   bool fixed_a = false;     ///< A is fixed or kinematic
   bool in_use : 1 = false;  ///< the slot holds a pair, or a part of one
@@ -69,7 +87,6 @@ struct alignas(32) Contact {
     return static_cast<std::uint32_t>(in_touch) | static_cast<std::uint32_t>(hits) << 1 |
            static_cast<std::uint32_t>(touch_halvings) << 2;
   }
-  float overlap() const { return max(-recycle_distance, 0.0f); }
 };
 static_assert(sizeof(Contact) == 32);
 

@@ -7,6 +7,7 @@
 
 #include "native/body_state.hpp"
 #include "native/radix_sort.hpp"
+#include "native/tuning.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/growth.hpp"
 
@@ -16,11 +17,6 @@ namespace {
 
 constexpr std::uint32_t key_bits = 11;  // a coordinate
 constexpr std::uint32_t key_range = 1u << key_bits;
-constexpr std::size_t min_slots = 256;       // to place in several threads
-constexpr std::size_t contact_grain = 4096;  // contacts to look at in several threads
-
-// For the contacts that a body may yet get.
-constexpr float min_weight = 0.125f;
 
 float contacts_of(const BodyState& state, std::uint32_t slot) {
   return static_cast<float>(std::popcount(state.colour_mask[slot]));
@@ -108,7 +104,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
   if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
 
   Orders orders{std::vector<Place>(slots.size()), std::vector<Place>(slots.size())};
-  pool.for_each_part(slots.size(), min_slots, [&](std::size_t begin, std::size_t end) {
+  pool.for_each_part(slots.size(), min_slots_to_place, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = slots[i];
       const auto key = [&](int axis) {
@@ -135,7 +131,7 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
   const auto size = [](Grid g) { return static_cast<std::uint32_t>(g.columns * g.rows); };
   set_counts({size(fine), size(middle), size(coarse)});
   weights_.assign(ids_.size(), 0);
-  for (const std::uint32_t slot : slots) weights_[slot] = min_weight + contacts_of(state, slot);
+  for (const std::uint32_t slot : slots) weights_[slot] = min_body_weight + contacts_of(state, slot);
   divide(0, fine, fine, 0, orders);
   balance_first(contacts, orders, state, pool);
   divide(0, fine, fine, 0, orders);
@@ -174,11 +170,11 @@ void Domains::balance_first(std::span<const Contact> contacts, const Orders& ord
   std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
   for (const Place& place : orders.by_first) {
     weight[home(place.slot)] += weights_[place.slot];
-    work[home(place.slot)] += min_weight + contacts_with_fixed(state, place.slot);
+    work[home(place.slot)] += min_body_weight + contacts_with_fixed(state, place.slot);
   }
-  std::vector<std::uint32_t> within((contacts.size() / contact_grain + 1) * counts_[0]);  // by chunk and domain
-  pool.for_each_chunk(contacts.size(), contact_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* const counts = &within[begin / contact_grain * counts_[0]];
+  std::vector<std::uint32_t> within((contacts.size() / placing_grain + 1) * counts_[0]);  // by chunk and domain
+  pool.for_each_chunk(contacts.size(), placing_grain, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* const counts = &within[begin / placing_grain * counts_[0]];
     for (const Contact& c : contacts.subspan(begin, end - begin))
       if (c.in_use && c.colour != no_colour && !c.fixed_a && home(c.a) == home(c.b)) ++counts[home(c.a)];
   });

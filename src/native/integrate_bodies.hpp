@@ -4,6 +4,7 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include "dynamics/inverse_inertia.hpp"
 #include "dynamics/rotation.hpp"
 #include "native/solver.hpp"
 #include "world/body_table.hpp"
@@ -85,7 +86,7 @@ struct BodyIntegration {
     SolverBody& body = bodies[slot];
     const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down_apart(body, warm[slot], limits);
     put(body.moved, mul_add(load(body.moved), h, is_cut ? load(body.linear) : mean(slot)));
-    if (body.inverse_mass > 0 && body.inverse_inertia == 0) {
+    if (is_anisotropic(body)) {
       const BodyInfo& info = table[slot];
       Quat& now = inertia[slot].rotation;
       const Quat start = poses[slot].rotation;

@@ -10,10 +10,17 @@
 
 #include <hwy/highway.h>
 
+#include <type_traits>
+
 #include "native/constraint_block-inl.hpp"
+#include "native/lane_functions-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace fathom::native::HWY_NAMESPACE {
+
+#define FATHOM_LANE_FUNCTION HWY_INLINE
+#include "dynamics/inverse_inertia-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
 
 /// Bodies of a block's lanes. Index `none` addresses the entry before the array's first, which is all zeros
 /// and never written.
@@ -84,38 +91,18 @@ struct Bodies {
       if constexpr (!fixed_a) inertia_of_a = block.get_inertia(inertia_a);
     }
   }
-  HWY_INLINE Vec3V<V> turn_a(Vec3V<V> torque) const {
+  using Spin = std::conditional_t<isotropic, V, const SymMat3V<V>&>;
+  HWY_INLINE InverseInertia<V, Spin> inverse_of_a() const {
     if constexpr (isotropic)
-      return scale(a.inverse_inertia, torque);
+      return {a.inverse_mass, a.inverse_inertia};
     else
-      return inertia_of_a * torque;
+      return {a.inverse_mass, inertia_of_a};
   }
-  HWY_INLINE Vec3V<V> turn_b(Vec3V<V> torque) const {
+  HWY_INLINE InverseInertia<V, Spin> inverse_of_b() const {
     if constexpr (isotropic)
-      return scale(b.inverse_inertia, torque);
+      return {b.inverse_mass, b.inverse_inertia};
     else
-      return inertia_of_b * torque;
-  }
-  /// What an angular impulse on B, and its reverse on A, makes of their relative angular velocity.
-  HWY_INLINE Vec3V<V> turn(Vec3V<V> torque) const {
-    if constexpr (fixed_a)
-      return turn_b(torque);
-    else
-      return turn_a(torque) + turn_b(torque);
-  }
-  /// Impulse and angular impulses about each centre: plus on B, minus on A.
-  HWY_INLINE void push(Vec3V<V> impulse, Vec3V<V> angular_a, Vec3V<V> angular_b) {
-    b.linear = mul_add(b.linear, b.inverse_mass, impulse);
-    b.angular = b.angular + turn_b(angular_b);
-    if constexpr (!fixed_a) {
-      a.linear = mul_sub(a.linear, a.inverse_mass, impulse);
-      a.angular = a.angular - turn_a(angular_a);
-    }
-  }
-  /// An angular impulse: plus on B, minus on A.
-  HWY_INLINE void twist(Vec3V<V> torque) {
-    b.angular = b.angular + turn_b(torque);
-    if constexpr (!fixed_a) a.angular = a.angular - turn_a(torque);
+      return {b.inverse_mass, inertia_of_b};
   }
   HWY_INLINE void store(std::size_t used) const {
     b.store_velocities(used);

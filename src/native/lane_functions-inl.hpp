@@ -17,6 +17,8 @@ namespace fathom::native::HWY_NAMESPACE {
 
 template <class L>
 using VecOf = Vec3V<L>;
+template <class L>
+using SymOf = SymMat3V<L>;
 template <class Vec>
 struct LanesOf;
 template <class V>

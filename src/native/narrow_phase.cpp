@@ -9,6 +9,7 @@
 #include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "native/prefetch.hpp"
+#include "native/tuning.hpp"
 
 namespace fathom::native {
 
@@ -34,8 +35,8 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
 
 /// The overlap that two bodies began with has faded away: from now on their manifold may be kept again.
 void forget_overlap(Contact& c, const BodyTable& bodies) {
-  constexpr float faded = 1e-7f;  // m
-  if (c.recycle_distance <= 0 && c.overlap() < faded) c.recycle_distance = recycle_distance(bodies[c.a], bodies[c.b]);
+  if (!c.slack.recycles() && c.slack.overlap() < overlap_gone)
+    c.slack = Slack::of_distance(recycle_distance(bodies[c.a], bodies[c.b]));
 }
 
 void prefetch_for(const Contact& c, const ContactManifold* manifolds, const BodyState& state) {
@@ -47,8 +48,8 @@ void prefetch_for(const Contact& c, const ContactManifold* manifolds, const Body
   if (c.touching()) {
     // Three lines, of the four, have what `moved_little` reads.
     const ContactManifold& m = manifolds[c.manifold];
-    prefetch_to_read(&m.points[0].other);
-    prefetch_to_read(&m.points[2].other);
+    prefetch_to_read(&m.points[0].anchor_b);
+    prefetch_to_read(&m.points[2].anchor_b);
     prefetch_to_read(&m.rotation_at_build.z);
   } else {
     for (const std::uint32_t slot : {c.a, c.b}) prefetch_to_read(&state.velocities[slot]);
@@ -89,7 +90,7 @@ HWY_FLATTEN Inspection inspect_contact(Contact& c, const ContactManifold* manifo
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   const bool is_reduced = manifold && c.axis.reduced;
-  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, max(c.recycle_distance, 0.0f)) &&
+  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, c.slack.recycle_distance()) &&
       !(is_reduced && is_to_reduce(c.axis, *manifold)))
     return {Change::recycled};
 

@@ -16,6 +16,7 @@
 #include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
 #include "native/prefetch.hpp"
+#include "native/tuning.hpp"
 #include "world/growth.hpp"
 
 namespace fathom {
@@ -27,11 +28,6 @@ std::unique_ptr<Simulator> make_native_simulator(const WorldDef& def) {
 namespace native {
 
 namespace {
-
-constexpr std::size_t body_grain = 512;
-constexpr std::uint64_t min_to_divide = 6000;  // contacts between bodies
-constexpr std::size_t min_bodies = 64;         // worth another thread
-constexpr std::size_t free_grain = 256;        // bodies without contacts
 
 int thread_count(const WorldDef& def) {
   return def.threads > 0 ? def.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -88,10 +84,9 @@ void NativeSimulator::step() {
 int NativeSimulator::threads_worth_while() {
   if (pool_.size() == 1) return 1;
   const std::uint32_t active = profile.step == 0 ? bodies.count() : profile.counts.active;
-  const double work = 60e-9 * active + 200e-9 * profile.counts.manifolds;  // s, about
-  constexpr double least = 80e-6, hopeless_a_thread = 10e-6;
+  const double work = work_of_body * active + work_of_manifold * profile.counts.manifolds;  // s, about
   const double guess = std::max(1.0, work / ThreadChoice::worth_a_thread);
-  const bool alone = work < std::max(least, 2 * waiting_in_a_heap());
+  const bool alone = work < std::max(min_work_to_share, 2 * waiting_in_a_heap());
   const int most = std::clamp(static_cast<int>(work / hopeless_a_thread), 1, pool_.size());
   return thread_choice_.next(guess, alone ? 1 : guess, most);
 }
@@ -100,9 +95,8 @@ int NativeSimulator::threads_worth_while() {
 // hundred loops or so. Islands and domains have few.
 double NativeSimulator::waiting_in_a_heap() const {
   if (graph_.between() < in_contact_.size() || graph_.domains().in_use()) return 0;
-  constexpr double a_loop = 2e-6;
   const std::uint32_t colours = profile.counts.colours;
-  return a_loop * (2.0 * def.solver.substeps * (colours + 1) + colours);
+  return waiting_a_loop * (2.0 * def.solver.substeps * (colours + 1) + colours);
 }
 
 void NativeSimulator::isolate_on_request() {
@@ -240,7 +234,7 @@ void NativeSimulator::solve() {
     cell_solver_->build(in_contact_);
   }
   cell_solver_->store();
-  pool_.for_each_part(in_contact_.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact_.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
     move(std::span(in_contact_).subspan(begin, end - begin));
   });
 }
@@ -348,7 +342,7 @@ void NativeSimulator::list_in_contact() {
 template <class Alone>
 void NativeSimulator::move_free(const Alone& alone) {
   pool_.for_each_chunk_beside(alone, active_.size(), free_grain, [&](std::size_t begin, std::size_t end) {
-    std::array<std::uint32_t, min_bodies> free;
+    std::array<std::uint32_t, bodies_a_thread> free;
     while (begin < end) {
       std::size_t count = 0;
       for (; begin < end && count < free.size(); ++begin) {
@@ -363,12 +357,12 @@ void NativeSimulator::move_free(const Alone& alone) {
 // All bodies flagged `box_changed`, ascending: those the last step moved out of their boxes and those edited since.
 void NativeSimulator::collect_changed() {
   const std::vector<std::uint8_t>& flags = state_.flags;
-  const std::size_t chunks = (flags.size() + body_grain - 1) / body_grain;
+  const std::size_t chunks = (flags.size() + flags_grain - 1) / flags_grain;
   if (changed_.size() < flags.size()) {
     grow_to(changed_, flags.size());
     grow_to(changed_in_chunk_, chunks);
   }
-  pool_.for_each_chunk(flags.size(), body_grain, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_chunk(flags.size(), flags_grain, [&](std::size_t begin, std::size_t end) {
     ChangedBodies found;
     std::uint32_t* const slots = &changed_[begin];
     // Without branches, which nobody could predict.
@@ -389,12 +383,12 @@ void NativeSimulator::collect_changed() {
       if (eight & any_changed) look_at(slot, slot + 8);
     }
     look_at(slot, end);
-    changed_in_chunk_[begin / body_grain] = found;
+    changed_in_chunk_[begin / flags_grain] = found;
   });
   std::size_t count = 0;
   changed_at_rest_ = false;
   for (std::size_t i = 0; i < chunks; ++i) {
-    const auto first = changed_.begin() + static_cast<std::ptrdiff_t>(i * body_grain);
+    const auto first = changed_.begin() + static_cast<std::ptrdiff_t>(i * flags_grain);
     std::copy_n(first, changed_in_chunk_[i].count, changed_.begin() + static_cast<std::ptrdiff_t>(count));
     count += changed_in_chunk_[i].count;
     changed_at_rest_ |= changed_in_chunk_[i].at_rest;

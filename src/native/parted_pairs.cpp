@@ -109,7 +109,7 @@ class PartedPair {
     for (const Part& part : scratch_.parts) {
       if (!part.touches) continue;
       Contact& c = contact(part.index);
-      const float distance = max(c.recycle_distance, 0.0f);
+      const float distance = c.slack.recycle_distance();
       const ContactManifold& m = manifold(part.index);
       if (part.index != asked && (c.ahead || !moved_little(m, b_in_a, distance) || is_to_reduce_anew(c.axis, m)))
         return false;

@@ -46,9 +46,6 @@ struct LaneContacts {
   }
 };
 
-// An anisotropic body that can be pushed has a mass but no single inverse inertia.
-HWY_INLINE bool is_anisotropic(const SolverBody& body) { return body.inverse_mass > 0 && body.inverse_inertia == 0; }
-
 template <class D>
 HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* contact_indices,
                                     const Constrained& constrained, const BodiesView& view, LaneContacts<D>& lanes) {
@@ -80,8 +77,8 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.body_b[i] = reinterpret_cast<const float*>(&b);
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
-    lanes.counts[i] = m.points[3].other;
-    lanes.overlaps[i] = c.overlap();
+    lanes.counts[i] = m.point_count_as_float();
+    lanes.overlaps[i] = c.slack.overlap();
     lanes.held[i] = 0;
     if (view.held) {
       if (view.levels[c.a] != view.levels[c.b])
@@ -163,10 +160,8 @@ HWY_NOINLINE void store_rolling(const Block<D>& block, const Constrained& constr
 
 HWY_INLINE ContactBody<SymMat3> contact_body(const BodiesView& view, std::uint32_t slot) {
   const SolverBody& s = view.bodies[slot];
-  const WorldInertia* const w = is_anisotropic(s) ? view.inertias + slot : nullptr;
-  const float i = s.inverse_inertia;
   return {s.linear, s.angular, s.inverse_mass,
-          w ? SymMat3{w->xx, w->yy, w->zz, w->xy, w->xz, w->yz} : SymMat3{i, i, i, 0, 0, 0}};
+          world_inertia<SymMat3>(view.inertias, slot, s.inverse_mass, s.inverse_inertia)};
 }
 
 template <class D>
@@ -296,19 +291,16 @@ struct PosedManifolds {
 template <class D>
 struct LaneMasses {
   using V = hn::Vec<D>;
-  V inverse_mass_a, inverse_mass_b;
-  SymMat3V<V> inertia_of_a, inertia_of_b;
+  using Inertia = InverseInertia<V, SymMat3V<V>>;
+  static constexpr bool only_pushes_b = false;
+  Inertia a, b;
 
   HWY_INLINE explicit LaneMasses(const LaneContacts<D>& lanes)
-      : inverse_mass_a(lanes.quad(lanes.body_a, 8).w),
-        inverse_mass_b(lanes.quad(lanes.body_b, 8).w),
-        inertia_of_a(load_inertia<D>(lanes, lanes.inertia_of_a, lanes.quad(lanes.body_a, 12).w)),
-        inertia_of_b(load_inertia<D>(lanes, lanes.inertia_of_b, lanes.quad(lanes.body_b, 12).w)) {}
+      : a{lanes.quad(lanes.body_a, 8).w, load_inertia<D>(lanes, lanes.inertia_of_a, lanes.quad(lanes.body_a, 12).w)},
+        b{lanes.quad(lanes.body_b, 8).w, load_inertia<D>(lanes, lanes.inertia_of_b, lanes.quad(lanes.body_b, 12).w)} {}
 
-  HWY_INLINE V inverse_mass_sum() const { return hn::Add(inverse_mass_a, inverse_mass_b); }
-  HWY_INLINE Vec3V<V> turn_a(Vec3V<V> torque) const { return inertia_of_a * torque; }
-  HWY_INLINE Vec3V<V> turn_b(Vec3V<V> torque) const { return inertia_of_b * torque; }
-  HWY_INLINE Vec3V<V> turn(Vec3V<V> torque) const { return turn_a(torque) + turn_b(torque); }
+  HWY_INLINE const Inertia& inverse_of_a() const { return a; }
+  HWY_INLINE const Inertia& inverse_of_b() const { return b; }
 };
 
 /// Rows of one block. Returns the number of its points.
@@ -328,14 +320,13 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   note_touch_bits(block, lanes, nearest);
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
-    block.set_inertia(inertia_a, masses.inertia_of_a);
-    block.set_inertia(inertia_b, masses.inertia_of_b);
+    block.set_inertia(inertia_a, masses.a.spin);
+    block.set_inertia(inertia_b, masses.b.spin);
   }
   if (block.header().restitution) {
     block.set(BounceField::restitution, manifolds.restitution());
-    block.set(BounceField::pull,
-              dot(block.get3(normal_x), load_acceleration(block.b(), view, masses.inverse_mass_b) -
-                                            load_acceleration(block.a(), view, masses.inverse_mass_a)));
+    block.set(BounceField::pull, dot(block.get3(normal_x), load_acceleration(block.b(), view, masses.b.mass) -
+                                                               load_acceleration(block.a(), view, masses.a.mass)));
   }
   if (view.any_fast) note_closing(block, lanes, constrained.touches.hit_threshold);
   if (block.header().round) prepare_round(block, indices, constrained);
@@ -376,11 +367,12 @@ HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indi
   for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
     if (indices[lane] == none) continue;
     Contact& c = constrained.contacts[indices[lane]];
-    if (!(c.overlap() > 0)) continue;
+    const float overlap = c.slack.overlap();
+    if (!(overlap > 0)) continue;
     float nearest = 1e30f;
     for (int i = 0; i < constrained.manifolds[c.manifold].point_count(); ++i)
       nearest = min(nearest, block.at(Block<D>::point(i, point_separation))[lane]);
-    c.recycle_distance = -faded_overlap(c.overlap(), nearest - c.overlap(), overlap_kept);
+    c.slack = Slack::of_overlap(faded_overlap(overlap, nearest - overlap, overlap_kept));
   }
 }
 

@@ -111,7 +111,7 @@ void ContactGraph::restore(ByteReader& in) {
   for (const std::uint32_t index : free_) in.require(index < contacts && !contacts_[index].in_use);
   for (const std::uint32_t index : free_manifolds_) in.require(index < manifolds_.size());
   for (const ContactManifold& m : manifolds_)
-    in.require(m.points[3].other >= 0 && m.points[3].other <= static_cast<float>(max_manifold_points));
+    in.require(m.point_count_as_float() >= 0 && m.point_count_as_float() <= static_cast<float>(max_manifold_points));
 }
 
 void Islands::restore(ByteReader& in) {

@@ -9,6 +9,7 @@
 #include "dynamics/softness.hpp"
 #include "native/integrate_bodies.hpp"
 #include "native/prefetch.hpp"
+#include "native/tuning.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
@@ -16,8 +17,6 @@ namespace fathom::native {
 namespace {
 
 constexpr std::size_t alignment = 64;
-constexpr std::size_t min_blocks = 4;
-constexpr std::size_t min_bodies = 64;  // worth another thread
 
 }  // namespace
 
@@ -246,7 +245,7 @@ template <class Act>
 void ContactSolver::for_each_part_of_kinematic(const Act& act) {
   const std::span<const std::uint32_t> slots = layout_.kinematic();
   if (slots.empty()) return;
-  pool_.for_each_part(slots.size(), min_bodies,
+  pool_.for_each_part(slots.size(), bodies_a_thread,
                       [&](std::size_t begin, std::size_t end) { act(slots.subspan(begin, end - begin)); });
 }
 
@@ -291,7 +290,7 @@ void ContactSolver::build_in_domains() {
     stand_ins_.make(number_of(unit), wide_blocks_);
   });
   const std::size_t first = layout_.units()[graph_.domains().first_unit(1)].blocks.begin;
-  pool_.for_each_part(layout_.blocks() - first, min_blocks,
+  pool_.for_each_part(layout_.blocks() - first, blocks_a_thread,
                       [&](std::size_t begin, std::size_t end) { point_count_ += prepare(first + begin, first + end); });
 }
 
@@ -327,28 +326,28 @@ void ContactSolver::load_kinematic() {
 }
 
 void ContactSolver::load_bodies(std::span<const std::uint32_t> in_contact) {
-  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) load_body(in_contact[i]);
   });
 }
 
 void ContactSolver::carry_impulses(std::span<const std::uint32_t> in_contact, float h) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.carry(in_contact[i]);
   });
 }
 
 void ContactSolver::integrate_velocities(std::span<const std::uint32_t> in_contact, float h, Carry carry) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.velocity(in_contact[i], carry);
   });
 }
 
 void ContactSolver::integrate_positions(std::span<const std::uint32_t> in_contact, float h) {
   const BodyIntegration integrate = integration(h);
-  pool_.for_each_part(in_contact.size(), min_bodies, [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_part(in_contact.size(), bodies_a_thread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) integrate.position(in_contact[i]);
   });
 }

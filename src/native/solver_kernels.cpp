@@ -108,7 +108,7 @@ HWY_INLINE void roll_block(const Block<D>& block, SolverBody* all) {
   bodies.load(block, all);
   const Vec3V<V> old = block.get3(roll_x);
   if constexpr (warm) {
-    bodies.twist(old);
+    twist_apart(bodies, old);
     bodies.store(block.header().lanes);
   } else {
     const V load = total_impulse<V>(ContactRows<D>{block});

@@ -4,16 +4,14 @@
 #include <numeric>
 
 #include "dynamics/support.hpp"
+#include "native/tuning.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
 
-constexpr std::uint64_t levels_last = 16;  // steps, while no contact begins or ends
 constexpr std::uint16_t max_levels = 1024;
-/// While contacts begin and end in every step, and nothing is overloaded, they need not be looked through each time.
-constexpr std::uint64_t steps_between_searches = 8;
 
 /// True where some point of the manifold touches.
 bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {

@@ -2,20 +2,14 @@
 
 #include <algorithm>
 
+#include "dynamics/inverse_inertia.hpp"
+#include "native/tuning.hpp"
 #include "world/archive.hpp"
 #include "world/growth.hpp"
 
 namespace fathom::native {
 
 namespace {
-
-/// J/kg above which a structure is coming down, and is left to the sweeps.
-constexpr float calm_energy = 0.1f;
-/// Steps after which structures are looked for again where all were coming down.
-constexpr std::uint64_t steps_to_resume = 8;
-/// Steps after which a structure that could not be held is tried again: an arch stands by its thrust, which sweeps
-/// find.
-constexpr std::uint64_t steps_to_retry = 64;
 
 Vec3 get3(const LaneFields& f, int field) { return {f[field], f[field + 1], f[field + 2]}; }
 
@@ -175,10 +169,9 @@ void SupportSolver::load_body(std::uint32_t i, const Base& base) {
   if (inverse > 0) {
     const float inertia = 1 / inverse;
     b.inertia = {{inertia, 0, 0}, {0, inertia, 0}, {0, 0, inertia}};
-    b.inverse_inertia = {inverse, inverse, inverse, 0, 0, 0};
+    b.inverse_inertia = tensor(inverse);
   } else {
-    const WorldInertia& w = state_.inertia[slot];
-    b.inverse_inertia = {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+    b.inverse_inertia = tensor(state_.inertia[slot]);
     const float scale = b.mass * bodies_[slot].inverse_mass;
     b.inertia = to_matrix(rotated(to_matrix(state_.poses[slot].rotation), scale * bodies_[slot].inertia));
   }

@@ -1,0 +1,243 @@
+// What an impulse does to a body of each kind of inertia, the coupled one of a body in water against direct solutions
+// in double precision: masses from a gram to a million tonnes, sizes from a centimetre to a kilometre.
+#include "dynamics/inverse_inertia.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "dynamics/contact_rows.hpp"
+#include "random.hpp"
+
+namespace fathom::test {
+namespace {
+
+using Vec6 = std::array<double, 6>;
+using Mat6 = std::array<Vec6, 6>;
+
+double wide(float x) { return static_cast<double>(x); }
+
+Mat6 matrix(const CoupledMass& mass) {
+  Mat6 m{};
+  const Mat3 linear = to_matrix(mass.linear), angular = to_matrix(mass.angular);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      m[i][j] = wide(linear(i, j));
+      m[3 + i][3 + j] = wide(angular(i, j));
+      m[i][3 + j] = m[3 + j][i] = wide(mass.coupling(i, j));
+    }
+  return m;
+}
+Mat6 matrix(const CoupledInertia<float>& w) {
+  return matrix(CoupledMass{w.linear, {w.by_x, w.by_y, w.by_z}, w.angular});
+}
+
+Vec6 product(const Mat6& m, const Vec6& v) {
+  Vec6 result{};
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) result[i] += m[i][j] * v[j];
+  return result;
+}
+
+/// By Gauss and Jordan, with the largest pivot of each row's own scale.
+Mat6 direct_inverse(Mat6 m) {
+  Mat6 inverse{};
+  Vec6 unit;
+  for (int i = 0; i < 6; ++i) unit[i] = 1 / std::sqrt(m[i][i]);
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) m[i][j] *= unit[i] * unit[j];
+  for (int i = 0; i < 6; ++i) inverse[i][i] = 1;
+  for (int c = 0; c < 6; ++c) {
+    int pivot = c;
+    for (int i = c; i < 6; ++i)
+      if (std::abs(m[i][c]) > std::abs(m[pivot][c])) pivot = i;
+    std::swap(m[c], m[pivot]), std::swap(inverse[c], inverse[pivot]);
+    const double scale = 1 / m[c][c];
+    for (int j = 0; j < 6; ++j) m[c][j] *= scale, inverse[c][j] *= scale;
+    for (int i = 0; i < 6; ++i) {
+      if (i == c) continue;
+      const double factor = m[i][c];
+      for (int j = 0; j < 6; ++j) m[i][j] -= factor * m[c][j], inverse[i][j] -= factor * inverse[c][j];
+    }
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) inverse[i][j] *= unit[i] * unit[j];
+  return inverse;
+}
+
+Vec6 joined(Vec3 a, Vec3 b) { return {wide(a.x), wide(a.y), wide(a.z), wide(b.x), wide(b.y), wide(b.z)}; }
+double dot(const Vec6& a, const Vec6& b) {
+  double sum = 0;
+  for (int i = 0; i < 6; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+class InverseInertiaTest : public testing::Test {
+ protected:
+  Random random_{23};
+
+  float magnitude(float from, float to) { return std::pow(10.0f, uniform(random_, from, to)); }
+  /// A dry body, and water that it carries along: another mass along each axis, centred somewhere else in it.
+  CoupledMass any_mass(float size) {
+    CoupledMass total{{}, {{}, {}, {}}, {}};
+    const float dry = magnitude(0, 4) * size * size * size;
+    add(total, dry * Vec3{1, 1, 1}, 0.4f * dry * size * size * extents(), {}, {1, 0, 0, 0});
+    for (int part = 0; part < 2; ++part) {
+      const float water = 1000 * size * size * size;
+      add(total, water * extents(), water * size * size * extents(), 0.3f * size * in_cube(random_),
+          any_rotation(random_));
+    }
+    return total;
+  }
+  Vec3 extents() { return {magnitude(-2, 0), magnitude(-2, 0), magnitude(-2, 0)}; }
+
+  /// With principal masses and moments in axes `turn` about a centre `at` of the body's frame.
+  static void add(CoupledMass& to, Vec3 mass, Vec3 inertia, Vec3 at, Quat turn) {
+    const Mat3 r = to_matrix(turn);
+    const SymMat3 m = rotated(r, SymMat3{mass.x, mass.y, mass.z, 0, 0, 0});
+    const SymMat3 i = rotated(r, SymMat3{inertia.x, inertia.y, inertia.z, 0, 0, 0});
+    // Momentum of a spin w about the origin: m (w × at); moment of momentum: i w + at × m (w × at).
+    const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    Vec3 momentum[3], moment[3];
+    for (int k = 0; k < 3; ++k) momentum[k] = m * cross(axes[k], at), moment[k] = i * axes[k] + cross(at, momentum[k]);
+    to.linear = sum(to.linear, m);
+    to.coupling = to.coupling + Mat3{momentum[0], momentum[1], momentum[2]};
+    to.angular = sum(to.angular, {moment[0].x, moment[1].y, moment[2].z, moment[1].x, moment[2].x, moment[2].y});
+  }
+  static SymMat3 sum(const SymMat3& a, const SymMat3& b) {
+    return {a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
+  }
+};
+
+TEST_F(InverseInertiaTest, CoupledInverseIsTheDirectOne) {
+  for (int trial = 0; trial < 20000; ++trial) {
+    const CoupledMass mass = any_mass(magnitude(-2, 3));
+    const Mat6 expected = direct_inverse(matrix(mass)), made = matrix(inverse(mass));
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        ASSERT_NEAR(made[i][j], expected[i][j], 1e-7 * std::sqrt(expected[i][i] * expected[j][j]) + 1e-38)
+            << trial << ": " << i << ", " << j;
+  }
+}
+
+TEST_F(InverseInertiaTest, CoupledAnswersAreThoseOfTheMatrix) {
+  for (int trial = 0; trial < 20000; ++trial) {
+    const float size = magnitude(-2, 3);
+    const CoupledInertia<float> w = inverse(any_mass(size));
+    const Mat6 m = matrix(w);
+    const Vec3 direction = on_sphere(random_), arm = size * in_cube(random_), moment = cross(arm, direction);
+    const Vec6 wrench = joined(direction, moment), expected = product(m, wrench);
+    const Vec6 made = joined(w.moved_by(direction, moment), w.spun_by(direction, moment));
+    double size_of[6] = {};
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j) size_of[i] += std::abs(m[i][j] * wrench[j]);
+    for (int i = 0; i < 6; ++i) ASSERT_NEAR(made[i], expected[i], 1e-6 * size_of[i]) << trial << ": " << i;
+    double terms = 0;
+    for (int i = 0; i < 6; ++i) terms += size_of[i] * std::abs(wrench[i]);
+    const double response = wide(w.response(direction, moment));
+    ASSERT_NEAR(response, dot(wrench, expected), 1e-6 * terms) << trial;
+    ASSERT_GT(response, 0);
+
+    Vec3 linear, angular;
+    w.push(linear, angular, direction, moment);
+    EXPECT_EQ(linear, w.moved_by(direction, moment));
+    w.twist(linear, angular, moment);
+    w.twist_back(linear, angular, moment);
+    w.pull(linear, angular, direction, moment);
+    ASSERT_LE(length(linear), 1e-5f * length(w.moved_by(direction, moment)) + 1e-5f * length(w.moved_by({}, moment)));
+  }
+}
+
+TEST_F(InverseInertiaTest, TurnedWithTheBody) {
+  for (int trial = 0; trial < 2000; ++trial) {
+    const float size = magnitude(-1, 2);
+    const CoupledInertia<float> w = inverse(any_mass(size));
+    const Quat q = any_rotation(random_);
+    const CoupledInertia<float> turned = rotated(to_matrix(q), w);
+    const Vec3 impulse = on_sphere(random_), moment = size * in_cube(random_);
+    const Vec3 moved = rotate(q, w.moved_by(inverse_rotate(q, impulse), inverse_rotate(q, moment)));
+    const Vec3 spun = rotate(q, w.spun_by(inverse_rotate(q, impulse), inverse_rotate(q, moment)));
+    const float fastest = w.linear.xx + w.linear.yy + w.linear.zz,
+                quickest = w.angular.xx + w.angular.yy + w.angular.zz;
+    ASSERT_LE(length(turned.moved_by(impulse, moment) - moved),
+              4e-6f * (fastest + size * fathom::sqrt(fastest * quickest)));
+    ASSERT_LE(length(turned.spun_by(impulse, moment) - spun),
+              4e-6f * (size * quickest + fathom::sqrt(fastest * quickest)));
+  }
+}
+
+// Where nothing couples, every kind answers as the others do.
+TEST_F(InverseInertiaTest, KindsAgreeWhereTheyMeet) {
+  for (int trial = 0; trial < 2000; ++trial) {
+    const float mass = magnitude(-6, 6), inertia = magnitude(-6, 6);
+    const auto number = inverse_inertia(1 / mass, 1 / inertia);
+    const auto as_tensor = inverse_inertia(1 / mass, tensor(1 / inertia));
+    const CoupledMass alone{tensor(mass), {{}, {}, {}}, tensor(inertia)};
+    const auto coupled = inverse_inertia(1 / mass, inverse(alone));
+    const Vec3 direction = on_sphere(random_), moment = in_cube(random_);
+    EXPECT_EQ(number.spun_by(direction, moment), as_tensor.spun_by(direction, moment));
+    EXPECT_EQ(number.response(direction, moment), as_tensor.response(direction, moment));
+    EXPECT_NEAR(number.response(direction, moment), coupled.response(direction, moment),
+                1e-6f * number.response(direction, moment));
+    EXPECT_LE(length(number.moved_by(direction, moment) - coupled.moved_by(direction, moment)), 1e-6f / mass);
+    EXPECT_LE(length(number.spun_by(moment) - coupled.spun_by(direction, moment)), 1e-6f / inertia * length(moment));
+  }
+}
+
+// A contact's rows see what pushing does to coupled bodies, and its sweeps take energy and never give it.
+TEST_F(InverseInertiaTest, ContactRowsOfCoupledBodies) {
+  for (int trial = 0; trial < 5000; ++trial) {
+    const float size = magnitude(-2, 2);
+    const CoupledMass mass_a = any_mass(size), mass_b = any_mass(size * magnitude(-1, 0));
+    ContactBodies<CoupledInertia<float>> bodies{
+        {in_cube(random_), (1 / size) * in_cube(random_), 1 / mass_a.linear.xx, inverse(mass_a)},
+        {in_cube(random_), (1 / size) * in_cube(random_), 1 / mass_b.linear.xx, inverse(mass_b)}};
+    const auto energy_of = [](const CoupledMass& mass, const ContactBody<CoupledInertia<float>>& body) {
+      const Vec6 v = joined(body.linear, body.angular);
+      return 0.5 * dot(v, product(matrix(mass), v));
+    };
+    const auto energy = [&] { return energy_of(mass_a, bodies.a) + energy_of(mass_b, bodies.b); };
+
+    const Vec3 normal = on_sphere(random_), on_a = size * in_cube(random_),
+               between = on_a + 0.3f * size * in_cube(random_);
+    ContactManifold m;
+    m.normal = normal;
+    m.tangent = any_perpendicular(normal);
+    m.friction = uniform(random_, 0, 1);
+    for (int i = 0; i < max_manifold_points; ++i) {
+      const Vec3 across = cross(normal, m.tangent);
+      const float x = i % 2 ? 0.2f : -0.2f, y = i / 2 ? 0.2f : -0.2f;
+      m.points[i].anchor_a = on_a + size * (x * m.tangent + y * across);
+      m.points[i].anchor_b = m.points[i].anchor_a - between;
+    }
+    m.set_build({between, 0, {}}, max_manifold_points);
+    ContactRows rows;
+    prepare_contact(m, {}, {between, 0, {}}, 0, false, bodies, rows);
+    const ContactAxes axes = rows.axes();
+
+    // A unit impulse at c changes the velocities by the first row of K.
+    auto pushed = bodies;
+    push_normal(pushed, axes, NormalMotion{1, 0, 0});
+    const NormalMotion before = axes.velocity(bodies), after = axes.velocity(pushed);
+    const auto& k = rows.frame.response;
+    const float speed = 1 + abs(before.n) + size * (length(bodies.a.angular) + length(bodies.b.angular));
+    ASSERT_NEAR(after.n - before.n, k.nn, 1e-5f * (k.nn + speed)) << trial;
+    ASSERT_NEAR(after.t1 - before.t1, k.n1, 1e-5f * (k.nn + speed) / size + 1e-5f * abs(k.n1)) << trial;
+
+    const ContactStep step = contact_step(240, {}, 0);
+    const auto still = [](Vec3 slide) { return slide; };
+    // Friction's limit grows with the load from sweep to sweep, so energy falls below what it began with, not in each.
+    const double at_start = energy();
+    for (int sweep = 0; sweep < 4; ++sweep) {
+      solve_points<ContactPass::relax, false>(rows, axes, bodies, step);
+      sweep_friction(rows, axes, bodies, still);
+      ASSERT_TRUE(is_sound(bodies, rows.impulses)) << trial;
+      ASSERT_LE(energy(), 1.0001 * at_start) << trial << ", sweep " << sweep;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fathom::test
