@@ -15,6 +15,7 @@ namespace hybrid {
 using native::Change;
 using native::Contact;
 using native::contact_grain;
+using native::ContactChanges;
 
 HybridSimulator::HybridSimulator(const WorldDef& definition)
     : NativeSimulator(definition, nullptr), detection_(device::make_detection(definition)) {
@@ -71,28 +72,28 @@ void HybridSimulator::inspect_known() {
 }
 
 void HybridSimulator::update_manifolds() {
-  make_room_for_changes();
+  changes_.make_room(graph_.size());
   grow_to(inspections_, graph_.size());
   grow_to(job_of_, graph_.size());
   // New contacts may lie in places that were free.
   for (const std::uint32_t index : added_) inspect(index);
   constexpr std::size_t count = device::Detection::portions;
-  const std::size_t chunks = (graph_.size() + block_size() - 1) / block_size();
+  const std::size_t chunks = (graph_.size() + changes_.block_size() - 1) / changes_.block_size();
   places_.resize(std::max(places_.size(), chunks));
   Portion portions[count];
   for (std::uint32_t p = 0; p < count; ++p) {
-    portions[p].begin = std::min(graph_.size(), chunks * p / count * block_size());
-    portions[p].end = std::min(graph_.size(), chunks * (p + 1) / count * block_size());
+    portions[p].begin = std::min(graph_.size(), chunks * p / count * changes_.block_size());
+    portions[p].end = std::min(graph_.size(), chunks * (p + 1) / count * changes_.block_size());
     submit(portions[p], p);
   }
   for (std::uint32_t p = 0; p < count; ++p) take_over(portions[p], p);
 }
 
 void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
-  const std::size_t first_chunk = portion.begin / block_size();
+  const std::size_t first_chunk = portion.begin / changes_.block_size();
   const auto for_each_chunk = [&](const auto& act) {
-    pool_.for_each_chunk(portion.end - portion.begin, block_size(), [&](std::size_t begin, std::size_t end) {
-      act(first_chunk + begin / block_size(), static_cast<std::uint32_t>(portion.begin + begin),
+    pool_.for_each_chunk(portion.end - portion.begin, changes_.block_size(), [&](std::size_t begin, std::size_t end) {
+      act(first_chunk + begin / changes_.block_size(), static_cast<std::uint32_t>(portion.begin + begin),
           static_cast<std::uint32_t>(portion.begin + end));
     });
   };
@@ -102,7 +103,7 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
       if (inspections_[i].collide) ++(is_pair_of_boxes(graph_[i]) ? places.boxes : places.others);
   });
   std::uint32_t boxes = 0, others = 0;
-  const std::size_t chunks = (portion.end - portion.begin + block_size() - 1) / block_size();
+  const std::size_t chunks = (portion.end - portion.begin + changes_.block_size() - 1) / changes_.block_size();
   for (std::size_t chunk = first_chunk; chunk < first_chunk + chunks; ++chunk) {
     const Places counts = places_[chunk];
     places_[chunk] = {boxes, others};
@@ -128,9 +129,9 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
 
 void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
   const device::CollideResult* const results = portion.jobs > 0 ? detection_->results(number) : nullptr;
-  pool_.for_each_chunk(portion.end - portion.begin, block_size(), [&](std::size_t begin, std::size_t end) {
+  pool_.for_each_chunk(portion.end - portion.begin, changes_.block_size(), [&](std::size_t begin, std::size_t end) {
     const auto first = static_cast<std::uint32_t>(portion.begin + begin);
-    BlockOfChanges& block = begin_block(first);
+    ContactChanges::Block& block = changes_.begin_block(first);
     for (std::uint32_t i = first; i < portion.begin + end; ++i) {
       const native::Inspection& seen = inspections_[i];
       Change change = seen.change;
@@ -141,9 +142,9 @@ void HybridSimulator::take_over(const Portion& portion, std::uint32_t number) {
         c.axis = result.axis;
         change = narrow_phase(block).take(i, c, result.manifold, seen, c.touching() ? &graph_.manifold(c) : nullptr);
       }
-      note(block, i, change);
+      block.note(graph_, i, change);
     }
-    end_block(first);
+    changes_.end_block(first);
   });
 }
 

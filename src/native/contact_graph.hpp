@@ -6,7 +6,7 @@
 // contact that finds no colour goes to the overflow list, which is solved one by one. Colours are given and taken by
 // one thread in the order of contacts, so they do not depend on timing. They are listed by unit (domains.hpp).
 //
-// What a step changes is applied by all threads (contact_changes.cpp): each does all that there is to do for some
+// What a step changes is applied by all threads (apply_changes.cpp): each does all that there is to do for some
 // contacts, or for some of the tables of pairs, or for some of the lists of colours, in the order of contacts.
 #pragma once
 

@@ -49,7 +49,7 @@ void for_each_near_piece(const BodyInfo& a, const Pose& pose_a, const BodyInfo& 
 /// What came out inside or behind something fixed goes as far as its way was free, and on in the next step. Where it
 /// gets so, it may be inside or behind something else.
 void NativeSimulator::hold_back_fast() {
-  for_each_fast_pair([&](const FastPair& pair) {
+  changes_.for_each_fast_pair([&](const FastPair& pair) {
     if (!is_free(pair) && hold_back(pair))
       strays_.list.push_back({pair.b, {pair.pose_b.position, 0, pair.pose_b.rotation}});
   });
@@ -57,18 +57,12 @@ void NativeSimulator::hold_back_fast() {
   // The lighter ends beside the heavier one, unless something else is in its way: then the heavier beside it.
   constexpr int rounds = 4;
   for (int round = 0; round < rounds; ++round) {
-    for_each_fast_pair([&](const FastPair& pair) {
+    changes_.for_each_fast_pair([&](const FastPair& pair) {
       if (is_free(pair)) hold_back_free(pair, round % 2 == 1);
     });
     if (strays_.list.empty()) return;
     hold_back_strays();
   }
-}
-
-template <class Act>
-void NativeSimulator::for_each_fast_pair(const Act& act) const {
-  for (const std::size_t block : fast_blocks_)
-    for (const FastPair& pair : blocks_[block].fast) act(pair);
 }
 
 /// Whether both bodies can be pushed.
@@ -140,7 +134,7 @@ void NativeSimulator::hold_back_strays() {
   strays_.list.erase(twice.begin(), twice.end());
   tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
   std::vector<std::uint32_t> kinematic_bodies;
-  for (const std::uint32_t slot : active_)
+  for (const std::uint32_t slot : active_.active())
     if (state_.flags[slot] & kinematic) kinematic_bodies.push_back(slot);
   for (const Strays::Stray& stray : strays_.list) hold_back_stray(stray, kinematic_bodies);
   strays_.list.clear();

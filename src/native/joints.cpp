@@ -54,7 +54,7 @@ void NativeSimulator::joint_added(std::uint32_t slot) {
   wake_joined(slot);
   if (graph_.joint(slot).colour == no_colour) graph_.colour_joint(slot);
   for (const std::uint32_t body : {info.a, info.b}) state_.flags[body] |= jointed;
-  in_contact_is_current_ = false;
+  active_.outdate_in_contact();
   if (info.def.collide_connected) return;
   keep_apart(info.a, info.b);
 }
@@ -89,7 +89,7 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
   wake_joined(slot);
   graph_.remove_joint(slot);
   define_couplings_beside(slot, slot);
-  in_contact_is_current_ = false;
+  active_.outdate_in_contact();
   for (const std::uint32_t body : {info.a, info.b})
     if (joints.of(body).size() == 1) {
       state_.flags[body] &= static_cast<std::uint8_t>(~jointed);

@@ -5,17 +5,21 @@
 #include <optional>
 #include <vector>
 
+#include "native/active_set.hpp"
 #include "native/body_state.hpp"
 #include "native/body_tree.hpp"
 #include "native/broad_phase.hpp"
 #include "native/cell_solver.hpp"
+#include "native/changed_bodies.hpp"
+#include "native/contact_changes.hpp"
 #include "native/contact_graph.hpp"
+#include "native/heap_division.hpp"
 #include "native/islands.hpp"
 #include "native/move_bodies.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/neighbourhood.hpp"
 #include "native/solver.hpp"
-#include "threads/thread_choice.hpp"
+#include "native/thread_budget.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/simulator.hpp"
 
@@ -72,34 +76,14 @@ class NativeSimulator : public Simulator {
   void find_pairs();
   virtual void update_manifolds();
 
-  /// What a block of contacts, of several chunks, met in the narrow phase: applying it fetches little.
-  struct alignas(128) BlockOfChanges {
-    std::vector<NewManifold> begun;
-    std::vector<std::uint32_t> ended, gone;  // contacts; those that are gone and touched are in both
-    std::vector<FastPair> fast;
-    std::uint32_t recycled = 0;
-    bool has_new_parts = false;  // in `begun`
-  };
-  NarrowPhase narrow_phase(BlockOfChanges& block) {
+  NarrowPhase narrow_phase(ContactChanges::Block& block) {
     return {bodies, state_, def.dt, block.begun, block.fast, graph_, block.ended, block.gone, block.has_new_parts};
   }
-  /// Room for what the narrow phase finds of every contact.
-  void make_room_for_changes();
-  std::size_t block_size() const { return block_size_; }  // contacts, a multiple of `contact_grain`
-  BlockOfChanges& begin_block(std::size_t first_contact);
-  /// What a contact of the block has met; a first manifold is in `begun` already.
-  void note(BlockOfChanges& block, std::uint32_t index, Change change) {
-    block.recycled += change == Change::recycled;
-    if (change != Change::ended && change != Change::gone) return;
-    if (graph_[index].touching()) block.ended.push_back(index);
-    if (change == Change::gone) block.gone.push_back(index);
-  }
-  void end_block(std::size_t first_contact);
-
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
 
   BodyState state_;
   ContactGraph graph_;
+  ContactChanges changes_;  // what this step's narrow phase met
   ThreadPool pool_;
   bool lists_added_ = false;          // for those who ask for it
   std::vector<std::uint32_t> added_;  // contacts that this step's search found
@@ -117,30 +101,13 @@ class NativeSimulator : public Simulator {
   void move_free(const Alone& alone);
   void lay_out_constraints();
   int threads_worth_while();
-  double waiting_in_a_heap() const;
   BroadPhaseInput broad_phase_input() const;
-  void collect_changed();
-  void list_active();
   std::span<const Pose> refresh_queries() override;
   void note_moved(MotionType motion);
   void note_set(std::uint32_t slot);
-  void list_in_contact();
-  struct Cost {
-    std::uint64_t sweep = 0, contacts = 0;
-  };
-  void divide_if_worth_while();
-  void divide();
-  Cost cost_of_domains() const;
   std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
-  void take_over_changes();
-  /// A block with changes, and where these begin among those of all blocks.
-  struct PlacedBlock {
-    std::uint32_t block, begun, ended, gone;
-  };
-  void place_changes();
-  void add_parts(BlockOfChanges& block);
-  void gather_changes();
-  void gather(const BlockOfChanges& block, PlacedBlock place);
+  /// apply_changes.cpp
+  void apply_changes();
   void begin_one_by_one();
   void make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any);
   bool is_asleep(std::uint32_t slot) const;
@@ -160,8 +127,6 @@ class NativeSimulator : public Simulator {
   void isolate_moved();
   // fast_pairs.cpp
   void hold_back_fast();
-  template <class Act>
-  void for_each_fast_pair(const Act& act) const;
   bool is_free(const FastPair& pair) const;
   void hold_back_free(const FastPair& pair, bool heavier);
   void hold_back_strays();
@@ -197,60 +162,31 @@ class NativeSimulator : public Simulator {
   void count();
   std::size_t list_bytes() const;
 
-  ThreadChoice thread_choice_;
+  ThreadBudget threads_;
+  HeapDivision division_;
   std::unique_ptr<BroadPhase> broad_phase_;
   BodyTree tree_;  // of queries
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
 
-  std::vector<std::uint32_t> active_;      // awake bodies that can move, ascending
-  std::vector<std::uint32_t> in_contact_;  // those of them that the solver moves
-  std::vector<std::uint32_t> kinematic_;   // those of these that are kinematic
+  ActiveSet active_;
+  ChangedBodies changed_;
   Neighbourhood neighbourhood_;
+  Strays strays_;
   std::atomic<std::size_t> failed_ = 0;  // bodies whose new state is not finite
-  Cost cost_when_divided_;               // into domains
-  bool active_is_current_ = false;
-  bool in_contact_is_current_ = false;
-  bool are_free_moved_ = false;  // in this step, before `finish`
-  bool set_changed_ = false;     // bodies added or removed since the broad phase last ran
+  bool are_free_moved_ = false;          // in this step, before `finish`
+  bool set_changed_ = false;             // bodies added or removed since the broad phase last ran
   /// Where a kinematic body is to be at the end of the next step.
   struct Target {
     Pose pose;
     std::uint32_t slot = none;
     std::uint32_t unused[3] = {};  // in place of padding, which snapshots would keep
   };
-  struct ChangedBodies {
-    std::uint32_t count = 0;
-    bool at_rest = false;
-  };
-  std::vector<std::uint32_t> changed_;  // bodies with new fat boxes, and room for them all
-  std::size_t changed_count_ = 0;
-  std::span<const std::uint32_t> changed() const { return {changed_.data(), changed_count_}; }
-  std::vector<ChangedBodies> changed_in_chunk_;
-  bool changed_at_rest_ = false;              // some of them are not awake
   std::vector<Target> targets_;               // the last one of a body counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
   std::vector<Pair> pairs_to_add_;
-  std::uint64_t contact_sorting_ = 0;  // changes with `in_contact_`
-
-  // What the narrow phase met, by block, and how much of it: applying it reads only blocks that hold
-  // something.
-  struct BlockCounts {
-    std::uint16_t recycled = 0, begun = 0, ended = 0, gone = 0, fast = 0;
-    bool has_new_parts = false;
-  };
-  std::size_t block_size_ = contact_grain;
-  std::vector<BlockOfChanges> blocks_;
-  std::vector<BlockCounts> block_counts_;
-  std::vector<PlacedBlock> changed_blocks_;
-  std::vector<std::size_t> fast_blocks_;  // that list fast pairs
-  Strays strays_;
-  // Of all blocks, in the order of contacts.
-  LargeArray<GraphEdge> edges_begun_, edges_ended_;
-  LargeArray<Pair> pairs_gone_;
-  LargeArray<const NewManifold*> first_manifolds_;  // of those that begin
 
   std::vector<ContactEvent> ended_by_removal_;
   LargeArray<ContactEvent> begun_, ended_;

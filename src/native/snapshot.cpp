@@ -139,7 +139,7 @@ void NativeSimulator::save(ByteWriter& write) const {
   BodyState::archive(state_, write);
   Domains::archive(graph_.domains(), write);
   ContactGraph::archive(graph_, write);
-  write(cost_when_divided_);
+  HeapDivision::archive(division_, write);
   SupportSolver::archive(solver_.supports(), write);
   write(solver_.mechanisms().keeps_trees());
   Islands::archive(islands_, write);
@@ -156,7 +156,7 @@ void NativeSimulator::restore(ByteReader& in) {
   }
   graph_.restore(in);
   restore_joints(in);
-  in(cost_when_divided_);
+  HeapDivision::archive(division_, in);
   solver_.supports().restore(in, state_.size());
   bool keeps_trees = false;
   in(keeps_trees);

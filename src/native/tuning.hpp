@@ -30,6 +30,11 @@ inline constexpr std::size_t min_stretches = 16;        ///< stretches of them t
 inline constexpr std::size_t min_slots_to_place = 256;  ///< bodies that several threads place in domains
 inline constexpr std::size_t placing_grain = 4096;      ///< contacts that are placed in domains, a chunk
 
+/// Blocks of contacts whose changes the narrow phase lists: few enough to be looked through by one thread, enough to be
+/// shared out.
+inline constexpr std::size_t max_blocks = 512;
+inline constexpr std::size_t max_chunks_a_block = 8;  ///< of `contact_grain` contacts
+
 // --- groups of islands and domains -----------------------------------------------------------------------------------
 
 inline constexpr std::size_t min_to_group = 256;       ///< bodies of a scene that is divided into groups

@@ -1,0 +1,123 @@
+// What the narrow phase found is applied here, in the order of contacts: ends and beginnings of touch, with the
+// colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
+// would wait for each of them to come from the cache of the thread that wrote it last:
+//
+// 1. Every thread gathers what some blocks of contacts have met, into places that were counted out before.
+// 2. One thread takes and gives colours, whose choice depends on all that were chosen before. Meanwhile the others
+//    forget the pairs that are gone and set up the manifolds of those that begin to touch.
+// 3. Colours' lists are brought up to date, each by one thread.
+#include <algorithm>
+
+#include "check/check.hpp"
+#include "dynamics/manifold_update.hpp"
+#include "dynamics/overlap.hpp"
+#include "dynamics/rolling.hpp"
+#include "dynamics/softness.hpp"
+#include "native/native_simulator.hpp"
+#include "native/pieces.hpp"
+#include "native/prefetch.hpp"
+#include "world/growth.hpp"
+
+namespace fathom::native {
+
+void NativeSimulator::apply_changes() {
+  changes_.gather(graph_, pool_);
+  profile.counts.recycled = changes_.recycled();
+  const std::span<GraphEdge> ended = changes_.ended(), begun = changes_.begun();
+  const std::span<const Pair> gone = changes_.gone();
+  if (ended.size() + begun.size() > 0) active_.outdate_in_contact();
+
+  const bool wakes_any = def.sleep.enabled && std::any_of(begun.begin(), begun.end(), [&](const GraphEdge& edge) {
+                           return is_asleep(edge.a) || is_asleep(edge.b);
+                         });
+  graph_.make_manifolds(begun.size());
+  const auto colour = [&] {
+    graph_.uncolour(ended);
+    if (!wakes_any) graph_.colour(begun);
+  };
+  // Many threads do the rest before the one with the colours can help.
+  const std::size_t threads = parts_for(pool_, changes_.count()), parts = threads > 3 ? threads - 1 : threads;
+  pool_.for_each_chunk_beside(colour, parts, 1, [&](std::size_t part, std::size_t) {
+    graph_.forget(gone, part, parts);
+    make_first_manifolds(part, parts, wakes_any);
+  });
+
+  const std::span<const std::uint32_t> changed = changed_.slots();
+  for_each_part(pool_, parts, [&](std::size_t part) {
+    graph_.relist(ended, wakes_any ? std::span<GraphEdge>() : begun, part, parts);
+    const std::size_t first = part * changed.size() / parts, end = (part + 1) * changed.size() / parts;
+    for (const std::uint32_t slot : changed.subspan(first, end - first))
+      state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
+  });
+  if (wakes_any) begin_one_by_one();
+}
+
+void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any) {
+  const std::span<const NewManifold* const> manifolds = changes_.first_manifolds();
+  const std::span<const GraphEdge> begun = changes_.begun();
+  const std::size_t count = manifolds.size();
+  const auto fetch = [&](std::size_t i) {
+    prefetch_to_read(&manifolds[i]->contact);
+    prefetch_to_read(&manifolds[i]->manifold.points[2]);
+    graph_.prefetch(begun[i].contact);
+    for (const std::uint32_t slot : {begun[i].a, begun[i].b}) {
+      prefetch_to_read(&bodies[slot]);
+      prefetch_to_read(&bodies[slot].material);
+    }
+  };
+  const auto make = [&](std::size_t i) {
+    first_manifold(*manifolds[i], graph_.manifold_at(graph_.new_manifold(i)));
+    if (!wakes_any) graph_.begin(i, manifolds[i]->contact);
+  };
+  one_after_the_other(part * count / parts, (part + 1) * count / parts, fetch, make);
+}
+
+// An island that wakes up has those of its contacts coloured that touch by then.
+void NativeSimulator::begin_one_by_one() {
+  const std::span<const GraphEdge> begun = changes_.begun();
+  for (std::size_t i = 0; i < begun.size(); ++i) {
+    const GraphEdge& edge = begun[i];
+    graph_.begin(i, edge.contact);
+    for (const std::uint32_t slot : {edge.a, edge.b})
+      if (is_asleep(slot)) {
+        islands_.wake(slot);
+        active_.outdate();
+      }
+    if (graph_[edge.contact].colour == no_colour) graph_.colour(edge.contact);
+  }
+}
+
+bool NativeSimulator::is_asleep(std::uint32_t slot) const {
+  return !(state_.flags[slot] & (awake | isolated)) && bodies[slot].motion == MotionType::dynamic;
+}
+
+void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& manifold) {
+  Contact& c = graph_[fresh.contact];
+  manifold = {};
+  const Children children = graph_.children(fresh.contact);
+  const Piece a = piece_of(bodies[c.a], children.a), b = piece_of(bodies[c.b], children.b);
+  c.round = is_round(a.geometry.type) || is_round(b.geometry.type);
+  if (c.in_parts) c.axis = fresh.axis;
+  FATHOM_ASSERT(!c.round || fresh.manifold.count <= 2);  // other points' room has what rolls
+  graph_.mix_materials(c, manifold);
+  const float overlap =
+      first_overlap(fresh.manifold, manifold.restitution, a.half, b.half, contact_sag(def) * length(def.gravity));
+  c.ahead = fresh.ahead >= 0;
+  c.slack = overlap > 0 && !c.ahead ? Slack::of_overlap(overlap) : Slack::of_distance(recycle_distance(a, b));
+  set_manifold(manifold, fresh.manifold, fresh.b_in_a);
+  if (c.ahead) manifold.step_impulse = fresh.ahead;
+}
+
+void NativeSimulator::drop_contact(std::uint32_t index, std::vector<ContactEvent>& ended) {
+  Contact& c = graph_[index];
+  // Of the parts of a pair the last one to go tells of it.
+  bool others_touch = false;
+  if (c.in_parts)
+    for (std::uint32_t part = graph_.next_part(index); part != index; part = graph_.next_part(part))
+      others_touch |= graph_[part].in_use && graph_[part].in_touch;
+  if (c.in_touch && !others_touch) ended.push_back(event(c.a, c.b));
+  if (graph_[index].touching()) active_.outdate_in_contact();
+  graph_.remove(index);
+}
+
+}  // namespace fathom::native
