@@ -16,7 +16,6 @@
 #include "native/native_simulator.hpp"
 #include "native/pieces.hpp"
 #include "native/prefetch.hpp"
-#include "world/growth.hpp"
 
 namespace fathom::native {
 

@@ -2,20 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
-#include <cstring>
-#include <iterator>
 #include <thread>
 #include <utility>
 
 #include "check/check.hpp"
-#include "dynamics/move_to.hpp"
 #include "geometry/compound_query.hpp"
-#include "geometry/query.hpp"
-#include "geometry/support.hpp"
 #include "native/move_bodies.hpp"
-#include "native/prefetch.hpp"
 #include "native/tuning.hpp"
 #include "world/growth.hpp"
 
