@@ -51,26 +51,7 @@ struct MoveBodies {
     const bool forced = flags & forced_flag;
     Vec3 moved_by_contacts;
     if (bodies.touching[i] > 0 && c.is_dynamic()) {
-      const SolverBody s = bodies.solver[i].body();
-      if (!fly_on(i, s.linear, v.linear, residual)) v.linear = s.linear, residual = {};
-      v.angular = s.angular;
-      Vec3 moved = s.moved, turning = s.turned;
-      moved_by_contacts = moved;
-      if (!c.is_isotropic()) {
-        pose.rotation = bodies.inertia[i].rotation;
-        v.angular = rotate(pose.rotation, inverse_rotate(before.rotation, s.angular));
-        turning = {};
-      }
-      if (forced) {
-        const BodyMotion motion = bodies.motion[i];
-        const Velocity start = bodies.velocities[i];
-        complete_forced(moved, turning, bodies.forces[i], {motion.acceleration, motion.angular_acceleration},
-                        start.linear, v.linear, start.angular, v.angular, has_flown(bodies.warm[i], v.linear), p.dt,
-                        static_cast<float>(p.substeps));
-        moved = limited(moved, p.dt * p.limits.linear);
-      }
-      pose.position = pose.position + moved;
-      if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
+      moved_by_contacts = move_solved(i, c, forced, pose, v, residual);
     } else if (!c.is_dynamic()) {
       move_kinematic(pose, v);
       if (forced) pose = bodies.targets[i];
@@ -87,10 +68,7 @@ struct MoveBodies {
       v = Velocity{};
       residual = {};
       new_flags = (new_flags & ~(awake_flag | forced_flag)) | isolated_flag;
-      exec::atomic_store(counters->any_isolated, 1u);
-      exec::atomic_add(counters->quarantined, 1u);
-      bodies.isolated_in[i] = counters->step + 1;
-      exec::atomic_store(counters->layout_dirty, 1u);
+      report_isolated(i);
     }
     if (new_flags != flags) bodies.flags[i] = new_flags;
     if (forced) bodies.forces[i] = {};
@@ -131,6 +109,39 @@ struct MoveBodies {
   }
 
  private:
+  /// A dynamic body with contacts or joints, as the solver has moved it. Returns how far it did (m).
+  FATHOM_HD Vec3 move_solved(std::uint32_t i, const BodyConstants& c, bool forced, Pose& pose, Velocity& v,
+                             Vec3& residual) const {
+    const SolverBody s = bodies.solver[i].body();
+    const Quat before = pose.rotation;
+    if (!fly_on(i, s.linear, v.linear, residual)) v.linear = s.linear, residual = {};
+    v.angular = s.angular;
+    Vec3 moved = s.moved, turning = s.turned;
+    if (!c.is_isotropic()) {
+      pose.rotation = bodies.inertia[i].rotation;
+      v.angular = rotate(pose.rotation, inverse_rotate(before, s.angular));
+      turning = {};
+    }
+    if (forced) {
+      const BodyMotion motion = bodies.motion[i];
+      const Velocity start = bodies.velocities[i];
+      complete_forced(moved, turning, bodies.forces[i], {motion.acceleration, motion.angular_acceleration},
+                      start.linear, v.linear, start.angular, v.angular, has_flown(bodies.warm[i], v.linear), p.dt,
+                      static_cast<float>(p.substeps));
+      moved = limited(moved, p.dt * p.limits.linear);
+    }
+    pose.position = pose.position + moved;
+    if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, turning);
+    return s.moved;
+  }
+
+  FATHOM_HD void report_isolated(std::uint32_t i) const {
+    exec::atomic_store(counters->any_isolated, 1u);
+    exec::atomic_add(counters->quarantined, 1u);
+    bodies.isolated_in[i] = counters->step + 1;
+    exec::atomic_store(counters->layout_dirty, 1u);
+  }
+
   /// Whether contacts could have touched a body and did not: it has flown freely, the solver rounding its velocity
   /// `after` in every substep. `v` then becomes the velocity of a flight without.
   FATHOM_HD bool fly_on(std::uint32_t i, Vec3 after, Vec3& v, Vec3& residual) const {

@@ -81,9 +81,17 @@ struct SolveConstraints {
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
-  /// A constraint's rows. Nothing has a default value here, which would be set before each load.
+  /// How many contacts and joints a body has: all, and those with a colour, read where work-items wait for data.
+  struct BodyCounts {
+    std::uint32_t touching, colours;
+  };
+  /// A constraint's rows, or what a body is integrated by. Nothing has a default value here, which would be set before
+  /// each load.
   struct Fetched {
-    ConstraintHead head;
+    union {
+      ConstraintHead head;  // of a sweep
+      BodyCounts body;      // of an integration
+    };
     Quad rows[row_count];
   };
 
@@ -493,9 +501,9 @@ struct SolveConstraints {
   /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
   /// `rows`: warm start, motion, what it has moved.
   FATHOM_HD_INLINED void fetch_body(Place place, std::uint32_t i, Fetched& f) const {
-    f.head.a = bodies.touching[i];
-    if (f.head.a == 0) return;
-    if (place.by_data) f.head.b = exec::bit_count(bodies.colours[i]);
+    f.body.touching = bodies.touching[i];
+    if (f.body.touching == 0) return;
+    if (place.by_data) f.body.colours = exec::bit_count(bodies.colours[i]);
     const BodyMotion motion = bodies.motion[i];
     f.rows[4] = quad(motion.acceleration, motion.linear_damping);
     f.rows[5] = quad(motion.angular_acceleration, motion.angular_damping);
@@ -511,7 +519,7 @@ struct SolveConstraints {
   /// Velocities of body i, once they are due; returns how often they were written then.
   FATHOM_HD_INLINED std::uint32_t load_velocity(Place place, std::uint32_t i, const Fetched& f, Vec3& linear,
                                                 Vec3& angular) const {
-    const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.head.b : 0;
+    const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.body.colours : 0;
     for (exec::Patience patience;; patience.look_again()) {
       const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
       const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
@@ -528,7 +536,7 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void carry_impulses(std::uint32_t i, const Fetched& f) const {
-    if (f.head.a == 0 || f.rows[4].w == 0) return;
+    if (f.body.touching == 0 || f.rows[4].w == 0) return;
     WarmStart w = warm_start_of(f);
     carry_on(w, bodies.solver[i].linear.xyz(), bodies.solver[i].angular.xyz());
     bodies.warm[i] = w;
@@ -536,7 +544,7 @@ struct SolveConstraints {
 
   FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f, bool carried) const {
     const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
-    if (f.head.a == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
+    if (f.body.touching == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
     const bool first = place.what == integrate_first_v;
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
@@ -554,7 +562,7 @@ struct SolveConstraints {
   }
 
   FATHOM_HD_INLINED void integrate_position(const Plan& plan, Place place, std::uint32_t i, const Fetched& f) const {
-    if (f.head.a == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
+    if (f.body.touching == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(place, i, f, linear, angular);
     fail_on_request(SolverStage::pushes, place, i, linear, angular);

@@ -1,0 +1,151 @@
+// A character: a kinematic capsule that walks by casting its shape. It climbs steps, slides along walls, walks up ramps
+// that are not too steep, falls, and pushes crates.
+//   character [native|device|hybrid]
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fathom/world.hpp>
+#include <string_view>
+
+using namespace fathom;
+
+constexpr float radius = 0.3f, half_length = 0.6f;  // m
+constexpr float skin = 0.01f;                       // m that it keeps from everything
+constexpr float step_height = 0.35f;                // m
+constexpr float max_push = 250;                     // N
+constexpr float min_ground_z = 0.7f;                // of a normal: slopes up to 45 degrees
+
+class Character {
+ public:
+  Character(World& world, Vec3 feet) : world_(world), position_(feet + Vec3{0, 0, radius + half_length + skin}) {
+    body_ = world.add({.motion = MotionType::kinematic, .pose = {.position = position_}, .shape = shape_});
+    others_.ignored = {body_};
+  }
+
+  // Walks for one step with this velocity (m/s, horizontal); then the world must step.
+  void walk(Vec3 velocity) {
+    const float dt = world_.definition().dt;
+    fall_speed_ = is_on_ground_ ? 0 : fall_speed_ + 9.81f * dt;
+    const Vec3 way = dt * velocity;
+    push(way);
+    const Vec3 along = slide(position_, way);
+    // Over a step: up, along, and down again; where that leads farther, and to ground it can stand on.
+    const Vec3 raised = advance(position_, {0, 0, step_height});
+    const Vec3 over = slide(raised, way);
+    const float gained = dot(over - along, way);
+    position_ = is_on_ground_ && gained > 1e-6f && stands_below(over, raised.z - position_.z + skin) ? over : along;
+    // Down steps and slopes it stays on the ground.
+    const float down = is_on_ground_ ? step_height + (position_.z - along.z) : fall_speed_ * dt;
+    const auto hit = cast(position_, {0, 0, -down - skin});
+    is_on_ground_ = hit && can_stand_on(*hit);
+    if (is_on_ground_)
+      position_.z -= hit->fraction * (down + skin) - skin;
+    else if (fall_speed_ > 0)
+      position_ = slide(position_, {0, 0, -down});
+    world_.move_to(body_, {.position = position_});
+  }
+
+  Vec3 feet() const { return position_ - Vec3{0, 0, radius + half_length + skin}; }
+
+ private:
+  // Leans against a body in its way.
+  void push(Vec3 way) {
+    const auto hit = cast(position_, way + 2 * skin * normalized(way));
+    if (hit && world_.motion(hit->body) == MotionType::dynamic)
+      world_.apply_force_at(hit->body, max_push * normalized(way), hit->point);
+  }
+  std::optional<CastHit> cast(Vec3 from, Vec3 translation) const {
+    if (length_squared(translation) < 1e-12f) return {};
+    return world_.cast_shape(shape_, {.position = from}, translation, others_);
+  }
+  // Whether it can stand on what it has met. At the edge of a step the normal is the capsule's; what lies behind the
+  // edge decides.
+  bool can_stand_on(const CastHit& hit) const {
+    if (hit.normal.z >= min_ground_z) return true;
+    if (hit.normal.z <= 0.01f) return false;
+    const Vec3 behind = hit.point - 0.02f * normalized({hit.normal.x, hit.normal.y, 0});
+    const auto top = world_.cast_ray(behind + Vec3{0, 0, 0.02f}, {0, 0, -0.04f}, others_);
+    return top && top->normal.z >= min_ground_z;
+  }
+  bool stands_below(Vec3 from, float down) const {
+    const auto hit = cast(from, {0, 0, -down});
+    return hit && can_stand_on(*hit) && hit->point.z < feet().z + step_height;
+  }
+  // Where a straight way from there ends, a skin before the first obstacle.
+  Vec3 advance(Vec3 from, Vec3 way) const {
+    const auto hit = cast(from, way);
+    if (!hit) return from + way;
+    const float total = length(way), closing = -dot(hit->normal, way) / total;
+    const float kept = closing > 0 ? skin / std::max(closing, 0.1f) : 0;
+    return from + (std::max(0.0f, hit->fraction * total - kept) / total) * way;
+  }
+  // Where a way ends that goes on along what it meets, up to three planes of it.
+  Vec3 slide(Vec3 from, Vec3 way) const {
+    Vec3 met[3];
+    for (int count = 0; count < 3; ++count) {
+      const auto hit = cast(from, way + skin * normalized(way));
+      if (!hit) return from + way;
+      const Vec3 next = advance(from, way);
+      way = way - (next - from);
+      from = next;
+      met[count] = hit->normal;
+      for (int i = 0; i <= count; ++i) way = way - std::min(0.0f, dot(way, met[i])) * met[i];
+    }
+    return from;
+  }
+  static Vec3 normalized(Vec3 v) { return length_squared(v) > 0 ? normalize(v) : v; }
+
+  World& world_;
+  Shape shape_ = capsule(radius, half_length);
+  BodyId body_;
+  QueryFilter others_;
+  Vec3 position_;  // of its centre
+  float fall_speed_ = 0;
+  bool is_on_ground_ = false;
+};
+
+int main(int argc, char** argv) try {
+  const std::string_view simulator = argc > 1 ? argv[1] : "native";
+  WorldDef def;
+  if (simulator == "device") def.simulator = SimulatorKind::device;
+  if (simulator == "hybrid") def.simulator = SimulatorKind::hybrid;
+  World world(def);
+  const auto add = [&](Vec3 position, Vec3 half_extents, Quat rotation = {}) {
+    return world.add({.motion = MotionType::fixed,
+                      .pose = {.position = position, .rotation = rotation},
+                      .shape = box(half_extents)});
+  };
+  add({0, 0, -0.5f}, {50, 50, 0.5f});
+  // Ten steps of 0.25 m, and a platform.
+  for (int i = 0; i < 10; ++i) {
+    const float top = 0.25f * static_cast<float>(i + 1);
+    add({3.2f + 0.4f * static_cast<float>(i), 0, 0.5f * top}, {0.2f, 2, 0.5f * top});
+  }
+  add({9, 0, 1.25f}, {2, 2, 1.25f});
+  const auto turned = [](Vec3 axis, float angle) {
+    return Quat{std::cos(0.5f * angle), std::sin(0.5f * angle) * axis.x, std::sin(0.5f * angle) * axis.y,
+                std::sin(0.5f * angle) * axis.z};
+  };
+  add({18, 0, 1}, {0.1f, 4, 1}, turned({0, 0, 1}, 0.7f));    // a wall that its way meets at an angle
+  add({24, 0, 0}, {4, 10, 0.5f}, turned({0, 1, 0}, -0.4f));  // a ramp, 23 degrees
+  const BodyId crate = world.add({.pose = {.position = {14, 0, 0.3f}}, .shape = box({0.3f, 0.3f, 0.3f}), .mass = 20});
+
+  Character character(world, {0, 0, 0});
+  float top = 0, push = 0;
+  for (int i = 0; i < 60 * 12; ++i) {
+    // Past the crate, which it would else push against the wall.
+    const bool sidesteps = i >= 380 && i < 416;
+    character.walk(sidesteps ? Vec3{0, -2.5f, 0} : Vec3{2.5f, 0, 0});
+    world.step();
+    top = std::max(top, character.feet().z);
+    push = std::max(push, world.pose(crate).position.x - 14);
+  }
+  const Vec3 end = character.feet();
+  std::printf(
+      "was on the stairs at z = %.2f m, pushed the crate by %.1f m, slid by %.1f m along the wall, ends at z = %.1f "
+      "m\n",
+      top, push, std::abs(end.y) - 1.5f, end.z);
+} catch (const Error& error) {
+  std::fprintf(stderr, "character: %s\n", error.what());
+  return 2;
+}
