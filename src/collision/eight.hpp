@@ -52,21 +52,9 @@ FATHOM_HD EightInts select(EightInts mask, EightInts a, EightInts b) { return ma
 // What follows asks the other work-items. Nothing of it is called on the host, which nvcc compiles it for, too.
 
 /// 0, 1, …, 7.
-FATHOM_HD EightInts lane_numbers() {
-#if defined(__CUDA_ARCH__)
-  return {team::lane()};
-#else
-  return {0};
-#endif
-}
+FATHOM_HD EightInts lane_numbers() { return {static_cast<std::int32_t>(team::item())}; }
 /// A bit for each lane that is true.
-FATHOM_HD unsigned bits(EightInts mask) {
-#if defined(__CUDA_ARCH__)
-  return team::ballot(mask.lane != 0);
-#else
-  return mask.lane != 0 ? 1u : 0u;
-#endif
-}
+FATHOM_HD unsigned bits(EightInts mask) { return team::ballot(mask.lane != 0); }
 
 /// Eights in an array of single numbers, which the team's work-items share out: each has all of its own lane.
 FATHOM_HD Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first / 8]); }
@@ -172,22 +160,18 @@ struct LeastLane {
 };
 #if defined(__CUDACC__)
 FATHOM_HD LeastLane min_lane(Eight values, EightInts indices) {
-#if defined(__CUDA_ARCH__)
   float least = values.lane;
   for (int bits = 4; bits > 0; bits /= 2) {
-    const float other = team::from_lane_xor(least, bits);
+    const float other = team::from_item_xor(least, bits);
     least = least < other ? least : other;
   }
   int index = values.lane == least ? indices.lane : 0x7fffffff;
   for (int bits = 4; bits > 0; bits /= 2) {
-    const int other = team::from_lane_xor(index, bits);
+    const int other = team::from_item_xor(index, bits);
     index = index < other ? index : other;
   }
-  index = team::from_lane(index, 0);
-  return {team::from_lane(least, 0), index == 0x7fffffff ? 0 : index};
-#else
-  return {values.lane, indices.lane};
-#endif
+  index = team::from_item(index, 0);
+  return {team::from_item(least, 0), index == 0x7fffffff ? 0 : index};
 }
 #else
 inline LeastLane min_lane(Eight values, EightInts indices) {

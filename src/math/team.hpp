@@ -13,23 +13,47 @@ namespace fathom::team {
 inline constexpr std::uint32_t size = 8;  ///< divides a warp
 
 #if defined(__CUDA_ARCH__)
-/// This work-item's number in its team.
-__device__ inline int lane() { return static_cast<int>(threadIdx.x % size); }
+inline constexpr std::uint32_t items = size;  ///< of a team, here
 /// The team's work-items among those of the warp.
 __device__ inline unsigned warp_mask() { return 0xffu << (threadIdx.x & (32 - size)); }
-/// A bit for each of the team.
-__device__ inline unsigned ballot(bool vote) {
-  return __ballot_sync(warp_mask(), vote) >> (threadIdx.x & (32 - size)) & 0xffu;
-}
-template <class T>
-__device__ inline T from_lane_xor(T value, int bits) {
-  return __shfl_xor_sync(warp_mask(), value, bits, size);
-}
-template <class T>
-__device__ inline T from_lane(T value, int lane) {
-  return __shfl_sync(warp_mask(), value, lane, size);
-}
+#else
+inline constexpr std::uint32_t items = 1;
 #endif
+
+/// This work-item's number in its team.
+FATHOM_HD std::uint32_t item() {
+#if defined(__CUDA_ARCH__)
+  return threadIdx.x % size;
+#else
+  return 0;
+#endif
+}
+/// A bit for each of the team.
+FATHOM_HD unsigned ballot(bool vote) {
+#if defined(__CUDA_ARCH__)
+  return __ballot_sync(warp_mask(), vote) >> (threadIdx.x & (32 - size)) & 0xffu;
+#else
+  return vote ? 1u : 0u;
+#endif
+}
+/// The value of the work-item whose number differs in these bits; where a team is one, its own.
+template <class T>
+FATHOM_HD T from_item_xor(T value, [[maybe_unused]] int bits) {
+#if defined(__CUDA_ARCH__)
+  return __shfl_xor_sync(warp_mask(), value, bits, size);
+#else
+  return value;
+#endif
+}
+/// The value of the work-item of this number; where a team is one, its own.
+template <class T>
+FATHOM_HD T from_item(T value, [[maybe_unused]] int item) {
+#if defined(__CUDA_ARCH__)
+  return __shfl_sync(warp_mask(), value, item, size);
+#else
+  return value;
+#endif
+}
 
 /// What its work-items wrote and read before is done, for all of the team.
 FATHOM_HD void sync() {
@@ -38,19 +62,6 @@ FATHOM_HD void sync() {
 #endif
 }
 
-#if defined(__CUDA_ARCH__)
-inline constexpr std::uint32_t items = size;  ///< of a team, here
-#else
-inline constexpr std::uint32_t items = 1;
-#endif
-/// This one's number among them.
-FATHOM_HD std::uint32_t item() {
-#if defined(__CUDA_ARCH__)
-  return threadIdx.x % size;
-#else
-  return 0;
-#endif
-}
 /// Whether `holds` is true for all of the team. What they wrote before is done, for all of them.
 FATHOM_HD bool all(bool holds) {
   sync();
@@ -61,12 +72,6 @@ FATHOM_HD bool all(bool holds) {
 }
 
 /// Of the work-items of a team, where kernels run in teams: see `exec::runs_in_teams`.
-FATHOM_HD bool is_leader() {
-#if defined(__CUDA_ARCH__)
-  return lane() == 0;
-#else
-  return true;
-#endif
-}
+FATHOM_HD bool is_leader() { return item() == 0; }
 
 }  // namespace fathom::team
