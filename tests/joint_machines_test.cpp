@@ -6,11 +6,17 @@
 #include <fathom/world.hpp>
 #include <vector>
 
-namespace fathom {
+#include "joint_worlds.hpp"
+
+namespace fathom::test {
 namespace {
+
+class JointMachines : public OfJointWorlds {};
+INSTANTIATE_TEST_SUITE_P(Simulators, JointMachines, testing::ValuesIn(joint_worlds), joint_world_name);
 
 class Machine {
  public:
+  explicit Machine(const JointWorlds& worlds) : world_(worlds.quiet()) {}
   BodyId add(Vec3 at, Vec3 half_extents, float mass, MotionType motion = MotionType::dynamic, Quat rotation = {}) {
     BodyDef def;
     def.shape = box(half_extents), def.mass = mass, def.motion = motion, def.filter = {2, 0};
@@ -35,17 +41,12 @@ class Machine {
   }
 
  private:
-  static WorldDef definition() {
-    WorldDef def;
-    def.sleep.enabled = false;
-    return def;
-  }
-  World world_{definition()};
+  World world_;
   std::vector<JointId> joints_;
 };
 
-TEST(JointMachines, FiftyHingesHoldATonLetGoLevel) {
-  Machine m;
+TEST_P(JointMachines, FiftyHingesHoldATonLetGoLevel) {
+  Machine m(GetParam());
   BodyId last = m.add({0, 0, 50}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
   for (int i = 0; i < 50; ++i) {
     const BodyId link = m.add({0, 0.1f + 0.2f * static_cast<float>(i), 50}, {0.02f, 0.1f, 0.02f}, 1);
@@ -62,8 +63,8 @@ TEST(JointMachines, FiftyHingesHoldATonLetGoLevel) {
   EXPECT_LT(widest, 1e-5f);
 }
 
-TEST(JointMachines, AnArmHoldsTenTimesItsWeight) {
-  Machine m;
+TEST_P(JointMachines, AnArmHoldsTenTimesItsWeight) {
+  Machine m(GetParam());
   BodyId last = m.add({0, 0, 5}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
   std::vector<JointId> joints;
   for (int i = 0; i < 6; ++i) {
@@ -85,7 +86,7 @@ TEST(JointMachines, AnArmHoldsTenTimesItsWeight) {
 float angle(Vec3 from, Vec3 to) { return std::atan2(to.z - from.z, to.y - from.y); }
 
 // A loop is closed by sweeps, so within millimetres.
-TEST(JointMachines, AFourBarLinkageTurns) {
+TEST_P(JointMachines, AFourBarLinkageTurns) {
   constexpr float crank_length = 0.3f, coupler_length = 1, rocker_length = 0.6f, ground_length = 1;
   const auto tip = [](Vec3 crank_end) {  // where coupler and rocker meet, above the line to the rocker's pivot
     const Vec3 way = Vec3{0, ground_length, 0} - crank_end;
@@ -95,7 +96,7 @@ TEST(JointMachines, AFourBarLinkageTurns) {
     const Vec3 unit = (1 / distance) * way, normal{0, -unit.z, unit.y};
     return crank_end + along * unit + std::sqrt(coupler_length * coupler_length - along * along) * normal;
   };
-  Machine m;
+  Machine m(GetParam());
   const auto bar = [&m](Vec3 from, Vec3 to) {
     const float half = 0.5f * angle(from, to);
     return m.add(0.5f * (from + to), {0.02f, 0.5f * distance(from, to), 0.02f}, 1, MotionType::dynamic,
@@ -124,8 +125,8 @@ TEST(JointMachines, AFourBarLinkageTurns) {
 }
 
 // Nothing is singular as an axis goes through a right angle: a hinge that may also swing about y hangs straight down.
-TEST(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
-  Machine m;
+TEST_P(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
+  Machine m(GetParam());
   const BodyId post = m.add({0, 0, 2}, {0.1f, 0.1f, 0.1f}, 1, MotionType::fixed);
   const BodyId arm = m.add({1, 0, 2}, {0.5f, 0.1f, 0.1f}, 40), weight = m.add({1, 0, 1}, {0.1f, 0.1f, 0.1f}, 4);
   JointDef hinge = m.hinge(post, arm, {}, {-1, 0, 0});
@@ -144,4 +145,4 @@ TEST(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::test

@@ -11,7 +11,8 @@ namespace fathom::device {
 
 struct MechanismRecord {
   Mechanism tree{};
-  float mass = 0;  ///< kg, of all of it
+  float mass = 0;               ///< kg, of all of it
+  std::uint32_t is_driven = 0;  ///< some drive moves it
   // Of a step, and zero between steps.
   std::uint32_t is_blocked = 0;        ///< 1: it sleeps, has parted, or a body of it is isolated
   std::uint32_t lightest_inverse = 0;  ///< 1/kg, as bits: of its lightest body that touches something

@@ -18,6 +18,7 @@ struct LinkedBodies {
 
   const BodyArrays* bodies;
   const JointArrays* joints;
+  const MechanismRecord* records;
   float push_out;  ///< m/s
 
   FATHOM_HD SolverBody body(std::uint32_t i) const { return bodies->solver[i].body(); }
@@ -37,7 +38,25 @@ struct LinkedBodies {
   FATHOM_HD SymMat3 response(std::uint32_t i, const SolverBody& body) const {
     return world_inertia<SymMat3>(*bodies, i, body.inverse_mass, body.inverse_inertia);
   }
-  FATHOM_HD static Vec3 swing(std::uint32_t) { return {}; }
+  FATHOM_HD Vec3 swing(const MechanismLink& link) const {
+    return swings(link) ? bodies->motion[link.body].acceleration : Vec3{};
+  }
+  /// Whether its joints alone act on it. Sweeps would leave it some of the velocity that it is to have between
+  /// positions, as the drives of its mechanism would, which aim at a velocity.
+  FATHOM_HD bool swings(const MechanismLink& link) const {
+    const std::uint32_t joints_of_it = link.children + (link.joint != MechanismLink::none ? 1 : 0);
+    return !records[link.mechanism].is_driven && bodies->touching[link.body] == joints_of_it &&
+           !(bodies->flags[link.body] & forced_flag);
+  }
+  /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has moved by
+  /// the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
+  FATHOM_HD void move_by_mean(const MechanismLink& link, float h) const {
+    SolverQuads& body = bodies->solver[link.body];
+    const WarmStart w = bodies->warm[link.body];
+    if (!swings(link) || (body.linear.xyz() == w.linear_reference && w.linear == Vec3{})) return;
+    const Vec3 moved = mul_add(body.moved.xyz(), h, mean_velocity(Vec3{}, bodies->motion[link.body].acceleration, h));
+    body.moved = quad(moved, body.moved.w);
+  }
   FATHOM_HD Ends joint(std::uint32_t slot) const {
     const JointRecord& j = joints->records[slot];
     return {j.a, j.b, j.anchor_a, j.anchor_b};
@@ -58,7 +77,7 @@ using DirectSolver = MechanismSolver<LinkedBodies>;
 
 FATHOM_HD DirectSolver direct_solver(const BodyArrays& bodies, const JointArrays& joints, const MechanismArrays& m,
                                      float push_out) {
-  return {{&bodies, &joints, push_out}, m.links, m.levels, m.states, m.generic};
+  return {{&bodies, &joints, m.records, push_out}, m.links, m.levels, m.states, m.generic};
 }
 
 /// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes

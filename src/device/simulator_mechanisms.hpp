@@ -34,7 +34,9 @@ void DeviceSimulator<D>::list_mechanisms(PendingStep& pending) {
       record.mass += 1 / bodies[link.body].inverse_mass;
       link.body = indices_.of(link.body);
       if (link.obstacle != none) link.obstacle = indices_.of(link.obstacle);
-      if (link.joint != none) found.of_joint[link.joint] = link.mechanism;
+      if (link.joint == none) continue;
+      found.of_joint[link.joint] = link.mechanism;
+      if (trees_.direct()[link.joint] == JointTrees::driven) record.is_driven = 1;
     }
   }
 }

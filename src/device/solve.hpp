@@ -195,6 +195,9 @@ struct SolveConstraints {
 
   FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
 
+  /// Whether the sweep is the first since positions moved.
+  FATHOM_HD bool has_just_moved(Place place) const { return place.round == p.sweeps_before + 2; }
+
  private:
   /// What comes first at a place.
   FATHOM_HD static void begin(const Plan& plan, Place& place) {

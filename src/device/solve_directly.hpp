@@ -150,11 +150,20 @@ struct SolveDirectly {
       if (!record.is_direct()) return;
       const DirectSolver direct = direct_solver(bodies(), joints, mechanisms, solver.p.push_out_velocity);
       const float h = solver.p.h;
-      if (at.what == Solver::relax) return direct.relax(record.tree, h);
+      if (at.what == Solver::relax) {
+        if (solver.has_just_moved(at)) move_by_means(direct, record.tree);
+        return direct.relax(record.tree, h);
+      }
       if (at.what == Solver::warm) return direct.warm_start(record.tree, false);
       if (at.what == Solver::push_first) direct.warm_start(record.tree, true);
       direct.pull_together(record.tree, h);
     }
+  }
+
+  FATHOM_HD void move_by_means(const DirectSolver& direct, const Mechanism& tree) const {
+    for (std::uint32_t i = tree.first + team::item(); i < tree.end; i += team::items)
+      direct.access.move_by_mean(direct.links[i], solver.p.h);
+    team::sync();
   }
 
   /// What those above take from body i, about its centre. Each has left it with its contact, so that sums do not depend

@@ -82,7 +82,7 @@ struct LinkState {
 ///
 ///     body(i): SolverBody;  set_velocity(i, linear, angular);  add_velocity likewise
 ///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i), radius(i)
-///     response(i, body): inverse inertia as the spin is written;  swing(i): m/s² of a body that swings, or 0
+///     response(i, body): inverse inertia as the spin is written;  swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
 template <class Access>
@@ -206,6 +206,10 @@ class MechanismSolver {
 
   // --- a step ----------------------------------------------------------------------------------------------------
 
+  /// m/s², of bodies that swing how much more the link's body accelerates than its parent
+  FATHOM_HD Vec3 pull_of(const MechanismLink& link) const {
+    return access.swing(link) - (link.parent != none ? access.swing(links[link.parent]) : Vec3{});
+  }
   FATHOM_HD void prepare_ball(const MechanismLink& link, LinkState& s) const {
     const auto j = access.joint(link.joint);
     const std::uint32_t parent = link.is_b ? j.a : j.b;
@@ -213,7 +217,7 @@ class MechanismSolver {
     prepare_ball_joint<float>(rotation(of_parent), rotation(of_body), of_body.position - of_parent.position,
                               link.is_b ? j.anchor_a : j.anchor_b, link.is_b ? j.anchor_b : j.anchor_a,
                               on_body(link, access.last_impulse(link.joint)), s.row);
-    s.row.pull = access.swing(link.body) - access.swing(parent);
+    s.row.pull = pull_of(link);
     s.arm = s.row.arm_b, s.parent_arm = s.row.arm_a;
   }
   FATHOM_HD void prepare_generic(std::uint32_t i) const {
@@ -224,7 +228,7 @@ class MechanismSolver {
     GenericJointRow<float> row{};
     prepare_generic_joint<float>(rotation(a), rotation(b), b.position - a.position, joint.on_a, joint.on_b, j.anchor_a,
                                  j.anchor_b, row);
-    row.pull = access.swing(j.b) - access.swing(j.a);
+    row.pull = link.is_b ? pull_of(link) : -pull_of(link);
     if (joint.reacts != 0) {
       const JointBodies<SymMat3> bodies = bodies_of(i);
       begin_rates(row, joint, bodies.a, bodies.b);

@@ -35,7 +35,9 @@ struct Mechanisms::Access {
     const WorldInertia& w = state.inertia[i];
     return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
   }
-  Vec3 swing(std::uint32_t i) const { return state.swings[i] ? state.motion[i].acceleration : Vec3{}; }
+  Vec3 swing(const MechanismLink& link) const {
+    return state.swings[link.body] ? state.motion[link.body].acceleration : Vec3{};
+  }
   Ends joint(std::uint32_t j) const {
     const Joint& joint = graph.joint(j);
     return {joint.a, joint.b, joint.anchor_a, joint.anchor_b};
