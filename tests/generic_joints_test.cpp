@@ -77,9 +77,8 @@ TEST_P(GenericJoints, AHingeSwingsWithItsEnergy) {
     const float energy = kinetic_energy(world, hinge.rod) + 9.81f * (world.pose(hinge.rod).position.z - height.z);
     least = std::min(least, energy), most = std::max(most, energy);
   }
-  // Sweeps move half a substep ahead of gravity's work.
-  EXPECT_GT(least, -0.06f * 4.9f);
-  EXPECT_LT(most, 0.06f * 4.9f);
+  EXPECT_GT(least, -1e-3f * 4.9f);
+  EXPECT_LT(most, 1e-3f * 4.9f);
 }
 
 TEST_P(GenericJoints, LimitsHoldWhateverTheSpeed) {
