@@ -16,6 +16,7 @@
 #include "device/constraint_rows.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/tuning.hpp"
 #include "dynamics/integrate.hpp"
 #include "exec/atomic.hpp"
 #include "exec/bits.hpp"
@@ -189,9 +190,6 @@ struct ChooseColours {
  private:
   FATHOM_HD std::uint32_t recolouring_phases() const { return recolours ? recolour.phases() : 0; }
 };
-
-/// Work-items that prepare constraints together.
-inline constexpr std::uint32_t constraint_group_size = 64;
 
 /// Of the free places of manifolds, how many were taken.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {

@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "device/body_arrays.hpp"
+#include "device/tuning.hpp"
 #include "dynamics/rolling.hpp"
 #include "dynamics/touch.hpp"
 #include "exec/atomic.hpp"
@@ -22,9 +23,6 @@ inline constexpr std::uint32_t further_colour = 64;   ///< then those of contact
 inline constexpr std::uint32_t colour_count = 128;
 inline constexpr std::uint32_t overflow_colour = 128;
 inline constexpr std::uint32_t schedule_size = colour_count + 1;
-/// Every round colours one new contact of a body at most. In the foot of a tower that is crushed bodies begin some
-/// fifty contacts in one step.
-inline constexpr std::uint32_t colouring_rounds = 200;
 
 /// `Contact::bits`; the low byte is the colour.
 enum ContactBits : std::uint32_t {

@@ -11,6 +11,7 @@
 #include "device/find_pairs.hpp"
 #include "device/hull_memory.hpp"
 #include "device/published/published_step.hpp"
+#include "device/tuning.hpp"
 #include "exec/device.hpp"
 #include "math/team.hpp"
 
@@ -237,9 +238,6 @@ class DeviceDetection final : public Detection {
     typename D::Event done;
   };
 
-  /// Pairs that come along with the report, so that a step with few waits once.
-  static constexpr std::uint32_t prefetched = 1024;
-
   /// The body in `slot` has this hull, or none, and no other any more; returns its index.
   std::uint32_t hold_hull(std::uint32_t slot, const std::shared_ptr<const Hull>& hull) {
     if (hull_of_.size() <= slot) hull_of_.resize(slot + 1 + slot / 2);
@@ -343,7 +341,7 @@ class DeviceDetection final : public Detection {
       device_.parallel_groups({&c->coarse_groups, groups}, SearchGrid<true>{arrays, contacts, grid, c});
     }
     device_.parallel_for(1, WriteSearchReport{c, published_.sweep(settings_).counters, report_.data()});
-    copied_ = std::min<std::uint32_t>(prefetched, contacts.capacity);
+    copied_ = std::min<std::uint32_t>(prefetched_pairs, contacts.capacity);
     if (found_staging_.size() < copied_) found_staging_ = exec::PinnedBuffer<PairRecord>(device_, copied_);
     device_.copy_to_host(found_staging_.data(), found_.data(), copied_);
     device_.mark(searched_);

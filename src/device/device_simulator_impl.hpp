@@ -5,16 +5,10 @@
 #include <algorithm>
 
 #include "device/device_simulator.hpp"
+#include "device/tuning.hpp"
 #include "geometry/morton_order.hpp"
 
 namespace fathom::device {
-
-/// Steps in flight at most, beside those asked for: enough to keep a GPU busy.
-inline constexpr int min_in_flight = 3;
-inline constexpr std::size_t first_bodies = 256;
-inline constexpr std::size_t first_contacts = 1024;
-/// Of each list, that a step's results bring along without being asked twice.
-inline constexpr std::size_t first_events = 1024;
 
 template <exec::Device D>
 template <class... Arguments>

@@ -6,15 +6,13 @@
 
 #include "device/contact_arrays.hpp"
 #include "device/grid.hpp"
+#include "device/tuning.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "exec/atomic.hpp"
 #include "exec/group.hpp"
 #include "exec/kernel.hpp"
 
 namespace fathom::device {
-
-/// Bodies that a work-group of the search looks after.
-inline constexpr std::uint32_t search_group_bodies = 16;
 
 /// Sets up the counters of a step; nothing of a stopped step runs.
 struct BeginStep {

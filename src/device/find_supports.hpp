@@ -7,6 +7,7 @@
 #pragma once
 
 #include "device/support_factors.hpp"
+#include "device/tuning.hpp"
 #include "device/union_find.hpp"
 #include "exec/bits.hpp"
 #include "exec/kernel.hpp"
@@ -21,8 +22,6 @@ struct FindSupports {
   static constexpr std::uint32_t group_size = 128;
   static constexpr std::uint32_t first_phases = 4;  ///< forget, join, note, admit
   static constexpr std::uint32_t max_phases = first_phases + max_levels + 2 + 1 + max_levels + 1;
-  /// Levels are found anew once in so many steps at least.
-  static constexpr std::uint32_t lasting = 16;
 
   BodyArrays bodies;
   ContactArrays contacts;
@@ -138,7 +137,8 @@ struct FindSupports {
   /// Whether levels are found anew. Else bodies keep theirs, so that what stands is held in the same way.
   FATHOM_HD bool is_anew() const {
     const Counters& c = *counters;
-    return c.any_began || c.any_ended || c.step % lasting == 0 || c.unlevelled_step == c.step || c.held_step != c.step;
+    return c.any_began || c.any_ended || c.step % levels_last == 0 || c.unlevelled_step == c.step ||
+           c.held_step != c.step;
   }
 
   FATHOM_HD void forget(std::uint32_t i) const {

@@ -2,11 +2,9 @@
 #pragma once
 
 #include "device/device_simulator.hpp"
+#include "device/tuning.hpp"
 
 namespace fathom::device {
-
-/// Edits that go to the device at once while the application still makes more.
-inline constexpr std::size_t edits_at_once = 4096;
 
 template <exec::Device D>
 void DeviceSimulator<D>::add_edit(Edit edit) {

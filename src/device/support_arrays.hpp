@@ -3,12 +3,11 @@
 
 #include <cstdint>
 
+#include "device/tuning.hpp"
 #include "dynamics/support.hpp"
 
 namespace fathom::device {
 
-/// Bodies farther from the ground than this are left to the sweeps: every level is a phase of the solver.
-inline constexpr std::uint32_t max_levels = 256;
 /// Entries of lists by level, which begin with level 0 and end behind the last.
 inline constexpr std::uint32_t level_slots = max_levels + 2;
 
