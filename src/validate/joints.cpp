@@ -276,7 +276,10 @@ void joint_mechanisms(const Setup& setup, Record& record) {
   }
 }
 
-void joint_wedged(const Setup& setup, Record& record) {
+namespace {
+
+/// The most energy, of the start's, with the wall `further` (m) away.
+double energy_at_a_wall(const Setup& setup, float further) {
   World world(world_def(setup));
   world.add(floor_slab());
   const BodyId post = add_post(world, {0, 0, 7.5f});
@@ -292,14 +295,32 @@ void joint_wedged(const Setup& setup, Record& record) {
   const BodyId ball = world.add(body(sphere(0.6f), {-6.6f, 0, 7.5f}, 500.0f));
   world.add_joint(ball_joint(before, ball, on_before, {0.6f, 0, 0}));
   for (int i = 0; i < 20; ++i)
-    world.add(body(box({0.4f, 0.4f, 0.4f}), {1.2f, 0.82f * narrow(i % 5 - 2), 0.4f + 0.8f * narrow(i / 5)}, 60.0f));
+    world.add(
+        body(box({0.4f, 0.4f, 0.4f}), {1.2f + further, 0.82f * narrow(i % 5 - 2), 0.4f + 0.8f * narrow(i / 5)}, 60.0f));
   const double start = total_energy(world);
   double most = 0;
   for (int i = step_count(world, 20); i > 0; --i) {
     world.step();
     most = std::max(most, total_energy(world) / start);
   }
-  record.at_most("most energy of a ball of 500 kg on links of 2 kg among crates, of the start's", most, 1.02);
+  return most;
+}
+
+}  // namespace
+
+// What follows the hit depends on everything, so one wall says little: ten that stand 1 cm apart.
+void joint_wedged(const Setup& setup, Record& record) {
+  constexpr int walls = 10;
+  int gained = 0;
+  double most = 0;
+  for (int i = 0; i < walls; ++i) {
+    const double energy = energy_at_a_wall(setup, 0.01f * narrow(i));
+    gained += energy > 1.02;
+    most = std::max(most, energy);
+  }
+  record.at_most("balls of 500 kg on links of 2 kg that gain energy among crates, of 10", gained, 0).known =
+      "a slack light chain that whips under a heavy end gains energy (docs/joints.md, Known faults)";
+  record.note("most energy, of the start's: " + std::to_string(most));
 }
 
 }  // namespace fathom::validate
