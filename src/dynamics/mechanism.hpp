@@ -528,8 +528,8 @@ class MechanismSolver {
   /// How easily the link's body turns across `axis`, about its anchor, with what hangs on it (1/(kg·m²)).
   FATHOM_HD float response_across(std::uint32_t i, Vec3 axis) const {
     if (links[i].generic != none) return generic[links[i].generic].response_across(axis);
-    const Mat3& m = states[i].link.inverse_angular;
-    return (m.x.x + (m.y.y + m.z.z)) - dot(axis, m * axis);
+    const SymFactor& m = states[i].link.angular;
+    return (m.response({1, 0, 0}) + (m.response({0, 1, 0}) + m.response({0, 0, 1}))) - m.response(axis);
   }
   /// Whether all anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
   /// meets them too.

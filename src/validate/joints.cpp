@@ -318,9 +318,8 @@ void joint_wedged(const Setup& setup, Record& record) {
     gained += energy > 1.02;
     most = std::max(most, energy);
   }
-  record.at_most("balls of 500 kg on links of 2 kg that gain energy among crates, of 10", gained, 0).known =
-      "a slack light chain that whips under a heavy end gains energy (docs/joints.md, Known faults)";
-  record.note("most energy, of the start's: " + std::to_string(most));
+  record.at_most("balls of 500 kg on links of 2 kg that gain energy among crates, of 10", gained, 0);
+  record.at_most("most energy of any of them, of the start's", most, 1.02);
 }
 
 }  // namespace fathom::validate
