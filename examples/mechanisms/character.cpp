@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <fathom/world.hpp>
-#include <string_view>
+#include <optional>
+
+#include "simulator.hpp"
 
 using namespace fathom;
 
@@ -105,11 +107,7 @@ class Character {
 };
 
 int main(int argc, char** argv) try {
-  const std::string_view simulator = argc > 1 ? argv[1] : "native";
-  WorldDef def;
-  if (simulator == "device") def.simulator = SimulatorKind::device;
-  if (simulator == "hybrid") def.simulator = SimulatorKind::hybrid;
-  World world(def);
+  World world(world_definition(argc, argv));
   const auto add = [&](Vec3 position, Vec3 half_extents, Quat rotation = {}) {
     return world.add({.motion = MotionType::fixed,
                       .pose = {.position = position, .rotation = rotation},

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fathom/world.hpp>
-#include <string_view>
+
+#include "simulator.hpp"
 
 using namespace fathom;
 
@@ -90,11 +91,7 @@ class Arm {
 };
 
 int main(int argc, char** argv) try {
-  const std::string_view simulator = argc > 1 ? argv[1] : "native";
-  WorldDef def;
-  if (simulator == "device") def.simulator = SimulatorKind::device;
-  if (simulator == "hybrid") def.simulator = SimulatorKind::hybrid;
-  World world(def);
+  World world(world_definition(argc, argv));
   world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({5, 5, 0.5f})});
   Arm arm(world);
 

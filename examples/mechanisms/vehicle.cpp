@@ -6,14 +6,15 @@
 #include <cstdio>
 #include <fathom/mesh.hpp>
 #include <fathom/world.hpp>
-#include <string_view>
 #include <vector>
+
+#include "simulator.hpp"
 
 using namespace fathom;
 
 constexpr float max_steering = 0.6f;  // rad
 
-// Waves up to 0.6 m high and 12 m long, and level ground for the start.
+// Waves up to 1.2 m high and 12 m long, and level ground for the start.
 Shape hills() {
   constexpr std::uint32_t samples = 121;
   std::vector<float> heights;
@@ -82,12 +83,8 @@ class Vehicle {
 };
 
 int main(int argc, char** argv) try {
-  const std::string_view simulator = argc > 1 ? argv[1] : "native";
-  WorldDef def;
-  if (simulator == "device") def.simulator = SimulatorKind::device;
-  if (simulator == "hybrid") def.simulator = SimulatorKind::hybrid;
-  World world(def);
-  if (simulator == "device")
+  World world(world_definition(argc, argv));
+  if (world.definition().simulator == SimulatorKind::device)
     world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({60, 60, 0.5f})});
   else
     world.add({.motion = MotionType::fixed, .pose = {.position = {-60, -60, 0}}, .shape = hills()});

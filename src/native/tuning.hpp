@@ -8,7 +8,7 @@
 
 namespace fathom::native {
 
-// --- how many threads a step is worth (`NativeSimulator::threads_worth_while`) ---------------------------------------
+// --- how many threads a step is worth (`ThreadBudget::next`) ---------------------------------------------------------
 
 inline constexpr double work_of_body = 60e-9;       ///< s, of an active body, about
 inline constexpr double work_of_manifold = 200e-9;  ///< s, of a manifold, about

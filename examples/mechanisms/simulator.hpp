@@ -1,0 +1,20 @@
+// The simulator that an example's first argument names.
+#pragma once
+
+#include <fathom/world.hpp>
+#include <string>
+
+/// The defaults on `native`, `device` or `hybrid`; native where nothing is named. Throws `Error{invalid_argument}` on
+/// another name.
+inline fathom::WorldDef world_definition(int argc, char** argv) {
+  const std::string name = argc > 1 ? argv[1] : "native";
+  fathom::WorldDef def;
+  if (name == "device")
+    def.simulator = fathom::SimulatorKind::device;
+  else if (name == "hybrid")
+    def.simulator = fathom::SimulatorKind::hybrid;
+  else if (name != "native")
+    throw fathom::Error(fathom::ErrorCode::invalid_argument,
+                        "simulator '" + name + "' is unknown; name native, device or hybrid");
+  return def;
+}
