@@ -11,16 +11,11 @@ namespace fathom::device {
 
 struct MechanismRecord {
   Mechanism tree{};
-  float mass = 0;               ///< kg, of all of it
   std::uint32_t is_driven = 0;  ///< some drive moves it
-  // Of a step, and zero between steps.
-  std::uint32_t is_blocked = 0;        ///< 1: it sleeps, has parted, or a body of it is isolated
-  std::uint32_t lightest_inverse = 0;  ///< 1/kg, as bits: of its lightest body that touches something
+  std::uint32_t is_blocked = 0;  ///< of a step, zero between steps: 1: it sleeps, or a body of it is isolated
 
   /// Whether the step solves it directly.
-  FATHOM_HD bool is_direct() const {
-    return !is_blocked && mass * __builtin_bit_cast(float, lightest_inverse) <= max_behind_a_contact;
-  }
+  FATHOM_HD bool is_direct() const { return !is_blocked; }
 };
 
 /// Worlds without mechanisms have no memory for any.

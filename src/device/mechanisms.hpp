@@ -32,7 +32,6 @@ struct LinkedBodies {
   }
   FATHOM_HD bool is_isotropic(std::uint32_t i) const { return bodies->constants[i].is_isotropic(); }
   FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies->constants[i].inverse_mass; }
-  FATHOM_HD float radius(std::uint32_t i) const { return bodies->constants[i].radius; }
   FATHOM_HD const SymMat3& inertia(std::uint32_t i) const { return bodies->tensors[i].inertia; }
   FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies->poses[i]; }
   FATHOM_HD SymMat3 response(std::uint32_t i, const SolverBody& body) const {
@@ -97,28 +96,18 @@ struct TakeMechanisms {
   }
 };
 
-/// Whether bodies and joints let their mechanism be solved directly in this step: a link each.
+/// Whether its bodies let a mechanism be solved directly in this step: a link each.
 struct CheckLinks {
   BodyArrays bodies;
-  JointArrays joints;
   MechanismArrays mechanisms;
-  Counters* counters;
+  const Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (counters->stopped) return;
     const MechanismLink& link = mechanisms.links[i];
     const std::uint32_t body = link.body, flags = bodies.flags[body];
-    MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
-    if (!is_solved || direct_solver(bodies, joints, mechanisms, 0).has_parted(i))
-      exec::atomic_store(record.is_blocked, 1u);
-    if (is_in_contact(body))
-      exec::atomic_max(record.lightest_inverse, __builtin_bit_cast(std::uint32_t, bodies.constants[body].inverse_mass));
-  }
-
- private:
-  FATHOM_HD bool is_in_contact(std::uint32_t body) const {
-    return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
+    if (!is_solved) exec::atomic_store(mechanisms.records[link.mechanism].is_blocked, 1u);
   }
 };
 
@@ -155,10 +144,7 @@ struct StoreMechanisms {
 struct ClearMechanisms {
   MechanismArrays mechanisms;
 
-  FATHOM_HD void operator()(std::uint32_t m) const {
-    MechanismRecord& record = mechanisms.records[m];
-    record.is_blocked = record.lightest_inverse = 0;
-  }
+  FATHOM_HD void operator()(std::uint32_t m) const { mechanisms.records[m].is_blocked = 0; }
 };
 
 }  // namespace fathom::device

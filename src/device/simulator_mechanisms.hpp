@@ -31,7 +31,6 @@ void DeviceSimulator<D>::list_mechanisms(PendingStep& pending) {
     record.tree = tree;
     for (std::uint32_t i = tree.first; i < tree.end; ++i) {
       MechanismLink& link = found.links[i];
-      record.mass += 1 / bodies[link.body].inverse_mass;
       link.body = indices_.of(link.body);
       if (link.obstacle != none) link.obstacle = indices_.of(link.obstacle);
       if (link.joint == none) continue;

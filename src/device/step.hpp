@@ -166,7 +166,7 @@ class Step {
     if (settings_.published.cells) published_.partition(constraints());
     device_.parallel_for(live_bodies(), LoadBodies{bodies_, counters_, settings_.solve.h});
     if (has_mechanisms()) {
-      device_.parallel_for(links(), CheckLinks{bodies_, joints_, mechanisms_, counters_});
+      device_.parallel_for(links(), CheckLinks{bodies_, mechanisms_, counters_});
       device_.parallel_for(links(), PrepareMechanisms{bodies_, joints_, mechanisms_, counters_});
     }
     device_.parallel_groups(

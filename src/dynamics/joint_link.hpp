@@ -56,10 +56,11 @@ class JointLink {
   FATHOM_HD void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
   /// How easily the body turns across `axis` in what is free, with what hangs on it (1/(kg·m²)).
   FATHOM_HD float response_across(Vec3 axis) const;
-  /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h …
-  FATHOM_HD void aim_ahead(const LinkPair& pair, float h);
-  /// … or loses its velocity and this share of its gap, at `most` at the fastest.
-  FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float most, float h);
+  /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h, gaps closing at
+  /// `most` (m/s or rad/s) at the fastest …
+  FATHOM_HD void aim_ahead(const LinkPair& pair, float most, float h);
+  /// … or loses its velocity and this share of its gap.
+  FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h);
   /// What the parent gets of the body's load, both about the joint.
   FATHOM_HD TreeLoad hand_on(const TreeLoad& load);
   /// The body's change where its parent changes thus; the joint gives what that takes.
@@ -68,7 +69,7 @@ class JointLink {
   /// Takes on or lets go limits and largest forces where the rounds' result says otherwise. True where that changes it.
   FATHOM_HD bool revise(const LinkPair& pair, float h);
   /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
-  FATHOM_HD bool meets(const LinkPair& pair, float h, float share) const;
+  FATHOM_HD bool meets(const LinkPair& pair, float share, float most, float h) const;
   FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true; }
   FATHOM_HD Vec3 force_more() const { return force_more_; }
   FATHOM_HD Vec3 torque_more() const { return torque_more_; }
@@ -99,8 +100,10 @@ class JointLink {
   FATHOM_HD float of_armature(int i, float to) const { return axis(i).armature * (rate_[i] - to); }
   FATHOM_HD void resist(int k, const LinkPair& pair);
   FATHOM_HD void note_hit(int i);
-  /// Where what is held is to be at the substep's end.
-  FATHOM_HD float wanted_value(int i, float h) const;
+  /// Where what is held is to be at the substep's end: at its bound, or nearer to it by what `most` (m/s or rad/s)
+  /// makes of the substep. A limit lets the joint come as fast as it does; one that the joint has left may still be
+  /// taken for one that acts, and is not to draw it back at once.
+  FATHOM_HD float wanted_value(int i, const LinkPair& pair, float most, float h) const;
   FATHOM_HD float rate(int i, const LinkPair& pair) const;
   FATHOM_HD void values_ahead(const LinkPair& pair, float h, JointVector& values) const;
   FATHOM_HD void add_rotation(int i, int& count, bool is_free);
@@ -279,9 +282,10 @@ FATHOM_HD void JointLink::values_ahead(const LinkPair& pair, float h, JointVecto
   }
 }
 
-FATHOM_HD float JointLink::wanted_value(int i, float h) const {
-  const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, most = max_pull * h;
-  return value_[i] + min(max(bound - value_[i], -most), most);
+FATHOM_HD float JointLink::wanted_value(int i, const LinkPair& pair, float most, float h) const {
+  const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, off = bound - value_[i];
+  if (axis(i).limited != 0) most = max(most, off > 0 ? rate(i, pair) : -rate(i, pair));
+  return value_[i] + clamp(off, -most * h, most * h);
 }
 
 /// Of axes that are held, in the coordinates' order.
@@ -295,16 +299,16 @@ FATHOM_HD void JointLink::set_errors(const JointVector& of_axes) {
   }
 }
 
-FATHOM_HD void JointLink::aim_ahead(const LinkPair& pair, float h) {
+FATHOM_HD void JointLink::aim_ahead(const LinkPair& pair, float most, float h) {
   JointVector ahead, errors{};
   values_ahead(pair, h, ahead);
   for (int i = 0; i < axis_count; ++i)
-    errors[i] =
-        axis(i).locked == 0 && !is_at_limit(i) ? rate(i, pair) - drive_aim(i) : (ahead[i] - wanted_value(i, h)) / h;
+    errors[i] = axis(i).locked == 0 && !is_at_limit(i) ? rate(i, pair) - drive_aim(i)
+                                                       : (ahead[i] - wanted_value(i, pair, most, h)) / h;
   set_errors(errors);
 }
 
-FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float most, float h) {
+FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h) {
   JointVector errors{};
   for (int i = 0; i < axis_count; ++i) {
     errors[i] = rate(i, pair);
@@ -313,7 +317,9 @@ FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, flo
       errors[i] -= drive_aim(i);
     } else if (gap_share > 0) {
       const float gap = value_[i] - (at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower);
-      errors[i] += min(max(gap_share / h * gap, -most), most);
+      const float least = (min_share / h) * (i < translations ? reach() : 1.0f),
+                  pull = min(most, abs(errors[i]) + least);
+      errors[i] += clamp(gap_share / h * gap, -pull, pull);
       if (i < translations) errors[i] = fma(-0.5f * h, dot(along_[i], row_.pull), errors[i]);
     }
   }
@@ -411,12 +417,12 @@ FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   return changes;
 }
 
-FATHOM_HD bool JointLink::meets(const LinkPair& pair, float h, float share) const {
+FATHOM_HD bool JointLink::meets(const LinkPair& pair, float share, float most, float h) const {
   JointVector ahead;
   values_ahead(pair, h, ahead);
   for (int i = 0; i < axis_count; ++i)
     if ((axis(i).locked != 0 || is_at_limit(i)) &&
-        !(abs(ahead[i] - wanted_value(i, h)) <= (i < translations ? share * reach() : share)))
+        !(abs(ahead[i] - wanted_value(i, pair, most, h)) <= (i < translations ? share * reach() : share)))
       return false;
   return true;
 }

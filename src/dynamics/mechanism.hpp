@@ -31,12 +31,6 @@ inline constexpr int newton_rounds = 3;          // in which anchors come to mee
 inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
 inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
 inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
-inline constexpr float parted_share = 0.01f;     // of arms and radius, beyond which sweeps bring anchors together first
-/// Times the mass of its lightest body that touches something a mechanism may have. A contact's rows know its two
-/// bodies' masses, not what a direct solution moves with them. Pressed by far more, they need that many sweeps to stop
-/// it and as many to let go, and in between throw it back: a ball of 500 kg on links of 2 kg that was caught among
-/// crates gained energy without end.
-inline constexpr float max_behind_a_contact = 24;
 
 /// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
 /// level by level, and so do the children of a link.
@@ -81,7 +75,7 @@ struct LinkState {
 /// Solves mechanisms of the bodies and joints that `Access` knows, by the numbers that links have for them:
 ///
 ///     body(i): SolverBody;  set_velocity(i, linear, angular);  add_velocity likewise
-///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i), radius(i)
+///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i)
 ///     response(i, body): inverse inertia as the spin is written;  swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
@@ -140,19 +134,6 @@ class MechanismSolver {
       access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
     else
       access.store(link.joint, generic[link.generic].impulse());
-  }
-
-  /// What sweeps have let part they draw together again: a direct solution would throw it.
-  FATHOM_HD bool has_parted(std::uint32_t i) const {
-    const MechanismLink& link = links[i];
-    if (link.joint == none) return false;
-    if (link.generic != none) {
-      const GenericAxis<float>(&axes)[axis_count] = access.generic(link.joint).axes;
-      if (axes[0].locked * axes[1].locked * axes[2].locked == 0) return false;
-    }
-    const auto j = access.joint(link.joint);
-    const float gap = distance(transform(access.pose(j.a), j.anchor_a), transform(access.pose(j.b), j.anchor_b));
-    return gap > parted_share * (length(j.anchor_a) + length(j.anchor_b) + access.radius(link.body));
   }
 
  private:
@@ -266,17 +247,15 @@ class MechanismSolver {
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
     turn_all(m, h, !soft);
-    bool follows = solve_once<soft>(m, h);
+    bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return turns_slowly(i, h); });
+    bool follows = solve_once<soft>(m, h, looks_ahead);
     for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
       turn_all(m, h, false);
-      follows = solve_once<soft>(m, h);
+      follows = solve_once<soft>(m, h, looks_ahead);
     }
-    if (soft && !do_meet(m, h)) {
-      each(m, [&](std::uint32_t i) { take_back(i); });
-      each(m, [&](std::uint32_t i) { load_carried(i); });
-      if (!follows) each(m, [&](std::uint32_t i) { stiffen_load(i, h); });
-      aim_at_rest(m, projection_share, h);
-      substitute(m);
+    if (looks_ahead && !do_meet(m, h)) {
+      turn_all(m, h, false);
+      follows = solve_once<soft>(m, h, false);
     }
     if (all(m, [&](std::uint32_t i) { return is_sound(i); }))
       each(m, [&](std::uint32_t i) { apply<soft>(i, h, follows); });
@@ -284,16 +263,18 @@ class MechanismSolver {
       each(m, [&](std::uint32_t i) { forget_link(i); });
   }
 
-  /// Returns whether the substep follows all swings.
+  /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
+  /// energy but for the share of gaps that it closes, whatever arms do within the substep. Returns whether the substep
+  /// follows all swings.
   template <bool soft>
-  FATHOM_HD bool solve_once(const Mechanism& m, float h) const {
+  FATHOM_HD bool solve_once(const Mechanism& m, float h, bool looks_ahead) const {
     from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
-    if constexpr (!soft) {
-      aim_at_rest(m, 0, h);
+    if constexpr (soft) each(m, [&](std::uint32_t i) { load_carried(i); });
+    if (!looks_ahead) {
+      aim_at_rest(m, soft ? projection_share : 0.0f, h);
       substitute(m);
       return true;
     }
-    each(m, [&](std::uint32_t i) { load_carried(i); });
     const bool follows = can_follow(m, h);
     if (!follows) {
       each(m, [&](std::uint32_t i) { stiffen(i, h); });
@@ -381,14 +362,16 @@ class MechanismSolver {
   FATHOM_HD static Vec3 gap(const LinkState& s, const LinkMotion& parent) {
     return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
   }
-  /// How far they will be apart when the bodies have moved on for h (s), over h.
-  FATHOM_FLATTEN FATHOM_HD static Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h) {
+  /// How far they will be apart when the bodies have moved on for h (s), over h, beyond what a wide gap may keep: no
+  /// gap closes faster than overlaps do, because to bring what is far apart together at once would throw it.
+  FATHOM_FLATTEN FATHOM_HD Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h) const {
     const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
       const UnitQuat<float> turned = rotation_by<float>(m.turned_ahead(h));
       return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
     };
-    const Vec3 gap = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
-    return mul_add((1 / h) * gap, -0.5f * h, s.row.pull);
+    const Vec3 ahead = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
+    const Vec3 at_once = (1 / h) * gap(s, parent), kept = at_once - limited(at_once, access.push_out_velocity());
+    return mul_add((1 / h) * ahead - kept, -0.5f * h, s.row.pull);
   }
 
   // --- loads -----------------------------------------------------------------------------------------------------
@@ -424,18 +407,6 @@ class MechanismSolver {
       body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
       body.load.moment -= k * across(body.motion.angular, arm);
     });
-  }
-  /// The loads of `stiffen` alone.
-  FATHOM_HD void stiffen_load(std::uint32_t i, float h) const {
-    LinkState& body = states[i];
-    each_pull(i, h, [&](Vec3 arm, float k) { body.load.moment -= k * across(body.motion.angular, arm); });
-  }
-  /// The bodies' velocities as they were before rounds.
-  FATHOM_HD void take_back(std::uint32_t i) const {
-    LinkState& s = states[i];
-    s.motion.linear -= s.change.linear, s.motion.angular -= s.change.angular;
-    s.change = {}, s.impulse = {}, s.load = {};
-    if (links[i].generic != none) generic[links[i].generic].take_back();
   }
 
   // --- elimination -----------------------------------------------------------------------------------------------
@@ -497,7 +468,7 @@ class MechanismSolver {
     each(m, [&](std::uint32_t i) {
       if (links[i].joint == none) return;
       if (links[i].generic != none)
-        generic[links[i].generic].aim_ahead({states[i].motion, parent_of(i)}, h);
+        generic[links[i].generic].aim_ahead({states[i].motion, parent_of(i)}, access.push_out_velocity(), h);
       else
         states[i].error = gap_ahead(states[i], parent_of(i), h);
     });
@@ -509,11 +480,24 @@ class MechanismSolver {
       if (links[i].joint == none) return;
       const LinkMotion& parent = parent_of(i);
       if (links[i].generic != none)
-        return generic[links[i].generic].aim_at_rest({s.motion, parent}, gap_share, most, h);
+        return generic[links[i].generic].aim_at_rest({s.motion, parent}, gap_share, meeting_share, most, h);
       s.error = speed_apart(s, parent);
-      if (gap_share > 0)
-        s.error = mul_add(s.error + limited((gap_share / h) * gap(s, parent), most), -0.5f * h, s.row.pull);
+      if (gap_share > 0) {
+        const float least = (meeting_share / h) * (length(s.arm) + length(s.parent_arm));
+        const Vec3 pull = limited((gap_share / h) * gap(s, parent), min(most, length(s.error) + least));
+        s.error = mul_add(s.error + pull, -0.5f * h, s.row.pull);
+      }
     });
+  }
+  /// Whether the arms of the link's body turn by less than rows can tell of in a substep. Beyond that the stiffness of
+  /// swings, which goes with the last substep's impulses, would make ever larger ones.
+  FATHOM_HD bool turns_slowly(std::uint32_t i, float h) const {
+    const Vec3 turn = h * states[i].motion.angular;
+    const auto is_slow = [&](Vec3 arm) { return length(cross(turn, arm)) <= max_drift * length(arm); };
+    bool all_are = is_slow(states[i].arm);
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      all_are = all_are && is_slow(states[c].parent_arm);
+    return all_are;
   }
   /// Whether joints turn all bodies slowly enough under what they carry for a substep to follow: a body swings about
   /// its anchor under a pull F at r with ω² = F r / I, I being the inertia of it and what hangs on it. An explicit step
@@ -539,7 +523,8 @@ class MechanismSolver {
       if (!(h * length(s.change.angular) <= max_drift)) return false;
       if (links[i].joint == none) return true;
       const LinkMotion& parent = parent_of(i);
-      if (links[i].generic != none) return generic[links[i].generic].meets({s.motion, parent}, h, meeting_share);
+      if (links[i].generic != none)
+        return generic[links[i].generic].meets({s.motion, parent}, meeting_share, access.push_out_velocity(), h);
       return h * length(gap_ahead(s, parent, h)) <= meeting_share * (length(s.arm) + length(s.parent_arm));
     });
   }

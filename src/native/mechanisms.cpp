@@ -26,7 +26,6 @@ struct Mechanisms::Access {
   }
   bool is_isotropic(std::uint32_t i) const { return bodies[i].isotropic; }
   float inverse_mass(std::uint32_t i) const { return bodies[i].inverse_mass; }
-  float radius(std::uint32_t i) const { return bodies[i].radius; }
   const SymMat3& inertia(std::uint32_t i) const { return bodies[i].inertia; }
   const Pose& pose(std::uint32_t i) const { return state.poses[i]; }
   SymMat3 response(std::uint32_t i, const SolverBody& body) const {
@@ -72,7 +71,7 @@ struct Mechanisms::Source {
     return m.bodies_[slot].motion != MotionType::dynamic || m.state_.flags[slot] & isolated;
   }
   float inverse_mass(std::uint32_t slot) const { return m.bodies_[slot].inverse_mass; }
-  bool accepts(std::span<const MechanismLink> tree) const { return m.accepts(tree); }
+  bool accepts(std::span<const MechanismLink> tree) const { return !m.is_coupled(tree); }
 };
 
 MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
@@ -92,13 +91,11 @@ void Mechanisms::store(std::uint32_t number) { solver().store(mechanism(number))
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
-  const bool is_current = !is_stale();
-  if (!is_current || any_parted_ || is_restored_) {
-    keeps_parted_ = is_restored_ && is_current;
+  if (is_stale()) {
+    is_restored_ = false;
     colouring_ = graph_.colouring();
     joint_definitions_ = graph_.joint_definitions();
     find();
-    is_restored_ = keeps_parted_ = false;
   } else if (!has_moved) {
     return;
   }
@@ -106,19 +103,11 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
 }
 
 bool Mechanisms::is_stale() const {
-  return colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
-}
-
-void Mechanisms::restore(bool keeps_trees) {
-  is_restored_ = keeps_trees;
-  any_parted_ = !keeps_trees;
-  colouring_ = graph_.colouring();
-  joint_definitions_ = graph_.joint_definitions();
+  return is_restored_ || colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
 }
 
 void Mechanisms::find() {
-  any_parted_ = false;
-  if (graph_.joint_slots() > 0) count_joints();
+  if (graph_.joint_slots() > 0) note_couplings();
   trees_.find(Source{*this});
   order_.resize(trees_.mechanisms().size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
@@ -126,54 +115,19 @@ void Mechanisms::find() {
   generic_.resize(trees_.generic());
 }
 
-void Mechanisms::count_joints() {
-  joint_colours_.assign(state_.size(), {});
+void Mechanisms::note_couplings() {
+  is_coupled_.assign(state_.size(), 0);
   for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) {
     const Joint& j = graph_.joint(slot);
-    if (!j.in_use || j.colour == no_colour) continue;
-    for (const std::uint32_t body : {j.a, j.b}) {
-      if (j.kind == ConstraintKind::coupling) joint_colours_[body].is_coupled = true;
-      if (j.colour == overflow_colour)
-        ++joint_colours_[body].overflow;
-      else
-        joint_colours_[body].mask |= 1u << j.colour;
-    }
+    if (j.in_use && j.colour != no_colour && j.kind == ConstraintKind::coupling)
+      is_coupled_[j.a] = is_coupled_[j.b] = 1;
   }
-}
-
-bool Mechanisms::is_in_contact(std::uint32_t slot) const {
-  const JointColours& joints = joint_colours_[slot];
-  return (state_.colour_mask[slot] & ~joints.mask) != 0 || state_.overflow_count[slot] > joints.overflow;
-}
-
-bool Mechanisms::leans_on_light_bodies(std::span<const MechanismLink> tree) const {
-  float mass = 0, lightest = 3e38f;
-  for (const MechanismLink& link : tree) {
-    const float of_body = 1 / bodies_[link.body].inverse_mass;
-    mass += of_body;
-    if (is_in_contact(link.body)) lightest = min(lightest, of_body);
-  }
-  return mass > max_behind_a_contact * lightest;
 }
 
 // A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
 // two wheels come to terms in sweeps alone.
 bool Mechanisms::is_coupled(std::span<const MechanismLink> tree) const {
-  return std::ranges::any_of(tree, [this](const MechanismLink& link) { return joint_colours_[link.body].is_coupled; });
-}
-
-bool Mechanisms::has_parted(std::span<const MechanismLink> tree) {
-  const MechanismSolver<Access> solver = this->solver();
-  const auto first = static_cast<std::uint32_t>(tree.data() - solver.links);
-  for (std::uint32_t i = first; i < first + tree.size(); ++i)
-    if (solver.has_parted(i)) return true;
-  return false;
-}
-
-bool Mechanisms::accepts(std::span<const MechanismLink> tree) {
-  const bool parted = !keeps_parted_ && has_parted(tree);
-  any_parted_ = any_parted_ || parted;
-  return !parted && !leans_on_light_bodies(tree) && !is_coupled(tree);
+  return std::ranges::any_of(tree, [this](const MechanismLink& link) { return is_coupled_[link.body] != 0; });
 }
 
 void Mechanisms::order_by_group(const ConstraintLayout& layout) {
@@ -194,7 +148,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
-         joint_colours_.capacity() * sizeof(JointColours) +
+         is_coupled_.capacity() +
          (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
 }
 

@@ -45,30 +45,19 @@ class Mechanisms {
   void relax(std::uint32_t mechanism, float h);
   void store(std::uint32_t mechanism);
 
-  /// Whether the next step goes on with the trees that there are, of which some may have parted since they were found.
-  /// That is all that snapshots hold of them.
-  bool keeps_trees() const { return !is_stale() && !any_parted_; }
-  void restore(bool keeps_trees);
+  /// Another state has been restored; the trees follow from its joints.
+  void restored() { is_restored_ = true; }
 
   std::size_t memory_bytes() const;
 
  private:
   struct Access;
   struct Source;
-  /// Of a body's joints.
-  struct JointColours {
-    std::uint32_t mask = 0, overflow = 0;
-    bool is_coupled = false;
-  };
 
   bool is_stale() const;
   void find();
-  void count_joints();
-  bool is_in_contact(std::uint32_t slot) const;
-  bool leans_on_light_bodies(std::span<const MechanismLink> tree) const;
+  void note_couplings();
   bool is_coupled(std::span<const MechanismLink> tree) const;
-  bool has_parted(std::span<const MechanismLink> tree);
-  bool accepts(std::span<const MechanismLink> tree);
   void order_by_group(const ConstraintLayout& layout);
   MechanismSolver<Access> solver();
   const Mechanism& mechanism(std::uint32_t number) const { return trees_.mechanisms()[number]; }
@@ -78,15 +67,13 @@ class Mechanisms {
   BodyState& state_;
   ContactGraph& graph_;
   std::uint64_t colouring_ = 0, joint_definitions_ = 0;
-  bool any_parted_ = false;   // of trees that would be solved directly
-  bool is_restored_ = false;  // the trees have to be found as they were
-  bool keeps_parted_ = false;
+  bool is_restored_ = false;
   JointTrees trees_;
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints
   std::vector<std::uint32_t> order_, first_of_group_;
   std::vector<std::uint32_t> group_of_;
-  std::vector<JointColours> joint_colours_;  // by slot of a body
+  std::vector<std::uint8_t> is_coupled_;  // by slot of a body: whether some coupling acts on it
 };
 
 }  // namespace fathom::native

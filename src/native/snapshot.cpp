@@ -141,7 +141,6 @@ void NativeSimulator::save(ByteWriter& write) const {
   ContactGraph::archive(graph_, write);
   HeapDivision::archive(division_, write);
   SupportSolver::archive(solver_.supports(), write);
-  write(solver_.mechanisms().keeps_trees());
   Islands::archive(islands_, write);
   broad_phase_->save(write);
   write(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
@@ -158,10 +157,7 @@ void NativeSimulator::restore(ByteReader& in) {
   restore_joints(in);
   HeapDivision::archive(division_, in);
   solver_.supports().restore(in, state_.size());
-  bool keeps_trees = false;
-  in(keeps_trees);
-  in.require(is_sound(keeps_trees));
-  solver_.mechanisms().restore(keeps_trees);
+  solver_.mechanisms().restored();
   islands_.restore(in);
   broad_phase_->restore(in, state_.bounds, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
