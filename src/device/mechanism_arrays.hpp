@@ -12,10 +12,16 @@ namespace fathom::device {
 struct MechanismRecord {
   Mechanism tree{};
   std::uint32_t is_driven = 0;  ///< some drive moves it
-  std::uint32_t is_blocked = 0;  ///< of a step, zero between steps: 1: it sleeps, or a body of it is isolated
+  // Of a step, and zero between steps.
+  std::uint32_t is_blocked = 0;   ///< 1: it sleeps, or a body of it is isolated
+  std::uint32_t is_acted_on = 0;  ///< 1: more than its own joints acts on some body of it
 
   /// Whether the step solves it directly.
   FATHOM_HD bool is_direct() const { return !is_blocked; }
+  /// Whether its bodies swing: move by the mean of their velocities before and after gravity's acceleration. A
+  /// mechanism of which some body rests on something would come to rest with the velocity that the others are to have
+  /// between positions; so would one that drives move, which aim at a velocity.
+  FATHOM_HD bool swings() const { return !is_driven && !is_acted_on; }
 };
 
 /// Worlds without mechanisms have no memory for any.

@@ -20,6 +20,7 @@ struct LinkedBodies {
   const JointArrays* joints;
   const MechanismRecord* records;
   float push_out;  ///< m/s
+  SpeedLimits speed_limits;
 
   FATHOM_HD SolverBody body(std::uint32_t i) const { return bodies->solver[i].body(); }
   FATHOM_HD void set_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
@@ -38,21 +39,14 @@ struct LinkedBodies {
     return world_inertia<SymMat3>(*bodies, i, body.inverse_mass, body.inverse_inertia);
   }
   FATHOM_HD Vec3 swing(const MechanismLink& link) const {
-    return swings(link) ? bodies->motion[link.body].acceleration : Vec3{};
-  }
-  /// Whether its joints alone act on it. Sweeps would leave it some of the velocity that it is to have between
-  /// positions, as the drives of its mechanism would, which aim at a velocity.
-  FATHOM_HD bool swings(const MechanismLink& link) const {
-    const std::uint32_t joints_of_it = link.children + (link.joint != MechanismLink::none ? 1 : 0);
-    return !records[link.mechanism].is_driven && bodies->touching[link.body] == joints_of_it &&
-           !(bodies->flags[link.body] & forced_flag);
+    return records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};
   }
   /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has moved by
   /// the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
   FATHOM_HD void move_by_mean(const MechanismLink& link, float h) const {
     SolverQuads& body = bodies->solver[link.body];
     const WarmStart w = bodies->warm[link.body];
-    if (!swings(link) || (body.linear.xyz() == w.linear_reference && w.linear == Vec3{})) return;
+    if (!records[link.mechanism].swings() || (body.linear.xyz() == w.linear_reference && w.linear == Vec3{})) return;
     const Vec3 moved = mul_add(body.moved.xyz(), h, mean_velocity(Vec3{}, bodies->motion[link.body].acceleration, h));
     body.moved = quad(moved, body.moved.w);
   }
@@ -70,13 +64,14 @@ struct LinkedBodies {
     joints->generic_impulses[slot] = impulse;
   }
   FATHOM_HD float push_out_velocity() const { return push_out; }
+  FATHOM_HD SpeedLimits limits(float /*h*/) const { return speed_limits; }
 };
 
 using DirectSolver = MechanismSolver<LinkedBodies>;
 
 FATHOM_HD DirectSolver direct_solver(const BodyArrays& bodies, const JointArrays& joints, const MechanismArrays& m,
-                                     float push_out) {
-  return {{&bodies, &joints, m.records, push_out}, m.links, m.levels, m.states, m.generic};
+                                     float push_out = 0, SpeedLimits limits = {}) {
+  return {{&bodies, &joints, m.records, push_out, limits}, m.links, m.levels, m.states, m.generic};
 }
 
 /// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes
@@ -96,7 +91,7 @@ struct TakeMechanisms {
   }
 };
 
-/// Whether its bodies let a mechanism be solved directly in this step: a link each.
+/// Whether its bodies let a mechanism be solved directly in this step, and whether they swing: a link each.
 struct CheckLinks {
   BodyArrays bodies;
   MechanismArrays mechanisms;
@@ -105,9 +100,12 @@ struct CheckLinks {
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (counters->stopped) return;
     const MechanismLink& link = mechanisms.links[i];
-    const std::uint32_t body = link.body, flags = bodies.flags[body];
+    const std::uint32_t flags = bodies.flags[link.body];
+    MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
-    if (!is_solved) exec::atomic_store(mechanisms.records[link.mechanism].is_blocked, 1u);
+    if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
+    const std::uint32_t joints_of_it = link.children + (link.joint != MechanismLink::none ? 1 : 0);
+    if (bodies.touching[link.body] != joints_of_it || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }
 };
 
@@ -123,7 +121,7 @@ struct PrepareMechanisms {
     const MechanismRecord& record = mechanisms.records[mechanisms.links[i].mechanism];
     if (!record.is_direct()) return;
     if (record.tree.first == i) exec::atomic_add(counters->direct, 1u);
-    direct_solver(bodies, joints, mechanisms, 0).prepare_link(i);
+    direct_solver(bodies, joints, mechanisms).prepare_link(i);
   }
 };
 
@@ -136,7 +134,7 @@ struct StoreMechanisms {
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (counters->stopped || !mechanisms.records[mechanisms.links[i].mechanism].is_direct()) return;
-    direct_solver(bodies, joints, mechanisms, 0).store_link(i);
+    direct_solver(bodies, joints, mechanisms).store_link(i);
   }
 };
 
@@ -144,7 +142,10 @@ struct StoreMechanisms {
 struct ClearMechanisms {
   MechanismArrays mechanisms;
 
-  FATHOM_HD void operator()(std::uint32_t m) const { mechanisms.records[m].is_blocked = 0; }
+  FATHOM_HD void operator()(std::uint32_t m) const {
+    MechanismRecord& record = mechanisms.records[m];
+    record.is_blocked = record.is_acted_on = 0;
+  }
 };
 
 }  // namespace fathom::device

@@ -45,6 +45,8 @@ class JointLink {
   /// All rotations are held.
   FATHOM_HD bool is_stiff() const { return (freedom_.is_free >> 3) == 0; }
   FATHOM_HD void forget();
+  /// The last substep's impulses no longer count.
+  FATHOM_HD void let_go();
 
   /// Where the joint is, as a solution begins. `relaxes`: after positions have moved, without drives.
   FATHOM_HD void look(const JointBodies<SymMat3>& bodies, float h, bool relaxes);
@@ -149,6 +151,7 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
   }
 }
 
+FATHOM_HD void JointLink::let_go() { force_ = torque_ = {}; }
 FATHOM_HD void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_limit_ = at_most_ = 0; }
 
 FATHOM_HD void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {

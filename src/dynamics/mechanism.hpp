@@ -15,6 +15,7 @@
 #include "dynamics/joint_link.hpp"
 #include "dynamics/joint_tree.hpp"
 #include "dynamics/solver_body.hpp"
+#include "dynamics/speed_limits.hpp"
 #include "math/team.hpp"
 
 namespace fathom {
@@ -78,7 +79,7 @@ struct LinkState {
 ///     is_isotropic(i), inverse_mass(i), inertia(i): its own, whatever loads have added;  pose(i)
 ///     response(i, body): inverse inertia as the spin is written;  swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic(j), generic_impulse(j)
-///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity()
+///     store(j, last, total);  store(j, GenericImpulse);  push_out_velocity();  limits(h): SpeedLimits
 template <class Access>
 class MechanismSolver {
  public:
@@ -96,7 +97,7 @@ class MechanismSolver {
   }
   /// The last step's impulses act again, or are forgotten.
   FATHOM_HD void warm_start(const Mechanism& m, bool forgets) const {
-    each(m, [&](std::uint32_t i) { forgets ? forget_link(i) : warm_start_link(i); });
+    each(m, [&](std::uint32_t i) { forgets ? forget_link(i) : give_carried(i, 1); });
   }
   /// Before positions move.
   FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
@@ -218,18 +219,23 @@ class MechanismSolver {
     of_link.begin(joint, link.is_b != 0, row, access.generic_impulse(link.joint));
     states[i].arm = of_link.arm(), states[i].parent_arm = of_link.parent_arm();
   }
-  FATHOM_HD void warm_start_link(std::uint32_t i) const {
+  /// `sign` times what the joints' impulses give the link's body.
+  FATHOM_HD void give_carried(std::uint32_t i, float sign) const {
     const MechanismLink& link = links[i];
     SolverBody body = access.body(link.body);
     const SymMat3 response = access.response(link.body, body);
-    const auto push = [&](Vec3 impulse, Vec3 moment) {
-      body.linear = mul_add(body.linear, body.inverse_mass, impulse);
-      body.angular += response * moment;
+    const auto push = [&](float by, Vec3 impulse, Vec3 moment) {
+      body.linear = mul_add(body.linear, by * body.inverse_mass, impulse);
+      body.angular += by * (response * moment);
     };
-    if (link.joint != none) push(force_of(i), states[i].moment);
+    if (link.joint != none) push(sign, force_of(i), states[i].moment);
     for (std::uint32_t c = link.first_child; c < link.end_of_children(); ++c)
-      push(-force_of(c), -states[c].parent_moment);
+      push(-sign, force_of(c), states[c].parent_moment);
     access.set_velocity(link.body, body.linear, body.angular);
+  }
+  FATHOM_HD void let_go(std::uint32_t i) const {
+    states[i].row.impulse = states[i].moment = states[i].parent_moment = {};
+    if (links[i].generic != none) generic[links[i].generic].let_go();
   }
   /// What is not finite of one body reaches no other.
   FATHOM_HD void forget_link(std::uint32_t i) const {
@@ -247,20 +253,31 @@ class MechanismSolver {
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
     turn_all(m, h, !soft);
-    bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return turns_slowly(i, h); });
+    const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return turns_slowly(i, h); });
+    if (soft && !looks_ahead) start_anew(m, h);
     bool follows = solve_once<soft>(m, h, looks_ahead);
     for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
       turn_all(m, h, false);
       follows = solve_once<soft>(m, h, looks_ahead);
     }
     if (looks_ahead && !do_meet(m, h)) {
-      turn_all(m, h, false);
+      start_anew(m, h);
       follows = solve_once<soft>(m, h, false);
     }
-    if (all(m, [&](std::uint32_t i) { return is_sound(i); }))
+    if (all(m, [&](std::uint32_t i) { return is_sound(i, h); }))
       each(m, [&](std::uint32_t i) { apply<soft>(i, h, follows); });
-    else
+    else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
       each(m, [&](std::uint32_t i) { forget_link(i); });
+    else if (soft)
+      start_anew(m, h);
+  }
+
+  /// Takes back what the last substep's impulses have given. Along arms that have turned they would cancel to no more
+  /// than their rounding, of which light bodies on long arms make ever larger impulses.
+  FATHOM_HD void start_anew(const Mechanism& m, float h) const {
+    each(m, [&](std::uint32_t i) { give_carried(i, -1); });
+    each(m, [&](std::uint32_t i) { let_go(i); });
+    turn_all(m, h, false);
   }
 
   /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
@@ -287,14 +304,19 @@ class MechanismSolver {
     return follows;
   }
 
-  FATHOM_HD bool is_sound(std::uint32_t i) const {
+  /// Whether a solution leaves the body with a velocity that bodies may have.
+  FATHOM_HD bool is_sound(std::uint32_t i, float h) const {
     const LinkState& s = states[i];
-    float sum = sum_of(s.change.linear + s.change.angular) + sum_of(s.impulse);
+    const SpeedLimits limits = access.limits(h);
+    float sum = sum_of(s.impulse);
     if (links[i].generic != none) {
       const JointLink& joint = generic[links[i].generic];
       sum += sum_of(joint.force_more() + joint.torque_more());
     }
-    return is_finite(sum);
+    return is_finite(sum) && length(s.motion.linear) <= limits.linear && length(s.motion.angular) <= limits.angular;
+  }
+  FATHOM_HD bool carries_finite(std::uint32_t i) const {
+    return is_finite(sum_of(force_of(i)) + sum_of(states[i].moment + states[i].parent_moment));
   }
 
   FATHOM_HD void turn_all(const Mechanism& m, float h, bool relaxes) const {

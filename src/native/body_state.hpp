@@ -54,7 +54,7 @@ struct BodyState {
   std::vector<BodyMotion> motion;
   std::vector<WarmStart> warm;
   std::vector<WorldInertia> inertia;
-  std::vector<std::uint8_t> swings;  ///< 1: only joints act on it
+  std::vector<std::uint8_t> swings;  ///< 1: only its mechanism's joints act on it, and on all of the mechanism
 
   /// What outlasts a step, for snapshots.
   template <class Self, class Archive>

@@ -163,8 +163,6 @@ class ContactGraph {
     return joint_counts_[colour][kind_index(kind)];
   }
   bool any_generic_joints() const { return !generic_joints_.empty(); }
-  /// Whether all its constraints are these joints.
-  bool has_joints_alone(std::uint32_t slot, std::span<const std::uint32_t> joints) const;
   /// Calls act(joint) for joints with a colour.
   template <class Act>
   void for_each_coloured_joint(const Act& act) const {

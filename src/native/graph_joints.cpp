@@ -61,17 +61,6 @@ void ContactGraph::uncolour_joint(std::uint32_t slot) {
   ++colouring_;
 }
 
-bool ContactGraph::has_joints_alone(std::uint32_t slot, std::span<const std::uint32_t> joints) const {
-  std::uint32_t colours = state_.colour_mask[slot], overflow = state_.overflow_count[slot];
-  for (const std::uint32_t joint : joints) {
-    if (joints_[joint].colour == overflow_colour)
-      --overflow;
-    else if (joints_[joint].colour != no_colour)
-      colours &= ~(1u << joints_[joint].colour);
-  }
-  return colours == 0 && overflow == 0;
-}
-
 void ContactGraph::list_joints() {
   for (std::vector<std::uint32_t>& list : joint_lists_) list.clear();
   for (std::uint32_t slot = 0; slot < joints_.size(); ++slot)

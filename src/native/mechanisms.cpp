@@ -1,6 +1,7 @@
 #include "native/mechanisms.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace fathom::native {
 
@@ -49,6 +50,7 @@ struct Mechanisms::Access {
     graph.constrained().generic_impulses[j] = impulse;
   }
   float push_out_velocity() const { return def.solver.push_out_velocity; }
+  SpeedLimits limits(float h) const { return speed_limits(def.solver.max_linear_speed, h); }
 };
 
 /// Joints of which both bodies are awake, or one that hangs on an obstacle.
@@ -88,6 +90,26 @@ void Mechanisms::pull_together(std::uint32_t number, float h) { solver().pull_to
 void Mechanisms::relax(std::uint32_t number, float h) { solver().relax(mechanism(number), h); }
 void Mechanisms::store(std::uint32_t number) { solver().store(mechanism(number)); }
 
+void Mechanisms::note_swings(std::uint32_t number) {
+  const Mechanism& m = mechanism(number);
+  const bool swings = does_swing(m);
+  for (std::uint32_t i = m.first; i < m.end; ++i) state_.swings[trees_.links()[i].body] = swings;
+}
+
+/// A mechanism of which some body rests on something would come to rest with the velocity that the others are to have
+/// between positions; so would one that drives move, which aim at a velocity.
+bool Mechanisms::does_swing(const Mechanism& m) const {
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    const MechanismLink& link = trees_.links()[i];
+    if (link.joint != MechanismLink::none && trees_.direct()[link.joint] == JointTrees::driven) return false;
+    const std::uint32_t joints = link.children + (link.joint != MechanismLink::none ? 1 : 0);
+    const auto touching =
+        static_cast<std::uint32_t>(std::popcount(state_.colour_mask[link.body])) + state_.overflow_count[link.body];
+    if (touching != joints || state_.flags[link.body] & has_force) return false;
+  }
+  return true;
+}
+
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
@@ -107,6 +129,8 @@ bool Mechanisms::is_stale() const {
 }
 
 void Mechanisms::find() {
+  for (const MechanismLink& link : trees_.links())
+    if (link.body < state_.size()) state_.swings[link.body] = 0;
   if (graph_.joint_slots() > 0) note_couplings();
   trees_.find(Source{*this});
   order_.resize(trees_.mechanisms().size());

@@ -38,6 +38,9 @@ class Mechanisms {
   /// By slot of a joint, see JointTrees. Null where none is solved directly.
   const std::uint8_t* direct() const { return empty() ? nullptr : trees_.direct().data(); }
 
+  /// Which of its bodies swing in this step (`BodyState::swings`).
+  void note_swings(std::uint32_t mechanism);
+
   /// Those of MechanismSolver.
   void prepare(std::uint32_t mechanism);
   void warm_start(std::uint32_t mechanism, bool forgets);
@@ -55,6 +58,7 @@ class Mechanisms {
   struct Source;
 
   bool is_stale() const;
+  bool does_swing(const Mechanism& mechanism) const;
   void find();
   void note_couplings();
   bool is_coupled(std::span<const MechanismLink> tree) const;

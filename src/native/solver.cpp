@@ -262,6 +262,11 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   if (def_.solver.method != Solver::soft) return;
   supports_.update(in_contact.slots, layout_, has_moved, step);
   mechanisms_.update(layout_, has_moved);
+  note_swings();
+}
+
+void ContactSolver::note_swings() {
+  for_each_number(mechanisms_.all(), [this](std::uint32_t mechanism) { mechanisms_.note_swings(mechanism); });
 }
 
 void ContactSolver::build() {
@@ -394,8 +399,7 @@ void ContactSolver::load_body(std::uint32_t slot) {
     return;
   }
   state_.motion[slot] = motion_under(info.gravity_scale * def_.gravity, info.linear_damping, info.angular_damping, h);
-  if (state_.flags[slot] & (has_force | jointed) || !info.isotropic || supports_.overloads().any_scaled())
-    load_extras(slot);
+  if (state_.flags[slot] & has_force || !info.isotropic || supports_.overloads().any_scaled()) load_extras(slot);
 }
 
 // What most bodies do without, and what would cost them registers.
@@ -408,21 +412,11 @@ HWY_NOINLINE void ContactSolver::load_extras(std::uint32_t slot) {
     motion.acceleration = a.linear;
     motion.angular_acceleration = a.angular;
   }
-  if (state_.flags[slot] & jointed) state_.swings[slot] = does_swing(slot);
   if (!info.isotropic) {
     const SymMat3 world = rotated(to_matrix(q), info.inverse_inertia);
     state_.inertia[slot] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};
   }
   if (supports_.overloads().any_scaled()) add_inertia(slot, 1 / supports_.overloads().inertia_scale(slot));
-}
-
-/// Sweeps would leave it some of the velocity that it is to have between positions, as the drives of
-/// its mechanism would, which aim at a velocity.
-bool ContactSolver::does_swing(std::uint32_t slot) const {
-  const std::uint8_t* const direct = mechanisms_.direct();
-  if (!direct || state_.flags[slot] & has_force || !graph_.has_joints_alone(slot, joints_.of(slot))) return false;
-  return std::ranges::all_of(joints_.of(slot),
-                             [&](std::uint32_t joint) { return direct[joint] == JointTrees::undriven; });
 }
 
 // Forces stay what they are, so they accelerate less.
@@ -633,7 +627,9 @@ void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const I
   isolate(failed);
   any_isolated_ = true;
   supports_.let_go(failed);
-  if (!mechanisms_.empty()) mechanisms_.find_again(layout_);
+  if (mechanisms_.empty()) return;
+  mechanisms_.find_again(layout_);
+  note_swings();
 }
 
 // Those isolated in this step are loaded like all others.

@@ -119,7 +119,7 @@ class ContactSolver {
   void load_body(std::uint32_t slot);
   void load_extras(std::uint32_t slot);
   void load_kinematic();
-  bool does_swing(std::uint32_t slot) const;
+  void note_swings();
   void add_inertia(std::uint32_t slot, float inverse_scale);
   void load_group(std::span<const std::uint32_t> slots);
   std::size_t prepare(std::size_t begin, std::size_t end);

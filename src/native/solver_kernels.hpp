@@ -35,7 +35,7 @@ struct BodiesView {
   const BodyMotion* motion = nullptr;
   const float* held = nullptr;            ///< part of the supports' last solution; null where none is held
   const std::uint16_t* levels = nullptr;  ///< of bodies that are held
-  const std::uint8_t* swings = nullptr;   ///< 1: only joints act on it; null where there are no joints
+  const std::uint8_t* swings = nullptr;   ///< see BodyState; null where there are no joints
   const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null where none is
   bool any_fast = true;                   ///< some body may approach another faster than a hit's threshold
 };
