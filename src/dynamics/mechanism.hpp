@@ -32,6 +32,7 @@ inline constexpr int newton_rounds = 3;          // in which anchors come to mee
 inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
 inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
 inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
+inline constexpr float closing_share = 0.01f;    // and of the arms, by which gaps close then that nothing pulls apart
 
 /// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
 /// level by level, and so do the children of a link.
@@ -502,10 +503,10 @@ class MechanismSolver {
       if (links[i].joint == none) return;
       const LinkMotion& parent = parent_of(i);
       if (links[i].generic != none)
-        return generic[links[i].generic].aim_at_rest({s.motion, parent}, gap_share, meeting_share, most, h);
+        return generic[links[i].generic].aim_at_rest({s.motion, parent}, gap_share, closing_share, most, h);
       s.error = speed_apart(s, parent);
       if (gap_share > 0) {
-        const float least = (meeting_share / h) * (length(s.arm) + length(s.parent_arm));
+        const float least = (closing_share / h) * (length(s.arm) + length(s.parent_arm));
         const Vec3 pull = limited((gap_share / h) * gap(s, parent), min(most, length(s.error) + least));
         s.error = mul_add(s.error + pull, -0.5f * h, s.row.pull);
       }

@@ -1,0 +1,103 @@
+// Mechanisms of light links on long arms and heavy bodies: they come to rest, and whatever spins too fast for a substep
+// loses energy until it meets again.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fathom/world.hpp>
+#include <vector>
+
+#include "joint_worlds.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::test {
+namespace {
+
+class LightLinks : public OfJointWorlds {};
+INSTANTIATE_TEST_SUITE_P(Simulators, LightLinks, testing::ValuesIn(joint_worlds), joint_world_name);
+
+BodyDef on_floor(const Shape& shape, float mass, Vec3 at) {
+  BodyDef def;
+  def.shape = shape, def.mass = mass, def.pose.position = at;
+  return def;
+}
+
+void add_floor(World& world) {
+  BodyDef floor;
+  floor.motion = MotionType::fixed, floor.shape = box({20, 20, 0.5f}), floor.pose.position = {0, 0, -0.5f};
+  world.add(floor);
+}
+
+float widest_gap(const World& world) {
+  float widest = 0;
+  for (const JointId id : world.joints()) {
+    const JointDef& joint = world.joint(id);
+    widest = std::max(widest, distance(transform(world.pose(joint.a), joint.frame_a.position),
+                                       transform(world.pose(joint.b), joint.frame_b.position)));
+  }
+  return widest;
+}
+
+// Its top touches nothing, so it would swing if each body were looked at by itself, and end steps with 1.7 cm/s.
+TEST_P(LightLinks, AWeldedTableComesToRest) {
+  World world(GetParam().quiet());
+  add_floor(world);
+  const BodyId top = world.add(on_floor(box({1, 0.6f, 0.05f}), 100, {0, 0, 1}));
+  for (const float x : {-0.9f, 0.9f})
+    for (const float y : {-0.5f, 0.5f}) {
+      const BodyId leg = world.add(on_floor(box({0.04f, 0.04f, 0.4f}), 10, {x, y, 0.55f}));
+      world.add_joint(fixed_joint(top, leg, {{x, y, -0.05f}, 0, {}}, {{0, 0, 0.4f}, 0, {}}));
+    }
+  for (int step = 0; step < 300; ++step) world.step();
+  EXPECT_NEAR(world.pose(top).position.z, 0.85f, 1e-3f);
+  for (const BodyId id : world.bodies()) EXPECT_LT(length(world.velocity(id).linear), 1e-4f);
+  EXPECT_LT(widest_gap(world), 1e-5f);
+}
+
+// A rod of 3 cm is joined to both at points half a metre beside it. As sweeps had it, it was flung about for ever.
+TEST_P(LightLinks, ARodOnLongArmsBetweenHeavyBodiesComesToRest) {
+  World world(GetParam().quiet());
+  add_floor(world);
+  const BodyId first = world.add(on_floor(box({0.3f, 0.3f, 0.3f}), 300, {-1, 0, 2}));
+  const BodyId rod = world.add(on_floor(box({0.5f, 0.015f, 0.015f}), 0.7f, {0, 0.5f, 2.2f}));
+  const BodyId last = world.add(on_floor(box({0.2f, 0.3f, 0.25f}), 20, {1, 0, 2.5f}));
+  world.add_joint(ball_joint(first, rod, {0.5f, 0, 0.2f}, {-0.5f, -0.5f, 0}));
+  world.add_joint(ball_joint(rod, last, {0.5f, -0.5f, 0.1f}, {-0.5f, 0, -0.2f}));
+  for (int step = 0; step < 900; ++step) world.step();
+  for (const BodyId id : world.bodies()) EXPECT_LT(length(world.velocity(id).linear), 0.05f);
+  EXPECT_LT(widest_gap(world), 1e-3f);
+}
+
+// Turning by some radians in a substep, in free flight: rows, which are linear, know nothing of where its anchors go.
+TEST_P(LightLinks, WhatSpinsTooFastLosesEnergyUntilItMeets) {
+  for (const float spin : {300.0f, 1000.0f, 3000.0f}) {
+    WorldDef def = GetParam().quiet();
+    def.gravity = {};
+    World world(def);
+    const Vec3 spins[] = {{spin, 0, 0.5f * spin}, {0, -spin, spin}, {-spin, 0.3f * spin, 0}};
+    std::vector<BodyId> ids;
+    for (int i = 0; i < 3; ++i) {
+      BodyDef needle =
+          on_floor(box({0.01f, 0.0008f, 0.0005f}), i == 1 ? 1e-5f : 1e-3f, {0.03f * static_cast<float>(i), 0, 5});
+      needle.velocity.angular = spins[i];
+      needle.filter = {2, 0};
+      ids.push_back(world.add(needle));
+      if (i > 0) world.add_joint(ball_joint(ids[ids.size() - 2], ids.back(), {0.015f, 0.01f, 0}, {-0.015f, 0.01f, 0}));
+    }
+    const auto energy = [&] {
+      float sum = 0;
+      for (const BodyId id : ids) sum += kinetic_energy(world, id);
+      return sum;
+    };
+    const float start = energy();
+    for (int step = 0; step < 600; ++step) {
+      world.step();
+      EXPECT_LE(energy(), 1.01f * start) << "spin " << spin << ", step " << step;
+    }
+    EXPECT_TRUE(world.quarantined().empty());
+    EXPECT_LT(widest_gap(world), 1e-3f) << "spin " << spin;
+  }
+}
+
+}  // namespace
+}  // namespace fathom::test
