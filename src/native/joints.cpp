@@ -91,10 +91,7 @@ void NativeSimulator::joint_removed(std::uint32_t slot) {
   define_couplings_beside(slot, slot);
   active_.outdate_in_contact();
   for (const std::uint32_t body : {info.a, info.b})
-    if (joints.of(body).size() == 1) {
-      state_.flags[body] &= static_cast<std::uint8_t>(~jointed);
-      state_.swings[body] = 0;
-    }
+    if (joints.of(body).size() == 1) state_.flags[body] &= static_cast<std::uint8_t>(~jointed);
   const bool others_do = std::ranges::any_of(joints.of(info.b), [&](std::uint32_t other) {
     const JointInfo& joint = joints[other];
     return other != slot && !joint.def.collide_connected && (joint.a == info.a || joint.b == info.a);
