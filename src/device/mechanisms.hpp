@@ -103,9 +103,15 @@ struct CheckLinks {
     const std::uint32_t flags = bodies.flags[link.body];
     MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
-    if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
+    const bool leans = link.is_light(bodies.constants[link.body].inverse_mass) && is_in_contact(link.body);
+    if (!is_solved || leans) exec::atomic_store(record.is_blocked, 1u);
     const std::uint32_t joints_of_it = link.children + (link.joint != MechanismLink::none ? 1 : 0);
     if (bodies.touching[link.body] != joints_of_it || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
+  }
+
+ private:
+  FATHOM_HD bool is_in_contact(std::uint32_t body) const {
+    return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
   }
 };
 

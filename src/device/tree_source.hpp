@@ -34,6 +34,7 @@ class TreeSource {
   std::uint32_t b(std::uint32_t slot) const { return joints_[slot].b; }
   bool is_generic(std::uint32_t slot) const { return joints_[slot].def.type != JointType::ball; }
   bool is_driven(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_driven(); }
+  bool is_stiff(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_stiff(); }
   bool is_obstacle(std::uint32_t body) const { return bodies_[body].motion != MotionType::dynamic; }
   float inverse_mass(std::uint32_t body) const { return bodies_[body].inverse_mass; }
   /// A coupling's row and a direct solution of what it pushes would take turns against each other.

@@ -72,6 +72,12 @@ struct GenericJoint {
       if (axis.locked + axis.limited > 0) return true;
     return false;
   }
+  /// Whether the bodies move as one, but for drives.
+  bool is_stiff() const {
+    for (const GenericAxis<float>& axis : axes)
+      if (!(axis.locked > 0 || axis.most > 0)) return false;
+    return distance == 0;
+  }
   /// By a drive, or an armature.
   bool is_driven() const {
     for (const GenericAxis<float>& axis : axes)

@@ -33,6 +33,10 @@ inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within
 inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
 inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
 inline constexpr float closing_share = 0.01f;    // and of the arms, by which gaps close then that nothing pulls apart
+/// Times the mass of a body that touches something what moves as one with it may weigh. A contact's rows know its two
+/// bodies' masses, not what a direct solution moves with them, and are stable up to some 25 times that: a table on
+/// light legs would hop on them and sink in.
+inline constexpr float max_behind_a_contact = 24;
 
 /// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
 /// level by level, and so do the children of a link.
@@ -47,7 +51,10 @@ struct MechanismLink {
   std::uint32_t first_child, children;
   std::uint32_t is_b;  ///< 1: the body is the joint's B
   std::uint32_t mechanism;
+  float rigid_mass;  ///< kg, of all that moves as one with the body, itself among it
 
+  /// Whether too much moves with the body for its contacts, where it has any.
+  FATHOM_HD bool is_light(float inverse_mass) const { return rigid_mass * inverse_mass > max_behind_a_contact; }
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
 };
 

@@ -69,11 +69,12 @@ struct Mechanisms::Source {
   std::uint32_t b(std::uint32_t slot) const { return m.graph_.joint(slot).b; }
   bool is_generic(std::uint32_t slot) const { return m.graph_.joint(slot).kind == ConstraintKind::generic_joint; }
   bool is_driven(std::uint32_t slot) const { return m.graph_.is_driven(slot); }
+  bool is_stiff(std::uint32_t slot) const { return is_generic(slot) && m.graph_.generic_joint(slot).is_stiff(); }
   bool is_obstacle(std::uint32_t slot) const {
     return m.bodies_[slot].motion != MotionType::dynamic || m.state_.flags[slot] & isolated;
   }
   float inverse_mass(std::uint32_t slot) const { return m.bodies_[slot].inverse_mass; }
-  bool accepts(std::span<const MechanismLink> tree) const { return !m.is_coupled(tree); }
+  bool accepts(std::span<const MechanismLink> tree) const { return m.accepts(tree); }
 };
 
 MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
@@ -103,9 +104,7 @@ bool Mechanisms::does_swing(const Mechanism& m) const {
     const MechanismLink& link = trees_.links()[i];
     if (link.joint != MechanismLink::none && trees_.direct()[link.joint] == JointTrees::driven) return false;
     const std::uint32_t joints = link.children + (link.joint != MechanismLink::none ? 1 : 0);
-    const auto touching =
-        static_cast<std::uint32_t>(std::popcount(state_.colour_mask[link.body])) + state_.overflow_count[link.body];
-    if (touching != joints || state_.flags[link.body] & has_force) return false;
+    if (constraints_of(link.body) != joints || state_.flags[link.body] & has_force) return false;
   }
   return true;
 }
@@ -131,7 +130,7 @@ bool Mechanisms::is_stale() const {
 void Mechanisms::find() {
   for (const MechanismLink& link : trees_.links())
     if (link.body < state_.size()) state_.swings[link.body] = 0;
-  if (graph_.joint_slots() > 0) note_couplings();
+  if (graph_.joint_slots() > 0) count_joints();
   trees_.find(Source{*this});
   order_.resize(trees_.mechanisms().size());
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
@@ -139,19 +138,30 @@ void Mechanisms::find() {
   generic_.resize(trees_.generic());
 }
 
-void Mechanisms::note_couplings() {
-  is_coupled_.assign(state_.size(), 0);
+void Mechanisms::count_joints() {
+  joints_.assign(state_.size(), {});
   for (std::uint32_t slot = 0; slot < graph_.joint_slots(); ++slot) {
     const Joint& j = graph_.joint(slot);
-    if (j.in_use && j.colour != no_colour && j.kind == ConstraintKind::coupling)
-      is_coupled_[j.a] = is_coupled_[j.b] = 1;
+    if (!j.in_use || j.colour == no_colour) continue;
+    for (const std::uint32_t body : {j.a, j.b}) {
+      ++joints_[body].count;
+      if (j.kind == ConstraintKind::coupling) joints_[body].is_coupled = true;
+    }
   }
+}
+
+std::uint32_t Mechanisms::constraints_of(std::uint32_t slot) const {
+  return static_cast<std::uint32_t>(std::popcount(state_.colour_mask[slot])) + state_.overflow_count[slot];
 }
 
 // A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
 // two wheels come to terms in sweeps alone.
-bool Mechanisms::is_coupled(std::span<const MechanismLink> tree) const {
-  return std::ranges::any_of(tree, [this](const MechanismLink& link) { return is_coupled_[link.body] != 0; });
+bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
+  return std::ranges::none_of(tree, [this](const MechanismLink& link) {
+    const Joints& joints = joints_[link.body];
+    const bool is_in_contact = constraints_of(link.body) > joints.count;
+    return joints.is_coupled || (is_in_contact && link.is_light(bodies_[link.body].inverse_mass));
+  });
 }
 
 void Mechanisms::order_by_group(const ConstraintLayout& layout) {
@@ -172,7 +182,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
-         is_coupled_.capacity() +
+         joints_.capacity() * sizeof(Joints) +
          (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
 }
 

@@ -57,11 +57,18 @@ class Mechanisms {
   struct Access;
   struct Source;
 
+  /// Of a body.
+  struct Joints {
+    std::uint32_t count = 0;
+    bool is_coupled = false;
+  };
+
   bool is_stale() const;
+  std::uint32_t constraints_of(std::uint32_t slot) const;
   bool does_swing(const Mechanism& mechanism) const;
   void find();
-  void note_couplings();
-  bool is_coupled(std::span<const MechanismLink> tree) const;
+  void count_joints();
+  bool accepts(std::span<const MechanismLink> tree) const;
   void order_by_group(const ConstraintLayout& layout);
   MechanismSolver<Access> solver();
   const Mechanism& mechanism(std::uint32_t number) const { return trees_.mechanisms()[number]; }
@@ -77,7 +84,7 @@ class Mechanisms {
   std::vector<JointLink> generic_;  // of links with generic joints
   std::vector<std::uint32_t> order_, first_of_group_;
   std::vector<std::uint32_t> group_of_;
-  std::vector<std::uint8_t> is_coupled_;  // by slot of a body: whether some coupling acts on it
+  std::vector<Joints> joints_;  // by slot of a body: those with colours
 };
 
 }  // namespace fathom::native

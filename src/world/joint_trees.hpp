@@ -16,7 +16,7 @@ namespace fathom {
 /// Finds them among the joints and bodies of a `Source`, by its numbers:
 ///
 ///     bodies(), joints(): how many numbers there are
-///     is_candidate(j): it may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j)
+///     is_candidate(j): it may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
 ///     is_obstacle(i): joints do not push it;  inverse_mass(i)
 ///     accepts(links): whether the tree, its root first, is to be solved directly
 class JointTrees {
@@ -101,7 +101,7 @@ class JointTrees {
   void add(const Source& source, std::uint32_t body, std::uint32_t joint, std::uint32_t parent) {
     const auto number = static_cast<std::uint32_t>(links_.size());
     link_of_[body] = number;
-    MechanismLink link{body, joint, parent, none, none, 0, 0, 0, static_cast<std::uint32_t>(mechanisms_.size())};
+    MechanismLink link{body, joint, parent, none, none, 0, 0, 0, static_cast<std::uint32_t>(mechanisms_.size()), 0};
     if (joint != none) {
       link.is_b = source.b(joint) == body;
       if (parent == none) link.obstacle = link.is_b ? source.a(joint) : source.b(joint);
@@ -138,6 +138,7 @@ class JointTrees {
       }
     }
     const auto end = static_cast<std::uint32_t>(links_.size()), count = end - first;
+    weigh(source, first);
     const std::span<const MechanismLink> tree(links_.data() + first, count);
     if (count <= max_links && ends / 2 * links_a_loop <= count && source.accepts(tree)) {
       mechanisms_.push_back({first, end, level, static_cast<std::uint32_t>(levels_.size()) - level});
@@ -150,6 +151,21 @@ class JointTrees {
     links_.resize(first);  // their bodies stay marked, so that nobody looks again
     levels_.resize(level);
     generic_ = first_generic;
+  }
+
+  /// What stiff joints bind together of the links from this one on.
+  template <class Source>
+  void weigh(const Source& source, std::uint32_t first) {
+    const auto is_bound = [&](const MechanismLink& link) {
+      return link.parent != none && link.joint != none && source.is_stiff(link.joint);
+    };
+    // Parents come first, so that from the end on each hands its sum to its parent, and gets the whole back.
+    for (std::uint32_t i = first; i < links_.size(); ++i)
+      links_[i].rigid_mass = 1 / source.inverse_mass(links_[i].body);
+    for (auto i = static_cast<std::uint32_t>(links_.size()); i-- > first;)
+      if (is_bound(links_[i])) links_[links_[i].parent].rigid_mass += links_[i].rigid_mass;
+    for (std::uint32_t i = first; i < links_.size(); ++i)
+      if (is_bound(links_[i])) links_[i].rigid_mass = links_[links_[i].parent].rigid_mass;
   }
 
   template <class Source>
