@@ -61,7 +61,7 @@ TEST_P(LightLinks, AWeldedTableStandsOnLightLegs) {
   for (const float leg_mass : {3.0f, 1.0f, 0.3f}) expect_table_stands(GetParam(), leg_mass, 0.03f);
 }
 
-// A rod of 3 cm is joined to both at points half a metre beside it. As sweeps had it, it was flung about for ever.
+// A rod of 3 cm is joined to both at points half a metre off its axis. Sweeps let it fly about without end.
 TEST_P(LightLinks, ARodOnLongArmsBetweenHeavyBodiesComesToRest) {
   World world(GetParam().quiet());
   add_floor(world);
