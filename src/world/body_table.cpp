@@ -51,7 +51,6 @@ BodyInfo make_info(const BodyDef& def) {
   info.angular_damping = def.angular_damping;
   info.material = def.material;
   info.filter = def.filter;
-  info.user_data = def.user_data;
   if (def.motion == MotionType::dynamic) {
     info.mass = def.mass ? *def.mass : def.density * volume(def.shape);
     info.inverse_mass = 1 / info.mass;
@@ -129,7 +128,7 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
   def.can_sleep = info.can_sleep;
   def.sensor = info.is_sensor;
   def.bullet = info.is_bullet;
-  def.user_data = info.user_data;
+  def.user_data = user_data_[slot];
   return def;
 }
 
@@ -138,6 +137,7 @@ void BodyTable::change(std::uint32_t slot, const BodyDef& def) {
   note(info);
   note_sensor(slot, info.is_sensor);
   infos_[slot] = std::move(info);
+  user_data_[slot] = def.user_data;
 }
 
 BodyId BodyTable::add(const BodyDef& def) {
@@ -148,12 +148,15 @@ BodyId BodyTable::add(const BodyDef& def) {
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);
     infos_.push_back(std::move(info));
+    make_room(user_data_, infos_.size());
+    user_data_.push_back(0);
     generations_.push_back(1);
   } else {
     infos_[slot] = std::move(info);
     ++generations_[slot];
     free_slots_.pop_back();
   }
+  user_data_[slot] = def.user_data;
   ++count_;
   if (living_is_current_ && (living_.empty() || living_.back().index < slot))
     living_.push_back(id(slot));
@@ -193,13 +196,15 @@ std::span<const BodyId> BodyTable::living() const {
 
 void BodyTable::reserve(std::uint32_t bodies) {
   infos_.reserve(bodies);
+  user_data_.reserve(bodies);
   generations_.reserve(bodies);
   living_.reserve(bodies);
 }
 
 std::size_t BodyTable::memory_bytes() const {
-  return infos_.capacity() * sizeof(BodyInfo) + generations_.capacity() * sizeof(std::uint32_t) +
-         free_slots_.capacity() * sizeof(std::uint32_t) + living_.capacity() * sizeof(BodyId);
+  return infos_.capacity() * sizeof(BodyInfo) + user_data_.capacity() * sizeof(std::uint64_t) +
+         generations_.capacity() * sizeof(std::uint32_t) + free_slots_.capacity() * sizeof(std::uint32_t) +
+         living_.capacity() * sizeof(BodyId);
 }
 
 }  // namespace fathom

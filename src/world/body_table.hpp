@@ -33,11 +33,10 @@ struct alignas(64) BodyInfo {
 
   SymMat3 inertia;                         ///< body axes, 0 unless dynamic
   SymMat3 inverse_inertia;                 ///< body axes, 0 unless dynamic
-  float mass = 0;                          ///< kg, 0 unless dynamic
   std::shared_ptr<const void> shape_data;  ///< what the geometry of a hull, a surface or a compound lies in
-  Material material;
+  Material material;                       ///< on the last line, all of it
+  float mass = 0;                          ///< kg, 0 unless dynamic
   Filter filter;
-  std::uint64_t user_data = 0;
 
   void set_shape(const Shape& shape);
   Shape shape() const;
@@ -100,6 +99,9 @@ class BodyTable {
 
   BodyInfo& operator[](std::uint32_t slot) { return infos_[slot]; }
   const BodyInfo& operator[](std::uint32_t slot) const { return infos_[slot]; }
+  /// Apart from the rest, because no step reads it.
+  std::uint64_t user_data(std::uint32_t slot) const { return user_data_[slot]; }
+  void set_user_data(std::uint32_t slot, std::uint64_t data) { user_data_[slot] = data; }
 
  private:
   void note(const BodyInfo& info);
@@ -107,6 +109,7 @@ class BodyTable {
   void note_thickness(const BodyInfo& info);
 
   std::vector<BodyInfo> infos_;
+  std::vector<std::uint64_t> user_data_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
   std::vector<std::uint32_t> sensors_;

@@ -11,7 +11,7 @@ template <class Archive, class Info>
 void archive_info(Archive& a, Info& i) {
   bool is_sensor = i.is_sensor, is_bullet = i.is_bullet;
   a(i.motion, i.can_sleep, i.isotropic, is_sensor, is_bullet, i.radius, i.inverse_mass, i.gravity_scale,
-    i.linear_damping, i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter, i.user_data);
+    i.linear_damping, i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter);
   if constexpr (Archive::reading) i.is_sensor = is_sensor, i.is_bullet = is_bullet;
   archive_material(a, i.material);
 }
@@ -23,6 +23,7 @@ void BodyTable::save(ByteWriter& write) const {
   ShapeWriter shapes(write);
   for (const BodyId body : living()) {
     archive_info(write, infos_[body.index]);
+    write(user_data_[body.index]);
     shapes.write(infos_[body.index].shape());
   }
 }
@@ -30,6 +31,7 @@ void BodyTable::save(ByteWriter& write) const {
 void BodyTable::restore(ByteReader& in) {
   in(generations_, free_slots_, any_anisotropic_);
   infos_.assign(generations_.size(), {});
+  user_data_.assign(generations_.size(), 0);
   living_is_current_ = false;
   count_ = 0;
   for (std::uint32_t slot = 0; slot < slot_count(); ++slot) count_ += alive(slot);
@@ -39,6 +41,7 @@ void BodyTable::restore(ByteReader& in) {
   for (const BodyId body : living()) {
     BodyInfo& info = infos_[body.index];
     archive_info(in, info);
+    in(user_data_[body.index]);
     in.require(info.motion <= MotionType::dynamic);
     info.set_shape(shapes.read());
     in.require(!info.geometry.is_surface() || info.motion != MotionType::dynamic);

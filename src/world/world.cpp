@@ -209,11 +209,11 @@ MassProperties World::mass_properties(BodyId id) const {
 Aabb World::bounds(BodyId id) const { return simulator_->bounds(simulator_->bodies.slot(id, "read bounds")); }
 
 std::uint64_t World::user_data(BodyId id) const {
-  return simulator_->bodies[simulator_->bodies.slot(id, "read user data")].user_data;
+  return simulator_->bodies.user_data(simulator_->bodies.slot(id, "read user data"));
 }
 
 void World::set_user_data(BodyId id, std::uint64_t data) {
-  simulator_->bodies[simulator_->bodies.slot(id, "set user data")].user_data = data;
+  simulator_->bodies.set_user_data(simulator_->bodies.slot(id, "set user data"), data);
 }
 
 void World::set_material(BodyId id, const Material& material) {
