@@ -41,7 +41,10 @@ TEST(EngineCommands, DoWhatTheWorldsFunctionsDo) {
       {set_gravity_scale, [&] { direct.set_gravity_scale(id, a.x); }},
       {set_damping, [&] { direct.set_damping(id, a.x, 0.2f); }},
       {set_material,
-       [&] { direct.set_material(id, {.friction = a.x, .restitution = 0.2f, .rolling_resistance = 0.1f}); }},
+       [&] {
+         direct.set_material(id,
+                             {.friction = a.x, .restitution = 0.2f, .rolling_resistance = 0.1f, .surface_velocity = b});
+       }},
   };
   std::uint64_t before = direct.state_hash();
   for (const auto& [kind, act] : pairs) {

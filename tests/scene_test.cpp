@@ -112,6 +112,7 @@ restitution = 0.1
 friction_rule = "minimum"
 restitution_rule = "average"
 rolling_resistance = 0.03
+surface_velocity = [1, 0, -2]
 [shapes.crate]
 type = "box"
 half_extents = [0.5, 0.25, 1]
@@ -143,6 +144,7 @@ user_data = 99
   EXPECT_EQ(body.material.friction_rule, CombineRule::minimum);
   EXPECT_EQ(body.material.restitution_rule, CombineRule::average);
   EXPECT_EQ(body.material.rolling_resistance, 0.03f);
+  EXPECT_TRUE(body.material.surface_velocity == (Vec3{1, 0, -2}));
   EXPECT_EQ(body.motion, MotionType::kinematic);
   EXPECT_TRUE(body.pose.position == (Vec3{1, 2, 3}));
   EXPECT_EQ(body.pose.rotation.z, 1.0f);
@@ -220,7 +222,7 @@ TEST(SceneFile, WrongKeysAreNamedWithTheNearestRightOne) {
        "scene.toml:2:1: unknown key 'gravitation' in [world]; did you mean 'gravity'?"},
       {"[materials.ice]\nzzzzzz = 1\n" + body_with(""),
        "scene.toml:2:1: unknown key 'zzzzzz' in [materials.ice]; known: friction, restitution, friction_rule, "
-       "restitution_rule, rolling_resistance"},
+       "restitution_rule, rolling_resistance, surface_velocity"},
       {"[shapes.ball]\ntype = \"sphere\"\nradius = 1\nhalf_length = 2\n" + body_with(""),
        "scene.toml:4:1: unknown key 'half_length' in [shapes.ball]; known: type, radius"},
       // The first in the file, not the first in the alphabet.
@@ -448,6 +450,7 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "type",
                           "restitution_rule",
                           "rolling_resistance",
+                          "surface_velocity",
                           "radius",
                           "half_length",
                           "half_extents",

@@ -206,13 +206,9 @@ TEST_P(Kernels, IterateLikeTheTextbook) {
     TouchChanges touches;
     touches.make_room(1);
     const Velocity velocities[2];
-    const Constrained constrained{&p.contact,
-                                  &p.manifold,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr,
-                                  {&touches, p.poses, velocities, p.solver + 1, 1, 1}};
+    const Constrained constrained{
+        &p.contact, &p.manifold, nullptr, nullptr,
+        nullptr,    nullptr,     nullptr, {&touches, p.poses, velocities, p.solver + 1, 1, 1}};
     const BlockArray array{block, nullptr, kernels.block_bytes};
     kernels.prepare(array, 0, 1, &lane, constrained, {p.poses, p.solver + 1, p.inertias});
     Textbook textbook(p);

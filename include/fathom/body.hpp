@@ -38,6 +38,10 @@ struct Material {
   /// of its radius. A ball then decelerates by 5/7 g times this value, and stays on slopes up to this tangent. Typical
   /// values are 0.001 (steel) to 0.05 (a soft ball). The larger of two bodies' values counts, times the larger radius.
   float rolling_resistance = 0.0f;
+  /// At which the surface moves against the body (m/s, body's axes; in a compound those of the child whose material it
+  /// is), as of a conveyor belt; at most 1e6. Friction takes what lies on it to that speed, and acts on the body in
+  /// return: one that is not held drives off the other way. Of it counts what is along the contact.
+  Vec3 surface_velocity{};
 };
 
 /// Two bodies of one group, other than 0, collide where it is positive and do not where it is negative, whatever their

@@ -26,7 +26,8 @@ enum BodyBits : std::uint32_t {
   can_sleep_bit = 16,
   filtered_bit = 32,  ///< its filter may keep others out
   bullet_bit = 64,
-  shape_shift = 8,  ///< ShapeType, two bits
+  moving_surface_bit = 128,  ///< it has a surface velocity
+  shape_shift = 8,           ///< ShapeType, two bits
   friction_rule_shift = 12,
   restitution_rule_shift = 16,
   rule_bits = 15
@@ -51,6 +52,7 @@ struct alignas(16) BodyConstants {
   FATHOM_HD bool is_living() const { return bits & living_bit; }
   FATHOM_HD bool is_isotropic() const { return bits & isotropic_bit; }
   FATHOM_HD bool is_bullet() const { return bits & bullet_bit; }
+  FATHOM_HD bool has_moving_surface() const { return bits & moving_surface_bit; }
   FATHOM_HD bool is_filtered() const { return bits & filtered_bit; }
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
 };
@@ -141,8 +143,8 @@ struct HullRecord {
 };
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
-/// Beside these: there are bullets.
-inline constexpr std::uint32_t bullets_bit = 1u << 31;
+/// Beside these: there are bullets, or surfaces that move against their bodies.
+inline constexpr std::uint32_t bullets_bit = 1u << 31, moving_surfaces_bit = 1u << 30;
 
 struct HullArrays {
   const HullRecord* hulls = nullptr;
@@ -174,7 +176,8 @@ struct BodyArrays {
   BodyTensors* tensors;
   FilterMasks* filters;  ///< read where one of two bodies `is_filtered`
   Force* forces;
-  Pose* targets;  ///< where kinematic bodies are to be at the end of the step
+  Pose* targets;             ///< where kinematic bodies are to be at the end of the step
+  Vec3* surface_velocities;  ///< m/s, body axes, of those with `has_moving_surface`; null where there never was one
   HullArrays hulls;
 
   // Moved by steps.

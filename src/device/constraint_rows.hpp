@@ -28,6 +28,16 @@ enum ConstraintBits : std::uint32_t {
 
 FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
+/// Of body i's surface against the body (m/s, world axes).
+FATHOM_HD Vec3 surface_velocity(const BodyArrays& bodies, std::uint32_t i) {
+  if (!bodies.constants[i].has_moving_surface()) return {};
+  return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
+}
+/// What the surfaces of two bodies add to the sliding velocity of B against A (m/s, world axes).
+FATHOM_HD Vec3 surface_slide(const BodyArrays& bodies, const PairRecord& pair) {
+  return surface_velocity(bodies, pair.b) - surface_velocity(bodies, pair.a);
+}
+
 /// Where the rows of constraint k begin; row r is 32·r quads further.
 FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
   return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);

@@ -39,7 +39,8 @@ enum ContactBits : std::uint32_t {
   near_bit = 0x8000,      ///< near enough to touch as the step under way began
   closing_bit = 0x10000,  ///< approached faster than a hit's threshold then
   touch_halvings_shift = 20,
-  apart_bit = 0x20000,  ///< a joint keeps the bodies from touching
+  apart_bit = 0x20000,              ///< a joint keeps the bodies from touching
+  on_moving_surface_bit = 0x40000,  ///< a body's surface moves against it; known of those that have touched
 };
 
 struct alignas(16) Contact {
@@ -60,6 +61,7 @@ struct alignas(16) Contact {
   FATHOM_HD bool fixed_a() const { return bits & fixed_a_bit; }
   FATHOM_HD bool ahead() const { return bits & ahead_bit; }
   FATHOM_HD bool apart() const { return bits & apart_bit; }
+  FATHOM_HD bool on_moving_surface() const { return bits & on_moving_surface_bit; }
   FATHOM_HD std::uint32_t colour() const { return bits & colour_bits; }
   FATHOM_HD void set_colour(std::uint32_t colour) { bits = (bits & ~colour_bits) | colour; }
 };
@@ -252,9 +254,16 @@ struct ContactArrays {
 /// What few constraints have: bits.
 enum ConstraintExtras : std::uint32_t {
   overlaps_extra = 1,  ///< a part of the overlap counts as touching (dynamics/overlap.hpp)
-  rolls_extra = 2,     ///< a rolling resistance
+  row_extra = 2,       ///< an entry of `ConstraintArrays::extras`
   direct_extra = 2,    ///< of a joint: it is solved directly, with its mechanism
   all_extras = 3,
+};
+
+/// Of a contact with rolling resistance, or on a moving surface.
+struct alignas(16) ContactExtras {
+  RollRow roll;        ///< of length 0 without rolling resistance
+  Vec3 surface_slide;  ///< m/s, world axes; 0 where no surface moves
+  float unused = 0;
 };
 
 /// The bodies of a constraint, by device index, and what kind it is.
@@ -293,7 +302,7 @@ struct ConstraintArrays {
   std::uint32_t* manifold;
   Quad* rows;
   BounceRow* bounces;
-  RollRow* rolls;
+  ContactExtras* extras;
   std::uint32_t* overflow_order;
   SupportRecord* supports;
   std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours

@@ -11,6 +11,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       filters_(m),
       forces_(m),
       targets_(m),
+      surface_velocities_(m),
       poses_(m),
       before_(m),
       ends_(m),
@@ -54,10 +55,12 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   fast_pair_.grow(bodies, exec::Contents::keep);
   if (ends_.size() > 0) ends_.grow(bodies);
+  if (surface_velocities_.size() > 0) surface_velocities_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
 void BodyMemory::reserve_for_bullets() { ends_.grow(capacity_); }
+void BodyMemory::reserve_for_surfaces() { surface_velocities_.grow(capacity_, exec::Contents::keep); }
 
 BodyArrays BodyMemory::arrays() {
   return {.slots = slots_.data(),
@@ -66,6 +69,7 @@ BodyArrays BodyMemory::arrays() {
           .filters = filters_.data(),
           .forces = forces_.data(),
           .targets = targets_.data(),
+          .surface_velocities = surface_velocities_.data(),
           .hulls = hulls,
           .poses = poses_.data(),
           .velocities = velocities_.data(),
@@ -123,10 +127,10 @@ ContactMemory::ContactMemory(exec::Memory& m)
       supports_(m),
       rows_(m),
       bounces_(m),
-      rolls_(m) {}
+      extras_(m) {}
 
 void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists,
-                            bool bounces, bool rolls) {
+                            bool bounces, bool extras) {
   const std::size_t n = std::max(contacts, capacity());
   contacts_.grow(n, exec::Contents::keep);
   free_.grow(n, exec::Contents::keep);
@@ -153,10 +157,10 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   heads_.grow(n_constraints);
   rows_.grow((n_constraints + tile_width - 1) / tile_width * tile_width * row_count);
   if (bounces) bounces_.grow(n_constraints);
-  if (rolls) rolls_.grow(n_constraints);
+  if (extras) extras_.grow(n_constraints);
   event_lists_ = static_cast<std::uint32_t>(event_lists);
   may_bounce_ = bounces;
-  may_roll_ = rolls;
+  any_extras_ = extras;
   manifold_capacity_ = m;
   joint_capacity_ = j;
 }
@@ -189,7 +193,7 @@ ConstraintArrays ContactMemory::constraints() {
           .manifold = manifold_.data(),
           .rows = rows_.data(),
           .bounces = bounces_.data(),
-          .rolls = rolls_.data(),
+          .extras = extras_.data(),
           .overflow_order = overflow_order_.data(),
           .supports = supports_.data(),
           .contacts_of = contacts_of_.data(),

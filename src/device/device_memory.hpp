@@ -36,6 +36,8 @@ class BodyMemory {
   void reserve(std::size_t bodies);
   /// What only the pairs of bullets need.
   void reserve_for_bullets();
+  /// What only moving surfaces need.
+  void reserve_for_surfaces();
   /// Bodies that all buffers hold: where `reserve` threw, as many as before it.
   std::size_t capacity() const { return capacity_; }
   BodyArrays arrays();
@@ -62,6 +64,7 @@ class BodyMemory {
   exec::Buffer<FilterMasks> filters_;
   exec::Buffer<Force> forces_;
   exec::Buffer<Pose> targets_;
+  exec::Buffer<Vec3> surface_velocities_;
   exec::Buffer<Pose> poses_, before_, ends_;
   exec::Buffer<Velocity> velocities_;
   exec::Buffer<std::uint32_t> flags_;
@@ -87,14 +90,14 @@ class ContactMemory {
  public:
   explicit ContactMemory(exec::Memory& memory);
 
-  /// `joints`: constraints beside those of manifolds. `bounces` and `rolls`: whether rows for restitution, and for
-  /// rolling resistance, are needed.
+  /// `joints`: constraints beside those of manifolds. `bounces` and `extras`: whether rows for restitution, and for
+  /// rolling resistance or moving surfaces, are needed.
   void reserve(std::size_t contacts, std::size_t manifolds, std::size_t joints, std::size_t event_lists, bool bounces,
-               bool rolls);
+               bool extras);
   /// What only the pairs of bullets need.
   void reserve_for_bullets();
   bool may_bounce() const { return may_bounce_; }
-  bool may_roll() const { return may_roll_; }
+  bool any_extras() const { return any_extras_; }
   std::size_t capacity() const { return capacity_; }
   std::size_t manifold_capacity() const { return manifold_capacity_; }
   std::size_t joint_capacity() const { return joint_capacity_; }
@@ -118,10 +121,10 @@ class ContactMemory {
   exec::Buffer<SupportRecord> supports_;
   exec::Buffer<Quad> rows_;
   exec::Buffer<BounceRow> bounces_;
-  exec::Buffer<RollRow> rolls_;
+  exec::Buffer<ContactExtras> extras_;
   std::size_t capacity_ = 0, manifold_capacity_ = 0, joint_capacity_ = 0;
   std::uint32_t event_lists_ = 1;
-  bool may_bounce_ = false, may_roll_ = false;
+  bool may_bounce_ = false, any_extras_ = false;
 };
 
 /// Buffers of joints: none as long as there never was one.

@@ -332,7 +332,7 @@ class DeviceSimulator final : public Simulator {
   exec::Traffic newest_traffic_;
   exec::Traffic counted_;                           // up to the last submission
   bool may_bounce_ = false;                         // some material has a restitution above zero
-  bool may_roll_ = false;                           // some material has a rolling resistance
+  bool any_extras_ = false;                         // some material has a rolling resistance or a moving surface
   std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; of the graphs
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;

@@ -127,11 +127,11 @@ void DeviceSimulator<D>::make_room() {
   make_room_for_mechanisms();
   if (contacts_needed > contact_memory_.capacity() || manifolds_needed > contact_memory_.manifold_capacity() ||
       joint_memory_.capacity() > contact_memory_.joint_capacity() || may_bounce_ != contact_memory_.may_bounce() ||
-      may_roll_ != contact_memory_.may_roll()) {
+      any_extras_ != contact_memory_.any_extras()) {
     retire_all();
     forget_graphs();
     contact_memory_.reserve(contacts_needed, manifolds_needed, joint_memory_.capacity(), event_lists(), may_bounce_,
-                            may_roll_);
+                            any_extras_);
   }
   if (shapes_ != recorded_shapes_) {
     retire_all();
@@ -140,6 +140,7 @@ void DeviceSimulator<D>::make_room() {
       body_memory_.reserve_for_bullets();
       contact_memory_.reserve_for_bullets();
     }
+    if (shapes_ & moving_surfaces_bit) body_memory_.reserve_for_surfaces();
   }
   const std::size_t old_list = published_memory_.order.size();
   if (published_memory_.needs(published_settings(), published_room())) {

@@ -61,7 +61,8 @@ struct alignas(16) BodyData {
   Velocity velocity{};        ///< of a body that is added
   std::uint32_t changes = 0;  ///< `Changes` to note where constants change
   std::uint32_t slot = none;  ///< of a body that is added
-  std::uint32_t unused[2] = {};
+  Vec3 surface_velocity;      ///< m/s, body axes
+  float unused[3] = {};
 };
 
 /// The change of velocity by an impulse and an angular impulse.
@@ -167,6 +168,7 @@ struct ApplyEdits {
         bodies.constants[i] = data[e.data].constants;
         bodies.tensors[i] = data[e.data].tensors;
         bodies.filters[i] = data[e.data].filter;
+        set_surface(i, data[e.data]);
         note(i, data[e.data].changes);
         if (data[e.data].changes & drop_contacts) bodies.known[i] = no_box();
         break;
@@ -186,6 +188,7 @@ struct ApplyEdits {
     bodies.constants[i] = c;
     bodies.tensors[i] = data[e.data].tensors;
     bodies.filters[i] = data[e.data].filter;
+    set_surface(i, data[e.data]);
     bodies.poses[i] = data[e.data].pose;
     bodies.velocities[i] = data[e.data].velocity;
     bodies.flags[i] = c.motion() == MotionType::fixed ? 0u : static_cast<std::uint32_t>(awake_flag);
@@ -201,6 +204,10 @@ struct ApplyEdits {
     bodies.fat[i] = no_box();
     exec::atomic_max(counters->bodies, i + 1);
     refit(i, true, box_change);
+  }
+
+  FATHOM_HD void set_surface(std::uint32_t i, const BodyData& body) const {
+    if (body.constants.has_moving_surface()) bodies.surface_velocities[i] = body.surface_velocity;
   }
 
   FATHOM_HD void remove(std::uint32_t i) const {

@@ -201,16 +201,32 @@ struct FindSupports {
   FATHOM_HD void note_base(std::uint32_t k) const {
     if (is_joint(constraints.heads[k].bits)) return;
     const Contact& c = contacts.contacts[constraints.contact[k]];
+    if (c.on_moving_surface() && !may_be_base(k, c)) return split(k, c);
     if (!c.fixed_a() || c.colour() == overflow_colour || !is_pushable(bodies, c.b) || !touches(k)) return;
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
     const Velocity v = bodies.velocities[c.a];
-    if (length_squared(v.linear) + length_squared(v.angular) > 0) {
+    if (c.on_moving_surface() || length_squared(v.linear) + length_squared(v.angular) > 0) {
       exec::atomic_min(s.first_base, c.a);
       exec::atomic_max(s.last_base, c.a);
     } else {
       exec::atomic_store(s.rests_on_still, 1u);
     }
     if (is_anew()) exec::atomic_store(bodies.support[c.b].level, 1u);
+  }
+
+  /// Whether what rests on A's moving surface may go with it: only if nothing else moves, and nothing is in its way.
+  FATHOM_HD bool may_be_base(std::uint32_t k, const Contact& c) const {
+    if (!c.fixed_a() || bodies.constants[c.b].has_moving_surface()) return false;
+    const Quad* const rows = rows_of(constraints, k);
+    return is_along_surface(constraints.extras[k].surface_slide, rows[0].xyz());
+  }
+  /// The bodies of constraint k do not move as one with what their structure rests on.
+  FATHOM_HD void split(std::uint32_t k, const Contact& c) const {
+    if (!is_pushable(bodies, c.b) || !touches(k)) return;
+    Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
+    exec::atomic_min(s.first_base, c.a);
+    exec::atomic_max(s.last_base, c.a);
+    exec::atomic_store(s.rests_on_still, 1u);
   }
 
   FATHOM_HD void note(std::uint32_t i) const {

@@ -116,11 +116,11 @@ struct PrepareConstraints {
                                  (both.a.inverse_mass > 0 ? bodies.motion[pair.a].acceleration : still));
       constraints.bounces[k] = row;
     }
-    const std::uint32_t rolls = contact.round() && m.rolling_length() > 0;
-    if (rolls) constraints.rolls[k] = roll_row(m, axes);
+    const bool rolls = contact.round() && m.rolling_length() > 0, is_special = rolls || contact.on_moving_surface();
+    if (is_special) constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{}, surface_slide(bodies, pair)};
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
-    const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (rolls ? 1u * rolls_extra : 0u);
+    const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (is_special ? 1u * row_extra : 0u);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
   }
 

@@ -52,8 +52,10 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];
   BodyData d;
   BodyConstants& c = d.constants;
+  const bool has_moving_surface = !(info.material.surface_velocity == Vec3{});
   c.bits = static_cast<std::uint32_t>(info.motion) | living_bit | (info.isotropic ? isotropic_bit : 0u) |
            (info.can_sleep ? can_sleep_bit : 0u) | (info.is_bullet ? bullet_bit : 0u) |
+           (has_moving_surface ? moving_surface_bit : 0u) |
            static_cast<std::uint32_t>(info.geometry.type) << shape_shift |
            static_cast<std::uint32_t>(info.material.friction_rule) << friction_rule_shift |
            static_cast<std::uint32_t>(info.material.restitution_rule) << restitution_rule_shift;
@@ -65,7 +67,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.gravity_scale = info.gravity_scale;
   c.linear_damping = info.linear_damping;
   c.angular_damping = info.angular_damping;
-  shapes_ |= shape_bit(info.geometry.type) | (info.is_bullet ? bullets_bit : 0u);
+  shapes_ |= shape_bit(info.geometry.type) | (info.is_bullet ? bullets_bit : 0u) |
+             (has_moving_surface ? moving_surfaces_bit : 0u);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
   // Sensors collide with nobody.
   const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;
@@ -76,7 +79,8 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   may_bounce_ = may_bounce_ || info.material.restitution > 0;
   c.restitution = info.material.restitution;
   d.tensors = {info.inertia, info.inverse_inertia, info.material.rolling_resistance};
-  may_roll_ = may_roll_ || info.material.rolling_resistance > 0;
+  d.surface_velocity = info.material.surface_velocity;
+  any_extras_ = any_extras_ || info.material.rolling_resistance > 0 || has_moving_surface;
   return d;
 }
 

@@ -85,7 +85,7 @@ void DeviceSimulator<D>::make_room_for(const Report& report) {
   const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
                           resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
-                          may_bounce_, may_roll_);
+                          may_bounce_, any_extras_);
   // Slots by eights, so that they need not grow for every single overlap more.
   const std::uint32_t overlaps = published_memory_.reports[pending_steps_.front().number % max_pending_].max_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);

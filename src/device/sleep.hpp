@@ -60,7 +60,18 @@ struct JoinIslands {
   FATHOM_HD void operator()(std::uint32_t index) const {
     const Contact c = contacts.contacts[index];
     if (!c.in_use() || !c.touching()) return;
+    if (c.on_moving_surface()) look_at_surface(c);
     link.join(c.a, c.b, c.fixed_a(), [&] { return contacts.manifolds[c.manifold].step_impulse > 0; });
+  }
+
+ private:
+  /// What goes with a moving surface stays awake, however slowly; who drives on it, too.
+  FATHOM_HD void look_at_surface(const Contact& c) const {
+    const BodyArrays& bodies = link.bodies;
+    const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;
+    if (!goes_with_surface(surface_slide(bodies, {c.a, c.b}), velocity)) return;
+    bodies.slow_time[c.b] = 0;
+    if (!c.fixed_a()) bodies.slow_time[c.a] = 0;
   }
 };
 

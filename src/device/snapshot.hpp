@@ -27,7 +27,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   s.retire_all();
   s.device_.wait();
   fetch_events();
-  write(submitted_, newest_, movable_, may_bounce_, may_roll_, shapes_, gravity_change_.wakes, grid_base_, edits_,
+  write(submitted_, newest_, movable_, may_bounce_, any_extras_, shapes_, gravity_change_.wakes, grid_base_, edits_,
         data_);
   BodyIndices::archive(indices_, write);
   JointMirror::archive(joint_mirror_, write);
@@ -57,7 +57,8 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
 
 template <exec::Device D>
 void DeviceSimulator<D>::restore(ByteReader& in) {
-  in(submitted_, newest_, movable_, may_bounce_, may_roll_, shapes_, gravity_change_.wakes, grid_base_, edits_, data_);
+  in(submitted_, newest_, movable_, may_bounce_, any_extras_, shapes_, gravity_change_.wakes, grid_base_, edits_,
+     data_);
   BodyIndices::archive(indices_, in);
   JointMirror::archive(joint_mirror_, in);
   const auto read_list = [&]<class T>(EventList<T>& list) {
@@ -133,7 +134,14 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
         for (const BodySupport& s : host) in.require(s.level <= max_levels);
     });
   });
-  if (is_on_device()) upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
+  if (!is_on_device()) return;
+  upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
+  if (!(shapes_ & moving_surfaces_bit)) return;
+  std::vector<Vec3> velocities(counters.bodies);
+  for (const BodyId id : bodies.living())
+    if (const std::uint32_t i = indices_.of(id.index); i < counters.bodies)
+      velocities[i] = bodies[id.index].material.surface_velocity;
+  upload(body_memory_.arrays().surface_velocities, velocities);
 }
 
 /// Requires that all are below `limit`.

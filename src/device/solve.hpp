@@ -337,10 +337,12 @@ struct SolveConstraints {
     load_pair<what>(place, fetched, pair);
     ContactRows contact;
     load_contact(fetched.rows, static_cast<int>(head.bits & point_bits), contact);
-    const bool from_zero = place.what == push_first, rolls = head.has(rolls_extra);
+    const bool from_zero = place.what == push_first;
     if (from_zero) contact.impulses = contact.impulses.cleared();
     RollRow roll;
-    if (rolls) roll = constraints.rolls[k];
+    SurfaceSlide surfaces;
+    if (head.has(row_extra)) roll = constraints.extras[k].roll, surfaces = {&constraints.extras[k].surface_slide};
+    const bool rolls = roll.length > 0;
     if (from_zero) roll.impulse = {};
     Quad* const rows = rows_of(constraints, k);
     ContactBodies<Inertia> both{contact_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
@@ -350,12 +352,12 @@ struct SolveConstraints {
       if (rolls) twist_apart(both, roll.impulse);
     } else if constexpr (what == bounce) {
       contact.bounce = constraints.bounces[k];
-      const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold);
+      const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold, surfaces);
       if (!bounced.any) return;
       contact.impulses.step += bounced.impulse;
       if (bounce_index(place) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[bounce_index(place)], 1u);
     } else {
-      sweep_contact<what>(head, contact, both);
+      sweep_contact<what>(head, contact, both, surfaces);
       if (rolls && (what == relax || !p.soft))
         roll.impulse = solve_rolling(both, roll.length, contact.impulses.sum(), roll.impulse);
     }
@@ -370,19 +372,19 @@ struct SolveConstraints {
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
-    if (what != bounce && rolls) constraints.rolls[k] = roll;
+    if (what != bounce && rolls) constraints.extras[k].roll = roll;
     if (what != bounce && ends_substep(place)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
   /// Points and friction, in the order of the pass.
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_contact(const ConstraintHead& head, ContactRows& contact,
-                                       ContactBodies<Inertia>& both) const {
+  FATHOM_HD_INLINED void sweep_contact(const ConstraintHead& head, ContactRows& contact, ContactBodies<Inertia>& both,
+                                       SurfaceSlide surfaces) const {
     const bool fixed = head.bits & pushes_fixed_bit;
     const ContactAxes axes = contact.axes();
     const bool moves_as_told = fixed && !(both.a.linear == Vec3{} && both.a.angular == Vec3{});
-    const CarriedBySides<Inertia> carried{both, axes, moves_as_told, p.friction_lead};
+    const CarriedBySides<Inertia> carried{both, axes, moves_as_told, p.friction_lead, surfaces};
     ContactStep step = contact_step(1 / p.h, fixed ? p.contacts.fixed : p.contacts.dynamic, p.push_out_velocity);
     if (p.soft && head.held() > 0) {
       stiffen(head.held(), step);

@@ -32,7 +32,7 @@ struct StepSettings {
   MoveParameters move;
   float sleep_time = 0;      ///< s
   bool bounces = false;      ///< some material has a restitution above zero
-  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had, and `bullets_bit`: others need no kernels
+  std::uint32_t shapes = 0;  ///< `shape_bit` of all that bodies ever had, and bits beside: others need no kernels
   PublishedSettings published;
 };
 

@@ -42,7 +42,7 @@ struct StoreImpulses {
     m.friction_impulse[0] = ok ? f.x : 0, m.friction_impulse[1] = ok ? f.y : 0;
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
-    if (head.has(rolls_extra)) store_rolling(k, m);
+    if (head.has(row_extra) && constraints.extras[k].roll.length > 0) store_rolling(k, m);
     // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
     // away leaves some of the cone to rounding.
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
@@ -131,7 +131,7 @@ struct StoreImpulses {
     const Quad* const rows = rows_of(constraints, k);
     Quad frame[row_count];
     for (std::uint32_t r = 0; r < impulse_row; ++r) frame[r] = rows[r * tile_width];
-    const Vec3 rolling = kept_impulse(constraints.rolls[k], ContactAxes(frame_of(frame)));
+    const Vec3 rolling = kept_impulse(constraints.extras[k].roll, ContactAxes(frame_of(frame)));
     m.set_rolling_impulse(is_finite(rolling) ? rolling : Vec3{});
   }
 };

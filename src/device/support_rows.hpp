@@ -72,6 +72,7 @@ FATHOM_HD Velocity common_motion(const BodyArrays& bodies, const Structure& stru
   const Velocity& base = bodies.velocities[structure.first_base];
   const Vec3 arm = bodies.poses[i].position - bodies.poses[structure.first_base].position;
   v.linear = base.linear + cross(base.angular, arm);
+  v.linear += surface_velocity(bodies, structure.first_base);
   v.angular = base.angular;
   return v;
 }

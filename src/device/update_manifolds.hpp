@@ -99,7 +99,7 @@ struct ContactChanges {
     wake(c.b);
   }
 
-  FATHOM_HD void mix(const Contact& c, ContactManifold& m) const {
+  FATHOM_HD void mix(Contact& c, ContactManifold& m) const {
     const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
     const auto rule = [](const BodyConstants& body, std::uint32_t shift) {
       return static_cast<CombineRule>(body.bits >> shift & rule_bits);
@@ -108,6 +108,8 @@ struct ContactChanges {
     m.restitution =
         combine(a.restitution, b.restitution, rule(a, restitution_rule_shift), rule(b, restitution_rule_shift));
     if (m.restitution > 0) exec::atomic_store(counters->may_bounce, 1u);
+    c.bits &= ~static_cast<std::uint32_t>(on_moving_surface_bit);
+    if (a.has_moving_surface() || b.has_moving_surface()) c.bits |= on_moving_surface_bit;
     if (!c.round()) return;
     const auto radius = [](const BodyConstants& body) { return is_round(body.shape()) ? body.shape_radius : 0.0f; };
     set_round(m, radius(a), radius(b), bodies.tensors[c.a].rolling_resistance, bodies.tensors[c.b].rolling_resistance);

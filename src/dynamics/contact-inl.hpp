@@ -276,7 +276,7 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactA
 /// happens to be, which rocks it and moves the load. v counts for at least what friction stops in a substep, so that
 /// what is gripped has its whole limit. One limit for both would be nearer to Coulomb's law, but lets go of grips,
 /// where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds
-/// `carried_slide` to the sliding velocity where A moves as it is told.
+/// to the sliding velocity what moving surfaces do, and `carried_slide` where A moves as it is told.
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,
@@ -348,9 +348,10 @@ FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L 
 }
 
 /// Points that would meet within the substep of `h` seconds, faster than `threshold` (m/s), leave with e times that
-/// speed, at once: Newton's law, before velocities are integrated, one contact after the other.
-template <class L, class Rows, class Bodies>
-FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L threshold) {
+/// speed, at once: Newton's law, before velocities are integrated, one contact after the other. `surfaces` adds what
+/// moving surfaces do to the sliding velocity.
+template <class L, class Rows, class Bodies, class Surfaces>
+FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L threshold, const Surfaces& surfaces) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
   const ContactAxesOf<L> axes = rows.axes();
   NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
@@ -389,8 +390,7 @@ FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L
       hit[i] = impulse;
     }
   push_normal(bodies, axes, sweep.sum);
-  const auto still = [](VecOf<L> slide) FATHOM_LANE_LAMBDA { return slide; };
   const FrictionImpulse<L> slid =
-      solve_friction(rows.friction(), axes, bodies, sweep.sum.n, FrictionImpulse<L>{zero, zero, zero}, still);
+      solve_friction(rows.friction(), axes, bodies, sweep.sum.n, FrictionImpulse<L>{zero, zero, zero}, surfaces);
   return {true, sweep.sum.n, (sweep.motion.n + slid.twist) + (slid.slide_1 + slid.slide_2)};
 }

@@ -7,6 +7,7 @@
 #include "dynamics/contact_manifold.hpp"
 #include "dynamics/inverse_inertia.hpp"
 #include "dynamics/lane_scalar.hpp"
+#include "dynamics/moving_surface.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
 
@@ -146,16 +147,17 @@ FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softne
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
 }
 
-/// Adds `carried_slide` where A moves as it is told.
+/// Adds what moving surfaces do, and `carried_slide` where A moves as it is told.
 template <class Inertia>
 struct CarriedBySides {
   const ContactBodies<Inertia>& bodies;
   const ContactAxes& axes;
   bool moves_as_told;
   float lead;
+  SurfaceSlide surfaces;
 
   FATHOM_HD Vec3 operator()(Vec3 slide) const {
-    return moves_as_told ? slide + carried_slide<float>(bodies, axes, lead) : slide;
+    return surfaces(moves_as_told ? slide + carried_slide<float>(bodies, axes, lead) : slide);
   }
 };
 

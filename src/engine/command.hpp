@@ -36,7 +36,7 @@ enum class CommandKind : std::uint8_t {
   set_gravity,        ///< a: m/s², of the world
   set_gravity_scale,  ///< a.x
   set_damping,        ///< a.x: linear, a.y: angular
-  set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance
+  set_material,       ///< a.x: friction, a.y: restitution, a.z: rolling resistance, b: surface velocity
   move_to,            ///< a: position, rotation
   join,               ///< joint `definition` of the list, from `body` to its other body
   change_joint,       ///< the joint of `body`, the other one and the user data of joint `definition` becomes as that

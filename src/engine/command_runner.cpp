@@ -136,7 +136,8 @@ void CommandRunner::run(const Command& c, const CommandList& list) {
     case CommandKind::set_damping:
       return world_->set_damping(id, c.a.x, c.a.y);
     case CommandKind::set_material:
-      return world_->set_material(id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z});
+      return world_->set_material(
+          id, {.friction = c.a.x, .restitution = c.a.y, .rolling_resistance = c.a.z, .surface_velocity = c.b});
     case CommandKind::join:
     case CommandKind::change_joint:
     case CommandKind::unjoin:

@@ -41,9 +41,12 @@ class CellSolver {
   struct Row {
     ContactRows rows;
     RollRow roll;
+    Vec3 surface_slide;  ///< where `on_moving_surface` (m/s)
     std::uint32_t contact, a, b;
     float nearest;  ///< m, of the points when the step began
-    bool isotropic, pushes_fixed;
+    bool isotropic, pushes_fixed, on_moving_surface;
+
+    SurfaceSlide surfaces() const { return {on_moving_surface ? &surface_slide : nullptr}; }
   };
   enum class Pass { warm_start, clear, push, relax, bounce };
 

@@ -46,7 +46,10 @@ enum Field : int {
   roll_x,
   roll_y,
   roll_z,
-  rolling_field_count
+  surface_x,  // `surface_slide`
+  surface_y,
+  surface_z,
+  surface_field_count
 };
 enum PointField : int { point_x, point_y, point_separation, point_mass, point_impulse, point_fields };
 

@@ -68,8 +68,9 @@ struct alignas(32) Contact {
   bool in_use : 1 = false;  ///< the slot holds a pair, or a part of one
   /// A is a surface or some body a compound: they may touch in several parts, each with a contact.
   bool in_parts : 1 = false;
-  bool is_part : 1 = false;  ///< one of these after the first: looked at with that one
-  std::uint8_t unused_bits : 5 = 0;
+  bool is_part : 1 = false;            ///< one of these after the first: looked at with that one
+  bool on_moving_surface : 1 = false;  ///< a body's surface moves against it; known of those that have touched
+  std::uint8_t unused_bits : 4 = 0;
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known of those that have touched
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.

@@ -193,22 +193,33 @@ void ContactGraph::make_manifolds(std::size_t count) {
   grow_to(manifolds_, manifolds_.size() + count - old);
 }
 
-void ContactGraph::mix_materials(const Contact& c) {
+void ContactGraph::mix_materials(Contact& c) {
   if (c.touching()) mix_materials(c, manifolds_[c.manifold]);
 }
 
-void ContactGraph::mix_materials(const Contact& c, ContactManifold& m) {
+void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
   const Children children = this->children(static_cast<std::uint32_t>(&c - contacts_.data()));
   const Piece piece_a = piece_of(bodies_[c.a], children.a), piece_b = piece_of(bodies_[c.b], children.b);
   const Material &a = piece_a.material, &b = piece_b.material;
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
+  c.on_moving_surface = !(a.surface_velocity == Vec3{} && b.surface_velocity == Vec3{});
+  if (c.on_moving_surface) std::atomic_ref(any_moving_surface_).store(true, std::memory_order_relaxed);
   if (!c.round) return;
   const auto radius = [](const Geometry& shape) { return is_round(shape.type) ? shape.radius : 0.0f; };
   set_round(m, radius(piece_a.geometry), radius(piece_b.geometry), a.rolling_resistance, b.rolling_resistance);
   if (m.rolling_length() > 0) std::atomic_ref(may_roll_).store(true, std::memory_order_relaxed);
 }
+
+Vec3 ContactGraph::surface_slide(std::uint32_t index) const {
+  const Contact& c = contacts_[index];
+  const Children children = this->children(index);
+  return rotate(state_.poses[c.b].rotation, surface_velocity(bodies_[c.b], children.b)) -
+         rotate(state_.poses[c.a].rotation, surface_velocity(bodies_[c.a], children.a));
+}
+
+Vec3 surface_slide(const ContactGraph& graph, std::uint32_t contact) { return graph.surface_slide(contact); }
 
 // --- colours -------------------------------------------------------------------------------------------------
 

@@ -71,8 +71,13 @@ class ContactGraph {
   ContactManifold& manifold(const Contact& contact) { return manifolds_[contact.manifold]; }
   const ContactManifold& manifold(const Contact& contact) const { return manifolds_[contact.manifold]; }
   Constrained constrained() {
-    return {contacts_.data(),       manifolds_.data(),      joints_.data(),
-            joint_impulses_.data(), generic_joints_.data(), generic_impulses_.data()};
+    return {contacts_.data(),
+            manifolds_.data(),
+            joints_.data(),
+            joint_impulses_.data(),
+            generic_joints_.data(),
+            generic_impulses_.data(),
+            this};
   }
   TouchChanges& touch_changes() { return touch_changes_; }
   void make_room_for_touches() { touch_changes_.make_room(contacts_.size()); }
@@ -80,6 +85,10 @@ class ContactGraph {
   bool may_bounce() const { return may_bounce_; }
   /// True once any contact had a rolling resistance.
   bool may_roll() const { return may_roll_; }
+  /// True once any contact was with a surface that moves against its body.
+  bool any_moving_surface() const { return any_moving_surface_; }
+  /// What moving surfaces add to the sliding velocity of B against A (m/s, world axes), as the step began.
+  Vec3 surface_slide(std::uint32_t index) const;
 
   /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
@@ -191,8 +200,8 @@ class ContactGraph {
   std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
   void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
   ContactManifold& manifold_at(std::uint32_t place) { return manifolds_[place]; }
-  void mix_materials(const Contact& contact, ContactManifold& manifold);
-  void mix_materials(const Contact& contact);
+  void mix_materials(Contact& contact, ContactManifold& manifold);
+  void mix_materials(Contact& contact);
   /// Brings a part of the colours' lists up to date with those that ended and those that have their colours.
   void relist(std::span<const GraphEdge> ended, std::span<const GraphEdge> begun, std::size_t part, std::size_t parts);
 
@@ -240,8 +249,8 @@ class ContactGraph {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_, s.colours_,
-      s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_, s.parts_);
+    a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_,
+      s.any_moving_surface_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_, s.parts_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -285,7 +294,7 @@ class ContactGraph {
   LargeArray<ContactManifold> manifolds_;
   std::vector<std::uint32_t> free_manifolds_;
   TouchChanges touch_changes_;
-  bool may_bounce_ = false, may_roll_ = false;
+  bool may_bounce_ = false, may_roll_ = false, any_moving_surface_ = false;
   PairSet pairs_;
   std::vector<std::uint32_t> new_manifolds_;
   std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free

@@ -23,7 +23,7 @@ namespace fathom::native::HWY_NAMESPACE {
 
 /// Fields of a block of couplings, where a block of generic joints has its own. A row's parts in their order.
 enum CouplingField : int {
-  coupling_start = rolling_field_count,
+  coupling_start = surface_field_count,
   coupling_written = coupling_start + 8 + 12 + 4 + 2 * coupled_field_count + 1 + 4 + 3,
   coupling_forces = coupling_written + 1 + 4 + 12,
   coupling_field_count = coupling_forces + 6

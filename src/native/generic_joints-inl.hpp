@@ -24,7 +24,7 @@ namespace fathom::native::HWY_NAMESPACE {
 
 /// Fields of a block of generic joints, behind all that contacts have, so that inertia tensors are where they are.
 enum GenericField : int {
-  generic_frame_a = rolling_field_count,  // w first
+  generic_frame_a = surface_field_count,  // w first
   generic_frame_b = generic_frame_a + 4,
   generic_arm_a = generic_frame_b + 4,
   generic_arm_b = generic_arm_a + 3,

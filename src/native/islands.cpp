@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "dynamics/move_to.hpp"
+#include "dynamics/moving_surface.hpp"
 #include "dynamics/sleep.hpp"
 
 namespace fathom::native {
@@ -20,6 +21,7 @@ void Islands::find_islands(std::span<const std::uint32_t> active) {
   for (int colour = 0; colour <= overflow_colour; ++colour) {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) {
       const Contact& c = graph_[index];
+      if (c.on_moving_surface) look_at_surface(index);
       connect(c.a, c.b, c.fixed_a);
     });
   }
@@ -38,6 +40,15 @@ void Islands::connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a) 
     parent_[b] = a;
   else
     parent_[a] = b;
+}
+
+/// What goes with a moving surface stays awake, however slowly; who drives on it, too.
+void Islands::look_at_surface(std::uint32_t index) {
+  const Contact& c = graph_[index];
+  const Vec3 velocity = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
+  if (!goes_with_surface(graph_.surface_slide(index), velocity)) return;
+  for (const std::uint32_t slot : {c.a, c.b})
+    if (bodies_[slot].motion == MotionType::dynamic) state_.slow_time[slot] = 0;
 }
 
 bool Islands::put_to_sleep(std::span<const std::uint32_t> active) {

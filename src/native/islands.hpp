@@ -43,6 +43,7 @@ class Islands {
  private:
   std::uint32_t root(std::uint32_t slot);
   void find_islands(std::span<const std::uint32_t> active);
+  void look_at_surface(std::uint32_t index);
   void connect(std::uint32_t body_a, std::uint32_t body_b, bool fixed_a);
   bool is_at_rest(std::span<const std::uint32_t> members);
   bool can_be_pushed(std::uint32_t slot) const;

@@ -34,6 +34,13 @@ inline Piece piece_of(const BodyInfo& info, std::uint32_t child) {
           true};
 }
 
+/// Of the body, or of one child of its compound: in the body's axes.
+inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
+  if (!info.geometry.is_compound()) return info.material.surface_velocity;
+  const ChildShape& c = info.geometry.compound().children()[child];
+  return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
+}
+
 inline float recycle_distance(const Piece& a, const Piece& b) {
   return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
 }

@@ -94,6 +94,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     h.isotropic = h.isotropic && !is_anisotropic(a) && !is_anisotropic(b);
     h.restitution = h.restitution || m.restitution > 0;
     any_round |= c.round;
+    h.moving_surface = h.moving_surface || c.on_moving_surface;
     h.ahead = h.ahead || c.ahead;
     lanes.touch_bits[i] = static_cast<std::int32_t>(c.touch_bits());
   }
@@ -142,6 +143,17 @@ HWY_NOINLINE void prepare_round(const Block<D>& block, const std::uint32_t* indi
   hn::Store(hn::Load(D(), length), D(), block.at(roll_length));
   const auto along_t1 = scale(hn::Load(D(), impulse[0]), f.t1);
   block.set3(roll_x, mul_add(mul_add(along_t1, hn::Load(D(), impulse[1]), f.t2), hn::Load(D(), impulse[2]), f.n));
+}
+
+/// What moving surfaces add to sliding velocities. Apart from the rest, so that blocks without pay nothing.
+template <class D>
+HWY_NOINLINE void prepare_surfaces(const Block<D>& block, const std::uint32_t* indices,
+                                   const Constrained& constrained) {
+  for (std::size_t i = 0; i < Block<D>::width; ++i) {
+    const bool moves = indices[i] != none && constrained.contacts[indices[i]].on_moving_surface;
+    const Vec3 slide = moves ? surface_slide(*constrained.graph, indices[i]) : Vec3{};
+    block.at(surface_x)[i] = slide.x, block.at(surface_y)[i] = slide.y, block.at(surface_z)[i] = slide.z;
+  }
 }
 
 /// `fathom::kept_impulse` goes back to the manifolds.
@@ -330,6 +342,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   }
   if (view.any_fast) note_closing(block, lanes, constrained.touches.hit_threshold);
   if (block.header().round) prepare_round(block, indices, constrained);
+  if (block.header().moving_surface) prepare_surfaces(block, indices, constrained);
   if (block.header().ahead) prepare_ahead(block, indices, constrained, view);
   return point_count;
 }

@@ -41,14 +41,21 @@ HWY_NOINLINE Vec3V<V> carried_slide_of_moving(const ContactAxesOf<V>& axes, cons
   return {hn::IfThenElseZero(moves, sum.x), hn::IfThenElseZero(moves, sum.y), hn::IfThenElseZero(moves, sum.z)};
 }
 
+/// Adds the `surface_slide` of lanes on moving surfaces, of others zero.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE Vec3V<V> with_surfaces(const Block<D>& block, Vec3V<V> slide) {
+  if (HWY_UNLIKELY(block.header().moving_surface)) return slide + block.get3(surface_x);
+  return slide;
+}
+
 /// `lead` (s): see `friction_lead`.
 template <class D, class B, class V = hn::Vec<D>>
 HWY_INLINE V sweep_friction(const Block<D>& block, const ContactAxesOf<V>& axes, B& bodies, float lead) {
   ContactRows<D> rows{block};
   return sweep_friction(rows, axes, bodies, [&](Vec3V<V> slide) HWY_ATTR {
     if (B::only_pushes_b && HWY_UNLIKELY(!block.header().still_a))
-      return slide + carried_slide_of_moving(axes, bodies, lead);
-    return slide;
+      slide = slide + carried_slide_of_moving(axes, bodies, lead);
+    return with_surfaces(block, slide);
   });
 }
 
@@ -133,7 +140,8 @@ HWY_INLINE void bounce_block(const Block<D>& block, SolverBody* all, const Sweep
   Bodies<D, fixed_a, isotropic> bodies;
   bodies.load(block, all);
   ContactRows<D> rows{block};
-  const auto bounce = bounce_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold));
+  const auto bounce = bounce_contact(rows, bodies, hn::Set(D(), p.substep), hn::Set(D(), p.restitution_threshold),
+                                     [&](Vec3V<hn::Vec<D>> slide) HWY_ATTR { return with_surfaces(block, slide); });
   if (!bounce.any) return;
   p.bounced->store(true, std::memory_order_relaxed);
   block.set(step_impulse, hn::Add(block.get(step_impulse), bounce.impulse));
@@ -328,7 +336,7 @@ SolverKernels make_kernels(const char* name) {
           static_cast<int>(Block<D>::width),
           Block<D>::bytes_up_to(field_count),
           Block<D>::bytes_up_to(inertia_a),
-          Block<D>::bytes_up_to(rolling_field_count),
+          Block<D>::bytes_up_to(surface_field_count),
           Block<D>::bytes_up_to(generic_field_count),
           bounce_field_count * Block<D>::width,
           prepare<D>,

@@ -55,6 +55,10 @@ struct LoadWatch {
   void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;
 };
 
+class ContactGraph;
+/// `ContactGraph::surface_slide`.
+Vec3 surface_slide(const ContactGraph& graph, std::uint32_t contact);
+
 /// Constraints, and what outlasts a step of them.
 struct Constrained {
   Contact* contacts = nullptr;
@@ -63,11 +67,13 @@ struct Constrained {
   JointImpulse* joint_impulses = nullptr;
   const GenericJoint* generic_joints = nullptr;  ///< by slot, as impulses; null where there are none
   GenericImpulse* generic_impulses = nullptr;
+  const ContactGraph* graph = nullptr;  ///< that tells of moving surfaces
   TouchWatch touches{};
 };
 
 /// Blocks of one width. What bouncing needs is kept apart, and not at all where nothing bounces; inertia tensors and
-/// rolling resistance come last in a block, which ends before them where all bodies are isotropic, or nothing has any.
+/// rolling resistance or moving surfaces come last in a block, which ends before them where all bodies are isotropic,
+/// or nothing has any.
 struct BlockArray {
   std::byte* blocks = nullptr;
   float* bounces = nullptr;
@@ -91,6 +97,7 @@ struct BlockHeader {
   bool overlaps = false;                          ///< in some lane a part of the overlap counts as touching
   bool round = false;                             ///< some lane is a contact of something round
   bool rolls = false;                             ///< some lane has rolling resistance
+  bool moving_surface = false;                    ///< some lane is on a surface that moves against its body
   bool ahead = false;                             ///< some lane's manifold was made where its bodies will meet
   bool moves = false;                             ///< some lane is a joint with a limit or a drive
   bool reacts = false;                            ///< … with an armature or restitution
@@ -106,7 +113,7 @@ struct SolverKernels {
   int width;         ///< lanes
   std::size_t block_bytes;
   std::size_t isotropic_block_bytes;  ///< of a block without inertia tensors
-  std::size_t rolling_block_bytes;    ///< of a block with rolling resistance, and them
+  std::size_t surface_block_bytes;    ///< of a block with rolling resistance or moving surfaces, and them
   std::size_t joint_block_bytes;      ///< of a block that may be of generic joints, and all of these
   std::size_t bounce_floats;          ///< a block
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "dynamics/inverse_inertia.hpp"
+#include "dynamics/moving_surface.hpp"
 #include "native/tuning.hpp"
 #include "world/archive.hpp"
 #include "world/growth.hpp"
@@ -126,10 +127,13 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
     const SupportGraph::Member& m = member(i);
     for (std::uint32_t k = m.first_support; k < m.first_support + m.support_count; ++k) {
       const SupportGraph::Support& support = support_graph_.supports()[k];
+      const bool on_surface = graph_.any_moving_surface() && graph_[support.contact].on_moving_surface;
+      if (support.lower != none && on_surface) return false;  // its bodies do not move as one
       if (support.lower != none) continue;
       if (state_.flags[support.base] & isolated) return false;
       const Velocity& v = state_.velocities[support.base];
-      const Base found = moves(v) ? Base{state_.poses[support.base].position, v.linear, v.angular} : Base{};
+      Base found = moves(v) ? Base{state_.poses[support.base].position, v.linear, v.angular} : Base{};
+      if (on_surface && !goes_along(support.contact, found)) return false;
       if (any && !(found.linear == base.linear && found.angular == base.angular && found.position == base.position))
         return false;
       base = found;
@@ -137,6 +141,14 @@ bool SupportSolver::find_base(const SupportGraph::Structure& s, Base& base) cons
     }
   }
   return any;
+}
+
+/// Adds to the motion of what stands on a moving surface the surface's. False where that goes through the contact.
+bool SupportSolver::goes_along(std::uint32_t contact, Base& base) const {
+  const fathom::native::Contact& c = graph_[contact];
+  const Vec3 slide = graph_.surface_slide(contact);
+  base.linear = base.linear - slide;
+  return is_along_surface(slide, rotate(state_.poses[c.a].rotation, graph_.manifold(c).normal));
 }
 
 bool SupportSolver::is_calm(const SupportGraph::Structure& s, const Base& base) const {

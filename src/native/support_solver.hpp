@@ -94,6 +94,7 @@ class SupportSolver {
   void find_lanes(const ConstraintLayout& layout);
   void order_by_group(const ConstraintLayout& layout);
   bool find_base(const SupportGraph::Structure& s, Base& base) const;
+  bool goes_along(std::uint32_t contact, Base& base) const;
   bool is_calm(const SupportGraph::Structure& s, const Base& base) const;
   void load_body(std::uint32_t i, const Base& base);
   void load_supports(std::uint32_t i, float h);

@@ -82,6 +82,11 @@ void check_material(const Material& m, const char* action) {
   if (m.restitution > 1)
     refuse(std::string(action) + ": the restitution is " + text(m.restitution) + "; it must be at most 1");
   require_not_negative(m.rolling_resistance, action, "the rolling resistance");
+  check_finite(m.surface_velocity, action, "the surface velocity");
+  // Its square, times that of a mass, has to be finite.
+  if (max_component(abs(m.surface_velocity)) > 1e6f)
+    refuse(std::string(action) + ": the surface velocity is " + text(m.surface_velocity) +
+           "; its components must be at most 1e6 m/s");
   check_rule(m.friction_rule, action, "friction rule");
   check_rule(m.restitution_rule, action, "restitution rule");
 }

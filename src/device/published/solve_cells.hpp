@@ -38,7 +38,7 @@ struct ClearImpulses {
     const float step = rows[(impulse_row + 1) * tile_width].w;
     store_normal_impulses(rows, {});
     store_friction_impulses(rows, {.step = step});
-    if (constraints.heads[k].has(rolls_extra)) constraints.rolls[k].impulse = {};
+    if (constraints.heads[k].has(row_extra)) constraints.extras[k].roll.impulse = {};
   }
 };
 

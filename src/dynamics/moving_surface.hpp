@@ -1,0 +1,36 @@
+// Surfaces that move against their bodies, as those of conveyor belts and tracks (`Material::surface_velocity`). Pure,
+// for host and device.
+//
+// Friction brakes the sliding velocity of B against A at the contact's centre. Of a moving surface its velocity against
+// its own body is part of that, so friction takes what lies on a belt to the belt's speed, and pushes the belt's body
+// the other way. It is constant over a step: what few contacts have it is kept apart from other rows.
+#pragma once
+
+#include <fathom/math.hpp>
+
+namespace fathom {
+
+/// Whether what moves at `velocity` (m/s, B against A) goes with the surfaces, so that it must not fall asleep however
+/// slow it is. `slide` is what they add to B's sliding velocity against A (m/s). What is held in place may, though the
+/// surface slides on below it.
+FATHOM_HD bool goes_with_surface(Vec3 slide, Vec3 velocity) {
+  constexpr float min_speed = 1e-3f;  // m/s; what is held in place trembles less
+  const float squared = length_squared(slide);
+  return -dot(slide, velocity) > min(0.5f * squared, min_speed * fathom::sqrt(squared));
+}
+
+/// Whether the contact's normal is as good as perpendicular to `slide`, so that a body may go with it.
+FATHOM_HD bool is_along_surface(Vec3 slide, Vec3 normal) {
+  constexpr float sine = 1e-3f;
+  const float across = dot(slide, normal);
+  return across * across <= sine * sine * length_squared(slide);
+}
+
+/// Adds what a contact's surfaces do to its sliding velocity, where it has one.
+struct SurfaceSlide {
+  const Vec3* velocity = nullptr;
+
+  FATHOM_HD Vec3 operator()(Vec3 slide) const { return velocity ? slide + *velocity : slide; }
+};
+
+}  // namespace fathom
