@@ -30,7 +30,7 @@ struct MarkOverload {
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
     // No need to take the cube root for thick bodies, which are most, where the load is small.
     if (half * bodies_stiffness > 343 && load <= 12) return;
-    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(head)) return;
+    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(k, head)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
@@ -43,8 +43,9 @@ struct MarkOverload {
     const BodyConstants& c = bodies.constants[i];
     return half_thickness(c.shape(), c.half_extents, c.shape_radius);
   }
-  FATHOM_HD bool is_hit(const ConstraintHead& head) const {
-    const Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
+  FATHOM_HD bool is_hit(std::uint32_t k, const ConstraintHead& head) const {
+    Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
+    if (head.has(row_extra)) speed += constraints.extras[k].surface_slide;
     return !(length_squared(speed) <= loaded_speed * loaded_speed);
   }
   /// Momentum (N·s), of the body with the inertia that it has in this step.

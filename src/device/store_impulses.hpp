@@ -46,7 +46,7 @@ struct StoreImpulses {
     // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
     // away leaves some of the cone to rounding.
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
-    FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(constraints.bodies[k])),
+    FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(k)),
                     constraints.bodies[k].b);
     mark_overload(k, m.step_impulse);
     look_at_touch(k, m, m.step_impulse > 0);
@@ -54,11 +54,13 @@ struct StoreImpulses {
 
  private:
   /// What stops any slide of the two (N·s), for checks.
-  FATHOM_HD float stopping_impulse(const PairRecord& pair) const {
+  FATHOM_HD float stopping_impulse(std::uint32_t k) const {
+    const PairRecord pair = constraints.bodies[k];
     const auto speed = [&](std::uint32_t i) {
       return fastest_speed(bodies.constants[i].radius, bodies.solver[i].linear.xyz(), bodies.solver[i].angular.xyz());
     };
-    return (speed(pair.a) + speed(pair.b)) / bodies.constants[pair.b].inverse_mass;
+    const float of_surfaces = constraints.heads[k].has(row_extra) ? length(constraints.extras[k].surface_slide) : 0.0f;
+    return (speed(pair.a) + speed(pair.b) + of_surfaces) / bodies.constants[pair.b].inverse_mass;
   }
 
   FATHOM_HD void look_at_touch(std::uint32_t k, const ContactManifold& m, bool pressed) const {

@@ -59,7 +59,9 @@ void NativeSimulator::validate_contacts() const {
                     c.b);
     // The `impulse` solver ends with the points, which friction has not seen then; new manifolds drop points' impulses.
     if (def.solver.method != Solver::soft || !was_solved(c)) continue;
-    FATHOM_VALIDATE(is_within_cone(m, beyond, (speed_of(c.a) + speed_of(c.b)) / bodies[c.b].inverse_mass), c.b);
+    const float of_surfaces = c.on_moving_surface ? length(graph_.surface_slide(i)) : 0.0f;
+    const float stopping = (speed_of(c.a) + speed_of(c.b) + of_surfaces) / bodies[c.b].inverse_mass;
+    FATHOM_VALIDATE(is_within_cone(m, beyond, stopping), c.b);
   }
   FATHOM_VALIDATE(in_use == graph_.pair_count());
 }

@@ -368,9 +368,13 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   if (hn::AllFalse(d, hn::Gt(speed, hn::Set(d, watch.least)))) return;
   HWY_ALIGN float speeds[Block<D>::width];
   hn::Store(speed, d, speeds);
-  for (std::size_t i = 0; i < block.header().lanes; ++i)
-    if (speeds[i] > watch.least && block.manifold()[i] != none)
-      watch.look_at(block.a()[i], block.b()[i], block.at(step_impulse)[i]);
+  const bool on_surfaces = block.header().moving_surface;
+  for (std::size_t i = 0; i < block.header().lanes; ++i) {
+    if (!(speeds[i] > watch.least) || block.manifold()[i] == none) continue;
+    const auto get = [&](int field) { return on_surfaces ? block.at(field)[i] : 0.0f; };
+    watch.look_at(block.a()[i], block.b()[i], block.at(step_impulse)[i],
+                  {get(surface_x), get(surface_y), get(surface_z)});
+  }
 }
 
 /// Contacts whose bodies began inside each other: a part of the overlap has faded in the step that ends.

@@ -388,7 +388,7 @@ const SolverKernels* selected = nullptr;
 
 }  // namespace
 
-void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
+void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
   // Those that the solver has are of the inertia that loads have added.
   const auto inverse_mass = [this](std::uint32_t slot) {
     return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
@@ -399,7 +399,7 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse) const {
   if (inverse_b > 0) thinner = min(thinner, half_thickness((*table)[b]));
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
   if (!(impulse * sum > sweep_load(thinner, stiffer) * unit)) return;
-  if (length_squared(bodies[b].linear - bodies[a].linear) > loaded_speed * loaded_speed) return;
+  if (length_squared(bodies[b].linear - bodies[a].linear + slide) > loaded_speed * loaded_speed) return;
   const auto gained = [this](std::uint32_t slot, float inverse) {
     const Vec3 change = bodies[slot].linear - before[slot].linear;
     return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;

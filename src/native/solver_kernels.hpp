@@ -51,8 +51,9 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
 
-  /// A contact that gave `impulse` (N·s) along its normal over the step.
-  void look_at(std::uint32_t a, std::uint32_t b, float impulse) const;
+  /// A contact that gave `impulse` (N·s) along its normal over the step; `slide` is what its surfaces add to the
+  /// sliding velocity (m/s).
+  void look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
 };
 
 class ContactGraph;

@@ -92,15 +92,16 @@ std::uint32_t SupportGraph::root(std::uint32_t slot) {
 void SupportGraph::list_links(std::span<const std::uint32_t> in_contact) {
   grow_to(parent_, state_.size());
   for (const std::uint32_t slot : in_contact) parent_[slot] = slot;
-  const auto is_hit = [&](const Contact& c) {
-    const Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
+  const auto is_hit = [&](std::uint32_t index, const Contact& c) {
+    Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
+    if (c.on_moving_surface) speed += graph_.surface_slide(index);
     return length_squared(speed) > loaded_speed * loaded_speed;
   };
   links_.clear();
   first_link_.assign(state_.size() + 1, 0);
   for_each_contact([&](std::uint32_t index, const Contact& c) {
     const bool base_a = is_base(c.a), base_b = is_base(c.b);
-    if ((base_a && base_b) || is_hit(c)) return;
+    if ((base_a && base_b) || is_hit(index, c)) return;
     if (!touches(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b])) return;
     if (base_a || base_b) {
       links_.push_back({index, base_a ? c.a : c.b, base_a ? c.b : c.a, true});
