@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <fathom/body.hpp>
 
+#include "device/access.hpp"
 #include "device/support_arrays.hpp"
 #include "dynamics/forces.hpp"
 #include "dynamics/solver_body.hpp"
@@ -169,57 +170,81 @@ struct HullArrays {
   }
 };
 
-struct BodyArrays {
+/// The parts of what the device keeps of bodies, for `Bodies`.
+enum BodyPart : std::uint8_t {
+  body_data,
+  body_state,
+  body_colours,
+  body_islands,
+  body_fast_pairs,
+  body_supports,
+  body_solver
+};
+
+/// An array for each thing, by device index, of which the parts `written` may be written (access.hpp).
+template <BodyPart... written>
+struct Bodies {
+  template <class T, BodyPart part>
+  using Of = Array<T, part, written...>;
+
   // Given by the application.
-  std::uint32_t* slots;  ///< World's slot of each body, or `none`
-  BodyConstants* constants;
-  BodyTensors* tensors;
-  FilterMasks* filters;  ///< read where one of two bodies `is_filtered`
-  Force* forces;
-  Pose* targets;             ///< where kinematic bodies are to be at the end of the step
-  Vec3* surface_velocities;  ///< m/s, body axes, of those with `has_moving_surface`; null where there never was one
+  Of<std::uint32_t, body_data> slots;  ///< World's slot of each body, or `none`
+  Of<BodyConstants, body_data> constants;
+  Of<BodyTensors, body_data> tensors;
+  Of<FilterMasks, body_data> filters;  ///< read where one of two bodies `is_filtered`
+  Of<Force, body_data> forces;
+  Of<Pose, body_data> targets;             ///< where kinematic bodies are to be at the end of the step
+  Of<Vec3, body_data> surface_velocities;  ///< m/s, body axes, of those with `has_moving_surface`; null: never any
   HullArrays hulls;
 
   // Moved by steps.
-  Pose* poses;
-  Velocity* velocities;
-  std::uint32_t* flags;
-  float* slow_time;  ///< s
-  NotedBox* fat;     ///< what the broad phase knows
-  NotedBox* known;   ///< the fat boxes that pairs were last searched with
-  Aabb* boxes;       ///< of the next step's motion
+  Of<Pose, body_state> poses;
+  Of<Velocity, body_state> velocities;
+  Of<std::uint32_t, body_state> flags;
+  Of<float, body_state> slow_time;  ///< s
+  Of<NotedBox, body_state> fat;     ///< what the broad phase knows
+  Of<NotedBox, body_state> known;   ///< the fat boxes that pairs were last searched with
+  Of<Aabb, body_state> boxes;       ///< of the next step's motion
 
   // Contacts and joints of a body.
-  std::uint64_t* colours;             ///< taken by them
-  std::uint64_t* further;             ///< and those from `further_colour` on
-  std::uint64_t* joint_colours;       ///< of `colours` those of joints
-  std::uint32_t* touching;            ///< how many they are
-  std::uint64_t* recoloured;          ///< `colours` while all choose anew
-  std::uint64_t* further_recoloured;  ///< `further` meanwhile
-  std::uint64_t* best;                ///< priority of the contact that may choose its colour next
-  std::uint32_t* island;              ///< while it sleeps: what it shares with all that must wake with it
-  std::uint32_t* parent;              ///< of the forest that islands are found with
-  std::uint32_t* island_slow;         ///< least slow time of the island, as bits
-  std::uint32_t* island_woken;        ///< number of the step that woke it
-  std::uint32_t* isolated_in;         ///< number of the step that isolated it
+  Of<std::uint64_t, body_colours> colours;             ///< taken by them
+  Of<std::uint64_t, body_colours> further;             ///< and those from `further_colour` on
+  Of<std::uint64_t, body_colours> joint_colours;       ///< of `colours` those of joints
+  Of<std::uint32_t, body_colours> touching;            ///< how many they are
+  Of<std::uint64_t, body_colours> recoloured;          ///< `colours` while all choose anew
+  Of<std::uint64_t, body_colours> further_recoloured;  ///< `further` meanwhile
+  Of<std::uint64_t, body_colours> best;                ///< priority of the contact that may choose its colour next
+
+  // Islands.
+  Of<std::uint32_t, body_islands> island;        ///< while it sleeps: what it shares with all that must wake with it
+  Of<std::uint32_t, body_islands> parent;        ///< of the forest that islands are found with
+  Of<std::uint32_t, body_islands> island_slow;   ///< least slow time of the island, as bits
+  Of<std::uint32_t, body_islands> island_woken;  ///< number of the step that woke it
+  Of<std::uint32_t, body_islands> isolated_in;   ///< number of the step that isolated it
 
   // Of bodies in fast pairs.
-  Pose* before;              ///< as the step began
-  Pose* ends;                ///< where those got to that what cannot be pushed has held back; where there are bullets
-  std::uint32_t* fast_pair;  ///< the first of its fast pairs, `none` between steps
+  Of<Pose, body_fast_pairs> before;  ///< as the step began
+  Of<Pose, body_fast_pairs> ends;    ///< where those got to that what cannot be pushed has held back; for bullets
+  Of<std::uint32_t, body_fast_pairs> fast_pair;  ///< the first of its fast pairs, `none` between steps
 
   // Supports.
-  BodySupport* support;
-  SupportNode* nodes;
-  SupportMove* moves;
-  Structure* structures;    ///< of the least of their bodies
-  std::uint32_t* by_level;  ///< bodies of structures
+  Of<BodySupport, body_supports> support;
+  Of<SupportNode, body_supports> nodes;
+  Of<SupportMove, body_supports> moves;
+  Of<Structure, body_supports> structures;    ///< of the least of their bodies
+  Of<std::uint32_t, body_supports> by_level;  ///< bodies of structures
 
   // Of bodies in contact, within a step.
-  SolverQuads* solver;
-  BodyMotion* motion;
-  WarmStart* warm;
-  WorldInertia* inertia;
+  Of<SolverQuads, body_solver> solver;
+  Of<BodyMotion, body_solver> motion;
+  Of<WarmStart, body_solver> warm;
+  Of<WorldInertia, body_solver> inertia;
+
+  template <BodyPart... fewer>
+  FATHOM_HD operator Bodies<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Bodies<fewer...>, *this);
+  }
 
   /// Of a body that is no hull.
   FATHOM_HD Geometry simple_geometry(std::uint32_t i) const {
@@ -240,8 +265,13 @@ struct BodyArrays {
   FATHOM_HD bool is_awake(std::uint32_t i) const { return flags[i] & awake_flag; }
 };
 
+/// All may be written.
+using BodyArrays =
+    Bodies<body_data, body_state, body_colours, body_islands, body_fast_pairs, body_supports, body_solver>;
+
 /// Whether the filters of two bodies let them collide.
-FATHOM_HD bool may_collide(const BodyArrays& bodies, std::uint32_t i, std::uint32_t j) {
+template <BodyPart... written>
+FATHOM_HD bool may_collide(const Bodies<written...>& bodies, std::uint32_t i, std::uint32_t j) {
   if (!bodies.constants[i].is_filtered() && !bodies.constants[j].is_filtered()) return true;
   const FilterMasks &a = bodies.filters[i], &b = bodies.filters[j];
   return may_collide(Filter{a.category, a.mask, bodies.constants[i].group},
@@ -249,7 +279,9 @@ FATHOM_HD bool may_collide(const BodyArrays& bodies, std::uint32_t i, std::uint3
 }
 
 /// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).
-FATHOM_HD Acceleration forced_acceleration(const BodyArrays& bodies, std::uint32_t i, Quat rotation, Vec3 gravity) {
+template <BodyPart... written>
+FATHOM_HD Acceleration forced_acceleration(const Bodies<written...>& bodies, std::uint32_t i, Quat rotation,
+                                           Vec3 gravity) {
   const BodyConstants& c = bodies.constants[i];
   const Force f = bodies.forces[i];
   Acceleration a{gravity, {}};

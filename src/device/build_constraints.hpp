@@ -64,9 +64,9 @@ FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* 
 ///
 /// It works on the layout of the step before: contacts that have ended since, or begun, are not in their colour.
 struct RecolourContacts {
-  BodyArrays bodies;
-  ContactArrays contacts;
-  ConstraintArrays constraints;
+  Bodies<body_colours> bodies;
+  Contacts<contact_list> contacts;
+  Constraints<> constraints;
   Counters* counters;
 
   static constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
@@ -122,8 +122,8 @@ struct RecolourContacts {
 
 /// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
 struct ColourContacts {
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<body_colours> bodies;
+  Contacts<contact_list, contact_worklists> contacts;
   Counters* counters;
 
   FATHOM_HD std::uint32_t phases() const { return is_stopping(*counters) ? 0 : 2 * colouring_rounds; }
@@ -198,8 +198,8 @@ FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
 
 /// Contacts as what constraints are laid out for.
 struct ContactsToLayOut {
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<> bodies;
+  Contacts<contact_manifolds> contacts;
 
   FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_contacts; }
   /// Of constraint `index`, or `none` where it is not solved: those are that touch and have a body awake.
@@ -208,7 +208,8 @@ struct ContactsToLayOut {
     const bool solved = c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
     return solved ? c.colour() : none;
   }
-  FATHOM_HD void put(const ConstraintArrays& constraints, std::uint32_t place, std::uint32_t index) const {
+  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t place,
+                     std::uint32_t index) const {
     const Contact& c = contacts.contacts[index];
     FATHOM_ASSERT(c.manifold < contacts.manifold_capacity, c.b);
     FATHOM_VALIDATE(has_its_colour(c), c.b);
@@ -238,8 +239,8 @@ struct ContactsToLayOut {
 
 /// Joints likewise.
 struct JointsToLayOut {
-  BodyArrays bodies;
-  JointArrays joints;
+  Bodies<> bodies;
+  Joints<> joints;
 
   FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_bodies ? c.joints : 0; }
   FATHOM_HD std::uint32_t colour(std::uint32_t slot) const {
@@ -247,7 +248,7 @@ struct JointsToLayOut {
     const bool solved = joint.in_use() && (bodies.flags[joint.a] | bodies.flags[joint.b]) & awake_flag;
     return solved ? joint.colour : none;
   }
-  FATHOM_HD void put(const ConstraintArrays& constraints, std::uint32_t place, std::uint32_t slot) const {
+  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t place, std::uint32_t slot) const {
     const JointRecord& joint = joints.records[slot];
     constraints.contact[place] = joint_tag | slot;
     constraints.manifold[place] = 0;
@@ -389,7 +390,7 @@ struct LayOutConstraints {
   };
 
   List list;
-  ConstraintArrays constraints;
+  Constraints<constraint_layout> constraints;
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
@@ -418,7 +419,7 @@ struct LayOutConstraints {
 
 /// What the solver knows of bodies in contact.
 struct LoadBodies {
-  BodyArrays bodies;
+  Bodies<body_colours, body_solver> bodies;
   Counters* counters;
   float h;  ///< s, a substep
 

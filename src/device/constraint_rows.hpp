@@ -29,17 +29,20 @@ enum ConstraintBits : std::uint32_t {
 FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
 /// Of body i's surface against the body (m/s, world axes).
-FATHOM_HD Vec3 surface_velocity(const BodyArrays& bodies, std::uint32_t i) {
+template <BodyPart... written>
+FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t i) {
   if (!bodies.constants[i].has_moving_surface()) return {};
   return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
 }
 /// What the surfaces of two bodies add to the sliding velocity of B against A (m/s, world axes).
-FATHOM_HD Vec3 surface_slide(const BodyArrays& bodies, const PairRecord& pair) {
+template <BodyPart... written>
+FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const PairRecord& pair) {
   return surface_velocity(bodies, pair.b) - surface_velocity(bodies, pair.a);
 }
 
 /// Where the rows of constraint k begin; row r is 32·r quads further.
-FATHOM_HD Quad* rows_of(const ConstraintArrays& c, std::uint32_t k) {
+template <ConstraintPart... written>
+FATHOM_HD auto rows_of(const Constraints<written...>& c, std::uint32_t k) {
   return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);
 }
 
@@ -213,13 +216,14 @@ FATHOM_HD CouplingRow<float> coupling_of(const Quad* q, const GenericJoint& join
   return r;
 }
 
-template <class Inertia>
-FATHOM_HD Inertia world_inertia(const BodyArrays& bodies, std::uint32_t i, float inverse_mass, float inverse_inertia) {
+template <class Inertia, BodyPart... written>
+FATHOM_HD Inertia world_inertia(const Bodies<written...>& bodies, std::uint32_t i, float inverse_mass,
+                                float inverse_inertia) {
   return fathom::world_inertia<Inertia>(bodies.inertia, i, inverse_mass, inverse_inertia);
 }
 
-template <class Inertia>
-FATHOM_HD ContactBody<Inertia> contact_body(const BodyArrays& bodies, std::uint32_t i, const SolverBody& body) {
+template <class Inertia, BodyPart... written>
+FATHOM_HD ContactBody<Inertia> contact_body(const Bodies<written...>& bodies, std::uint32_t i, const SolverBody& body) {
   return {body.linear, body.angular, body.inverse_mass,
           world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia)};
 }

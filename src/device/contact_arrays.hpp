@@ -209,15 +209,23 @@ struct FastPair {
   std::uint32_t next;  ///< of B's, or `none`
 };
 
-struct ContactArrays {
+/// The parts of what the device keeps of contacts, for `Contacts`.
+enum ContactPart : std::uint8_t { contact_list, contact_worklists, contact_manifolds, contact_events };
+
+/// Contacts, of which the parts `written` may be written (access.hpp).
+template <ContactPart... written>
+struct Contacts {
+  template <class T, ContactPart part>
+  using Of = Array<T, part, written...>;
+
   // `capacity` of each.
-  Contact* contacts;
-  std::uint32_t* free;
-  PairRecord* found;          ///< pairs of the search
-  std::uint32_t* to_collide;  ///< lists of contacts, see `listed`
-  std::uint32_t* deferred;    ///< likewise, in the place of `found`
-  FastPair* fast;             ///< two lists, see `fast_at`
-  std::uint32_t* next_of_a;   ///< of each of these the next one of A's, or `none`; where there are bullets
+  Of<Contact, contact_list> contacts;
+  Of<std::uint32_t, contact_list> free;
+  Of<PairRecord, contact_worklists> found;          ///< pairs of the search
+  Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
+  Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the place of `found`
+  Of<FastPair, contact_worklists> fast;             ///< two lists, see `fast_at`
+  Of<std::uint32_t, contact_worklists> next_of_a;   ///< of each of these the next one of A's, or `none`; for bullets
   std::uint32_t capacity;
 
   FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? capacity - 1 - k : k; }
@@ -227,15 +235,15 @@ struct ContactArrays {
   }
 
   // `manifold_capacity` of each.
-  ContactManifold* manifolds;
+  Of<ContactManifold, contact_manifolds> manifolds;
   /// Places without a contact. What a step frees lies behind the `free_manifolds` that there were when it began, until
   /// CountColours closes the gap that those it took have left.
-  std::uint32_t* free_manifolds;
-  std::uint32_t* uncoloured[2];
+  Of<std::uint32_t, contact_manifolds> free_manifolds;
+  Of<std::uint32_t, contact_worklists> uncoloured[2];
   // Events of the newest steps, as many as may be in flight, taking turns: so a list keeps its place where it grows.
-  PairRecord* begun;
-  PairRecord* ended;
-  HitRecord* hits;
+  Of<PairRecord, contact_events> begun;
+  Of<PairRecord, contact_events> ended;
+  Of<HitRecord, contact_events> hits;
   std::uint32_t event_lists;
   std::uint32_t manifold_capacity;
 
@@ -249,7 +257,15 @@ struct ContactArrays {
     const std::uint32_t k = exec::atomic_add(touches ? counters.begun : counters.ended, 1u);
     (touches ? begun : ended)[event(counters.step + 1, k)] = {c.a, c.b};
   }
+
+  template <ContactPart... fewer>
+  FATHOM_HD operator Contacts<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Contacts<fewer...>, *this);
+  }
 };
+
+using ContactArrays = Contacts<contact_list, contact_worklists, contact_manifolds, contact_events>;
 
 /// What few constraints have: bits.
 enum ConstraintExtras : std::uint32_t {
@@ -294,23 +310,39 @@ inline constexpr std::uint32_t joint_spin_row = impulse_row - 2, joint_impulse_r
 /// Of a generic joint: five of what sweeps read, then what they write.
 inline constexpr std::uint32_t generic_written_row = 5;
 
-/// Constraints in tiles, colour by colour.
-struct ConstraintArrays {
-  PairRecord* bodies;
-  ConstraintHead* heads;
-  std::uint32_t* contact;  ///< or a joint's slot with `joint_tag`
-  std::uint32_t* manifold;
-  Quad* rows;
-  BounceRow* bounces;
-  ContactExtras* extras;
-  std::uint32_t* overflow_order;
-  SupportRecord* supports;
-  std::uint32_t* contacts_of;  ///< constraints of each body in the order of their colours
+/// The parts of what the device keeps of constraints, for `Constraints`.
+enum ConstraintPart : std::uint8_t { constraint_layout, constraint_heads, constraint_rows, constraint_supports };
+
+/// Constraints in tiles, colour by colour, of which the parts `written` may be written (access.hpp).
+template <ConstraintPart... written>
+struct Constraints {
+  template <class T, ConstraintPart part>
+  using Of = Array<T, part, written...>;
+
+  Of<PairRecord, constraint_layout> bodies;
+  Of<ConstraintHead, constraint_heads> heads;
+  Of<std::uint32_t, constraint_layout> contact;  ///< or a joint's slot with `joint_tag`
+  Of<std::uint32_t, constraint_layout> manifold;
+  Of<Quad, constraint_rows> rows;
+  Of<BounceRow, constraint_rows> bounces;
+  Of<ContactExtras, constraint_rows> extras;
+  Of<std::uint32_t, constraint_heads> overflow_order;
+  Of<SupportRecord, constraint_supports> supports;
+  Of<std::uint32_t, constraint_supports> contacts_of;  ///< constraints of each body in the order of their colours
   std::uint32_t capacity;
+
+  template <ConstraintPart... fewer>
+  FATHOM_HD operator Constraints<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Constraints<fewer...>, *this);
+  }
 };
 
+using ConstraintArrays = Constraints<constraint_layout, constraint_heads, constraint_rows, constraint_supports>;
+
 /// A body's inertia in this step, in parts of its own.
-FATHOM_HD float inertia_scale(const BodyArrays& bodies, const Counters& counters, std::uint32_t i) {
+template <BodyPart... written>
+FATHOM_HD float inertia_scale(const Bodies<written...>& bodies, const Counters& counters, std::uint32_t i) {
   return exec::atomic_load(counters.loaded_step) >= counters.step ? bodies.support[i].load.inertia_scale : 1.0f;
 }
 

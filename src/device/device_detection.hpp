@@ -83,7 +83,7 @@ struct CollideJobs {
 
   const CollideJob* jobs;
   CollideResult* results;
-  BodyArrays bodies;
+  Bodies<> bodies;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const CollideJob job = jobs[k];

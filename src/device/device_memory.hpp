@@ -139,6 +139,7 @@ class JointMemory {
   std::size_t generic_capacity() const { return generic_impulses_.size(); }
   /// Of the ApartTable, which is always as large as the host's.
   std::size_t apart_places() const { return apart_places_; }
+  std::uint64_t* apart_pairs() { return apart_.data(); }
   JointArrays arrays();
 
  private:

@@ -261,7 +261,7 @@ struct FollowEdits {
 
 /// For tests, and on the host alone: isolates bodies of a category before a step.
 struct IsolateOnRequest {
-  BodyArrays bodies;
+  Bodies<body_state> bodies;
   Counters* counters;
   std::uint64_t category;
 
@@ -286,7 +286,7 @@ struct SetGravity {
 
 /// Wakes the islands of all bodies that gravity acts on.
 struct WakeByGravity {
-  BodyArrays bodies;
+  Bodies<body_islands> bodies;
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {

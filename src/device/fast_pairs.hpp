@@ -9,8 +9,8 @@
 namespace fathom::device {
 
 /// For a team, if it may be a hull.
-template <bool with_hulls>
-FATHOM_HD Mover mover(const BodyArrays& bodies, std::uint32_t i, const Pose& pose, const Velocity& velocity) {
+template <bool with_hulls, BodyPart... written>
+FATHOM_HD Mover mover(const Bodies<written...>& bodies, std::uint32_t i, const Pose& pose, const Velocity& velocity) {
   return {with_hulls ? bodies.geometry_for_team(i) : bodies.simple_geometry(i), bodies.constants[i].radius, pose,
           velocity};
 }
@@ -25,7 +25,7 @@ struct LookAheadPairs {
   float dt;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const BodyArrays& bodies = changes.bodies;
+    const auto& bodies = changes.bodies;
     if (k < changes.counters->looked_ahead[with_hulls]) return;
     const std::uint32_t pair = changes.contacts.fast_at(with_hulls, k);
     const std::uint32_t index = changes.contacts.fast[pair].contact;
@@ -44,7 +44,7 @@ struct LookAheadPairs {
     if (found.ahead == Ahead::nothing) seen.count = 0;
     const bool has_room = found.ahead == Ahead::meets ? changes.take(index, c, found.manifold, found.b_in_a, found.time)
                                                       : changes.take(index, c, seen, b_in_a, -1);
-    const ContactArrays& contacts = changes.contacts;
+    const auto& contacts = changes.contacts;
     if (!has_room) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
     } else if (c.fixed_a() || (found.is_fast && (is_bullet(c.a) || is_bullet(c.b)))) {
@@ -74,7 +74,7 @@ struct HoldBackFast {
   static constexpr bool runs_in_teams = with_hulls;
 
   MoveBodies move;
-  ContactArrays contacts;
+  Contacts<contact_manifolds> contacts;
   bool from_free;
   bool is_last;  ///< nobody asks for the pairs after this
 
@@ -109,7 +109,7 @@ struct HoldBackFast {
 
   /// Returns whether it has changed where the body gets to.
   FATHOM_HD bool hold_back(std::uint32_t i) const {
-    const BodyArrays& bodies = move.bodies;
+    const auto& bodies = move.bodies;
     bool moved = false, is_other_free = from_free;
     // In the order of what they meet: that of the chains is any.
     for (std::uint32_t last = none;;) {
@@ -176,7 +176,7 @@ struct HoldBackFast {
 
   /// Whether the body b is held back from a, and where it ends then.
   FATHOM_HD bool is_held(std::uint32_t a, std::uint32_t b, bool is_a_free, Pose& end, Vec3& linear) const {
-    const BodyArrays& bodies = move.bodies;
+    const auto& bodies = move.bodies;
     const float dt = move.p.dt;
     const Pose end_a = is_a_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
     const Pose &pose_a = bodies.before[a], &pose_b = bodies.before[b];
@@ -211,7 +211,7 @@ struct HoldBackFast {
 
   /// What the body's new pose leaves its boxes.
   FATHOM_HD void put_box(std::uint32_t i) const {
-    const BodyArrays& bodies = move.bodies;
+    const auto& bodies = move.bodies;
     const Pose& pose = bodies.poses[i];
     const Velocity& v = bodies.velocities[i];
     const float radius = bodies.constants[i].radius;

@@ -52,7 +52,7 @@ struct ClearGrid {
 
 /// Puts every body into its cell.
 struct FillGrid {
-  BodyArrays bodies;
+  Bodies<> bodies;
   Grid grid;
   Counters* counters;
 
@@ -95,8 +95,8 @@ struct SearchGrid {
     std::uint32_t searching[bodies_per_group];
   };
 
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<> bodies;
+  Contacts<contact_worklists> contacts;
   Grid grid;
   Counters* counters;
 
@@ -205,8 +205,8 @@ struct PlacePairs {
 };
 
 struct AddContacts {
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<> bodies;
+  Contacts<contact_list> contacts;
   const Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t k) const {

@@ -23,9 +23,9 @@ struct FindSupports {
   static constexpr std::uint32_t first_phases = 4;  ///< forget, join, note, admit
   static constexpr std::uint32_t max_phases = first_phases + max_levels + 2 + 1 + max_levels + 1;
 
-  BodyArrays bodies;
-  ContactArrays contacts;
-  ConstraintArrays constraints;
+  Bodies<body_islands, body_supports> bodies;
+  Contacts<> contacts;
+  Constraints<constraint_heads, constraint_supports> constraints;
   Counters* counters;
   float h;  ///< s, a substep
 

@@ -25,7 +25,7 @@ struct MoveParameters {
 
 /// Moves every body that is awake and brings its boxes up to date.
 struct MoveBodies {
-  BodyArrays bodies;
+  Bodies<body_data, body_state, body_islands, body_fast_pairs, body_supports> bodies;
   Grid grid;
   Counters* counters;
   MoveParameters p;
@@ -247,7 +247,7 @@ struct EndStep {
 
 /// Copies a step's events to where the host reads them, as far as there is room.
 struct CopyEvents {
-  ContactArrays contacts;
+  Contacts<> contacts;
   std::uint32_t step;
   std::uint32_t begun_count, ended_count, hit_count;
   std::uint32_t room;  ///< in each of the following, which are pinned memory
@@ -278,7 +278,7 @@ struct CopyNewestEvents {
 
 /// What the application sees of a body, by its slot.
 struct PublishBodies {
-  BodyArrays bodies;
+  Bodies<> bodies;
   const Counters* counters;
   Pose* poses;
   Velocity* velocities;

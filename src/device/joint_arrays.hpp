@@ -45,7 +45,7 @@ static_assert(sizeof(JointRecord) == 96);
 struct ApartTable {
   static constexpr std::uint64_t no_pair = ~std::uint64_t{0};
 
-  std::uint64_t* pairs;
+  const std::uint64_t* pairs;
   std::uint32_t mask;   ///< places less one
   std::uint32_t is_on;  ///< 1: there are joints
 
@@ -71,16 +71,31 @@ struct JointReactions {
   Vec3 pulled, pulled_a, pulled_b;
 };
 
-/// What the device keeps of joints. Worlds without have no memory for any.
-struct JointArrays {
-  JointRecord* records;
+/// The parts of what the device keeps of joints, for `Joints`.
+enum JointPart : std::uint8_t { joint_records, joint_definitions, joint_impulses };
+
+/// Joints, of which the parts `written` may be written (access.hpp). Worlds without have no memory for any.
+template <JointPart... written>
+struct Joints {
+  template <class T, JointPart part>
+  using Of = Array<T, part, written...>;
+
+  Of<JointRecord, joint_records> records;
   // By slot too; null where there never was a generic or distance joint.
-  GenericJoint* generic;
-  GenericImpulse* generic_impulses;
-  JointReactions* reactions;
+  Of<GenericJoint, joint_definitions> generic;
+  Of<GenericImpulse, joint_impulses> generic_impulses;
+  Of<JointReactions, joint_impulses> reactions;
   std::uint32_t capacity;
   ApartTable apart;
+
+  template <JointPart... fewer>
+  FATHOM_HD operator Joints<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Joints<fewer...>, *this);
+  }
 };
+
+using JointArrays = Joints<joint_records, joint_definitions, joint_impulses>;
 
 /// A joint's new record. Its impulses are the device's: where the joint is not new, they stay.
 struct alignas(16) JointEdit {

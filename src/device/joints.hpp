@@ -17,8 +17,8 @@ FATHOM_HD void for_each_pushed(const JointRecord& joint, const Act& act) {
 /// The first of two passes over a batch of edits, behind ApplyEdits: joints that go give their colours back. Nothing
 /// happens while the simulator is stopped: the batch comes again.
 struct ForgetJoints {
-  BodyArrays bodies;
-  JointArrays joints;
+  Bodies<body_colours> bodies;
+  Joints<> joints;
   const Counters* counters;
   const JointEdit* edits;
 
@@ -40,8 +40,8 @@ struct ForgetJoints {
 /// The second: joints that come take theirs. A contact that has the same colour gives it up when it is looked at
 /// (`ContactChanges::meet_joints`).
 struct TakeJoints {
-  BodyArrays bodies;
-  JointArrays joints;
+  Bodies<body_colours> bodies;
+  Joints<joint_records> joints;
   Counters* counters;
   const JointEdit* edits;
 
@@ -67,7 +67,7 @@ struct TakeJoints {
 
 /// And the definitions of those that are generic.
 struct TakeGenericJoints {
-  JointArrays joints;
+  Joints<joint_definitions, joint_impulses> joints;
   const Counters* counters;
   const GenericEdit* edits;
 
@@ -82,20 +82,20 @@ struct TakeGenericJoints {
 };
 
 struct EditApartTable {
-  ApartTable table;
+  std::uint64_t* pairs;
   const Counters* counters;
   const ApartEdit* edits;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    if (!counters->stopped) table.pairs[edits[k].place] = edits[k].pair;
+    if (!counters->stopped) pairs[edits[k].place] = edits[k].pair;
   }
 };
 
 /// Who sleeps wakes with what it is joined to: where only one of the bodies is awake, and where one that cannot be
 /// pushed was moved.
 struct WakeJoined {
-  BodyArrays bodies;
-  JointArrays joints;
+  Bodies<body_islands> bodies;
+  Joints<> joints;
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t slot) const {

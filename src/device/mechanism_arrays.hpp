@@ -24,14 +24,21 @@ struct MechanismRecord {
   FATHOM_HD bool swings() const { return !is_driven && !is_acted_on; }
 };
 
-/// Worlds without mechanisms have no memory for any.
-struct MechanismArrays {
-  MechanismLink* links;  ///< bodies by device index, joints by slot
-  MechanismRecord* records;
-  std::uint32_t* levels;
-  std::uint32_t* of_joint;  ///< by slot: the mechanism that the joint is of, or `none`
-  LinkState* states;        ///< by link
-  JointLink* generic;
+/// The parts of what the device keeps of mechanisms, for `Mechanisms`.
+enum MechanismPart : std::uint8_t { mechanism_tables, mechanism_records, mechanism_states };
+
+/// Mechanisms, of which the parts `written` may be written (access.hpp). Worlds without have no memory for any.
+template <MechanismPart... written>
+struct Mechanisms {
+  template <class T, MechanismPart part>
+  using Of = Array<T, part, written...>;
+
+  Of<MechanismLink, mechanism_tables> links;  ///< bodies by device index, joints by slot
+  Of<MechanismRecord, mechanism_records> records;
+  Of<std::uint32_t, mechanism_tables> levels;
+  Of<std::uint32_t, mechanism_tables> of_joint;  ///< by slot: the mechanism that the joint is of, or `none`
+  Of<LinkState, mechanism_states> states;        ///< by link
+  Of<JointLink, mechanism_states> generic;
   std::uint32_t capacity;        ///< of records
   std::uint32_t link_capacity;   ///< and states, and levels
   std::uint32_t joint_capacity;  ///< of `of_joint`
@@ -40,7 +47,15 @@ struct MechanismArrays {
   FATHOM_HD bool is_direct(std::uint32_t slot) const {
     return capacity > 0 && of_joint[slot] != none && records[of_joint[slot]].is_direct();
   }
+
+  template <MechanismPart... fewer>
+  FATHOM_HD operator Mechanisms<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Mechanisms<fewer...>, *this);
+  }
 };
+
+using MechanismArrays = Mechanisms<mechanism_tables, mechanism_records, mechanism_states>;
 
 /// All mechanisms, as the host has found them.
 struct MechanismTables {

@@ -9,15 +9,16 @@
 
 namespace fathom::device {
 
-/// Bodies and joints as MechanismSolver asks for them.
+/// Bodies and joints as MechanismSolver asks for them, of sets that allow to write what it does.
+template <class BodySet, class JointSet>
 struct LinkedBodies {
   struct Ends {
     std::uint32_t a, b;
     Vec3 anchor_a, anchor_b;
   };
 
-  const BodyArrays* bodies;
-  const JointArrays* joints;
+  const BodySet* bodies;
+  const JointSet* joints;
   const MechanismRecord* records;
   float push_out;  ///< m/s
   SpeedLimits speed_limits;
@@ -67,10 +68,10 @@ struct LinkedBodies {
   FATHOM_HD SpeedLimits limits(float /*h*/) const { return speed_limits; }
 };
 
-using DirectSolver = MechanismSolver<LinkedBodies>;
-
-FATHOM_HD DirectSolver direct_solver(const BodyArrays& bodies, const JointArrays& joints, const MechanismArrays& m,
-                                     float push_out = 0, SpeedLimits limits = {}) {
+template <class BodySet, class JointSet>
+FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const BodySet& bodies, const JointSet& joints,
+                                                                         const Mechanisms<mechanism_states>& m,
+                                                                         float push_out = 0, SpeedLimits limits = {}) {
   return {{&bodies, &joints, m.records, push_out, limits}, m.links, m.levels, m.states, m.generic};
 }
 
@@ -93,8 +94,8 @@ struct TakeMechanisms {
 
 /// Whether its bodies let a mechanism be solved directly in this step, and whether they swing: a link each.
 struct CheckLinks {
-  BodyArrays bodies;
-  MechanismArrays mechanisms;
+  Bodies<> bodies;
+  Mechanisms<mechanism_records> mechanisms;
   const Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
@@ -117,9 +118,9 @@ struct CheckLinks {
 
 /// Reads joints and bodies of those that are.
 struct PrepareMechanisms {
-  BodyArrays bodies;
-  JointArrays joints;
-  MechanismArrays mechanisms;
+  Bodies<> bodies;
+  Joints<> joints;
+  Mechanisms<mechanism_states> mechanisms;
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
@@ -133,9 +134,9 @@ struct PrepareMechanisms {
 
 /// Hands back what the joints have given.
 struct StoreMechanisms {
-  BodyArrays bodies;
-  JointArrays joints;
-  MechanismArrays mechanisms;
+  Bodies<> bodies;
+  Joints<joint_records, joint_impulses> joints;
+  Mechanisms<mechanism_states> mechanisms;
   const Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
@@ -146,7 +147,7 @@ struct StoreMechanisms {
 
 /// Behind it, also where the step has stopped.
 struct ClearMechanisms {
-  MechanismArrays mechanisms;
+  Mechanisms<mechanism_records> mechanisms;
 
   FATHOM_HD void operator()(std::uint32_t m) const {
     MechanismRecord& record = mechanisms.records[m];

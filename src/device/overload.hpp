@@ -10,8 +10,8 @@ namespace fathom::device {
 /// Marks the bodies of overloaded contacts for the next step. Supports are looked for where one has been overloaded in
 /// two steps on end: a hit is over by then.
 struct MarkOverload {
-  BodyArrays bodies;
-  ConstraintArrays constraints;
+  Bodies<body_supports> bodies;
+  Constraints<> constraints;
   Counters* counters;
   float stiffness;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is marked
   float dt;         ///< s

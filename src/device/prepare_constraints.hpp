@@ -19,11 +19,11 @@ struct PrepareConstraints {
     std::uint32_t points;
   };
 
-  BodyArrays bodies;
-  ContactArrays contacts;
-  JointArrays joints;
-  MechanismArrays mechanisms;
-  ConstraintArrays constraints;
+  Bodies<> bodies;
+  Contacts<contact_list> contacts;
+  Joints<joint_impulses> joints;
+  Mechanisms<> mechanisms;
+  Constraints<constraint_heads, constraint_rows> constraints;
   Counters* counters;
   bool orders_overflow;
   float hit_threshold;  ///< m/s

@@ -88,7 +88,7 @@ void DeviceSimulator<D>::upload_apart_edits(const PendingStep& pending) {
   device_.copy_to_device_aside(buffers.apart_edits.data(), buffers.staged_apart_edits.data(),
                                pending.apart_edits.size());
   device_.parallel_for(static_cast<std::uint32_t>(pending.apart_edits.size()),
-                       EditApartTable{joint_memory_.arrays().apart, counters_.data(), buffers.apart_edits.data()});
+                       EditApartTable{joint_memory_.apart_pairs(), counters_.data(), buffers.apart_edits.data()});
 }
 
 template <exec::Device D>

@@ -17,7 +17,7 @@ enum Rest : std::uint64_t {
 };
 
 struct BeginIslands {
-  BodyArrays bodies;
+  Bodies<body_colours, body_islands> bodies;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (!bodies.is_awake(i)) return;
@@ -29,7 +29,7 @@ struct BeginIslands {
 
 /// What a contact or a joint tells of its bodies' islands.
 struct IslandLink {
-  BodyArrays bodies;
+  Bodies<body_state, body_colours, body_islands> bodies;
   float time;  ///< s
 
   /// `acts`: whether it does something, asked for bodies alone that have been slow for long enough.
@@ -55,7 +55,7 @@ struct IslandLink {
 
 struct JoinIslands {
   IslandLink link;
-  ContactArrays contacts;
+  Contacts<> contacts;
 
   FATHOM_HD void operator()(std::uint32_t index) const {
     const Contact c = contacts.contacts[index];
@@ -67,7 +67,7 @@ struct JoinIslands {
  private:
   /// What goes with a moving surface stays awake, however slowly; who drives on it, too.
   FATHOM_HD void look_at_surface(const Contact& c) const {
-    const BodyArrays& bodies = link.bodies;
+    const auto& bodies = link.bodies;
     const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;
     if (!goes_with_surface(surface_slide(bodies, {c.a, c.b}), velocity)) return;
     bodies.slow_time[c.b] = 0;
@@ -77,7 +77,7 @@ struct JoinIslands {
 
 struct JoinIslandsByJoints {
   IslandLink link;
-  JointArrays joints;
+  Joints<> joints;
   const Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t slot) const {
@@ -90,7 +90,7 @@ struct JoinIslandsByJoints {
 
 /// The least slow time of an island. Times are not negative, so their bits are in the order of their values.
 struct MeasureIslands {
-  BodyArrays bodies;
+  Bodies<body_state, body_colours, body_islands> bodies;
   Counters* counters;
   float time;         ///< s
   float still_speed;  ///< m/s
@@ -113,7 +113,7 @@ struct MeasureIslands {
 };
 
 struct FallAsleep {
-  BodyArrays bodies;
+  Bodies<body_state, body_islands> bodies;
   Counters* counters;
   float time;  ///< s
 

@@ -192,7 +192,7 @@ void DeviceSimulator<D>::restore_joints(ByteReader& in, const Counters& counters
                                            r.is_generic <= joint_mirror_.had_generic()));
             });
   restore_generic_joints(in, is_on_device() ? counters.joints : 0);
-  if (is_on_device()) upload(joint_memory_.arrays().apart.pairs, joint_mirror_.apart().pairs());
+  if (is_on_device()) upload(joint_memory_.apart_pairs(), joint_mirror_.apart().pairs());
 }
 
 /// The sweep's list.

@@ -19,6 +19,9 @@
 
 namespace fathom::device {
 
+/// As sweeps leave them, and direct solutions of supports.
+using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
+
 /// The phases of a step, each over one colour or over all bodies:
 ///
 ///     integrate velocities, warm start, then for each substep
@@ -95,9 +98,8 @@ struct SolveConstraints {
     Quad rows[row_count];
   };
 
-  BodyArrays bodies;
-  ContactArrays contacts;
-  ConstraintArrays constraints;
+  Bodies<body_data, body_state, body_islands, body_supports, body_solver> bodies;
+  SolvedConstraints constraints;
   Counters* counters;
   std::uint32_t body_capacity;
   SolveParameters p;
@@ -403,9 +405,8 @@ struct SolveConstraints {
 
   /// Warm starting is done before anything has moved.
   template <What what, class Inertia>
-  FATHOM_HD static ContactBody<Inertia> contact_side(const BodyArrays& bodies, std::uint32_t i,
-                                                     const SolverQuads& quads, float inverse_mass,
-                                                     float inverse_inertia) {
+  FATHOM_HD static ContactBody<Inertia> contact_side(const auto& bodies, std::uint32_t i, const SolverQuads& quads,
+                                                     float inverse_mass, float inverse_inertia) {
     ContactBody<Inertia> side{quads.linear.xyz(), quads.angular.xyz(), inverse_mass,
                               world_inertia<Inertia>(bodies, i, inverse_mass, inverse_inertia)};
     if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();
@@ -440,9 +441,8 @@ struct SolveConstraints {
   }
 
   template <What what, class Inertia>
-  FATHOM_HD static JointBodies<Inertia>::Side joint_side(const BodyArrays& bodies, std::uint32_t i,
-                                                         const SolverQuads& quads, float inverse_mass,
-                                                         float inverse_inertia) {
+  FATHOM_HD static JointBodies<Inertia>::Side joint_side(const auto& bodies, std::uint32_t i, const SolverQuads& quads,
+                                                         float inverse_mass, float inverse_inertia) {
     typename JointBodies<Inertia>::Side side;
     side.linear = quads.linear.xyz(), side.angular = quads.angular.xyz();
     if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();

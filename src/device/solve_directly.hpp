@@ -13,7 +13,7 @@ namespace fathom::device {
 
 /// The supports of a body, as `ask_supports` wants them.
 struct SupportsOfBody {
-  const ConstraintArrays& constraints;
+  const SolvedConstraints& constraints;
   const std::uint32_t* contacts;
   std::uint32_t supports;
 
@@ -62,8 +62,8 @@ struct SolveDirectly {
   };
 
   Solver solver;
-  JointArrays joints;
-  MechanismArrays mechanisms;
+  Joints<> joints;
+  Mechanisms<mechanism_states> mechanisms;
 
   /// Phases of the direct solutions of a step.
   FATHOM_HD static std::uint32_t support_phases(const SolveParameters& p, std::uint32_t levels) {
@@ -140,16 +140,15 @@ struct SolveDirectly {
   }
 
  private:
-  FATHOM_HD const BodyArrays& bodies() const { return solver.bodies; }
-  FATHOM_HD const ConstraintArrays& constraints() const { return solver.constraints; }
+  FATHOM_HD const auto& bodies() const { return solver.bodies; }
+  FATHOM_HD const auto& constraints() const { return solver.constraints; }
 
   /// After a sweep, what it leaves to a direct solution.
   FATHOM_HD void solve_mechanism(const typename Solver::Place& at, std::uint32_t number) const {
     if constexpr (kinds != JointKinds::absent) {
       const MechanismRecord& record = mechanisms.records[number];
       if (!record.is_direct()) return;
-      const DirectSolver direct =
-          direct_solver(bodies(), joints, mechanisms, solver.p.push_out_velocity, solver.p.limits);
+      const auto direct = direct_solver(bodies(), joints, mechanisms, solver.p.push_out_velocity, solver.p.limits);
       const float h = solver.p.h;
       if (at.what == Solver::relax) {
         if (solver.has_just_moved(at)) move_by_means(direct, record.tree);
@@ -161,7 +160,7 @@ struct SolveDirectly {
     }
   }
 
-  FATHOM_HD void move_by_means(const DirectSolver& direct, const Mechanism& tree) const {
+  FATHOM_HD void move_by_means(const auto& direct, const Mechanism& tree) const {
     for (std::uint32_t i = tree.first + team::item(); i < tree.end; i += team::items)
       direct.access.move_by_mean(direct.links[i], solver.p.h);
     team::sync();

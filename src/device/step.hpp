@@ -78,7 +78,7 @@ class Step {
 
   /// What is left of a step that stopped because there was no room for manifolds.
   void submit_rest() {
-    device_.parallel_for(1, ResumeStep{bodies_, counters_, SortOutContacts::group_size});
+    device_.parallel_for(1, ResumeStep{counters_, SortOutContacts::group_size});
     for (const ShapePair pairs : {boxes, hulls, others})
       device_.parallel_for(to_collide(pairs), ListDeferred{contacts_, pairs});
     collide();
@@ -199,8 +199,8 @@ class Step {
     const SolveParameters& p = settings_.solve;
     const std::uint32_t sweeps = p.sweeps_before + p.sweeps_after + (settings_.bounces ? max_bounce_sweeps : 0);
     const std::uint32_t max_phases = schedule_size * (1 + p.substeps * sweeps) + 3 * p.substeps;
-    const SolveConstraints<kinds> solver{bodies_,        contacts_,       constraints_,    counters_,
-                                         body_capacity_, settings_.solve, joints_.generic, joints_.reactions};
+    const SolveConstraints<kinds> solver{bodies_,         constraints_,    counters_,        body_capacity_,
+                                         settings_.solve, joints_.generic, joints_.reactions};
     // A colour holds a body once, so it has no more constraints than there are bodies.
     if (!settings_.published.cells)
       device_.parallel_phases(max_phases, body_capacity_, solver);

@@ -14,10 +14,10 @@ namespace fathom::device {
 /// was overloaded, tells of touches and hits, which takes the velocities that bodies began the step with. An impulse
 /// that is not finite is forgotten.
 struct StoreImpulses {
-  BodyArrays bodies;
-  ContactArrays contacts;
-  JointArrays joints;
-  ConstraintArrays constraints;
+  Bodies<> bodies;
+  Contacts<contact_list, contact_manifolds, contact_events> contacts;
+  Joints<joint_records, joint_impulses> joints;
+  Constraints<> constraints;
   Counters* counters;
   float hit_threshold;      ///< m/s
   float dt;                 ///< s

@@ -10,8 +10,8 @@
 namespace fathom::device {
 
 struct SupportFactors {
-  BodyArrays bodies;
-  ConstraintArrays constraints;
+  Bodies<body_supports> bodies;
+  Constraints<constraint_heads, constraint_supports> constraints;
   Counters* counters;
   float h;  ///< s, a substep
 

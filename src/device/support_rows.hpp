@@ -5,7 +5,8 @@
 
 namespace fathom::device {
 
-FATHOM_HD ContactImpulses load_impulses(const ConstraintArrays& constraints, std::uint32_t k) {
+template <ConstraintPart... written>
+FATHOM_HD ContactImpulses load_impulses(const Constraints<written...>& constraints, std::uint32_t k) {
   const Quad* const rows = rows_of(constraints, k);
   const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
   ContactImpulses p;
@@ -18,14 +19,16 @@ FATHOM_HD ContactImpulses load_impulses(const ConstraintArrays& constraints, std
 struct ContactArms {
   Vec3 a, b;
 };
-FATHOM_HD ContactArms load_arms(const ConstraintArrays& constraints, std::uint32_t k) {
+template <ConstraintPart... written>
+FATHOM_HD ContactArms load_arms(const Constraints<written...>& constraints, std::uint32_t k) {
   const Quad* const rows = rows_of(constraints, k);
   const Quad q1 = rows[tile_width], q2 = rows[2 * tile_width];
   return {{q1.z, q1.w, q2.x}, {q2.y, q2.z, q2.w}};
 }
 
 /// A bit for each point of constraint k that presses, or is near enough to.
-FATHOM_HD std::uint32_t touching_points(const ConstraintArrays& constraints, std::uint32_t k,
+template <ConstraintPart... written>
+FATHOM_HD std::uint32_t touching_points(const Constraints<written...>& constraints, std::uint32_t k,
                                         const ContactImpulses& impulses) {
   const Quad* const rows = rows_of(constraints, k);
   const std::uint32_t count = constraints.heads[k].bits & point_bits;
@@ -38,7 +41,8 @@ FATHOM_HD std::uint32_t touching_points(const ConstraintArrays& constraints, std
 }
 
 /// Rows of constraint k, without weights.
-FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uint32_t k, bool b_is_upper) {
+template <ConstraintPart... written>
+FATHOM_HD SupportRows load_support(const Constraints<written...>& constraints, std::uint32_t k, bool b_is_upper) {
   const Quad* const rows = rows_of(constraints, k);
   const Quad q0 = rows[0], q1 = rows[tile_width], q4 = rows[4 * tile_width];
   const ContactArms arms = load_arms(constraints, k);
@@ -60,13 +64,15 @@ FATHOM_HD SupportRows load_support(const ConstraintArrays& constraints, std::uin
 }
 
 /// Whether contacts can push a body, and it takes part in the step.
-FATHOM_HD bool is_pushable(const BodyArrays& bodies, std::uint32_t i) {
+template <BodyPart... written>
+FATHOM_HD bool is_pushable(const Bodies<written...>& bodies, std::uint32_t i) {
   const BodyConstants& c = bodies.constants[i];
   return c.is_living() && c.is_dynamic() && c.inverse_mass > 0 && bodies.is_awake(i);
 }
 
 /// The velocity of a body that moves as one with what its structure rests on.
-FATHOM_HD Velocity common_motion(const BodyArrays& bodies, const Structure& structure, std::uint32_t i) {
+template <BodyPart... written>
+FATHOM_HD Velocity common_motion(const Bodies<written...>& bodies, const Structure& structure, std::uint32_t i) {
   Velocity v;
   if (!structure.has_moving_base()) return v;
   const Velocity& base = bodies.velocities[structure.first_base];
@@ -82,7 +88,8 @@ struct SupportMass {
   float inverse_mass, inverse_inertia;
   SymMat3 inverse_tensor;  ///< world axes
 
-  FATHOM_HD SupportMass(const BodyArrays& bodies, const Counters& counters, std::uint32_t i)
+  template <BodyPart... written>
+  FATHOM_HD SupportMass(const Bodies<written...>& bodies, const Counters& counters, std::uint32_t i)
       : inverse_mass(bodies.constants[i].inverse_mass), inverse_inertia(bodies.constants[i].inverse_inertia) {
     const float inverse_scale = 1.0f / inertia_scale(bodies, counters, i);
     inverse_mass *= inverse_scale;

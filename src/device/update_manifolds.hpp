@@ -18,7 +18,8 @@
 namespace fathom::device {
 
 /// Supports of body i are looked for in this very step.
-FATHOM_HD void hold_at_once(const BodyArrays& bodies, std::uint32_t i, Counters& counters) {
+template <BodyPart... written>
+FATHOM_HD void hold_at_once(const Bodies<written...>& bodies, std::uint32_t i, Counters& counters) {
   exec::atomic_store(bodies.support[i].overloaded, counters.step);
   exec::atomic_store(bodies.support[i].held, was_placed);
   exec::atomic_store(counters.overloaded_step, counters.step);
@@ -26,7 +27,7 @@ FATHOM_HD void hold_at_once(const BodyArrays& bodies, std::uint32_t i, Counters&
 
 /// What both passes do when a contact begins or ends.
 struct ContactChanges {
-  BodyArrays bodies;
+  Bodies<body_colours, body_islands, body_fast_pairs, body_supports> bodies;
   ContactArrays contacts;
   ApartTable apart;
   Counters* counters;
@@ -226,7 +227,7 @@ struct SortOutContacts {
   enum Outcome : std::uint32_t { nothing = shape_pairs, recycled };
 
   FATHOM_HD std::uint32_t look_at(std::uint32_t index) const {
-    const BodyArrays& bodies = changes.bodies;
+    const auto& bodies = changes.bodies;
     Contact& c = changes.contacts.contacts[index];
     if (!c.in_use()) return nothing;
     const NotedBox fat_a = bodies.fat[c.a], fat_b = bodies.fat[c.b];
@@ -273,8 +274,8 @@ struct CollideShapes {
   float dt;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const BodyArrays& bodies = changes.bodies;
-    const ContactArrays& contacts = changes.contacts;
+    const auto& bodies = changes.bodies;
+    const auto& contacts = changes.contacts;
     const std::uint32_t index = contacts.to_collide[contacts.listed(pairs, k)];
     Contact c = contacts.contacts[index];
     const PatchLoad load = c.touching() && c.axis.reduced ? load_of(contacts.manifolds[c.manifold]) : PatchLoad{};
@@ -301,7 +302,7 @@ struct CollideShapes {
  private:
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin, const PatchLoad& load) const {
-    const BodyArrays& bodies = changes.bodies;
+    const auto& bodies = changes.bodies;
     if constexpr (pairs == boxes)
       return collide_boxes(a.half_extents, b.half_extents, b_in_a, margin, c.axis, load);
     else if constexpr (pairs == hulls)
@@ -313,7 +314,6 @@ struct CollideShapes {
 
 /// Takes up a step that stopped for want of manifolds.
 struct ResumeStep {
-  BodyArrays bodies;
   Counters* counters;
   std::uint32_t contact_group_size;
 
@@ -351,7 +351,7 @@ struct RepeatStep {
 
 /// The deferred contacts, which are to collide once more.
 struct ListDeferred {
-  ContactArrays contacts;
+  Contacts<contact_worklists> contacts;
   ShapePair pairs;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
@@ -362,7 +362,7 @@ struct ListDeferred {
 
 /// Wakes the bodies of islands that something woke in this step.
 struct WakeIslands {
-  BodyArrays bodies;
+  Bodies<body_state, body_supports> bodies;
   Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {

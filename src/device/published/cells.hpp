@@ -51,7 +51,7 @@ struct WorldExtents {
   Vec3 largest;  ///< of any box (m)
 };
 struct LoadExtents {
-  BodyArrays bodies;
+  Bodies<> bodies;
 
   FATHOM_HD WorldExtents operator()(std::uint32_t i) const {
     const NotedBox fat = bodies.fat[i];
@@ -127,9 +127,9 @@ struct ClearLists {
 
 /// Which list each constraint is in, and how many a list has.
 struct CountCells {
-  BodyArrays bodies;
-  ContactArrays contacts;
-  ConstraintArrays constraints;
+  Bodies<> bodies;
+  Contacts<> contacts;
+  Constraints<> constraints;
   CellArrays cells;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
@@ -180,8 +180,8 @@ struct MakeBatches {
     std::uint32_t count, left;
   };
 
-  ContactArrays contacts;
-  ConstraintArrays constraints;
+  Contacts<> contacts;
+  Constraints<> constraints;
   const Counters* counters;
   CellArrays cells;
 

@@ -80,7 +80,7 @@ struct BeginSweep {
 
 /// Every element's projection anew, in its place. `from_scratch` starts from the order of indices.
 struct ProjectBoxes {
-  BodyArrays bodies;
+  Bodies<> bodies;
   const Counters* counters;
   SweepArrays sweep;
   bool from_scratch;

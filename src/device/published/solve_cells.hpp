@@ -31,7 +31,7 @@ struct IntegrateBodies {
 
 /// Without warm starting every substep begins without impulses.
 struct ClearImpulses {
-  ConstraintArrays constraints;
+  Constraints<constraint_rows> constraints;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     Quad* const rows = rows_of(constraints, k);

@@ -32,8 +32,8 @@ struct ClearPairs {
 
 /// Enters every contact but those that end in this step because the application changed their bodies.
 struct EnterPairs {
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<> bodies;
+  Contacts<> contacts;
   SweepArrays sweep;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
@@ -58,7 +58,7 @@ FATHOM_HD bool is_entered(const SweepArrays& sweep, std::uint32_t a, std::uint32
 /// A work-item for each place of the list. A wide body, a sea floor, would sweep over everybody and need as many slots:
 /// n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
 struct SweepBoxes {
-  BodyArrays bodies;
+  Bodies<> bodies;
   const Counters* counters;
   SweepArrays sweep;
 
@@ -103,8 +103,8 @@ struct TakeOverlaps {
   static constexpr std::uint32_t group_size = 32;
   struct Local {};
 
-  BodyArrays bodies;
-  ContactArrays contacts;
+  Bodies<> bodies;
+  Contacts<contact_worklists> contacts;
   Counters* counters;
   SweepArrays sweep;
 
