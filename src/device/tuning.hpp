@@ -1,6 +1,6 @@
 // How the device simulator divides work, and what it begins with. None but those under "what a step does" changes a bit
-// of any state. What both simulators share is beside its law in src/dynamics; the size of a kernel's work-groups is
-// with the kernel.
+// of any state. What all simulators share is in dynamics/tuning.hpp; the size of a kernel's work-groups is with the
+// kernel.
 #pragma once
 
 #include <cstddef>

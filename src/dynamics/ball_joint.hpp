@@ -4,10 +4,10 @@
 #include <type_traits>
 
 #include "dynamics/inverse_inertia.hpp"
-#include "dynamics/joint_limits.hpp"
 #include "dynamics/lane_scalar.hpp"
 #include "dynamics/softness.hpp"
 #include "dynamics/solver_body.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 
@@ -34,14 +34,6 @@ struct JointBodies {
   FATHOM_HD auto inverse_of_a() const { return fathom::inverse_inertia(a.inverse_mass, a.response); }
   FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.response); }
 };
-
-/// A rigid joint is a spring too: with this part of the rate of substeps for its frequency, and this damping ratio.
-///
-/// One sweep leaves most of what a long chain's slow motions want, and warm starting adds up what it does. Per substep,
-/// with a share k of such a motion solved by a sweep, the gap x follows D³x + a D²x + k (1 + s) Dx + k s b x = 0, where
-/// a, s and b are the softness' impulse scale, mass scale and bias rate times h. That is stable for every k where
-/// (h ω)² < 1 + s. A joint that gave nothing back (a = 0) would blow up from chains of five on.
-inline constexpr float rigid_joint_rate = 0.22f, rigid_joint_damping = 0.6f;
 
 /// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer
 /// than a rigid one.

@@ -317,9 +317,6 @@ FATHOM_LANE_FUNCTION L sweep_friction(Rows& rows, const ContactAxesOf<L>& axes, 
   return now.twist + (now.slide_1 + now.slide_2);
 }
 
-/// Rounds over the points of a contact that bounce together.
-inline constexpr int bounce_rounds = 8;
-
 /// What a bounce has given.
 template <class L>
 struct Bounce {

@@ -5,15 +5,6 @@
 // FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i).
 // `Rows` has set_frame(ContactAxesOf<L>), set_response, set_friction, set_point and set_friction_impulse.
 
-/// Mean distance of a patch's area from its centre over that of its corners, which are the contact's points: pressure
-/// is spread over the patch. For a square (√2 + ln(1 + √2)) / (3 √2) = 0.541, for a rectangle of 2 to 1 0.53, for a
-/// line 0.5. A little more, because towers of narrow blocks turn on each other below 0.55 (docs/validation.md, Kapla).
-inline constexpr float patch_share = 0.56f;
-
-/// Points farther apart than the nearest one by more than this (m) are only expected to touch: friction does not act
-/// there.
-inline constexpr float friction_reach = 0.02f;
-
 /// K over (n, t1, t2) for impulses at c.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION ContactResponse<L> contact_response(const ContactAxesOf<L>& axes, const Bodies& bodies) {

@@ -172,14 +172,9 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
   return a;
 }
 
-/// Part of its error that a coupling closes in a substep whose bodies have no other couplings, and no joints but to
-/// what cannot be pushed. Its one row knows then what it moves, so it need not be soft as rows in chains are
-/// (`joint_softness`).
-inline constexpr float alone_coupling_rate = 0.5f;
-
 struct JointPlace {
   bool swapped = false;   ///< A is the definition's B
-  bool is_alone = false;  ///< of a coupling: see above
+  bool is_alone = false;  ///< of a coupling: see `alone_coupling_rate`
 };
 
 /// Of a checked definition. `h` is a substep (s).

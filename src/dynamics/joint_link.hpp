@@ -8,8 +8,8 @@
 
 #include "dynamics/generic_joint.hpp"
 #include "dynamics/joint_elimination.hpp"
-#include "dynamics/joint_limits.hpp"
 #include "dynamics/rotation.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 

@@ -12,14 +12,9 @@
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/move_to.hpp"
 #include "dynamics/time_of_impact.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
-
-/// A relative movement within a step (m), of which no pair needs to be asked how fast it is for its size.
-inline constexpr float slow_movement = 0.002f;
-
-/// Share of the thinner shape's half thickness that bodies may move by against each other within a step and are slow.
-inline constexpr float slow_share = 0.25f;
 
 /// Of the pair's thinner shape with the half thickness `half` (m): from which distance on (m) shapes as far from their
 /// origins as `reach` are apart for certain, and how deep they are looked at that meet, so that the normal is that of
@@ -126,9 +121,6 @@ FATHOM_HD LookAhead look_ahead(const Mover& a, const Mover& b, const Manifold& s
   if (!is_same) result.ahead = result.manifold.count > 0 ? Ahead::meets : Ahead::nothing;
   return result;
 }
-
-/// Share of the thinner shape's half thickness to which what touches may be pressed inside without being knocked back.
-inline constexpr float pressed_share = 0.1f;
 
 /// Where a body may go in place of the end that the solver has given it.
 struct FreeWay {

@@ -3,6 +3,7 @@
 
 #include "dynamics/bounds.hpp"
 #include "dynamics/contact_manifold.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 
@@ -19,12 +20,11 @@ FATHOM_HD float recycle_distance(ShapeType shape_a, float radius_a, ShapeType sh
 /// may grow stale, by a distance of this order. (Box3D and avian call this contact recycling; it is the largest single
 /// gain at rest.)
 FATHOM_HD bool moved_little(const ContactManifold& m, const Pose& b_in_a, float distance) {
-  constexpr float sine_of_half_angle = 0.0025f;
   const Vec3 shift = b_in_a.position - m.position_at_build();
   if (!(length_squared(shift) < distance * distance)) return false;
   // |vector part of conj(q0)·q|² = sin² of half the angle between the two orientations.
   const Vec3 turn = (conjugate(m.rotation_at_build) * b_in_a.rotation).vector();
-  return length_squared(turn) < sine_of_half_angle * sine_of_half_angle;
+  return length_squared(turn) < recycle_sine_of_half_angle * recycle_sine_of_half_angle;
 }
 
 /// Whether the load of a reduced manifold has moved so far to its border that some point carries nothing, and is at no
@@ -48,7 +48,6 @@ FATHOM_HD bool is_to_reduce_anew(AxisCache& cache, const ContactManifold& m) {
   --cache.wait;
   return false;
 }
-inline constexpr std::uint8_t steps_to_settle = 15;
 
 /// By the impulses of the last substep.
 FATHOM_HD PatchLoad load_of(const ContactManifold& m) {

@@ -11,11 +11,11 @@
 #include <cstdint>
 
 #include "dynamics/ball_joint.hpp"
-#include "dynamics/joint_limits.hpp"
 #include "dynamics/joint_link.hpp"
 #include "dynamics/joint_tree.hpp"
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
+#include "dynamics/tuning.hpp"
 #include "math/team.hpp"
 
 namespace fathom {

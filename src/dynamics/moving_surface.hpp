@@ -8,22 +8,22 @@
 
 #include <fathom/math.hpp>
 
+#include "dynamics/tuning.hpp"
+
 namespace fathom {
 
 /// Whether what moves at `velocity` (m/s, B against A) goes with the surfaces, so that it must not fall asleep however
 /// slow it is. `slide` is what they add to B's sliding velocity against A (m/s). What is held in place may, though the
 /// surface slides on below it.
 FATHOM_HD bool goes_with_surface(Vec3 slide, Vec3 velocity) {
-  constexpr float min_speed = 1e-3f;  // m/s; what is held in place trembles less
   const float squared = length_squared(slide);
-  return -dot(slide, velocity) > min(0.5f * squared, min_speed * fathom::sqrt(squared));
+  return -dot(slide, velocity) > min(0.5f * squared, min_speed_with_surface * fathom::sqrt(squared));
 }
 
 /// Whether the contact's normal is as good as perpendicular to `slide`, so that a body may go with it.
 FATHOM_HD bool is_along_surface(Vec3 slide, Vec3 normal) {
-  constexpr float sine = 1e-3f;
   const float across = dot(slide, normal);
-  return across * across <= sine * sine * length_squared(slide);
+  return across * across <= max_sine_to_surface * max_sine_to_surface * length_squared(slide);
 }
 
 /// Adds what a contact's surfaces do to its sliding velocity, where it has one.

@@ -7,12 +7,9 @@
 #pragma once
 
 #include "collision/manifold.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
-
-/// Time (s) in which an overlap fades to 1/e of itself. What rises so is slowed down by overlap / time², at most 4.4
-/// m/s²: in stronger gravity it stays on what it rises from.
-inline constexpr float overlap_time = 0.15f;
 
 /// Half of a shape's thickness (m), of its `Geometry`. A surface is solid behind: the other one is the thinner.
 FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) {

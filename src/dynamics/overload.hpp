@@ -12,6 +12,8 @@
 
 #include <fathom/math.hpp>
 
+#include "dynamics/tuning.hpp"
+
 namespace fathom {
 
 /// What makes sweeps alone too soft for a contact: it carries more than so many times what its two bodies would weigh
@@ -24,17 +26,14 @@ FATHOM_HD float sweep_load(float half_thickness, float stiffness) {
   // A cube root by Newton's method from below: exact to 1 % between 1 and 10⁶, and the same on every target.
   float root = 1 + 0.02f * min(x, 4000.0f);
   for (int i = 0; i < 12; ++i) root = (2 * root + x / (root * root)) * (1.0f / 3);
-  return min(1.8f * root, 0.04f * x);
+  return min(buckling_load * root, thin_load * x);
 }
 
-/// Speed (m/s) of its bodies against each other beyond which a contact's load is that of a hit.
-inline constexpr float loaded_speed = 1;
-
 /// Load beyond which a contact makes its bodies more inert, in the unit of `sweep_load`, which it is never below: where
-/// its spring gives way by 3 % of the thinner body's half thickness. That a stack of like bodies sways needs no
-/// inertia.
+/// its spring gives way by `inertia_compression` of the thinner body's half thickness. That a stack of like bodies
+/// sways needs no inertia.
 FATHOM_HD float inertia_load(float half_thickness, float stiffness) {
-  return max(sweep_load(half_thickness, stiffness), 0.03f * half_thickness * stiffness);
+  return max(sweep_load(half_thickness, stiffness), inertia_compression * half_thickness * stiffness);
 }
 
 /// What a contact's `impulse` over a step leaves for a load (N·s) when the momentum that its two bodies gained, by all
@@ -48,18 +47,17 @@ FATHOM_HD float lasting_load(float impulse, float gained_a, float gained_b) {
 /// body's own inertia: so that the contact gives way by a quarter of what it would under that load, however much it
 /// carries. The lighter body takes most of it. `inverse_mass` is the body's true one, `inverse_sum` that of both
 /// (1/kg), `heaviest` the mass (kg) of the heaviest body that it is in contact with, directly or through others: no
-/// more than sixteen times that is ever of use, and what moves about as it is pressed could otherwise hit ever
+/// more than `max_inertia` times that is ever of use, and what moves about as it is pressed could otherwise hit ever
 /// harder.
 FATHOM_HD float wanted_inertia(float ratio, float inverse_mass, float inverse_sum, float heaviest) {
-  const float most = max(16 * heaviest * inverse_mass, 1.0f);
+  const float most = max(max_inertia * heaviest * inverse_mass, 1.0f);
   return clamp(fma(4 * (ratio - 1), inverse_mass / inverse_sum, 1.0f), 1.0f, most);
 }
 
 /// A body's inertia in parts of its own, from step to step, where contacts want it to be `wanted`. It follows the load
 /// slowly: what grows heavier at once while it moves gains energy, and what wavers with each impulse shakes.
 FATHOM_HD float next_inertia_scale(float scale, float wanted) {
-  constexpr float growth = 1.15f, decay = 0.8f;
-  return max(clamp(wanted, decay * scale, growth * scale), 1.0f);
+  return max(clamp(wanted, inertia_decay * scale, inertia_growth * scale), 1.0f);
 }
 
 }  // namespace fathom

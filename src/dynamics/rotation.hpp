@@ -4,6 +4,7 @@
 #include <fathom/math.hpp>
 
 #include "dynamics/integrate.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 
@@ -15,8 +16,7 @@ FATHOM_HD Quat renormalised(Quat q) {
   return {fma(e, q.w, q.w), fma(e, q.x, q.x), fma(e, q.y, q.y), fma(e, q.z, q.z)};
 }
 
-/// Angle (rad) that one part of a torque-free step turns a body by, and how many parts a step has at most.
-inline constexpr float torque_free_part = 0.25f;
+/// Parts that a torque-free step has at most.
 inline constexpr int max_torque_free_parts = static_cast<int>(max_turn / torque_free_part);
 
 /// A part of `step_torque_free`, of length h: changes the spin (rad/s, body axes) and returns its mean.

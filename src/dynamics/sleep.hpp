@@ -7,16 +7,9 @@
 
 #include <fathom/world.hpp>
 
+#include "dynamics/tuning.hpp"
+
 namespace fathom {
-
-/// Part of `SleepSettings::linear_speed` up to which a body counts as not moving.
-inline constexpr float still_share = 1e-3f;
-
-/// What is round and touches something rolls on forever, where its material has no rolling resistance, or creeps where
-/// the ground is not quite level. Up to this many times `SleepSettings::linear_speed` its spin is damped by so much
-/// (1/s), so that it comes to rest; PhysX does the like below its stabilization threshold. A ball rolls freely from a
-/// slope of 0.5° on.
-inline constexpr float rest_speeds = 4, rest_damping = 2;
 
 /// Of the fastest point of a body (m/s).
 FATHOM_HD float speed_of(const Velocity& v, float radius) { return length(v.linear) + length(v.angular) * radius; }

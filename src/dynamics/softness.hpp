@@ -1,20 +1,13 @@
 // Coefficients of soft constraints and of material mixing.
 #pragma once
 
-#include <cstdint>
 #include <fathom/body.hpp>
 #include <fathom/math.hpp>
 #include <fathom/world.hpp>
 
+#include "dynamics/tuning.hpp"
+
 namespace fathom {
-
-/// See `stiffen_uneven`.
-inline constexpr float uneven_ratio = 8.0f, uneven_share = 0.5f;
-
-/// 1/s of the penetration that becomes velocity in a contact that is held directly.
-inline constexpr float support_push_out_rate = 20;
-/// See `support_slop`.
-inline constexpr float max_support_slop = 1e-4f, patch_radius_slop = 0.01f;
 
 struct Softness {
   float bias_rate = 0;      ///< 1/s of the separation that becomes velocity
@@ -32,19 +25,17 @@ FATHOM_HD Softness make_soft(float hertz, float damping_ratio, float h) {
   return {omega / a1, a2 * a3, a3};
 }
 
-/// By which springs against bodies that cannot be pushed are stiffer, as their frequency is twice as high.
-inline constexpr float fixed_stiffness_ratio = 4;
-
 /// Of contacts of one step.
 struct ContactSoftness {
   Softness dynamic;  ///< between two bodies that can be pushed
   Softness fixed;    ///< against one that cannot
 };
 
-/// Hz: at most 0.15 of the rate of substeps of h seconds. Stiffer springs shake pyramids apart, softer ones give way
-/// under load (docs/solver.md), so contacts follow that rate unless the application wants them softer; what is too tall
-/// or too heavy for them is held directly (dynamics/support.hpp).
-inline float contact_hertz(const SolverSettings& settings, float h) { return min(settings.contact_hertz, 0.15f / h); }
+/// Hz, over substeps of h seconds: contacts follow `contact_rate` unless the application wants them softer; what is too
+/// tall or too heavy for them is held directly (dynamics/support.hpp).
+inline float contact_hertz(const SolverSettings& settings, float h) {
+  return min(settings.contact_hertz, contact_rate / h);
+}
 
 /// Springs twice as stiff against bodies that cannot be pushed.
 inline ContactSoftness contact_softness(const SolverSettings& settings, float h) {
@@ -65,9 +56,6 @@ inline float contact_sag(const WorldDef& def) {
 inline float friction_lead(const SolverSettings& settings, float h) {
   return settings.method == Solver::soft && settings.warm_start ? -0.5f * h : 0.5f * h;
 }
-
-/// Bounce sweeps that a substep has at most: a hit passes on through one body a sweep at least.
-inline constexpr std::uint32_t max_bounce_sweeps = 8;
 
 /// Speed (m/s) below which nothing bounces: never less than what gravity gives in a substep, which is rest.
 inline float bounce_threshold(const WorldDef& def, float h) {

@@ -13,13 +13,12 @@
 
 #include "dynamics/contact_rows.hpp"
 #include "dynamics/overload.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 
 /// Points that press, or are no farther apart than this, may give impulses (m; `arm` is a body's from its centre).
 FATHOM_HD float support_reach(Vec3 arm) { return min(5e-4f, 0.02f * length(arm)); }
-/// Rounds of leaving out points that would pull.
-inline constexpr int support_rounds = 3;
 
 /// Symmetric 6×6 matrix over (force, torque), or its Cholesky factor: the lower triangle by rows.
 struct Triangle6 {
@@ -119,8 +118,7 @@ struct SupportChange {
 /// Weights of a contact's points. A body's own weight in a substep, `body_weight` (N·s), lets points take load that do
 /// not carry any yet; `touches` has a bit for each point that may.
 FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std::uint32_t touches, float body_weight) {
-  constexpr float share_of_body = 0.1f, share_of_contact = 0.02f;
-  const float base = fma(share_of_contact, impulses.sum(), share_of_body * body_weight);
+  const float base = fma(weight_of_contact, impulses.sum(), weight_of_body * body_weight);
   float sum = 0;
   for (int i = 0; i < max_manifold_points; ++i) {
     r.weight[i] = touches >> i & 1u ? impulses.normal[i] + base : 0.0f;
@@ -212,10 +210,6 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
   impulses.step += impulses.sum() - before;
 }
 
-/// The part of its friction that a contact gives up in a solution, to be shared out anew with the rest: contacts that
-/// strain against each other, which no motion tells of, let go of it in some tens of substeps.
-inline constexpr float support_renewal = 0.05f;
-
 /// What a contact gives up so.
 FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   SupportChange change{};
@@ -281,10 +275,9 @@ FATHOM_HD float best_part(float slope, float curvature) {
 }
 
 /// How far bodies of `mass` (kg) are held that a solution leaves twice the kinetic energy `energy` (J) of: not at all
-/// where they still move a twentieth as fast as they would fall, gaining `fall` (m/s) in a substep. Springs that give
-/// way must damp what a solution does not hold.
+/// where they still move `unheld_share` as fast as they would fall, gaining `fall` (m/s) in a substep. Springs that
+/// give way must damp what a solution does not hold.
 FATHOM_HD float part_held(float energy, float mass, float fall) {
-  constexpr float unheld_share = 0.05f;
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);
 }

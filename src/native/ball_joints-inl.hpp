@@ -10,7 +10,7 @@
 
 #include <hwy/highway.h>
 
-#include "dynamics/joint_limits.hpp"
+#include "dynamics/tuning.hpp"
 #include "native/constraint_block-inl.hpp"
 #include "native/lane_bodies-inl.hpp"
 #include "native/lane_functions-inl.hpp"

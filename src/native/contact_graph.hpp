@@ -24,6 +24,7 @@
 #include "native/pair_set.hpp"
 #include "native/prefetch.hpp"
 #include "native/solver_kernels.hpp"
+#include "native/tuning.hpp"
 #include "threads/thread_pool.hpp"
 #include "world/large_array.hpp"
 
@@ -46,7 +47,6 @@ struct GraphEdge {
 
 /// How many parts so many contacts or pairs are changed in.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
-  constexpr std::size_t min_to_share = 128;
   return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
 }
 

@@ -11,6 +11,7 @@
 #include "geometry/compound_query.hpp"
 #include "native/native_simulator.hpp"
 #include "native/pieces.hpp"
+#include "native/tuning.hpp"
 
 namespace fathom::native {
 
@@ -285,9 +286,8 @@ class PartedPair {
   /// Of those of the same children that touch: with a surface, the one whose normal is nearest to this one; null: none
   /// is near.
   Part* max_alike(const FoundPart& found) const {
-    constexpr float alike = 0.9f;
     Part* best = nullptr;
-    float nearest = a_.geometry.is_surface() ? alike : -2.0f;
+    float nearest = a_.geometry.is_surface() ? alike_normals : -2.0f;
     for (Part& part : parts_of(found.children)) {
       if (part.is_matched || !part.touches) continue;
       const float cosine = dot(manifold(part.index).normal, found.manifold.normal);

@@ -11,8 +11,6 @@ namespace fathom::native {
 
 namespace {
 
-constexpr std::uint16_t max_levels = 1024;
-
 /// True where some point of the manifold touches.
 bool touches(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b) {
   const Vec3 normal = rotate(pose_a.rotation, m.normal), between = pose_b.position - pose_a.position;

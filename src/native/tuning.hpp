@@ -1,6 +1,6 @@
 // Where the native simulator switches from one way of working to another, and how it divides work. None but those under
-// "supports" and "narrow phase" changes a bit of any state: results do not depend on threads. What both simulators
-// share is beside its law in src/dynamics.
+// "supports" and "narrow phase" changes a bit of any state: results do not depend on threads. What all simulators share
+// is in dynamics/tuning.hpp.
 #pragma once
 
 #include <cstddef>
@@ -26,6 +26,7 @@ inline constexpr std::size_t free_grain = 256;          ///< bodies without cont
 inline constexpr std::size_t flags_grain = 512;         ///< bodies whose flags are looked through, a chunk
 inline constexpr std::size_t layout_grain = 512;        ///< bodies that are laid out, a chunk
 inline constexpr std::size_t min_to_sort = 1024;        ///< lanes that several threads sort
+inline constexpr std::size_t min_to_share = 128;        ///< contacts or pairs that several threads change
 inline constexpr std::size_t min_stretches = 16;        ///< stretches of them that several threads copy
 inline constexpr std::size_t min_slots_to_place = 256;  ///< bodies that several threads place in domains
 inline constexpr std::size_t placing_grain = 4096;      ///< contacts that are placed in domains, a chunk
@@ -55,6 +56,8 @@ inline constexpr std::uint64_t levels_last = 16;  ///< steps, while no contact b
 /// Steps. While contacts begin and end in every step, and nothing is overloaded, they need not be looked through each
 /// time.
 inline constexpr std::uint64_t steps_between_searches = 8;
+/// Bodies farther from the ground than this are left to the sweeps (docs/log/2026-11-22-supports.md).
+inline constexpr std::uint16_t max_levels = 1024;
 /// J/kg above which a structure is coming down, and is left to the sweeps.
 inline constexpr float calm_energy = 0.1f;
 /// Steps after which structures are looked for again where all were coming down.
@@ -67,5 +70,8 @@ inline constexpr std::uint64_t steps_to_retry = 64;
 
 /// m of overlap that have as good as faded away: from there on a manifold may be recycled.
 inline constexpr float overlap_gone = 1e-7f;
+/// Cosine between normals up to which a part of a contact with a surface is the one of the step before
+/// (docs/surfaces.md).
+inline constexpr float alike_normals = 0.9f;
 
 }  // namespace fathom::native
