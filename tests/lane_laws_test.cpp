@@ -1,5 +1,5 @@
 // Laws over a lane type give each lane of a vector what they give one number (dynamics/*-inl.hpp), on random rows of
-// joints. Vectors fuse the products of cross(), numbers do not, so the two are equal to rounding.
+// contacts and joints. Vectors fuse the products of cross(), numbers do not, so the two are equal to rounding.
 #define HWY_DISABLE_PCLMUL_AES
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
@@ -10,7 +10,9 @@
 #include <cstring>
 #include <utility>
 
+#include "dynamics/contact_rows.hpp"
 #include "dynamics/generic_joint.hpp"
+#include "native/contact_rows-inl.hpp"
 #include "native/couplings-inl.hpp"
 #include "random.hpp"
 
@@ -59,6 +61,70 @@ struct BodiesV {
   InverseInertia<V, const SymMat3V<V>&> inverse_of_a() const { return {a.inverse_mass, a.response}; }
   InverseInertia<V, const SymMat3V<V>&> inverse_of_b() const { return {b.inverse_mass, b.response}; }
 };
+
+/// A contact, by number or by lanes: its manifold, and the rows made of it. Its numbers alone have a place in memory.
+template <class L, class Vec, class Frame, class Axes, class Point, class Friction>
+struct ContactOf {
+  struct ManifoldOf {
+    Vec normal_, tangent_, on_a_[max_manifold_points], on_b_[max_manifold_points], between_;
+    L impulse_[max_manifold_points], used_[max_manifold_points], friction_;
+    Friction friction_impulse_;
+
+    static constexpr int end() { return max_manifold_points; }
+    static constexpr bool has(int) { return true; }
+    HWY_ATTR auto used(int i) const {
+      if constexpr (std::is_same_v<L, float>)
+        return used_[i] > 0;
+      else
+        return is_above(used_[i], splat<L>(0.0f));
+    }
+    Vec normal() const { return normal_; }
+    Vec tangent() const { return tangent_; }
+    Vec on_a(int i) const { return on_a_[i]; }
+    Vec on_b(int i) const { return on_b_[i]; }
+    Vec between() const { return between_; }
+    L impulse(int i) const { return impulse_[i]; }
+    L friction() const { return friction_; }
+    Friction friction_impulse() const { return friction_impulse_; }
+  };
+  ManifoldOf manifold;
+  Frame frame;
+  Point points[max_manifold_points];
+  L impulses[max_manifold_points];
+  Friction friction_impulses;
+  L bounce, acceleration, overlap, nearest, held, given;
+  L rolling_length;
+  Vec rolling, surfaces;
+
+  static constexpr int end() { return max_manifold_points; }
+  static constexpr bool has(int) { return true; }
+  static constexpr bool may_bounce() { return true; }
+  HWY_ATTR Axes axes() const { return Axes(frame); }
+  auto response() const { return frame.response; }
+  auto friction() const { return frame.friction; }
+  Point point(int i) const { return points[i]; }
+  L impulse(int i) const { return impulses[i]; }
+  Friction friction_impulse() const { return friction_impulses; }
+  L restitution() const { return bounce; }
+  L pull() const { return acceleration; }
+  void set_impulse(int i, L impulse) { impulses[i] = impulse; }
+  void set_friction_impulse(const Friction& f) { friction_impulses = f; }
+  void set_frame(const Axes& a) {
+    frame.normal = a.n, frame.tangent = a.t1, frame.arm_a = a.arm_a, frame.arm_b = a.arm_b;
+  }
+  template <class Response>
+  void set_response(const Response& k) {
+    frame.response = k;
+  }
+  template <class Row>
+  void set_friction(const Row& row) {
+    frame.friction = row;
+  }
+  void set_point(int i, const Point& p) { points[i] = p; }
+};
+using Contact = ContactOf<float, Vec3, fathom::ContactFrameOf<float>, fathom::ContactAxesOf<float>,
+                          fathom::ContactPoint<float>, fathom::FrictionImpulse<float>>;
+using ContactV = ContactOf<V, Vec3V<V>, ContactFrameOf<V>, ContactAxesOf<V>, ContactPoint<V>, FrictionImpulse<V>>;
 
 class LaneLaws : public testing::Test {
  protected:
@@ -144,6 +210,31 @@ class LaneLaws : public testing::Test {
     return row;
   }
 
+  /// Up to four points on a patch, loaded or not. `extreme`: sizes, impulses and depths that differ by powers of ten,
+  /// points that coincide, friction and restitution of 0 or more than usual.
+  Contact contact(bool extreme) {
+    Contact c{};
+    auto& m = c.manifold;
+    const auto q = orientation();
+    m.normal_ = rotate(Quat{q.w, q.v.x, q.v.y, q.v.z}, {1, 0, 0}),
+    m.tangent_ = rotate({q.w, q.v.x, q.v.y, q.v.z}, {0, 1, 0});
+    const Vec3 across = cross(m.normal_, m.tangent_), arm = vector(-1, extreme ? 1 : 0);
+    const float size = extreme ? magnitude(-3, 1) : magnitude(-1, 0), push = extreme ? magnitude(-4, 3) : 1;
+    m.between_ = vector(-1, 0.5f);
+    for (int i = 0; i < max_manifold_points; ++i) {
+      const bool coincides = extreme && random_() % 4 == 0;
+      m.on_a_[i] = coincides ? arm : arm + size * (uniform(-1, 1) * m.tangent_ + uniform(-1, 1) * across);
+      m.on_b_[i] = m.on_a_[i] + uniform(-1, 1) * (extreme ? magnitude(-5, 0) : 0.01f) * m.normal_;
+      m.used_[i] = i == 0 ? 1.0f : flag(), m.impulse_[i] = m.used_[i] * flag() * push * uniform(0, 1);
+    }
+    m.friction_ = extreme ? flag() * magnitude(-3, 1) : uniform(0, 1);
+    m.friction_impulse_ = {push * uniform(-1, 1), push * uniform(-1, 1), push * size * uniform(-1, 1)};
+    c.bounce = flag() * uniform(0, 1), c.acceleration = uniform(-10, 10), c.overlap = flag() * magnitude(-3, -1);
+    c.held = flag() * uniform(0, 1), c.rolling_length = flag() * magnitude(-3, -1);
+    c.rolling = flag() * vector(-2, 0), c.surfaces = flag() * vector(-1, 0.5f);
+    return c;
+  }
+
   /// Compares `solve(row, bodies)` on rows side by side with each of them alone.
   template <class Row, class RowV, class Make, class Solve>
   void compare(const Make& make, const Solve& solve) {
@@ -227,6 +318,69 @@ void warm_start(fathom::CouplingRow<float>& row, JointBodies<SymMat3>& bodies) {
   fathom::warm_start_coupling(row, bodies);
 }
 
+// Of a contact, by lanes and by number: its rows, warm starting, a restitution pass, a sweep over its points, friction
+// on surfaces that move and bodies that move as they are told, and rolling.
+HWY_ATTR void prepare(ContactV& c, const BodiesV& bodies) {
+  c.nearest = prepare_contact_rows(c.manifold, c.overlap, bodies, c);
+}
+void prepare(Contact& c, const JointBodies<SymMat3>& bodies) {
+  c.nearest = fathom::prepare_contact_rows(c.manifold, c.overlap, bodies, c);
+}
+HWY_ATTR void warm_start(ContactV& c, BodiesV& bodies) { warm_start_contact<V>(c, bodies); }
+void warm_start(Contact& c, JointBodies<SymMat3>& bodies) { fathom::warm_start_contact<float>(c, bodies); }
+
+HWY_ATTR void bounce(ContactV& c, BodiesV& bodies, V h) {
+  c.given =
+      bounce_contact(c, bodies, h, splat<V>(0.5f), [&](Vec3V<V> slide) HWY_ATTR { return slide + c.surfaces; }).impulse;
+}
+void bounce(Contact& c, JointBodies<SymMat3>& bodies, float h) {
+  c.given = fathom::bounce_contact(c, bodies, h, 0.5f, [&](Vec3 slide) { return slide + c.surfaces; }).impulse;
+}
+
+template <int pass>
+HWY_ATTR void push(ContactV& c, BodiesV& bodies, V h) {
+  ContactStepOf<V> step{splat<V>(1.0f) / h, splat<V>(60.0f), splat<V>(0.7f),
+                        splat<V>(0.3f),     splat<V>(4.0f),  support_slop(c.frame.friction.patch_radius)};
+  stiffen(c.held, step), stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
+  solve_points<static_cast<ContactPass>(pass), true>(c, c.axes(), bodies, step);
+}
+template <int pass>
+void push(Contact& c, JointBodies<SymMat3>& bodies, float h) {
+  fathom::ContactStep step{1 / h, 60, 0.7f, 0.3f, 4, fathom::support_slop(c.frame.friction.patch_radius)};
+  fathom::stiffen(c.held, step), fathom::stiffen_uneven(bodies.a.inverse_mass, bodies.b.inverse_mass, step);
+  fathom::solve_points<static_cast<fathom::ContactPass>(pass), true>(c, c.axes(), bodies, step);
+}
+
+HWY_ATTR void rub(ContactV& c, BodiesV& bodies, V h) {
+  const ContactAxesOf<V> axes = c.axes();
+  sweep_friction(c, axes, bodies,
+                 [&](Vec3V<V> slide) HWY_ATTR { return slide + carried_slide(bodies, axes, h) + c.surfaces; });
+}
+void rub(Contact& c, JointBodies<SymMat3>& bodies, float h) {
+  const fathom::ContactAxes axes = c.axes();
+  fathom::sweep_friction(c, axes, bodies,
+                         [&](Vec3 slide) { return slide + fathom::carried_slide(bodies, axes, h) + c.surfaces; });
+}
+
+HWY_ATTR void roll(ContactV& c, BodiesV& bodies) {
+  c.rolling = solve_rolling(bodies, c.rolling_length, total_impulse<V>(c), c.rolling);
+}
+void roll(Contact& c, JointBodies<SymMat3>& bodies) {
+  c.rolling = fathom::solve_rolling(bodies, c.rolling_length, fathom::total_impulse<float>(c), c.rolling);
+}
+
+constexpr auto all_of_a_contact = [](auto& c, auto& bodies, auto h) HWY_ATTR {
+  prepare(c, bodies);
+  bounce(c, bodies, h);
+  warm_start(c, bodies);
+  push<0>(c, bodies, h);  // soft
+  push<1>(c, bodies, h);  // relax
+  rub(c, bodies, h);
+  roll(c, bodies);
+  rub(c, bodies, h);
+  push<2>(c, bodies, h);  // of the solver `impulse`
+};
+
 // The law of all passes, one after the other.
 constexpr auto all_passes = [](auto& row, auto& bodies, auto h) HWY_ATTR {
   warm_start(row, bodies);
@@ -243,6 +397,13 @@ TEST_F(LaneLaws, GenericJoints) {
 }
 TEST_F(LaneLaws, Couplings) {
   compare<fathom::CouplingRow<float>, CouplingRow<V>>([&] { return coupling(); }, all_passes);
+}
+
+TEST_F(LaneLaws, Contacts) {
+  compare<Contact, ContactV>([&] { return contact(false); }, all_of_a_contact);
+}
+TEST_F(LaneLaws, ExtremeContacts) {
+  compare<Contact, ContactV>([&] { return contact(true); }, all_of_a_contact);
 }
 
 }  // namespace
