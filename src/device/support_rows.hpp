@@ -98,12 +98,16 @@ struct SupportMass {
       inverse_tensor = world_inertia<SymMat3>(bodies, i, inverse_mass, inverse_inertia);
   }
   FATHOM_HD Wrench momentum(Vec3 linear, Vec3 angular) const {
-    const Vec3 spin =
-        inverse_inertia > 0 ? (1.0f / inverse_inertia) * angular : fathom::inverse(to_matrix(inverse_tensor)) * angular;
-    return {(1.0f / inverse_mass) * linear, spin};
+    return {(1.0f / inverse_mass) * linear, ask([&](const auto& inertia) { return moment_of(inertia, angular); })};
   }
   FATHOM_HD Vec3 spin(Vec3 momentum) const {
-    return inverse_inertia > 0 ? inverse_inertia * momentum : inverse_tensor * momentum;
+    return ask([&](const auto& inertia) { return inertia.spun_by(momentum); });
+  }
+
+ private:
+  template <class Act>
+  FATHOM_HD Vec3 ask(const Act& act) const {
+    return with_inverse_inertia(inverse_mass, inverse_inertia, inverse_tensor, act);
   }
 };
 

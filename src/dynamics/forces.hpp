@@ -3,6 +3,8 @@
 
 #include <fathom/math.hpp>
 
+#include "dynamics/inverse_inertia.hpp"
+
 namespace fathom {
 
 /// What the application lets act on a body in the next step (N, N·m).
@@ -19,8 +21,8 @@ struct Acceleration {
 /// in world axes. `isotropic`: the inverse inertia (1/(kg·m²)) of a body whose tensor is a multiple of the identity,
 /// else 0; the tensor is read only then.
 FATHOM_HD Vec3 angular_response(Quat rotation, float isotropic, const SymMat3& inverse_inertia, Vec3 torque) {
-  if (isotropic > 0) return isotropic * torque;
-  return rotate(rotation, inverse_inertia * inverse_rotate(rotation, torque));
+  return with_inverse_inertia(0, isotropic, BodyTensor{rotation, inverse_inertia},
+                              [&](const auto& inertia) { return inertia.spun_by(torque); });
 }
 
 /// Adds what a force (N) and a torque (N·m, about the centre of mass) of the application do.

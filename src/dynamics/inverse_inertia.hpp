@@ -46,6 +46,29 @@ FATHOM_HD auto inverse_inertia(float inverse_mass, const Spin& spin) {
     return InverseInertia<float, Spin>{inverse_mass, spin};
 }
 
+/// A tensor of a body with this orientation, in the body's axes.
+struct BodyTensor {
+  Quat rotation;
+  const SymMat3& inverse;
+
+  FATHOM_HD Vec3 operator*(Vec3 v) const { return rotate(rotation, inverse * inverse_rotate(rotation, v)); }
+};
+
+/// What `act` makes of the inverse inertia of a body: `isotropic` (1/(kg·m²)), or where that is 0 the `tensor`.
+template <class Tensor, class Act>
+FATHOM_HD auto with_inverse_inertia(float inverse_mass, float isotropic, const Tensor& tensor, const Act& act) {
+  if (isotropic > 0) return act(inverse_inertia(inverse_mass, isotropic));
+  return act(inverse_inertia(inverse_mass, tensor));
+}
+
+/// The moment (N·m·s) that gives a body a spin (rad/s).
+FATHOM_HD Vec3 moment_of(const InverseInertia<float, float>& inertia, Vec3 angular) {
+  return (1.0f / inertia.spin) * angular;
+}
+FATHOM_HD Vec3 moment_of(const InverseInertia<float, SymMat3>& inertia, Vec3 angular) {
+  return inverse(to_matrix(inertia.spin)) * angular;
+}
+
 /// What a body and the water that it carries along resist a change of its velocity with: kinetic energy is half of
 /// v·linear v + 2 v·coupling ω + ω·angular ω. Symmetric and positive definite as a whole.
 struct CoupledMass {
