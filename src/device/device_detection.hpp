@@ -34,7 +34,7 @@ struct PutConstants {
 struct PutBoxes {
   const BoxUpdate* updates;
   NotedBox* fat;
-  Grid grid;
+  GridView grid;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const BoxUpdate u = updates[k];

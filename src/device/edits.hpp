@@ -81,7 +81,7 @@ struct ApplyEdits {
   static constexpr std::uint32_t group_size = 64;
 
   BodyArrays bodies;
-  Grid grid;
+  GridView grid;
   Counters* counters;
   const Edit* edits;
   const BodyData* data;

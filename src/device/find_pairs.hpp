@@ -97,7 +97,7 @@ struct SearchGrid {
 
   Bodies<> bodies;
   Contacts<contact_worklists> contacts;
-  Grid grid;
+  GridView grid;
   Counters* counters;
 
   FATHOM_HD void operator()(auto group, Local& local) const {

@@ -26,7 +26,7 @@ struct MoveParameters {
 /// Moves every body that is awake and brings its boxes up to date.
 struct MoveBodies {
   Bodies<body_data, body_state, body_islands, body_fast_pairs, body_supports> bodies;
-  Grid grid;
+  GridView grid;
   Counters* counters;
   MoveParameters p;
 

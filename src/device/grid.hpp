@@ -26,12 +26,24 @@ struct Cell {
 /// Edge of the finest cells: the fat box of a body of this bounding radius (m) that turns but does not fly.
 inline float grid_base(float typical_radius) { return 2.3f * typical_radius + min(0.1f, typical_radius); }
 
-struct Grid {
+/// The grid's parts, of which there is one (access.hpp).
+enum GridPart : std::uint8_t { grid_table };
+
+template <GridPart... written>
+struct GridOf {
+  using Entries = Array<std::uint32_t, grid_table, written...>;
+
   float base = 1;          ///< edge of the finest cells (m)
   std::uint32_t mask = 0;  ///< number of table entries − 1, a power of two
-  std::uint32_t* heads = nullptr;
-  std::uint32_t* next = nullptr;  ///< the body behind this one in its cell
-  std::uint32_t* big = nullptr;   ///< bodies beyond the last level
+  Entries heads = nullptr;
+  Entries next = nullptr;  ///< the body behind this one in its cell
+  Entries big = nullptr;   ///< bodies beyond the last level
+
+  template <GridPart... fewer>
+  FATHOM_HD operator GridOf<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(GridOf<fewer...>, *this);
+  }
 
   FATHOM_HD float edge(std::uint32_t level) const { return base * static_cast<float>(1u << level); }
 
@@ -68,5 +80,8 @@ struct Grid {
     return (h << 6 | (x & 3u) | (y & 3u) << 2 | (z & 3u) << 4) & mask;
   }
 };
+
+using Grid = GridOf<grid_table>;
+using GridView = GridOf<>;
 
 }  // namespace fathom::device
