@@ -222,13 +222,14 @@ JointArrays JointMemory::arrays() {
           .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};
 }
 
-void MechanismMemory::reserve(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints) {
-  records_.grow(mechanisms);
-  links_.grow(links);
-  states_.grow(links);
-  levels_.grow(links + mechanisms);
-  generic_.grow(generic);
-  of_joint_.grow(joints);
+void MechanismMemory::reserve(const Room& room) {
+  records_.grow(room.mechanisms);
+  links_.grow(room.links);
+  states_.grow(room.links);
+  levels_.grow(room.levels);
+  generic_.grow(room.generic);
+  closures_.grow(room.closure_floats);
+  of_joint_.grow(room.joints);
 }
 
 MechanismArrays MechanismMemory::arrays() {
@@ -238,6 +239,7 @@ MechanismArrays MechanismMemory::arrays() {
           .of_joint = of_joint_.data(),
           .states = states_.data(),
           .generic = generic_.data(),
+          .closures = closures_.data(),
           .capacity = static_cast<std::uint32_t>(records_.size()),
           .link_capacity = static_cast<std::uint32_t>(links_.size()),
           .joint_capacity = static_cast<std::uint32_t>(of_joint_.size())};

@@ -155,13 +155,17 @@ class JointMemory {
 class MechanismMemory {
  public:
   explicit MechanismMemory(exec::Memory& memory)
-      : links_(memory), records_(memory), levels_(memory), of_joint_(memory), states_(memory), generic_(memory) {}
+      : links_(memory), records_(memory), levels_(memory), of_joint_(memory), states_(memory), generic_(memory), closures_(memory) {}
 
+  struct Room {
+    std::size_t mechanisms, links, levels, generic, closure_floats, joints;
+  };
   /// All is to be uploaded anew.
-  void reserve(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints);
-  bool has_room_for(std::size_t mechanisms, std::size_t links, std::size_t generic, std::size_t joints) const {
-    return mechanisms <= records_.size() && links <= links_.size() && generic <= generic_.size() &&
-           joints <= of_joint_.size();
+  void reserve(const Room& room);
+  bool has_room_for(const Room& room) const {
+    return room.mechanisms <= records_.size() && room.links <= links_.size() && room.levels <= levels_.size() &&
+           room.generic <= generic_.size() && room.closure_floats <= closures_.size() &&
+           room.joints <= of_joint_.size();
   }
   std::size_t capacity() const { return records_.size(); }
   MechanismArrays arrays();
@@ -172,6 +176,7 @@ class MechanismMemory {
   exec::Buffer<std::uint32_t> levels_, of_joint_;
   exec::Buffer<LinkState> states_;
   exec::Buffer<JointLink> generic_;
+  exec::Buffer<float> closures_;
 };
 
 /// The grid's table, and how large its cells are.

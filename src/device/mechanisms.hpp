@@ -45,6 +45,7 @@ struct LinkedBodies {
   /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has moved by
   /// the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
   FATHOM_HD void move_by_mean(const MechanismLink& link, float h) const {
+    if (link.is_copy()) return;
     SolverQuads& body = bodies->solver[link.body];
     const WarmStart w = bodies->warm[link.body];
     if (!records[link.mechanism].swings() || (body.linear.xyz() == w.linear_reference && w.linear == Vec3{})) return;
@@ -72,7 +73,7 @@ template <class BodySet, class JointSet>
 FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const BodySet& bodies, const JointSet& joints,
                                                                          const Mechanisms<mechanism_states>& m,
                                                                          float push_out = 0, SpeedLimits limits = {}) {
-  return {{&bodies, &joints, m.records, push_out, limits}, m.links, m.levels, m.states, m.generic};
+  return {{&bodies, &joints, m.records, push_out, limits}, m.links, m.levels, m.states, m.generic, m.closures};
 }
 
 /// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes
@@ -106,8 +107,8 @@ struct CheckLinks {
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     const bool leans = link.is_light(bodies.constants[link.body].inverse_mass) && is_in_contact(link.body);
     if (!is_solved || leans) exec::atomic_store(record.is_blocked, 1u);
-    const std::uint32_t joints_of_it = link.children + (link.joint != MechanismLink::none ? 1 : 0);
-    if (bodies.touching[link.body] != joints_of_it || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
+    if (link.is_copy()) return;
+    if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }
 
  private:

@@ -43,12 +43,18 @@ void DeviceSimulator<D>::list_mechanisms(PendingStep& pending) {
 template <exec::Device D>
 void DeviceSimulator<D>::make_room_for_mechanisms() {
   const auto with_some_more = [](std::size_t n) { return n + n / 4; };
-  const std::size_t count = trees_.mechanisms().size(), links = trees_.links().size();
-  if (count == 0 || mechanism_memory_.has_room_for(count, links, trees_.generic(), joint_memory_.capacity())) return;
+  MechanismMemory::Room room{trees_.mechanisms().size(),
+                             trees_.links().size(),
+                             trees_.levels().size(),
+                             trees_.generic(),
+                             trees_.closure_floats(),
+                             joint_memory_.capacity()};
+  if (room.mechanisms == 0 || mechanism_memory_.has_room_for(room)) return;
   retire_all();
   forget_graphs();
-  mechanism_memory_.reserve(with_some_more(count), with_some_more(links), with_some_more(trees_.generic()),
-                            joint_memory_.capacity());
+  for (std::size_t* part : {&room.mechanisms, &room.links, &room.levels, &room.generic, &room.closure_floats})
+    *part = with_some_more(*part);
+  mechanism_memory_.reserve(room);
 }
 
 template <exec::Device D>

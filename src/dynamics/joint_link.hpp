@@ -63,10 +63,10 @@ class JointLink {
   FATHOM_HD void aim_ahead(const LinkPair& pair, float most, float h);
   /// … or loses its velocity and this share of its gap.
   FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h);
-  /// What the parent gets of the body's load, both about the joint.
-  FATHOM_HD TreeLoad hand_on(const TreeLoad& load);
-  /// The body's change where its parent changes thus; the joint gives what that takes.
-  FATHOM_HD TreeChange follow(const TreeChange& parent);
+  /// What the parent gets of the body's load, both about the joint. `is_aimed`: errors are taken away.
+  FATHOM_HD TreeLoad hand_on(const TreeLoad& load, bool is_aimed);
+  /// The body's change where its parent changes thus. `counts`: the joint gives what that takes.
+  FATHOM_HD TreeChange follow(const TreeChange& parent, bool is_aimed, bool counts);
 
   /// Takes on or lets go limits and largest forces where the rounds' result says otherwise. True where that changes it.
   FATHOM_HD bool revise(const LinkPair& pair, float h);
@@ -329,21 +329,24 @@ FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, flo
   set_errors(errors);
 }
 
-FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load) {
+FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load, bool is_aimed) {
   const JointVector nothing{};
   // Drives give theirs in the first round.
-  load_ = is_first_round_ ? eliminated_load(link_, freedom_, load, drive_)
-                          : eliminated_load(link_, freedom_, load, nothing);
-  is_first_round_ = false;
-  return handed_on(link_, freedom_, load_, error_);
+  const bool drives = is_aimed && is_first_round_;
+  load_ = eliminated_load(link_, freedom_, load, drives ? drive_ : nothing);
+  if (is_aimed) is_first_round_ = false;
+  return handed_on(link_, freedom_, load_, is_aimed ? error_ : nothing);
 }
 
-FATHOM_HD TreeChange JointLink::follow(const TreeChange& parent) {
+FATHOM_HD TreeChange JointLink::follow(const TreeChange& parent, bool is_aimed, bool counts) {
+  const JointVector nothing{};
   JointVector of_parent, change, impulse;
   to_coordinates(freedom_, parent.linear + cross(parent.angular, parent_arm()), parent.angular, of_parent);
-  fathom::follow(link_, freedom_, load_, error_, of_parent, change, impulse);
-  force_more_ += linear_of(freedom_, impulse);
-  torque_more_ += angular_of(freedom_, impulse);
+  fathom::follow(link_, freedom_, load_, is_aimed ? error_ : nothing, of_parent, change, impulse);
+  if (counts) {
+    force_more_ += linear_of(freedom_, impulse);
+    torque_more_ += angular_of(freedom_, impulse);
+  }
   const Vec3 angular = angular_of(freedom_, change);
   return {linear_of(freedom_, change) + cross(arm(), angular), angular};
 }

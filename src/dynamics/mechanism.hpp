@@ -4,6 +4,8 @@
 // A direct solution takes the place of the joints' rows in a sweep, after the contacts': bodies leave it with
 // velocities that all joints agree with. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
 //
+// A loop is cut at one of its bodies, of which the tree gets a copy (dynamics/loop_closure.hpp).
+//
 // A mechanism is one team's (math/team.hpp), whose work-items share its links. Each link adds up what its children hand
 // it, in their order, so that no result depends on the team.
 #pragma once
@@ -13,6 +15,7 @@
 #include "dynamics/ball_joint.hpp"
 #include "dynamics/joint_link.hpp"
 #include "dynamics/joint_tree.hpp"
+#include "dynamics/loop_closure.hpp"
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "dynamics/tuning.hpp"
@@ -52,15 +55,25 @@ struct MechanismLink {
   std::uint32_t is_b;  ///< 1: the body is the joint's B
   std::uint32_t mechanism;
   float rigid_mass;  ///< kg, of all that moves as one with the body, itself among it
+  std::uint32_t original = none;   ///< of a copy: the link that it is a copy of
+  std::uint32_t next_copy = none;  ///< a link
+  std::uint32_t copies = 0;        ///< of the link
 
   /// Whether too much moves with the body for its contacts, where it has any.
   FATHOM_HD bool is_light(float inverse_mass) const { return rigid_mass * inverse_mass > max_behind_a_contact; }
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
+  FATHOM_HD bool is_copy() const { return original != none; }
+  /// Of the mechanism, at the body.
+  FATHOM_HD std::uint32_t joints() const { return children + (joint != none ? 1 : 0) + copies; }
 };
 
 struct Mechanism {
   std::uint32_t first, end;     ///< links
   std::uint32_t level, levels;  ///< of the list of levels, each a first link: the first entry, and how many follow it
+  std::uint32_t closures = 0;   ///< copies, listed behind the end of the levels
+  std::uint32_t closure_memory = 0;  ///< where that of its LoopClosure begins (floats)
+
+  FATHOM_HD std::uint32_t first_closure() const { return level + levels + 1; }
 };
 
 /// Of a link, in a step.
@@ -98,6 +111,7 @@ class MechanismSolver {
   const std::uint32_t* levels;
   LinkState* states;
   JointLink* generic;
+  float* closures;
 
   /// Reads joints and bodies as the step begins.
   FATHOM_HD void prepare(const Mechanism& m) const {
@@ -105,6 +119,7 @@ class MechanismSolver {
   }
   /// The last step's impulses act again, or are forgotten.
   FATHOM_HD void warm_start(const Mechanism& m, bool forgets) const {
+    let_closures_go(m);
     each(m, [&](std::uint32_t i) { forgets ? forget_link(i) : give_carried(i, 1); });
   }
   /// Before positions move.
@@ -122,7 +137,8 @@ class MechanismSolver {
     const MechanismLink& link = links[i];
     LinkState& s = states[i];
     s = {};
-    s.mass = 1 / access.body(link.body).inverse_mass;
+    const std::uint32_t copies = link.is_copy() ? links[link.original].copies : link.copies;
+    s.mass = 1 / (static_cast<float>(copies + 1) * access.body(link.body).inverse_mass);
     if (link.joint == none) return;
     if (link.parent == none) {
       const auto& obstacle = access.body(link.obstacle);
@@ -230,6 +246,7 @@ class MechanismSolver {
   /// `sign` times what the joints' impulses give the link's body.
   FATHOM_HD void give_carried(std::uint32_t i, float sign) const {
     const MechanismLink& link = links[i];
+    if (link.is_copy()) return;
     SolverBody body = access.body(link.body);
     const SymMat3 response = access.response(link.body, body);
     const auto push = [&](float by, Vec3 impulse, Vec3 moment) {
@@ -239,6 +256,7 @@ class MechanismSolver {
     if (link.joint != none) push(sign, force_of(i), states[i].moment);
     for (std::uint32_t c = link.first_child; c < link.end_of_children(); ++c)
       push(-sign, force_of(c), states[c].parent_moment);
+    for (std::uint32_t c = link.next_copy; c != none; c = links[c].next_copy) push(sign, force_of(c), states[c].moment);
     access.set_velocity(link.body, body.linear, body.angular);
   }
   FATHOM_HD void let_go(std::uint32_t i) const {
@@ -273,9 +291,9 @@ class MechanismSolver {
       follows = solve_once<soft>(m, h, false);
     }
     if (all(m, [&](std::uint32_t i) { return is_sound(i, h); }))
-      each(m, [&](std::uint32_t i) { apply<soft>(i, h, follows); });
+      apply_all<soft>(m, h, follows);
     else if (!all(m, [&](std::uint32_t i) { return carries_finite(i); }))
-      each(m, [&](std::uint32_t i) { forget_link(i); });
+      forget(m);
     else if (soft)
       start_anew(m, h);
   }
@@ -285,7 +303,12 @@ class MechanismSolver {
   FATHOM_HD void start_anew(const Mechanism& m, float h) const {
     each(m, [&](std::uint32_t i) { give_carried(i, -1); });
     each(m, [&](std::uint32_t i) { let_go(i); });
+    let_closures_go(m);
     turn_all(m, h, false);
+  }
+  FATHOM_HD void forget(const Mechanism& m) const {
+    each(m, [&](std::uint32_t i) { forget_link(i); });
+    let_closures_go(m);
   }
 
   /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
@@ -294,16 +317,18 @@ class MechanismSolver {
   template <bool soft>
   FATHOM_HD bool solve_once(const Mechanism& m, float h, bool looks_ahead) const {
     from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
+    const bool follows = !looks_ahead || can_follow(m, h);
+    if (!follows) {
+      each(m, [&](std::uint32_t i) { stiffen(i, h); });
+      from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
+    }
+    if (m.closures > 0) find_responses(m);
     if constexpr (soft) each(m, [&](std::uint32_t i) { load_carried(i); });
+    if (!follows) each(m, [&](std::uint32_t i) { load_stiffened(i, h); });
     if (!looks_ahead) {
       aim_at_rest(m, soft ? projection_share : 0.0f, h);
       substitute(m);
       return true;
-    }
-    const bool follows = can_follow(m, h);
-    if (!follows) {
-      each(m, [&](std::uint32_t i) { stiffen(i, h); });
-      from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
     }
     for (int round = 0; round < newton_rounds; ++round) {
       aim_ahead(m, h);
@@ -435,8 +460,12 @@ class MechanismSolver {
       const Vec3 axis = normalize(arm);
       const Mat3 outer{axis.x * axis, axis.y * axis, axis.z * axis};
       body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
-      body.load.moment -= k * across(body.motion.angular, arm);
     });
+  }
+  /// What that resists of the motion that the body has.
+  FATHOM_HD void load_stiffened(std::uint32_t i, float h) const {
+    LinkState& body = states[i];
+    each_pull(i, h, [&](Vec3 arm, float k) { body.load.moment -= k * across(body.motion.angular, arm); });
   }
 
   // --- elimination -----------------------------------------------------------------------------------------------
@@ -455,11 +484,20 @@ class MechanismSolver {
     else
       s.link = tree_link(sum, s.arm);
   }
-  /// Takes away all links' errors under their loads.
+  /// What a substitution does: it takes away all links' errors under their loads, answers closures' loads besides, or
+  /// only tells in `LinkState::step` what these would do.
+  enum class Pass { aimed, closing, probing };
+
   FATHOM_HD void substitute(const Mechanism& m) const {
-    from_leaves(m, [&](std::uint32_t i) { hand_on(i); });
-    from_root(m, [&](std::uint32_t i) { follow_parent(i); });
+    substitute<Pass::aimed>(m);
+    if (m.closures > 0) close_loops(m);
   }
+  template <Pass pass>
+  FATHOM_HD void substitute(const Mechanism& m) const {
+    from_leaves(m, [&](std::uint32_t i) { hand_on<pass>(i); });
+    from_root(m, [&](std::uint32_t i) { follow_parent<pass>(i); });
+  }
+  template <Pass pass>
   FATHOM_FLATTEN FATHOM_HD void hand_on(std::uint32_t i) const {
     LinkState& s = states[i];
     for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
@@ -469,27 +507,110 @@ class MechanismSolver {
     }
     if (links[i].generic != none) {
       s.load.moment -= cross(s.arm, s.load.impulse);
-      s.handed = generic[links[i].generic].hand_on(s.load);
+      s.handed = generic[links[i].generic].hand_on(s.load, pass == Pass::aimed);
     } else {
       s.load = at_anchor(s.link, s.load);
-      if (links[i].parent != none) s.handed = {handed_on(s.link, s.load, s.error), {}};
+      if (links[i].parent != none) s.handed = {handed_on(s.link, s.load, error<pass>(s)), {}};
     }
   }
+  template <Pass pass>
+  FATHOM_HD static Vec3 error(const LinkState& s) {
+    return pass == Pass::aimed ? s.error : Vec3{};
+  }
+  template <Pass pass>
   FATHOM_FLATTEN FATHOM_HD void follow_parent(std::uint32_t i) const {
     LinkState& s = states[i];
     const TreeChange parent = links[i].parent != none ? states[links[i].parent].step : TreeChange{};
     if (links[i].joint == none) {
       s.step = root_change(s.link, s.load);
     } else if (links[i].generic != none) {
-      s.step = generic[links[i].generic].follow(parent);
+      s.step = generic[links[i].generic].follow(parent, pass == Pass::aimed, pass != Pass::probing);
     } else {
-      const Vec3 change = parent.linear + cross(parent.angular, s.parent_arm) - s.error;
-      s.impulse += impulse_on(s.link, s.load, change);
+      const Vec3 change = parent.linear + cross(parent.angular, s.parent_arm) - error<pass>(s);
+      if (pass != Pass::probing) s.impulse += impulse_on(s.link, s.load, change);
       s.step = fathom::follow(s.link, s.load, change);
     }
+    s.load = {};
+    if (pass == Pass::probing) return;
     s.change.linear += s.step.linear, s.change.angular += s.step.angular;
     s.motion.linear += s.step.linear, s.motion.angular += s.step.angular;
-    s.load = {};
+  }
+
+  // --- loops -----------------------------------------------------------------------------------------------------
+
+  FATHOM_HD LoopClosure closure_of(const Mechanism& m) const { return {closures + m.closure_memory, m.closures}; }
+  /// The link of a mechanism's copy k.
+  FATHOM_HD std::uint32_t copy(const Mechanism& m, std::uint32_t k) const { return levels[m.first_closure() + k]; }
+  template <class Act>
+  FATHOM_HD static void each_closure(const Mechanism& m, const Act& act) {
+    for (std::uint32_t k = team::item(); k < m.closures; k += team::items) act(k);
+    team::sync();
+  }
+  FATHOM_HD void let_closures_go(const Mechanism& m) const {
+    const LoopClosure closure = closure_of(m);
+    each_closure(m, [&](std::uint32_t k) {
+      for (std::uint32_t row = 0; row < closure_rows; ++row) closure.total(closure_rows * k + row) = 0;
+    });
+  }
+  /// How a copy moves against the body, row by row.
+  FATHOM_HD static void write_difference(const TreeChange& copy, const TreeChange& body, float (&rows)[closure_rows]) {
+    const Vec3 linear = copy.linear - body.linear, angular = copy.angular - body.angular;
+    rows[0] = linear.x, rows[1] = linear.y, rows[2] = linear.z;
+    rows[3] = angular.x, rows[4] = angular.y, rows[5] = angular.z;
+  }
+  FATHOM_HD void load_closure(const Mechanism& m, std::uint32_t k, const TreeLoad& load) const {
+    const std::uint32_t link = copy(m, k);
+    TreeLoad &on_copy = states[link].load, &on_body = states[links[link].original].load;
+    on_copy.impulse += load.impulse, on_copy.moment += load.moment;
+    on_body.impulse -= load.impulse, on_body.moment -= load.moment;
+  }
+
+  /// What each row moves by where another gives a unit: a solution for each, of links without loads.
+  FATHOM_HD void find_responses(const Mechanism& m) const {
+    const LoopClosure closure = closure_of(m);
+    each_closure(m, [&](std::uint32_t k) { begin_closure(m, closure, k); });
+    for (std::uint32_t column = 0; column < closure_rows * m.closures; ++column) {
+      if (team::is_leader()) {
+        const std::uint32_t axis = column % closure_rows;
+        const auto unit = [axis](std::uint32_t of) { return axis == of ? 1.0f : 0.0f; };
+        load_closure(m, column / closure_rows, {{unit(0), unit(1), unit(2)}, {unit(3), unit(4), unit(5)}});
+      }
+      team::sync();
+      substitute<Pass::probing>(m);
+      each_closure(m, [&](std::uint32_t k) {
+        float rows[closure_rows];
+        write_difference(states[copy(m, k)].step, states[links[copy(m, k)].original].step, rows);
+        for (std::uint32_t r = 0; r < closure_rows; ++r) {
+          const std::uint32_t row = closure_rows * k + r;
+          if (row >= column) closure.response(row, column) = rows[r] + (row == column ? closure.softness(row) : 0.0f);
+        }
+      });
+    }
+    closure.factorise();
+  }
+  FATHOM_HD void begin_closure(const Mechanism& m, const LoopClosure& closure, std::uint32_t k) const {
+    const std::uint32_t body = links[copy(m, k)].body;
+    const SymMat3& inertia = access.inertia(body);
+    for (std::uint32_t r = 0; r < closure_rows; ++r) {
+      const float alone = r < 3 ? access.inverse_mass(body) : 1 / max(max(inertia.xx, inertia.yy), inertia.zz);
+      closure.softness(closure_rows * k + r) = closure_softness * alone;
+      closure.more(closure_rows * k + r) = 0;
+    }
+  }
+  /// Copies have moved as their own joints want: takes away what they have moved against their bodies.
+  FATHOM_HD void close_loops(const Mechanism& m) const {
+    const LoopClosure closure = closure_of(m);
+    each_closure(m, [&](std::uint32_t k) {
+      float rows[closure_rows];
+      write_difference(states[copy(m, k)].change, states[links[copy(m, k)].original].change, rows);
+      for (std::uint32_t r = 0; r < closure_rows; ++r) closure.error(closure_rows * k + r) = rows[r];
+    });
+    if (team::is_leader()) {
+      closure.solve();
+      for (std::uint32_t k = 0; k < m.closures; ++k) load_closure(m, k, closure.load(k));
+    }
+    team::sync();
+    substitute<Pass::closing>(m);
   }
 
   // --- what rounds aim at, and have found ------------------------------------------------------------------------
@@ -566,10 +687,20 @@ class MechanismSolver {
   }
 
   template <bool soft>
+  FATHOM_HD void apply_all(const Mechanism& m, float h, bool follows) const {
+    each(m, [&](std::uint32_t i) { apply<soft>(i, h, follows); });
+    const LoopClosure closure = closure_of(m);
+    each_closure(m, [&](std::uint32_t k) {
+      for (std::uint32_t row = closure_rows * k; row < closure_rows * (k + 1); ++row)
+        closure.total(row) += closure.more(row);
+    });
+  }
+  template <bool soft>
   FATHOM_FLATTEN FATHOM_HD void apply(std::uint32_t i, float h, bool follows) const {
     const MechanismLink& link = links[i];
     LinkState& s = states[i];
-    access.add_velocity(link.body, s.change.linear, turned_back_by(s.spin, s.change.angular));
+    if (!link.is_copy())
+      access.add_velocity(link.body, s.change.linear, turned_back_by(s.spin, s.change.angular));
     if (link.joint == none) return;
     const Vec3 before = force_of(i);
     Vec3 force = s.impulse, torque;

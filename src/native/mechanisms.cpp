@@ -82,7 +82,8 @@ MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
           trees_.links().data(),
           trees_.levels().data(),
           states_.data(),
-          generic_.data()};
+          generic_.data(),
+          closures_.data()};
 }
 
 void Mechanisms::prepare(std::uint32_t number) { solver().prepare(mechanism(number)); }
@@ -103,8 +104,8 @@ bool Mechanisms::does_swing(const Mechanism& m) const {
   for (std::uint32_t i = m.first; i < m.end; ++i) {
     const MechanismLink& link = trees_.links()[i];
     if (link.joint != MechanismLink::none && trees_.direct()[link.joint] == JointTrees::driven) return false;
-    const std::uint32_t joints = link.children + (link.joint != MechanismLink::none ? 1 : 0);
-    if (constraints_of(link.body) != joints || state_.flags[link.body] & has_force) return false;
+    if (link.is_copy()) continue;
+    if (constraints_of(link.body) != link.joints() || state_.flags[link.body] & has_force) return false;
   }
   return true;
 }
@@ -136,6 +137,7 @@ void Mechanisms::find() {
   for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
   states_.resize(trees_.links().size());
   generic_.resize(trees_.generic());
+  closures_.resize(trees_.closure_floats());
 }
 
 void Mechanisms::count_joints() {
@@ -182,6 +184,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
+         closures_.capacity() * sizeof(float) +
          joints_.capacity() * sizeof(Joints) +
          (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
 }

@@ -82,6 +82,7 @@ class Mechanisms {
   JointTrees trees_;
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints
+  std::vector<float> closures_;     // of LoopClosures
   std::vector<std::uint32_t> order_, first_of_group_;
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: those with colours

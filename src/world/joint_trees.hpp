@@ -1,5 +1,6 @@
-// Which bodies rigid joints connect to trees that are solved directly (dynamics/mechanism.hpp). A joint that closes a
-// loop is left to the sweeps, and so is a net, where such joints are many.
+// Which bodies rigid joints connect to mechanisms that are solved directly (dynamics/mechanism.hpp): trees, and few loops
+// (dynamics/loop_closure.hpp). Where loops are more, the joints that close them are left to sweeps; where they are many,
+// which is a net, all are.
 #pragma once
 
 #include <algorithm>
@@ -33,35 +34,38 @@ class JointTrees {
     // Trees that hang on something come first, so that what hangs on two things is a loop, cut at the later joint.
     for_each_candidate(source, [&](std::uint32_t joint) {
       const std::uint32_t a = source.a(joint), b = source.b(joint);
-      if (source.is_obstacle(a) && !source.is_obstacle(b) && link_of_[b] == none) grow(source, b, joint);
-      if (source.is_obstacle(b) && !source.is_obstacle(a) && link_of_[a] == none) grow(source, a, joint);
+      if (source.is_obstacle(a) && !source.is_obstacle(b) && link_of_[b] == none) add_mechanism(source, b, joint);
+      if (source.is_obstacle(b) && !source.is_obstacle(a) && link_of_[a] == none) add_mechanism(source, a, joint);
     });
     for (const std::uint32_t root : free_roots(source))
-      if (link_of_[root] == none) grow(source, root, none);
+      if (link_of_[root] == none) add_mechanism(source, root, none);
   }
   void clear() {
     links_.clear(), mechanisms_.clear(), levels_.clear(), direct_.clear();
-    generic_ = 0;
+    generic_ = closure_floats_ = 0;
   }
 
   const std::vector<MechanismLink>& links() const { return links_; }
   const std::vector<Mechanism>& mechanisms() const { return mechanisms_; }
-  /// The first links of levels, and behind a mechanism's last one its end.
+  /// The first links of levels, and behind a mechanism's last one its end and its copies.
   const std::vector<std::uint32_t>& levels() const { return levels_; }
   /// By joint: 0, or how it is solved directly.
   const std::vector<std::uint8_t>& direct() const { return direct_; }
   /// Links with generic joints.
   std::uint32_t generic() const { return generic_; }
+  /// That loops' closures take.
+  std::uint32_t closure_floats() const { return closure_floats_; }
 
   std::size_t memory_bytes() const {
     return links_.capacity() * sizeof(MechanismLink) + mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
-           (levels_.capacity() + link_of_.capacity() + joints_first_.capacity() + joints_of_.capacity()) *
+           (levels_.capacity() + link_of_.capacity() + copies_.capacity() + joints_first_.capacity() + joints_of_.capacity()) *
                sizeof(std::uint32_t);
   }
 
  private:
   static constexpr std::uint32_t max_links = 4096;  // which one thread solves; more are a net or a rope
-  static constexpr std::uint32_t links_a_loop = 8;  // at least: more loops are a net
+  static constexpr std::uint32_t links_a_loop = 8;  // at least, where sweeps have loops: more are a net
+  static constexpr std::uint32_t max_closing = 1024;  // links times loops: six solutions each
 
   template <class Source, class Act>
   static void for_each_candidate(const Source& source, const Act& act) {
@@ -98,9 +102,8 @@ class JointTrees {
   }
 
   template <class Source>
-  void add(const Source& source, std::uint32_t body, std::uint32_t joint, std::uint32_t parent) {
+  std::uint32_t add(const Source& source, std::uint32_t body, std::uint32_t joint, std::uint32_t parent) {
     const auto number = static_cast<std::uint32_t>(links_.size());
-    link_of_[body] = number;
     MechanismLink link{body, joint, parent, none, none, 0, 0, 0, static_cast<std::uint32_t>(mechanisms_.size()), 0};
     if (joint != none) {
       link.is_b = source.b(joint) == body;
@@ -109,59 +112,102 @@ class JointTrees {
       direct_[joint] = undriven;
     }
     links_.push_back(link);
-    if (parent == none) return;
-    if (links_[parent].children++ == 0) links_[parent].first_child = number;
+    if (parent != none && links_[parent].children++ == 0) links_[parent].first_child = number;
+    return number;
+  }
+  template <class Source>
+  void add_copy(const Source& source, std::uint32_t original, std::uint32_t joint, std::uint32_t parent) {
+    const std::uint32_t copy = add(source, links_[original].body, joint, parent);
+    links_[copy].original = original;
+    links_[copy].next_copy = std::exchange(links_[original].next_copy, copy);
+    ++links_[original].copies;
+    copies_.push_back(copy);
   }
 
   template <class Source>
-  void grow(const Source& source, std::uint32_t root, std::uint32_t root_joint) {
+  void add_mechanism(const Source& source, std::uint32_t root, std::uint32_t root_joint) {
+    if (!grow(source, root, root_joint, true)) grow(source, root, root_joint, false);
+  }
+  /// Whether it could. `cuts`: loops are cut at bodies, not left to sweeps.
+  template <class Source>
+  bool grow(const Source& source, std::uint32_t root, std::uint32_t root_joint, bool cuts) {
     const auto first = static_cast<std::uint32_t>(links_.size()), level = static_cast<std::uint32_t>(levels_.size());
     const std::uint32_t first_generic = generic_;
-    add(source, root, root_joint, none);
+    copies_.clear();
+    link_of_[root] = add(source, root, root_joint, none);
     std::uint32_t ends = 0;  // of joints that are no links: a loop has both of its ends here, or one at an obstacle
     for (std::uint32_t i = first, next_level = first; i < links_.size(); ++i) {
       if (i == next_level) {
         levels_.push_back(i);
         next_level = static_cast<std::uint32_t>(links_.size());
       }
-      const std::uint32_t body = links_[i].body;
-      for (std::uint32_t k = joints_first_[body]; k < joints_first_[body + 1]; ++k) {
-        const std::uint32_t joint = joints_of_[k];
-        if (direct_[joint]) continue;
-        const std::uint32_t other = source.a(joint) == body ? source.b(joint) : source.a(joint);
-        if (source.is_obstacle(other))
-          ends += 2;
-        else if (link_of_[other] == none)
-          add(source, other, joint, i);
-        else
-          ++ends;
-      }
+      if (!links_[i].is_copy()) ends += follow(source, i, cuts);
     }
     const auto end = static_cast<std::uint32_t>(links_.size()), count = end - first;
     weigh(source, first);
     const std::span<const MechanismLink> tree(links_.data() + first, count);
-    if (count <= max_links && ends / 2 * links_a_loop <= count && source.accepts(tree)) {
-      mechanisms_.push_back({first, end, level, static_cast<std::uint32_t>(levels_.size()) - level});
+    const auto closures = static_cast<std::uint32_t>(copies_.size());
+    const bool is_net = closures > max_closures || closures * count > max_closing || ends / 2 * links_a_loop > count;
+    if (count <= max_links && !is_net && source.accepts(tree)) {
+      mechanisms_.push_back(
+          {first, end, level, static_cast<std::uint32_t>(levels_.size()) - level, closures, closure_floats_});
       levels_.push_back(end);
+      levels_.insert(levels_.end(), copies_.begin(), copies_.end());
+      closure_floats_ += LoopClosure::size(closures);
       note_driven(source, tree);
-      return;
+      return true;
     }
     for (const MechanismLink& link : tree)
       if (link.joint != none) direct_[link.joint] = 0;
-    links_.resize(first);  // their bodies stay marked, so that nobody looks again
+    // Without another try their bodies stay marked, so that nobody looks again.
+    const bool gives_up = copies_.empty();
+    for (const MechanismLink& link : tree)
+      if (!gives_up) link_of_[link.body] = none;
+    links_.resize(first);
     levels_.resize(level);
     generic_ = first_generic;
+    return gives_up;
+  }
+  /// Adds what hangs on link i. Returns how many ends of joints it leaves to sweeps.
+  template <class Source>
+  std::uint32_t follow(const Source& source, std::uint32_t i, bool cuts) {
+    std::uint32_t ends = 0;
+    const std::uint32_t body = links_[i].body;
+    const auto each_joint = [&](const auto& act) {
+      for (std::uint32_t k = joints_first_[body]; k < joints_first_[body + 1]; ++k) {
+        const std::uint32_t joint = joints_of_[k];
+        if (!direct_[joint]) act(joint, source.a(joint) == body ? source.b(joint) : source.a(joint));
+      }
+    };
+    each_joint([&](std::uint32_t joint, std::uint32_t other) {
+      if (source.is_obstacle(other)) return;
+      if (link_of_[other] == none)
+        link_of_[other] = add(source, other, joint, i);
+      else if (!cuts)
+        ++ends;
+      else if (link_of_[other] < i || source.inverse_mass(other) <= source.inverse_mass(body))
+        add_copy(source, link_of_[other], joint, i);  // of the heavier one: others look at this joint in their turn
+    });
+    // Behind the link's children, which follow each other.
+    each_joint([&](std::uint32_t joint, std::uint32_t other) {
+      if (!source.is_obstacle(other)) return;
+      if (cuts)
+        add_copy(source, i, joint, none);
+      else
+        ends += 2;
+    });
+    return ends;
   }
 
   /// What stiff joints bind together of the links from this one on.
   template <class Source>
   void weigh(const Source& source, std::uint32_t first) {
     const auto is_bound = [&](const MechanismLink& link) {
-      return link.parent != none && link.joint != none && source.is_stiff(link.joint);
+      return link.parent != none && !link.is_copy() && source.is_stiff(link.joint);
     };
     // Parents come first, so that from the end on each hands its sum to its parent, and gets the whole back.
     for (std::uint32_t i = first; i < links_.size(); ++i)
-      links_[i].rigid_mass = 1 / source.inverse_mass(links_[i].body);
+      links_[i].rigid_mass = links_[i].is_copy() ? 0 : 1 / source.inverse_mass(links_[i].body);
     for (auto i = static_cast<std::uint32_t>(links_.size()); i-- > first;)
       if (is_bound(links_[i])) links_[links_[i].parent].rigid_mass += links_[i].rigid_mass;
     for (std::uint32_t i = first; i < links_.size(); ++i)
@@ -182,7 +228,8 @@ class JointTrees {
   std::vector<Mechanism> mechanisms_;
   std::vector<std::uint32_t> levels_;
   std::vector<std::uint8_t> direct_;
-  std::uint32_t generic_ = 0;
+  std::uint32_t generic_ = 0, closure_floats_ = 0;
+  std::vector<std::uint32_t> copies_;        // of the mechanism that grows
   std::vector<std::uint32_t> link_of_;       // by body, or none
   std::vector<std::uint32_t> joints_first_;  // by body: where its joints begin in `joints_of_`
   std::vector<std::uint32_t> joints_of_;
