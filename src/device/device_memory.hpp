@@ -155,7 +155,13 @@ class JointMemory {
 class MechanismMemory {
  public:
   explicit MechanismMemory(exec::Memory& memory)
-      : links_(memory), records_(memory), levels_(memory), of_joint_(memory), states_(memory), generic_(memory), closures_(memory) {}
+      : links_(memory),
+        records_(memory),
+        levels_(memory),
+        of_joint_(memory),
+        states_(memory),
+        generic_(memory),
+        closures_(memory) {}
 
   struct Room {
     std::size_t mechanisms, links, levels, generic, closure_floats, joints;

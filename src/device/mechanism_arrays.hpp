@@ -39,10 +39,10 @@ struct Mechanisms {
   Of<std::uint32_t, mechanism_tables> of_joint;  ///< by slot: the mechanism that the joint is of, or `none`
   Of<LinkState, mechanism_states> states;        ///< by link
   Of<JointLink, mechanism_states> generic;
-  Of<float, mechanism_states> closures;          ///< of LoopClosures
-  std::uint32_t capacity;        ///< of records
-  std::uint32_t link_capacity;   ///< and states
-  std::uint32_t joint_capacity;  ///< of `of_joint`
+  Of<float, mechanism_states> closures;  ///< of LoopClosures
+  std::uint32_t capacity;                ///< of records
+  std::uint32_t link_capacity;           ///< and states
+  std::uint32_t joint_capacity;          ///< of `of_joint`
 
   /// Whether this step solves the joint in `slot` directly.
   FATHOM_HD bool is_direct(std::uint32_t slot) const {

@@ -43,12 +43,8 @@ void DeviceSimulator<D>::list_mechanisms(PendingStep& pending) {
 template <exec::Device D>
 void DeviceSimulator<D>::make_room_for_mechanisms() {
   const auto with_some_more = [](std::size_t n) { return n + n / 4; };
-  MechanismMemory::Room room{trees_.mechanisms().size(),
-                             trees_.links().size(),
-                             trees_.levels().size(),
-                             trees_.generic(),
-                             trees_.closure_floats(),
-                             joint_memory_.capacity()};
+  MechanismMemory::Room room{trees_.mechanisms().size(), trees_.links().size(),   trees_.levels().size(),
+                             trees_.generic(),           trees_.closure_floats(), joint_memory_.capacity()};
   if (room.mechanisms == 0 || mechanism_memory_.has_room_for(room)) return;
   retire_all();
   forget_graphs();

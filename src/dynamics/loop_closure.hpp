@@ -2,9 +2,9 @@
 //
 // A tree has no loops, so a loop is cut at one of its bodies: the tree gets a copy of it, which has a share of its
 // mass, and the joint that closes the loop holds the copy. That the body and its copy move alike are six rows more.
-// What these give is J inverse(A) transpose(J) by the tree's response A, a column for each row by a solution of the tree
-// (cut joints: Featherstone, "Rigid Body Dynamics Algorithms", 2008, chapter 8). Cut at a body, all joints are joints
-// of the tree, with their limits, drives and springs, and there is one kind of closure.
+// What these give is J inverse(A) transpose(J) by the tree's response A, a column for each row by a solution of the
+// tree (cut joints: Featherstone, "Rigid Body Dynamics Algorithms", 2008, chapter 8). Cut at a body, all joints are
+// joints of the tree, with their limits, drives and springs, and there is one kind of closure.
 //
 // Rows that nothing in the loop can follow, as those across a planar linkage, would be singular, and what does not fit
 // together would be pulled without end. So each gives way by a little of all that it holds, as a spring of some 100
@@ -19,7 +19,7 @@
 namespace fathom {
 
 inline constexpr std::uint32_t closure_rows = 6;
-inline constexpr std::uint32_t max_closures = 8;   // of a mechanism: more loops are a net
+inline constexpr std::uint32_t max_closures = 8;  // of a mechanism: more loops are a net
 inline constexpr float closure_softness = 1e-4f;  // of a row, by what its body alone would move
 
 /// The rows that close a mechanism's loops, in memory of the mechanism's own.

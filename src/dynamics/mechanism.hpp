@@ -54,7 +54,7 @@ struct MechanismLink {
   std::uint32_t first_child, children;
   std::uint32_t is_b;  ///< 1: the body is the joint's B
   std::uint32_t mechanism;
-  float rigid_mass;  ///< kg, of all that moves as one with the body, itself among it
+  float rigid_mass;                ///< kg, of all that moves as one with the body, itself among it
   std::uint32_t original = none;   ///< of a copy: the link that it is a copy of
   std::uint32_t next_copy = none;  ///< a link
   std::uint32_t copies = 0;        ///< of the link
@@ -699,8 +699,7 @@ class MechanismSolver {
   FATHOM_FLATTEN FATHOM_HD void apply(std::uint32_t i, float h, bool follows) const {
     const MechanismLink& link = links[i];
     LinkState& s = states[i];
-    if (!link.is_copy())
-      access.add_velocity(link.body, s.change.linear, turned_back_by(s.spin, s.change.angular));
+    if (!link.is_copy()) access.add_velocity(link.body, s.change.linear, turned_back_by(s.spin, s.change.angular));
     if (link.joint == none) return;
     const Vec3 before = force_of(i);
     Vec3 force = s.impulse, torque;

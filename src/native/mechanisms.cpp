@@ -184,8 +184,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
-         closures_.capacity() * sizeof(float) +
-         joints_.capacity() * sizeof(Joints) +
+         closures_.capacity() * sizeof(float) + joints_.capacity() * sizeof(Joints) +
          (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
 }
 

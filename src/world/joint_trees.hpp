@@ -1,6 +1,6 @@
-// Which bodies rigid joints connect to mechanisms that are solved directly (dynamics/mechanism.hpp): trees, and few loops
-// (dynamics/loop_closure.hpp). Where loops are more, the joints that close them are left to sweeps; where they are many,
-// which is a net, all are.
+// Which bodies rigid joints connect to mechanisms that are solved directly (dynamics/mechanism.hpp): trees, and few
+// loops (dynamics/loop_closure.hpp). Where loops are more, the joints that close them are left to sweeps; where they
+// are many, which is a net, all are.
 #pragma once
 
 #include <algorithm>
@@ -58,13 +58,14 @@ class JointTrees {
 
   std::size_t memory_bytes() const {
     return links_.capacity() * sizeof(MechanismLink) + mechanisms_.capacity() * sizeof(Mechanism) + direct_.capacity() +
-           (levels_.capacity() + link_of_.capacity() + copies_.capacity() + joints_first_.capacity() + joints_of_.capacity()) *
+           (levels_.capacity() + link_of_.capacity() + copies_.capacity() + joints_first_.capacity() +
+            joints_of_.capacity()) *
                sizeof(std::uint32_t);
   }
 
  private:
-  static constexpr std::uint32_t max_links = 4096;  // which one thread solves; more are a net or a rope
-  static constexpr std::uint32_t links_a_loop = 8;  // at least, where sweeps have loops: more are a net
+  static constexpr std::uint32_t max_links = 4096;    // which one thread solves; more are a net or a rope
+  static constexpr std::uint32_t links_a_loop = 8;    // at least, where sweeps have loops: more are a net
   static constexpr std::uint32_t max_closing = 1024;  // links times loops: six solutions each
 
   template <class Source, class Act>
