@@ -81,8 +81,6 @@ class JointLink {
 
  private:
   static constexpr int no_axis = -1;
-  static constexpr float min_direction = 0.1f;  // of an axis of rotation, across those before it
-  static constexpr float max_slack = 1e-5f;     // share of its largest force by which a drive may exceed it
 
   FATHOM_HD float sign() const { return is_b_ ? 1.0f : -1.0f; }
   FATHOM_HD const GenericAxis<float>& axis(int i) const { return joint_->axes[i]; }
@@ -181,7 +179,7 @@ FATHOM_HD void JointLink::add_rotation(int i, int& count, bool is_free) {
   Vec3 across = about_[i - translations];
   for (int k = 0; k < count; ++k) across -= dot(across, freedom_.about[k]) * freedom_.about[k];
   const float size = length(across);
-  if (size < min_direction) return;
+  if (size < min_axis_across) return;
   freedom_.about[count] = (1 / size) * across;
   axis_of_[translations + count] = i;
   scale_[translations + count] = size;
@@ -390,13 +388,13 @@ FATHOM_HD bool JointLink::revise_drive(int i, float given, float after) {
   const float most = axis(i).most;
   const std::uint32_t bit = 1u << i;
   if (!is_at_most(i)) {
-    if (abs(given) <= (1 + max_slack) * most) return false;
+    if (abs(given) <= (1 + drive_slack) * most) return false;
     at_most_ |= bit;
     at_minus_ = given < 0 ? at_minus_ | bit : at_minus_ & ~bit;
     return true;
   }
   const float short_by = at_minus_ & bit ? after - drive_aim(i) : drive_aim(i) - after;
-  if (short_by >= (1 - max_slack) * most * compliance(i)) return false;
+  if (short_by >= (1 - drive_slack) * most * compliance(i)) return false;
   at_most_ &= ~bit;
   return true;
 }

@@ -7,20 +7,22 @@
 // joints of the tree, with their limits, drives and springs, and there is one kind of closure.
 //
 // Rows that nothing in the loop can follow, as those across a planar linkage, would be singular, and what does not fit
-// together would be pulled without end. So each gives way by a little of all that it holds, as a spring of some 100
-// times a substep's rate: ten times its weight opens a loop by less than a micrometre.
+// together would be pulled without end. So each gives way by a little of what it holds, as a spring of some 100 times a
+// substep's rate. Only what nothing follows is to do that: of what rows hold, the part (S inverse(R + S))² S is taken
+// as an aim, with responses R and softnesses S, which is next to nothing where R is the larger. Rounds on the error that
+// is left do the rest, and are told by how bodies would move, because rounding in R would have them aim past it
+// (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
 #include <cstdint>
 
 #include "dynamics/joint_tree.hpp"
+#include "dynamics/tuning.hpp"
 #include "math/team.hpp"
 
 namespace fathom {
 
 inline constexpr std::uint32_t closure_rows = 6;
-inline constexpr std::uint32_t max_closures = 8;  // of a mechanism: more loops are a net
-inline constexpr float closure_softness = 1e-4f;  // of a row, by what its body alone would move
 
 /// The rows that close a mechanism's loops, in memory of the mechanism's own.
 class LoopClosure {
@@ -28,7 +30,7 @@ class LoopClosure {
   /// Floats that `closures` take.
   FATHOM_HD static constexpr std::uint32_t size(std::uint32_t closures) {
     const std::uint32_t rows = closure_rows * closures;
-    return rows * (rows + 1) / 2 + 4 * rows;
+    return rows * (rows + 1) / 2 + 5 * rows;
   }
   FATHOM_HD LoopClosure(float* memory, std::uint32_t closures)
       : lower_(memory), rows_(closure_rows * closures), vectors_(memory + rows_ * (rows_ + 1) / 2) {}
@@ -44,38 +46,59 @@ class LoopClosure {
   /// What row i is off by (m/s or rad/s); once solved, what takes that away (N·s or N·m·s).
   FATHOM_HD float& error(std::uint32_t i) const { return vectors_[3 * rows_ + i]; }
 
-  /// Factorises the responses as L D transpose(L), column by column: D and L D take their place. By a team.
+  /// Factorises the responses as L D transpose(L), column by column: inverse(D) and L D take their place. By a team.
   FATHOM_HD void factorise() const {
     for (std::uint32_t k = 0; k < rows_; ++k) {
+      // Rounding leaves no row stiffer than it is alone.
+      if (team::is_leader()) response(k, k) = 1 / max(response(k, k), softness(k));
+      team::sync();
       for (std::uint32_t i = k + 1 + team::item(); i < rows_; i += team::items) {
-        const float share = response(i, k) / pivot(k);
+        const float share = response(i, k) * response(k, k);
         for (std::uint32_t j = k + 1; j <= i; ++j) response(i, j) = fma(-share, response(j, k), response(i, j));
       }
       team::sync();
     }
   }
-  /// Solves for what takes the errors away, with what rows give way by, and adds it to `more`. By one of a team.
+  /// Solves for what takes the errors away and adds it to `more`. By a team.
   FATHOM_HD void solve() const {
-    for (std::uint32_t i = 0; i < rows_; ++i) error(i) = -fma(softness(i), total(i) + more(i), error(i));
-    for (std::uint32_t k = 0; k < rows_; ++k) {
-      error(k) /= pivot(k);
-      for (std::uint32_t i = k + 1; i < rows_; ++i) error(i) = fma(-response(i, k), error(k), error(i));
+    each_row([&](std::uint32_t i) { yield(i) = total(i) + more(i); });
+    for (int pass = 0; pass < yielding_passes; ++pass) {
+      each_row([&](std::uint32_t i) { yield(i) *= softness(i); });
+      substitute(&yield(0));
     }
-    for (std::uint32_t k = rows_; k-- > 0;) {
-      float sum = 0;
-      for (std::uint32_t i = k + 1; i < rows_; ++i) sum = fma(response(i, k), error(i), sum);
-      error(k) = fma(-1 / pivot(k), sum, error(k));
-      more(k) += error(k);
-    }
+    each_row([&](std::uint32_t i) { yield(i) *= softness(i); });
+    each_row([&](std::uint32_t i) { error(i) = -(error(i) + yield(i)); });
+    substitute(&error(0));
+    each_row([&](std::uint32_t i) { more(i) += error(i); });
   }
   FATHOM_HD TreeLoad load(std::uint32_t closure) const {
-    const float* const e = &error(closure_rows * closure);
-    return {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}};
+    const float* const row = &error(closure_rows * closure);
+    return {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}};
   }
 
  private:
-  /// Rounding leaves no row stiffer than it is alone.
-  FATHOM_HD float pivot(std::uint32_t k) const { return max(response(k, k), softness(k)); }
+  template <class Act>
+  FATHOM_HD void each_row(const Act& act) const {
+    for (std::uint32_t i = team::item(); i < rows_; i += team::items) act(i);
+    team::sync();
+  }
+  /// By which row i gives way for what it holds that nothing in the loop follows (m/s or rad/s).
+  FATHOM_HD float& yield(std::uint32_t i) const { return vectors_[4 * rows_ + i]; }
+  /// Of the responses' equations, x being the right side at first.
+  FATHOM_HD void substitute(float* x) const {
+    for (std::uint32_t k = 0; k < rows_; ++k) {
+      const float known = x[k] * response(k, k);
+      team::sync();
+      if (team::is_leader()) x[k] = known;
+      for (std::uint32_t i = k + 1 + team::item(); i < rows_; i += team::items) x[i] = fma(-response(i, k), known, x[i]);
+      team::sync();
+    }
+    for (std::uint32_t k = rows_; k-- > 0;) {
+      for (std::uint32_t i = team::item(); i < k; i += team::items)
+        x[i] = fma(-response(k, i) * response(i, i), x[k], x[i]);
+      team::sync();
+    }
+  }
 
   float* lower_;
   std::uint32_t rows_;

@@ -30,17 +30,6 @@ namespace fathom {
 #define FATHOM_FLATTEN [[gnu::flatten]]
 #endif
 
-inline constexpr int max_revisions = 4;          // of limits and largest forces, in a substep
-inline constexpr int newton_rounds = 3;          // in which anchors come to meet at a substep's end
-inline constexpr float meeting_share = 1e-3f;    // of the arms' lengths, within which they count as met
-inline constexpr float stiffest_swing = 0.2f;    // (h ω)² of a body that swings under what its joints carry
-inline constexpr float projection_share = 0.2f;  // of the gap that is closed where they do not
-inline constexpr float closing_share = 0.01f;    // and of the arms, by which gaps close then that nothing pulls apart
-/// Times the mass of a body that touches something what moves as one with it may weigh. A contact's rows know its two
-/// bodies' masses, not what a direct solution moves with them, and are stable up to some 25 times that: a table on
-/// light legs would hop on them and sink in.
-inline constexpr float max_behind_a_contact = 24;
-
 /// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
 /// level by level, and so do the children of a link.
 struct MechanismLink {
@@ -327,12 +316,12 @@ class MechanismSolver {
     if (!follows) each(m, [&](std::uint32_t i) { load_stiffened(i, h); });
     if (!looks_ahead) {
       aim_at_rest(m, soft ? projection_share : 0.0f, h);
-      substitute(m);
+      substitute(m, closing_rounds);
       return true;
     }
     for (int round = 0; round < newton_rounds; ++round) {
       aim_ahead(m, h);
-      substitute(m);
+      substitute(m, 1);
     }
     return follows;
   }
@@ -488,9 +477,9 @@ class MechanismSolver {
   /// only tells in `LinkState::step` what these would do.
   enum class Pass { aimed, closing, probing };
 
-  FATHOM_HD void substitute(const Mechanism& m) const {
+  FATHOM_HD void substitute(const Mechanism& m, int rounds) const {
     substitute<Pass::aimed>(m);
-    if (m.closures > 0) close_loops(m);
+    for (int round = 0; m.closures > 0 && round < rounds; ++round) close_loops(m);
   }
   template <Pass pass>
   FATHOM_HD void substitute(const Mechanism& m) const {
@@ -605,10 +594,9 @@ class MechanismSolver {
       write_difference(states[copy(m, k)].change, states[links[copy(m, k)].original].change, rows);
       for (std::uint32_t r = 0; r < closure_rows; ++r) closure.error(closure_rows * k + r) = rows[r];
     });
-    if (team::is_leader()) {
-      closure.solve();
+    closure.solve();
+    if (team::is_leader())  // a body may have two copies
       for (std::uint32_t k = 0; k < m.closures; ++k) load_closure(m, k, closure.load(k));
-    }
     team::sync();
     substitute<Pass::closing>(m);
   }

@@ -1,7 +1,7 @@
 // What somebody chose by measurement in the laws of src/dynamics: every such number is part of the results on all
 // simulators. Each says where its measurement is. What follows from a law's derivation, or is part of a formula that is
-// explained as a whole, stands with the law; what a direct solution of mechanisms is tuned by is in mechanism.hpp. How
-// each simulator divides its work is in native/tuning.hpp and device/tuning.hpp.
+// explained as a whole, stands with the law. How each simulator divides its work is in native/tuning.hpp and
+// device/tuning.hpp, and which joints make a mechanism in world/joint_trees.hpp.
 #pragma once
 
 #include <cstdint>
@@ -121,5 +121,34 @@ inline constexpr float max_drift = 0.7f;
 inline constexpr float max_carry = 0.05f;
 /// Speed (m/s) at which a rigid joint closes its gap at most.
 inline constexpr float max_pull = 60;
+
+// --- mechanisms (docs/joints.md, Mechanisms) -------------------------------------------------------------------------
+
+/// Of limits and largest forces, in a substep.
+inline constexpr int max_revisions = 4;
+/// In which anchors come to meet at a substep's end, and the share of the arms' lengths within which they count as met.
+inline constexpr int newton_rounds = 3;
+inline constexpr float meeting_share = 1e-3f;
+/// (h ω)² of a body that swings under what its joints carry, beyond which a substep does not follow it.
+inline constexpr float stiffest_swing = 0.2f;
+/// Of a gap, and of the arms, by which gaps close in a substep where anchors do not meet.
+inline constexpr float projection_share = 0.2f, closing_share = 0.01f;
+/// Times the mass of a body that touches something what moves as one with it may weigh. A contact's rows know its two
+/// bodies' masses, not what a direct solution moves with them, and are stable up to some 25 times that: a table on
+/// light legs would hop on them and sink in.
+inline constexpr float max_behind_a_contact = 24;
+/// Of an axis of rotation: its part across those before it, below which it is not one of its own.
+inline constexpr float min_axis_across = 0.1f;
+/// Share of its largest force by which a drive may exceed it.
+inline constexpr float drive_slack = 1e-5f;
+/// Softness of a loop's row, by what its body alone would move, and the passes that find what nothing follows. Softer
+/// rows give way under load, stiffer ones gain energy in loops that fit together only just
+/// (docs/log/2026-11-25-loop-closures.md).
+inline constexpr float closure_softness = 1e-4f;
+inline constexpr int yielding_passes = 2;
+/// On the error of a loop, where a solution has no other rounds.
+inline constexpr int closing_rounds = 3;
+/// Loops that a mechanism is cut at: what has more is a net.
+inline constexpr std::uint32_t max_closures = 8;
 
 }  // namespace fathom
