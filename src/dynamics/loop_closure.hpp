@@ -9,8 +9,8 @@
 // Rows that nothing in the loop can follow, as those across a planar linkage, would be singular, and what does not fit
 // together would be pulled without end. So each gives way by a little of what it holds, as a spring of some 100 times a
 // substep's rate. Only what nothing follows is to do that: of what rows hold, the part (S inverse(R + S))² S is taken
-// as an aim, with responses R and softnesses S, which is next to nothing where R is the larger. Rounds on the error that
-// is left do the rest, and are told by how bodies would move, because rounding in R would have them aim past it
+// as an aim, with responses R and softnesses S, which is next to nothing where R is the larger. Rounds on the error
+// that is left do the rest, and are told by how bodies would move, because rounding in R would have them aim past it
 // (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
@@ -90,7 +90,8 @@ class LoopClosure {
       const float known = x[k] * response(k, k);
       team::sync();
       if (team::is_leader()) x[k] = known;
-      for (std::uint32_t i = k + 1 + team::item(); i < rows_; i += team::items) x[i] = fma(-response(i, k), known, x[i]);
+      for (std::uint32_t i = k + 1 + team::item(); i < rows_; i += team::items)
+        x[i] = fma(-response(i, k), known, x[i]);
       team::sync();
     }
     for (std::uint32_t k = rows_; k-- > 0;) {
