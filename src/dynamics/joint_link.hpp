@@ -328,19 +328,19 @@ FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, flo
 }
 
 FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load, bool is_aimed) {
-  const JointVector nothing{};
+  const JointVector nothing{}, &drive = drive_, &error = error_;
   // Drives give theirs in the first round.
   const bool drives = is_aimed && is_first_round_;
-  load_ = eliminated_load(link_, freedom_, load, drives ? drive_ : nothing);
+  load_ = eliminated_load(link_, freedom_, load, drives ? drive : nothing);
   if (is_aimed) is_first_round_ = false;
-  return handed_on(link_, freedom_, load_, is_aimed ? error_ : nothing);
+  return handed_on(link_, freedom_, load_, is_aimed ? error : nothing);
 }
 
 FATHOM_HD TreeChange JointLink::follow(const TreeChange& parent, bool is_aimed, bool counts) {
-  const JointVector nothing{};
+  const JointVector nothing{}, &error = error_;
   JointVector of_parent, change, impulse;
   to_coordinates(freedom_, parent.linear + cross(parent.angular, parent_arm()), parent.angular, of_parent);
-  fathom::follow(link_, freedom_, load_, is_aimed ? error_ : nothing, of_parent, change, impulse);
+  fathom::follow(link_, freedom_, load_, is_aimed ? error : nothing, of_parent, change, impulse);
   if (counts) {
     force_more_ += linear_of(freedom_, impulse);
     torque_more_ += angular_of(freedom_, impulse);
