@@ -172,6 +172,33 @@ TEST_P(Couplings, ASlackRopeLetsFall) {
   EXPECT_GT(world.velocity(a).linear.z, 0);
 }
 
+// Wheels of a pulley and the way of a rack move with the origin.
+TEST_P(Couplings, AShiftOfTheOriginDisturbsNone) {
+  const auto at_end = [this](bool shifts) {
+    World world(GetParam().quiet());
+    const BodyId a = world.add(dynamic(sphere(0.1f), {-1, 0, 0}, 3)),
+                 b = world.add(dynamic(sphere(0.1f), {1, 0, 0}, 9));
+    world.add_joint(pulley_joint(a, {}, {-1, 0, 4}, b, {}, {1, 0, 4}, 16, 3));
+    BodyDef turning = dynamic(sphere(0.2f), {8, 0, 0});
+    turning.motion = MotionType::kinematic;
+    turning.velocity.angular = {2, 0, 0}, turning.filter.mask = 0;
+    const BodyId wheel = world.add(turning);
+    const BodyId rack = world.add(dynamic(box({0.1f, 1, 0.1f}), {8, 0, 4}, 1));
+    world.set_gravity_scale(rack, 0);
+    world.add_joint(rack_joint(wheel, world.pose(wheel), {1, 0, 0}, rack, world.pose(rack), {0, 1, 0}, 0.5f));
+    const Vec3 origin{256, -1024, 64};
+    run(world, 60);
+    if (shifts) world.shift_origin(origin);
+    run(world, 60);
+    std::vector<Vec3> positions;
+    for (const BodyId id : {a, b, rack}) positions.push_back(world.pose(id).position + (shifts ? origin : Vec3{}));
+    return positions;
+  };
+  const std::vector<Vec3> with = at_end(true), without = at_end(false);
+  for (std::size_t i = 0; i < with.size(); ++i) EXPECT_LT(distance(with[i], without[i]), 1e-3f) << i;
+  EXPECT_GT(std::abs(without[2].y), 1.5f);
+}
+
 // A kinematic wheel drives a rack; a fixed one holds it.
 TEST_P(Couplings, WhatCannotBePushedLeads) {
   World world(weightless());

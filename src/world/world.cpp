@@ -547,13 +547,24 @@ std::uint64_t World::step_count() const { return simulator_->steps; }
 double World::time() const { return static_cast<double>(simulator_->steps) * static_cast<double>(simulator_->def.dt); }
 
 void World::shift_origin(Vec3 new_origin) {
-  check_finite(new_origin, "shift the origin", "the new origin");
+  const char* const action = "shift the origin";
+  check_finite(new_origin, action, "the new origin");
   std::vector<Pose> poses(simulator_->poses().begin(), simulator_->poses().end());
   for (const BodyId id : bodies()) {
     poses[id.index].position = poses[id.index].position - new_origin;
-    check_pose(poses[id.index], "shift the origin");
+    check_pose(poses[id.index], action);
+  }
+  std::vector<std::pair<std::uint32_t, JointDef>> couplings;
+  for (const JointId id : joints()) {
+    JointDef def = joint(id);
+    if (def.type != JointType::coupling) continue;
+    for (CouplingEnd* const end : {&def.coupled_a, &def.coupled_b})
+      end->from.position = end->from.position - new_origin;
+    check_joint(def, action);
+    couplings.emplace_back(id.index, def);
   }
   for (const BodyId id : bodies()) simulator_->set_pose(id.index, poses[id.index]);
+  for (const auto& [slot, def] : couplings) apply_change(*simulator_, slot, def);
 }
 
 void World::set_gravity(Vec3 gravity) {
