@@ -272,7 +272,7 @@ class MechanismSolver {
     if (soft && !looks_ahead) start_anew(m, h);
     bool follows = solve_once<soft>(m, h, looks_ahead);
     for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
-      turn_all(m, h, false);
+      take_back(m);
       follows = solve_once<soft>(m, h, looks_ahead);
     }
     if (looks_ahead && !do_meet(m, h)) {
@@ -344,6 +344,13 @@ class MechanismSolver {
   FATHOM_HD void turn_all(const Mechanism& m, float h, bool relaxes) const {
     each(m, [&](std::uint32_t i) { turn(i); });
     each(m, [&](std::uint32_t i) { turn_joint(i, h, relaxes); });
+  }
+  /// What a solution has found, so that it begins anew with other limits.
+  FATHOM_HD void take_back(const Mechanism& m) const {
+    each(m, [&](std::uint32_t i) { turn(i); });
+    each(m, [&](std::uint32_t i) {
+      if (links[i].generic != none) generic[links[i].generic].choose_coordinates({states[i].motion, parent_of(i)});
+    });
   }
   /// Where a link's body is now, how it moves, and what it resists that with.
   FATHOM_FLATTEN FATHOM_HD void turn(std::uint32_t i) const {
