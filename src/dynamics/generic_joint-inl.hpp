@@ -89,6 +89,12 @@ struct GenericJointRows {
   L value[axis_count];                                    ///< m or rad
   L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
 
+  /// Where they stand alone: `along`, `value`, `torque_axis`.
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of) : bodies(of) {
+    const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
+    const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
+    set_places(row, product(turned_a, row.frame_a), turned_b, gap_of(row, arm_a, arm_b));
+  }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
     const Frame spin_a(turned_a, of.a), spin_b(turned_b, of.b);
@@ -99,12 +105,10 @@ struct GenericJointRows {
     const VecOf<L> linear_a = mul_add(of.a.linear, of.a.inverse_mass, row.given);
     const VecOf<L> linear_b = mul_sub(of.b.linear, of.b.inverse_mass, row.given);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
-    const VecOf<L> gap = row.gap + ((of.b.moved + (arm_b - row.arm_b)) - (of.a.moved + (arm_a - row.arm_a)));
-    const UnitQuat<L> frame = product(turned_a, row.frame_a);
-    VecOf<L> about[translations];
-    set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about);
+    const VecOf<L> gap = gap_of(row, arm_a, arm_b);
+    set_places(row, product(turned_a, row.frame_a), turned_b, gap);
     const VecOf<L> speed_b = linear_b + cross(omega_b, arm_b);
-    set_translations(row, frame, gap, speed_b - (linear_a + cross(omega_a, arm_a)), h);
+    set_drift(row, gap, speed_b - (linear_a + cross(omega_a, arm_a)), h);
     const VecOf<L> reach = arm_a + slide_of(row, gap);
     const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach));  // as A sees it
     const L slides = splat<L>(1.0f) - row.distance;
@@ -113,18 +117,17 @@ struct GenericJointRows {
     curve = curve - scale(slides * h, cross(slow_a, apart));
     for (int i = 0; i < translations; ++i) {
       set_turns(i, spin_a, spin_b, cross(reach, along[i]), cross(arm_b, along[i]));
-      set_turns(translations + i, spin_a, spin_b, about[i], about[i]);
+      set_turns(translations + i, spin_a, spin_b, about_[i], about_[i]);
       drift[i] = drift[i] + dot(along[i], curve) - splat<L>(0.5f) * h * dot(along[i], row.pull);
-      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(slow_a, about[i]), relative);
+      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(slow_a, about_[i]), relative);
     }
-    torque_axes_[0] = about[0], torque_axes_[1] = about[1], torque_axes_[2] = about[2];
     reach_ = reach, arm_ = arm_b;
   }
 
   /// m, from A's and from B's centre to where the joint acts, and the axes of its rotations, all in the world.
   FATHOM_LANE_FUNCTION VecOf<L> reach() const { return reach_; }
   FATHOM_LANE_FUNCTION VecOf<L> arm() const { return arm_; }
-  FATHOM_LANE_FUNCTION VecOf<L> torque_axis(int i) const { return torque_axes_[i]; }
+  FATHOM_LANE_FUNCTION VecOf<L> torque_axis(int i) const { return about_[i]; }
   FATHOM_LANE_FUNCTION L velocity(int i) const {
     const L turning = dot(turn_of_b[i], bodies.b.angular) - dot(turn_of_a[i], bodies.a.angular);
     return i < translations ? turning + dot(along[i], bodies.b.linear - bodies.a.linear) : turning;
@@ -191,11 +194,11 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
     row.force = row.force + row.given;
     for (int i = 0; i < translations; ++i)
-      row.torque = mul_add(row.torque, row.hold[translations + i] + row.drive[translations + i], torque_axes_[i]);
+      row.torque = mul_add(row.torque, row.hold[translations + i] + row.drive[translations + i], about_[i]);
   }
 
  private:
-  VecOf<L> torque_axes_[translations];
+  VecOf<L> about_[translations];
   VecOf<L> reach_, arm_;
 
   /// Less what has been given of them.
@@ -233,22 +236,32 @@ struct GenericJointRows {
     spin_of_b[i] = bodies.inverse_of_b().spun_by(turn_of_b[i]);
     if constexpr (!only_pushes_b) spin_of_a[i] = bodies.inverse_of_a().spun_by(turn_of_a[i]);
   }
+  FATHOM_LANE_FUNCTION VecOf<L> gap_of(const GenericJointRow<L>& row, VecOf<L> arm_a, VecOf<L> arm_b) const {
+    return row.gap + ((bodies.b.moved + (arm_b - row.arm_b)) - (bodies.a.moved + (arm_a - row.arm_a)));
+  }
+  FATHOM_LANE_FUNCTION void set_places(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
+                                       const UnitQuat<L>& turned_b, VecOf<L> gap) {
+    set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about_);
+    set_translations(row, frame, gap);
+  }
   /// Of a distance joint the first row is the distance, and no other acts.
-  FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap,
-                                             VecOf<L> speed, L h) {
+  FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     const VecOf<L> units[] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
     const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
     for (int i = 0; i < translations; ++i) {
       along[i] = turned_by(frame, units[i]);
       value[i] = dot(along[i], gap);
-      drift[i] = zero;
     }
     const VecOf<L> line = scale(inverse, gap);
     along[0] = {choose(row.distance, line.x, along[0].x), choose(row.distance, line.y, along[0].y),
                 choose(row.distance, line.z, along[0].z)};
     value[0] = choose(row.distance, length, value[0]);
-    // Its line turns with the anchors, so that these come out farther apart.
+  }
+  /// Of a distance joint, whose line turns with the anchors, so that these come out farther apart.
+  FATHOM_LANE_FUNCTION void set_drift(const GenericJointRow<L>& row, VecOf<L> gap, VecOf<L> speed, L h) {
+    const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
+    for (int i = 0; i < translations; ++i) drift[i] = splat<L>(0.0f);
     const VecOf<L> across = cross(scale(h * inverse, gap), speed);
     const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(max_drift * max_drift));
     drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);

@@ -276,7 +276,7 @@ FATHOM_HD void JointLink::values_ahead(const LinkPair& pair, float h, JointVecto
   JointBodies<float> bodies{};
   bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.a.turned = a.turned_ahead(h);
   bodies.b.moved = mul_add(b.moved, h, b.linear), bodies.b.turned = b.turned_ahead(h);
-  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies, 0);
+  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies);
   for (int i = 0; i < axis_count; ++i) {
     values[i] = rows.value[i];
     if (i < translations) values[i] = fma(-0.5f * h * h, dot(rows.along[i], row_.pull), values[i]);
