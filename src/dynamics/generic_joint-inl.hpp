@@ -89,11 +89,13 @@ struct GenericJointRows {
   L value[axis_count];                                    ///< m or rad
   L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
 
-  /// Where they stand alone: `along`, `value`, `torque_axis`.
+  /// Where they stand alone: `along`, `value`, `reach`, `arm`, `torque_axis`.
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of) : bodies(of) {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
-    set_places(row, product(turned_a, row.frame_a), turned_b, gap_of(row, arm_a, arm_b));
+    const VecOf<L> gap = gap_of(row, arm_a, arm_b);
+    set_places(row, product(turned_a, row.frame_a), turned_b, gap);
+    reach_ = arm_a + slide_of(row, gap), arm_ = arm_b;
   }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);

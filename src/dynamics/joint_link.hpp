@@ -49,7 +49,10 @@ class JointLink {
   FATHOM_HD void let_go();
 
   /// Where the joint is, as a solution begins. `relaxes`: after positions have moved, without drives.
-  FATHOM_HD void look(const JointBodies<SymMat3>& bodies, float h, bool relaxes);
+  FATHOM_HD void look(const LinkPair& pair, bool relaxes);
+  FATHOM_HD bool asks_for_masses() const;
+  /// And what it takes to move its axes, where limits or drives ask for that (`GenericAxis::response`).
+  FATHOM_HD void look_at_masses(const JointBodies<SymMat3>& bodies, float h);
   /// Chooses coordinates by what is held, and what drives give by now.
   FATHOM_HD void choose_coordinates(const LinkPair& pair);
   /// Of the body and all that hangs on it.
@@ -135,7 +138,8 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
                                 const GenericImpulse& impulse) {
   *this = {};
   joint_ = &joint, is_b_ = is_b, row_ = row;
-  look({}, 0, true);
+  const LinkMotion unmoved{};
+  look({unmoved, unmoved}, true);
   for (int i = 0; i < axis_count; ++i) rate_[i] = row.rate[i];
   for (int i = 0; i < axis_count; ++i) {
     const float total = sign() * (impulse.hold[i] + impulse.drive[i]);
@@ -152,20 +156,31 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
 FATHOM_HD void JointLink::let_go() { force_ = torque_ = {}; }
 FATHOM_HD void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_limit_ = at_most_ = 0; }
 
-FATHOM_HD void JointLink::look(const JointBodies<SymMat3>& both, float h, bool relaxes) {
+FATHOM_HD void JointLink::look(const LinkPair& pair, bool relaxes) {
   relaxes_ = relaxes;
   row_.distance = joint_->distance, row_.cone = joint_->cone;
   for (int i = 0; i < axis_count; ++i) row_.axes[i] = axis(i);
-  JointBodies<SymMat3> bodies = both;
-  const GenericJointRows<float, JointBodies<SymMat3>> rows(row_, bodies, h);
-  bool any_response = false;
+  const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
+  JointBodies<float> bodies{};
+  bodies.a.moved = a.moved, bodies.a.turned = a.turned;
+  bodies.b.moved = b.moved, bodies.b.turned = b.turned;
+  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies);
   for (int i = 0; i < axis_count; ++i) {
     value_[i] = rows.value[i];
     if (i < translations) along_[i] = rows.along[i], about_[i] = rows.torque_axis(i);
-    any_response = any_response || axis(i).response > 0;
   }
   reach_a_ = rows.reach(), arm_b_ = rows.arm();
-  if (!any_response) return;
+}
+
+FATHOM_HD bool JointLink::asks_for_masses() const {
+  bool any_does = false;
+  for (int i = 0; i < axis_count; ++i) any_does = any_does || axis(i).response > 0;
+  return any_does;
+}
+
+FATHOM_HD void JointLink::look_at_masses(const JointBodies<SymMat3>& both, float h) {
+  JointBodies<SymMat3> bodies = both;
+  const GenericJointRows<float, JointBodies<SymMat3>> rows(row_, bodies, h);
   GenericSystem<float> system{};
   for (int i = 0; i < axis_count; ++i)
     for (int j = 0; j < axis_count; ++j) system.response[i][j] = rows.response(i, j);

@@ -376,7 +376,8 @@ class MechanismSolver {
     if (link.joint == none) return;
     if (link.generic != none) {
       JointLink& joint = generic[link.generic];
-      joint.look(bodies_of(i), h, relaxes);
+      joint.look({s.motion, parent_of(i)}, relaxes);
+      if (joint.asks_for_masses()) joint.look_at_masses(bodies_of(i), h);
       joint.choose_coordinates({s.motion, parent_of(i)});
       s.arm = joint.arm(), s.parent_arm = joint.parent_arm();
       return;
