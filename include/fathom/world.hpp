@@ -339,9 +339,9 @@ class FATHOM_API World {
   /// Changes gravity (m/s²); wakes all sleepers that it acts on.
   void set_gravity(Vec3 gravity);
   /// Moves the origin to `new_origin` (m): subtracts it from every body's position and from the world frames of
-  /// couplings, such as a pulley's wheels. Contacts go on; all bodies wake. For worlds that leave the 10 km around their
-  /// origin in which single precision is good (docs/howto/floating-origin.md).
-  /// Throws `invalid_argument` on a value that is not finite or takes a body out of range.
+  /// couplings, such as a pulley's wheels. Contacts go on; all bodies wake. For worlds that leave the 10 km around
+  /// their origin in which single precision is good (docs/howto/floating-origin.md). Throws `invalid_argument` on a
+  /// value that is not finite or takes a body out of range.
   void shift_origin(Vec3 new_origin);
   Vec3 gravity() const;  ///< m/s²
 
