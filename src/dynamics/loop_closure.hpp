@@ -39,7 +39,7 @@ class LoopClosure {
   FATHOM_HD float& response(std::uint32_t i, std::uint32_t j) const { return lower_[i * (i + 1) / 2 + j]; }
   /// What row i gives way by for each unit that it holds.
   FATHOM_HD float& softness(std::uint32_t i) const { return vectors_[i]; }
-  /// N·s or N·m·s that row i holds so far in the substep …
+  /// N·s or N·m·s that row i holds more of than as the step began …
   FATHOM_HD float& total(std::uint32_t i) const { return vectors_[rows_ + i]; }
   /// … and by the rounds of a solution.
   FATHOM_HD float& more(std::uint32_t i) const { return vectors_[2 * rows_ + i]; }
