@@ -64,14 +64,6 @@ TEST_P(JointLaws, PendulumsSwingAsTheyShould) {
   EXPECT_LT(pendulum_error(fine, sphere(0.1f), 1, 1), 5e-4);
 }
 
-float energy(const World& world) {
-  float sum = 0;
-  for (const BodyId id : world.bodies())
-    if (world.motion(id) == MotionType::dynamic)
-      sum += kinetic_energy(world, id) + 9.81f * world.mass(id) * world.pose(id).position.z;
-  return sum;
-}
-
 struct Swing {
   float least, most;  ///< J, energy, less that at first
   float gap;          ///< m, at the end

@@ -16,14 +16,6 @@ namespace {
 class JointLoops : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, JointLoops, testing::ValuesIn(joint_worlds), joint_world_name);
 
-float energy(const World& world) {
-  float sum = 0;
-  for (const BodyId id : world.bodies())
-    if (world.motion(id) == MotionType::dynamic)
-      sum += kinetic_energy(world, id) + 9.81f * world.mass(id) * world.pose(id).position.z;
-  return sum;
-}
-
 Pose frame(const World& world, BodyId body, Vec3 at, Quat rotation) {
   const Pose& pose = world.pose(body);
   return {inverse_rotate(pose.rotation, at - pose.position), 0, conjugate(pose.rotation) * rotation};

@@ -72,6 +72,15 @@ struct Chain {
   }
 };
 
+/// J, of all bodies: kinetic, and in gravity above the height 0.
+inline float energy(const World& world) {
+  float sum = 0;
+  for (const BodyId id : world.bodies())
+    if (world.motion(id) == MotionType::dynamic)
+      sum += kinetic_energy(world, id) + 9.81f * world.mass(id) * world.pose(id).position.z;
+  return sum;
+}
+
 /// How far a joint's anchors are apart (m).
 inline float gap_of(const World& world, JointId id) {
   const JointDef& def = world.joint(id);

@@ -12,14 +12,6 @@ namespace {
 
 constexpr JointWorlds native{"native", SimulatorKind::native}, device{"device", SimulatorKind::device};
 
-float energy(const World& world) {
-  float sum = 0;
-  for (const BodyId id : world.bodies())
-    if (world.motion(id) == MotionType::dynamic)
-      sum += kinetic_energy(world, id) + 9.81f * world.mass(id) * world.pose(id).position.z;
-  return sum;
-}
-
 // 1,000 kg on fifty links of 1 kg.
 TEST(Mechanisms, AChainCarriesAThousandTimesItsLinks) {
   for (const JointWorlds& worlds : {native, device}) {
