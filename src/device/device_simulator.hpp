@@ -51,6 +51,7 @@ class DeviceSimulator final : public Simulator {
   void material_changed(std::uint32_t slot) override { constants_changed(slot, mix_materials | wake_partners); }
   void filter_changed(std::uint32_t slot) override {
     constants_changed(slot, box_change | drop_contacts | wake_partners);
+    trees_are_stale_ = true;
   }
   void info_changed(std::uint32_t slot) override { constants_changed(slot, 0); }
   void gravity_changed() override;

@@ -37,6 +37,7 @@ class TreeSource {
   bool is_stiff(std::uint32_t slot) const { return is_generic(slot) && generic_[slot].is_stiff(); }
   bool is_obstacle(std::uint32_t body) const { return bodies_[body].motion != MotionType::dynamic; }
   float inverse_mass(std::uint32_t body) const { return bodies_[body].inverse_mass; }
+  bool may_collide(std::uint32_t body) const { return fathom::may_collide(bodies_[body]); }
   /// A coupling's row and a direct solution of what it pushes would take turns against each other.
   bool accepts(std::span<const MechanismLink> tree) const {
     return std::ranges::none_of(tree, [this](const MechanismLink& link) {

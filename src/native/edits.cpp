@@ -78,6 +78,7 @@ void NativeSimulator::info_changed(std::uint32_t slot) {
 
 void NativeSimulator::filter_changed(std::uint32_t slot) {
   state_.note_filter(slot, bodies[slot]);
+  solver_.mechanisms().find_anew();
   wake(slot);
   wake_neighbours(slot);
   graph_.for_each_of(slot, [&](std::uint32_t index) { drop_contact(index, ended_by_removal_); });

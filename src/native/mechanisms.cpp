@@ -74,6 +74,7 @@ struct Mechanisms::Source {
     return m.bodies_[slot].motion != MotionType::dynamic || m.state_.flags[slot] & isolated;
   }
   float inverse_mass(std::uint32_t slot) const { return m.bodies_[slot].inverse_mass; }
+  bool may_collide(std::uint32_t slot) const { return fathom::may_collide(m.bodies_[slot]); }
   bool accepts(std::span<const MechanismLink> tree) const { return m.accepts(tree); }
 };
 
@@ -114,7 +115,7 @@ bool Mechanisms::does_swing(const Mechanism& m) const {
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
   if (is_stale()) {
-    is_restored_ = false;
+    is_to_find_ = false;
     colouring_ = graph_.colouring();
     joint_definitions_ = graph_.joint_definitions();
     find();
@@ -125,7 +126,7 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
 }
 
 bool Mechanisms::is_stale() const {
-  return is_restored_ || colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
+  return is_to_find_ || colouring_ != graph_.colouring() || joint_definitions_ != graph_.joint_definitions();
 }
 
 void Mechanisms::find() {

@@ -49,7 +49,7 @@ class Mechanisms {
   void store(std::uint32_t mechanism);
 
   /// Another state has been restored; the trees follow from its joints.
-  void restored() { is_restored_ = true; }
+  void find_anew() { is_to_find_ = true; }
 
   std::size_t memory_bytes() const;
 
@@ -78,7 +78,7 @@ class Mechanisms {
   BodyState& state_;
   ContactGraph& graph_;
   std::uint64_t colouring_ = 0, joint_definitions_ = 0;
-  bool is_restored_ = false;
+  bool is_to_find_ = false;
   JointTrees trees_;
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints

@@ -157,7 +157,7 @@ void NativeSimulator::restore(ByteReader& in) {
   restore_joints(in);
   HeapDivision::archive(division_, in);
   solver_.supports().restore(in, state_.size());
-  solver_.mechanisms().restored();
+  solver_.mechanisms().find_anew();
   islands_.restore(in);
   broad_phase_->restore(in, state_.bounds, pool_);
   in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);

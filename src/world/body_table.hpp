@@ -49,6 +49,12 @@ inline bool may_collide(const BodyInfo& a, const BodyInfo& b) {
   return !a.is_sensor && !b.is_sensor && may_collide(a.filter, b.filter);
 }
 
+/// Whether there may be bodies that it collides with. Pieces of a compound may have filters of their own.
+inline bool may_collide(const BodyInfo& info) {
+  const Filter& f = info.filter;
+  return !info.is_sensor && (info.geometry.is_compound() || f.group > 0 || (f.category != 0 && f.mask != 0));
+}
+
 /// Whether bodies of which one is fast must not end behind or inside each other. `a` is the one that cannot be pushed.
 inline bool is_swept(const BodyInfo& a, const BodyInfo& b) {
   return a.motion != MotionType::dynamic || a.is_bullet || b.is_bullet;

@@ -1,6 +1,8 @@
 // Which bodies rigid joints connect to mechanisms that are solved directly (dynamics/mechanism.hpp): trees, and few
-// loops (dynamics/loop_closure.hpp). Where loops are more, the joints that close them are left to sweeps; where they
-// are many, which is a net, all are.
+// loops of bodies that collide with nothing (dynamics/loop_closure.hpp). Where loops are more or may be hit, the joints
+// that close them are left to sweeps; where they are many, which is a net, all are. A hit on a loop gives impulses that
+// nothing in it follows, and acting again along arms that have turned they gain energy
+// (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
 #include <algorithm>
@@ -18,7 +20,7 @@ namespace fathom {
 ///
 ///     bodies(), joints(): how many numbers there are
 ///     is_candidate(j): it may be solved directly;  a(j), b(j): bodies;  is_generic(j), is_driven(j), is_stiff(j)
-///     is_obstacle(i): joints do not push it;  inverse_mass(i)
+///     is_obstacle(i): joints do not push it;  inverse_mass(i);  may_collide(i)
 ///     accepts(links): whether the tree, its root first, is to be solved directly
 class JointTrees {
  public:
@@ -149,7 +151,9 @@ class JointTrees {
     const std::span<const MechanismLink> tree(links_.data() + first, count);
     const auto closures = static_cast<std::uint32_t>(copies_.size());
     const bool is_net = closures > max_closures || closures * count > max_closing || ends / 2 * links_a_loop > count;
-    if (count <= max_links && !is_net && source.accepts(tree)) {
+    const auto may_collide = [&](const MechanismLink& link) { return source.may_collide(link.body); };
+    const bool may_be_hit = closures > 0 && std::ranges::any_of(tree, may_collide);
+    if (count <= max_links && !is_net && !may_be_hit && source.accepts(tree)) {
       mechanisms_.push_back(
           {first, end, level, static_cast<std::uint32_t>(levels_.size()) - level, closures, closure_floats_});
       levels_.push_back(end);
