@@ -78,26 +78,42 @@ struct alignas(8) CellSlot {
   std::uint32_t constraint, batch;
 };
 
-struct CellArrays {
-  CellCounters* counters;
+/// The parts of what the partition keeps, for `Cells`.
+enum CellPart : std::uint8_t { cell_plan, cell_lists, cell_batches };
+
+/// What the partition keeps, of which the parts `written` may be written (access.hpp).
+template <CellPart... written>
+struct Cells {
+  template <class T, CellPart part>
+  using Of = Array<T, part, written...>;
+
+  Of<CellCounters, cell_plan> counters;
   const WorldExtents* extents;
-  std::uint32_t* list_of;  ///< of each constraint
-  std::uint32_t* members;  ///< constraints, list by list
-  CellSlot* slots;         ///< those that have a place, with their batches
+  Of<std::uint32_t, cell_lists> list_of;  ///< of each constraint
+  Of<std::uint32_t, cell_lists> members;  ///< constraints, list by list
+  Of<CellSlot, cell_batches> slots;       ///< those that have a batch, with it
   // Of each list.
-  std::uint32_t* counts;
-  std::uint32_t* cursors;
-  std::uint32_t* firsts;
-  std::uint32_t* used;  ///< slots
-  std::uint32_t* batches;
-  std::uint64_t* marks;  ///< of body b in cell group g: g · bodies + b
+  Of<std::uint32_t, cell_lists> counts;
+  Of<std::uint32_t, cell_lists> cursors;
+  Of<std::uint32_t, cell_lists> firsts;
+  Of<std::uint32_t, cell_batches> used;  ///< slots
+  Of<std::uint32_t, cell_batches> batches;
+  Of<std::uint64_t, cell_batches> marks;  ///< of body b in cell group g: g · bodies + b
   std::uint32_t body_capacity;
   std::uint32_t rounds;  ///< of marking
+
+  template <CellPart... fewer>
+  FATHOM_HD operator Cells<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Cells<fewer...>, *this);
+  }
 };
+
+using CellArrays = Cells<cell_plan, cell_lists, cell_batches>;
 
 struct PlanCells {
   const Counters* counters;
-  CellArrays cells;
+  Cells<cell_plan> cells;
   std::uint32_t slots;  ///< c: n_overlap = n × c
 
   FATHOM_HD void operator()(std::uint32_t) const {
@@ -120,7 +136,7 @@ struct PlanCells {
 };
 
 struct ClearLists {
-  CellArrays cells;
+  Cells<cell_lists> cells;
 
   FATHOM_HD void operator()(std::uint32_t list) const { cells.counts[list] = cells.cursors[list] = 0; }
 };
@@ -130,7 +146,7 @@ struct CountCells {
   Bodies<> bodies;
   Contacts<> contacts;
   Constraints<> constraints;
-  CellArrays cells;
+  Cells<cell_lists> cells;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[constraints.contact[k]];
@@ -164,7 +180,7 @@ struct CountCells {
 };
 
 struct FillCells {
-  CellArrays cells;
+  Cells<cell_lists> cells;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const std::uint32_t list = cells.list_of[k];
@@ -183,7 +199,7 @@ struct MakeBatches {
   Contacts<> contacts;
   Constraints<> constraints;
   const Counters* counters;
-  CellArrays cells;
+  Cells<cell_plan, cell_batches> cells;
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     const std::uint32_t list = group.index(), first = cells.firsts[list], all = cells.counts[list];

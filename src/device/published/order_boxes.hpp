@@ -11,6 +11,7 @@
 // (docs/published-algorithms.md).
 #pragma once
 
+#include "device/access.hpp"
 #include "device/contact_arrays.hpp"
 #include "exec/group.hpp"
 #include "exec/kernel.hpp"
@@ -32,18 +33,34 @@ struct SweepCounters {
   std::uint32_t contacts = 0;      ///< to enter into it
 };
 
-struct SweepArrays {
-  std::uint64_t* order;     ///< the list; a permutation of all indices below its size
-  std::uint32_t* overlaps;  ///< c slots for each body
-  std::uint32_t* counts;    ///< slots in use, by body
-  std::uint32_t* wide;      ///< list of bodies
-  std::uint64_t* pairs;     ///< hash table of the contacts there are
-  SweepCounters* counters;
+/// The parts of what the sweep keeps, for `Sweep`.
+enum SweepPart : std::uint8_t { sweep_list, sweep_wide, sweep_overlaps, sweep_table, sweep_counters };
+
+/// What the sweep keeps, of which the parts `written` may be written (access.hpp).
+template <SweepPart... written>
+struct Sweep {
+  template <class T, SweepPart part>
+  using Of = Array<T, part, written...>;
+
+  Of<std::uint64_t, sweep_list> order;         ///< the list; a permutation of all indices below its size
+  Of<std::uint32_t, sweep_overlaps> overlaps;  ///< c slots for each body
+  Of<std::uint32_t, sweep_overlaps> counts;    ///< slots in use, by body
+  Of<std::uint32_t, sweep_wide> wide;          ///< list of bodies
+  Of<std::uint64_t, sweep_table> pairs;        ///< hash table of the contacts there are
+  Of<SweepCounters, sweep_counters> counters;
   std::uint32_t slots;      ///< c
   std::uint32_t pair_mask;  ///< size of the table − 1
   Vec3 axis;                ///< unit, components ≥ 0
   float wide_length;        ///< m; longer intervals are wide
+
+  template <SweepPart... fewer>
+  FATHOM_HD operator Sweep<fewer...>() const {
+    static_assert((is_among<fewer, written...> && ...));
+    return __builtin_bit_cast(Sweep<fewer...>, *this);
+  }
 };
+
+using SweepArrays = Sweep<sweep_list, sweep_wide, sweep_overlaps, sweep_table, sweep_counters>;
 
 /// Where no body is, or a wide one: behind all others.
 inline constexpr std::uint64_t absent = std::uint64_t{0xffffffffu} << 32;
@@ -62,7 +79,7 @@ FATHOM_HD std::uint32_t list_size(std::uint32_t bodies) {
 
 struct BeginSweep {
   const Counters* counters;
-  SweepArrays sweep;
+  Sweep<sweep_counters> sweep;
 
   FATHOM_HD void operator()(std::uint32_t) const {
     SweepCounters& s = *sweep.counters;
@@ -82,7 +99,7 @@ struct BeginSweep {
 struct ProjectBoxes {
   Bodies<> bodies;
   const Counters* counters;
-  SweepArrays sweep;
+  Sweep<sweep_list, sweep_wide, sweep_counters> sweep;
   bool from_scratch;
 
   FATHOM_HD void operator()(std::uint32_t place) const {
@@ -119,7 +136,7 @@ struct NetworkStep {
 
 /// A step of the full sort; beyond the list's size there is nothing to merge.
 struct SortStep {
-  SweepArrays sweep;
+  Sweep<sweep_list> sweep;
   NetworkStep step;
 
   FATHOM_HD void operator()(std::uint32_t pair) const {

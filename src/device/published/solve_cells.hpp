@@ -48,7 +48,7 @@ struct SolveCells {
   struct Local {};
 
   SolveContacts solver;
-  CellArrays cells;
+  Cells<> cells;
   std::uint32_t cell_group;
   std::uint32_t round;  ///< as in SolveContacts::Place; of bounce sweeps, which sweep of the step
 
@@ -81,8 +81,8 @@ struct SolveCells {
 
 /// All substeps (figure 3.9), over the cell groups in place of colours.
 template <exec::Device D>
-void submit_cell_substeps(D& device, const SolveContacts& solver, const CellArrays& cells, bool warm_start,
-                          bool bounces, exec::Range bodies, exec::Range constraints, exec::Range work_groups) {
+void submit_cell_substeps(D& device, const SolveContacts& solver, const Cells<>& cells, bool warm_start, bool bounces,
+                          exec::Range bodies, exec::Range constraints, exec::Range work_groups) {
   using What = SolveContacts::What;
   const auto sweep = [&]<What what>(std::integral_constant<What, what>, std::uint32_t round) {
     for (std::uint32_t g = 0; g < cell_groups; ++g)

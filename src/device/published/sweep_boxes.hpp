@@ -23,7 +23,7 @@ FATHOM_HD std::uint32_t pair_place(std::uint64_t key, std::uint32_t mask) {
 }
 
 struct ClearPairs {
-  SweepArrays sweep;
+  Sweep<sweep_table> sweep;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     for (std::uint32_t k = 0; k < 4; ++k) sweep.pairs[4 * i + k] = no_pair;
@@ -34,7 +34,7 @@ struct ClearPairs {
 struct EnterPairs {
   Bodies<> bodies;
   Contacts<> contacts;
-  SweepArrays sweep;
+  Sweep<sweep_table> sweep;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const Contact& c = contacts.contacts[k];
@@ -45,7 +45,7 @@ struct EnterPairs {
   }
 };
 
-FATHOM_HD bool is_entered(const SweepArrays& sweep, std::uint32_t a, std::uint32_t b) {
+FATHOM_HD bool is_entered(const Sweep<>& sweep, std::uint32_t a, std::uint32_t b) {
   const std::uint64_t key = pair_key(a, b);
   for (std::uint32_t place = pair_place(key, sweep.pair_mask);; place = (place + 1) & sweep.pair_mask) {
     const std::uint64_t there = sweep.pairs[place];
@@ -60,7 +60,7 @@ FATHOM_HD bool is_entered(const SweepArrays& sweep, std::uint32_t a, std::uint32
 struct SweepBoxes {
   Bodies<> bodies;
   const Counters* counters;
-  SweepArrays sweep;
+  Sweep<sweep_overlaps, sweep_counters> sweep;
 
   FATHOM_HD void operator()(std::uint32_t place) const {
     const std::uint64_t mine = sweep.order[place];
@@ -106,7 +106,7 @@ struct TakeOverlaps {
   Bodies<> bodies;
   Contacts<contact_worklists> contacts;
   Counters* counters;
-  SweepArrays sweep;
+  Sweep<> sweep;
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t i = group.index();
@@ -129,7 +129,7 @@ struct TakeOverlaps {
 /// again.
 struct CheckSlots {
   Counters* counters;
-  SweepArrays sweep;
+  Sweep<> sweep;
 
   FATHOM_HD void operator()(std::uint32_t) const {
     if (counters->live_bodies > 0 && sweep.counters->max_overlaps > sweep.slots) counters->stopped = 1;
