@@ -176,13 +176,21 @@ shape = {type = "capsule", radius = 0.25, half_length = 1}
 shape = {type = "box", half_extents = [1, 2, 3]}
 [[body]]
 shape = {type = "hull", points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+[[body]]
+shape = {type = "cylinder", radius = 0.5, half_height = 2}
+[[body]]
+shape = {type = "cone", radius = 0.5, height = 1, top_radius = 0.1, sides = 12}
 )");
-  ASSERT_EQ(scene.bodies.size(), 4u);
+  ASSERT_EQ(scene.bodies.size(), 6u);
   EXPECT_EQ(scene.bodies[0].shape.radius, 0.25f);
   EXPECT_EQ(scene.bodies[1].shape.half_extents.z, 1.0f);
   EXPECT_EQ(scene.bodies[2].shape.half_extents.z, 3.0f);
   ASSERT_TRUE(scene.bodies[3].shape.hull);
   EXPECT_EQ(scene.bodies[3].shape.hull->vertices().size(), 4u);
+  EXPECT_EQ(scene.bodies[4].shape.hull->vertices().size(), 64u);
+  EXPECT_EQ(scene.bodies[5].shape.hull->vertices().size(), 24u);
+  EXPECT_EQ(error_of("[[body]]\nshape = {type = \"cone\", radius = 1, height = 1, sides = 128}\n"),
+            "scene.toml:2:57: 'sides' must be between 3 and 127, not 128");
 }
 
 TEST(SceneFile, RotationByAxisAndAngle) {
@@ -324,7 +332,7 @@ TEST(SceneFile, WhatAWorldRefusesHasItsPlace) {
 }
 
 TEST(SceneFile, ShapesThatThereAreNoneOfNameWhatToTake) {
-  for (const char* type : {"trimesh", "heightfield", "terrain", "plane", "cylinder", "cone"})
+  for (const char* type : {"trimesh", "heightfield", "terrain", "plane"})
     EXPECT_THAT(error_of("[[body]]\nshape = {type = \"" + std::string(type) + "\", file = \"x.obj\"}\n"),
                 testing::StartsWith("scene.toml:2:17: there is no shape of type '" + std::string(type) + "'; take "));
 }
@@ -344,7 +352,8 @@ TEST(SceneFile, WrongChoicesReferencesAndOmissions) {
        "scene.toml:2:9: there is no [shapes.crate]; write one, or the shape itself as a table"},
       {"[[body]]\nmass = 1\n", "scene.toml:1:1: [[body]] needs 'shape': the name of one of [shapes], or a table"},
       {"[[body]]\nshape = {radius = 1}\n",
-       "scene.toml:2:9: shape needs 'type': write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"compound\", "
+       "scene.toml:2:9: shape needs 'type': write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"cylinder\", "
+       "\"cone\", \"compound\", "
        "\"mesh\" or \"height_field\""},
       {"[[body]]\nshape = {type = \"box\"}\n",
        "scene.toml:2:9: shape needs 'half_extents': half its edges along x, y and z (m)"},

@@ -121,6 +121,32 @@ TEST(MassProperties, ABoxGivenAsAHullIsThatBox) {
   }
 }
 
+/// Mass of a solid cylinder and of a cone, and their moments (Goldstein, "Classical Mechanics", 5).
+TEST(MassProperties, CylindersAndCones) {
+  for (const float size : {0.001f, 1.0f, 1000.0f})
+    for (const float slenderness : {0.02f, 1.0f, 50.0f}) {
+      const float r = size, h = size * slenderness;  // half the height of the cylinder, all of the cone's
+      const Shape rod = cylinder(r, h), tip = cone(r, h);
+      EXPECT_NEAR(volume(rod) / (2 * pi * r * r * h), 1, 1e-4f);
+      EXPECT_NEAR(volume(tip) / (pi * r * r * h / 3), 1, 1e-4f);
+      const SymMat3 of_rod = mass_properties(rod, 2).inertia, of_tip = mass_properties(tip, 2).inertia;
+      EXPECT_NEAR(of_rod.zz / (r * r), 1, 1e-3f);
+      EXPECT_NEAR(of_rod.xx / (0.5f * r * r + 2 * h * h / 3), 1, 1e-3f);
+      EXPECT_NEAR(of_tip.zz / (0.6f * r * r), 1, 1e-3f);
+      EXPECT_NEAR(of_tip.yy / (0.3f * r * r + 0.075f * h * h), 1, 1e-3f);
+      EXPECT_NEAR(tip.hull->offset().z / (-0.25f * h), 1, 1e-3f);
+    }
+}
+
+TEST(Shape, ACylinderIsAsRoundAsItSays) {
+  const Shape rod = cylinder(1, 1);
+  for (const Vec3 v : rod.hull->vertices()) EXPECT_NEAR(std::hypot(v.x, v.y), 1, 0.004f);
+  for (const Hull::Plane& plane : rod.hull->planes()) EXPECT_NEAR(plane.offset, 1, 0.004f);
+  EXPECT_EQ(cylinder(1, 1, 127).hull->planes().size(), 129u);
+  EXPECT_EQ(cone(1, 1, 2, 127).hull->vertices().size(), 254u);
+  EXPECT_EQ(cone(1, 1, 0, 3).hull->vertices().size(), 4u);
+}
+
 TEST(MassProperties, RegularTetrahedron) {
   // Edge a = 2√2: m·a²/20 about every axis.
   const std::vector<Vec3> cloud{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}};
@@ -175,6 +201,12 @@ TEST(Shape, RefusesBadSizes) {
   expect_refused([] { box({0, 1, 1}); }, invalid, "fathom::box: half_extents.x is 0");
   expect_refused([] { box({1, -2, 1}); }, invalid, "fathom::box: half_extents.y is -2");
   expect_refused([] { box({1, 1, infinity}); }, invalid, "fathom::box: half_extents.z is inf");
+  expect_refused([] { cylinder(0, 1); }, invalid, "fathom::cylinder: radius is 0");
+  expect_refused([] { cylinder(1, nan); }, invalid, "fathom::cylinder: half_height is nan");
+  expect_refused([] { cylinder(1, 1, 2); }, invalid, "fathom::cylinder: 2 sides");
+  expect_refused([] { cone(1, -1); }, invalid, "fathom::cone: height is -1");
+  expect_refused([] { cone(1, 1, -1); }, invalid, "fathom::cone: top_radius is -1");
+  expect_refused([] { cone(1, 1, 0, 128); }, invalid, "fathom::cone: 128 sides");
   expect_refused([] { sphere(-1e-9f); }, invalid, "fathom::sphere: radius is -1e-09 m");
   EXPECT_NO_THROW(capsule(1, 0));
 }

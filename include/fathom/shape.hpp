@@ -20,8 +20,8 @@ enum class ShapeType : std::uint8_t { sphere, capsule, box, hull, mesh, height_f
 
 /// A convex shape or a compound of such shapes, centred at its centre of mass, or a surface of triangles for bodies
 /// that are not dynamic. Cheap to copy; hulls, surfaces and compounds are shared and immutable. Made by `sphere`,
-/// `capsule`, `box` and `hull`, by `compound` (compound.hpp), and by `mesh` and `height_field` (mesh.hpp), which check
-/// their arguments.
+/// `capsule`, `box`, `hull`, `cylinder` and `cone`, by `compound` (compound.hpp), and by `mesh` and `height_field`
+/// (mesh.hpp), which check their arguments.
 struct Shape {
   ShapeType type = ShapeType::box;             ///< says which of the other fields count
   float radius = 0;                            ///< sphere, capsule (m)
@@ -36,7 +36,7 @@ struct Shape {
   bool is_convex() const { return !is_surface() && type != ShapeType::compound; }
 };
 
-// Each of the four throws `Error{invalid_argument}` on a value that is out of range or not finite and
+// Each of these throws `Error{invalid_argument}` on a value that is out of range or not finite and
 // `Error{degenerate_shape}` on a volume that single precision cannot hold.
 
 /// Sphere of radius `radius` > 0 (m).
@@ -51,6 +51,15 @@ FATHOM_API Shape box(Vec3 half_extents);
 /// where the points span no volume (fewer than 4, coincident, collinear or coplanar) and where the hull would
 /// exceed 255 vertices, 255 faces or 1,024 half-edges, naming the remedy.
 FATHOM_API Shape hull(std::span<const Vec3> points);
+/// Cylinder along z, `half_height` up and down from its centre (m, each > 0): a hull, a prism whose cross-section is a
+/// regular polygon with as many `sides` (3 to 127) as large as the circle. So its mass is the cylinder's, and with 32
+/// sides its surface is within 0.4 % of the radius. It rests on its faces, and on slopes of less than π/`sides` (6°
+/// with 32) it does not roll by itself; a `capsule` does on every slope.
+FATHOM_API Shape cylinder(float radius, float half_height, int sides = 32);
+/// Cone along z, `height` from its base to its tip (m, each > 0), or a frustum where `top_radius` (m, not negative) is
+/// given: a hull with cross-sections like those of `cylinder`. The origin is its centre of mass, a quarter of its
+/// height above the base of a cone; `Hull::offset` is that from halfway up.
+FATHOM_API Shape cone(float radius, float height, float top_radius = 0, int sides = 32);
 
 /// Mass (kg) and rotational inertia about the centre of mass (kg·m²).
 struct MassProperties {

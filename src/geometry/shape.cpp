@@ -4,6 +4,7 @@
 #include <fathom/shape.hpp>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "geometry/hull_builder.hpp"
 #include "math/eigen.hpp"
@@ -95,6 +96,23 @@ Vec3d unit_moments(const Shape& shape) {
   return {};
 }
 
+/// Corners of a frustum of `sides` sides about z, whose cross-sections are as large as circles of these radii.
+std::vector<Vec3> frustum(float radius, float top_radius, float half_height, int sides, const std::string& maker) {
+  if (sides < 3 || sides > 127)
+    throw Error(ErrorCode::invalid_argument,
+                maker + ": " + std::to_string(sides) + " sides; 3 to 127 are possible, 32 are the default");
+  const double turn = 2 * pi_d / sides, corner = std::sqrt(turn / std::sin(turn));
+  std::vector<Vec3> points;
+  for (int k = 0; k < sides; ++k) {
+    const double x = corner * std::cos(turn * k), y = corner * std::sin(turn * k);
+    const double r = to_double(radius), top = to_double(top_radius);
+    points.push_back(to_float(Vec3d{r * x, r * y, -to_double(half_height)}));
+    if (top > 0) points.push_back(to_float(Vec3d{top * x, top * y, to_double(half_height)}));
+  }
+  if (top_radius <= 0) points.push_back({0, 0, half_height});
+  return points;
+}
+
 SymMat3 scaled(float s, const SymMat3& m) { return {s * m.xx, s * m.yy, s * m.zz, s * m.xy, s * m.xz, s * m.yz}; }
 
 }  // namespace
@@ -124,6 +142,20 @@ Shape box(Vec3 half_extents) {
 
 Shape hull(std::span<const Vec3> points) {
   return checked({ShapeType::hull, 0, {}, std::make_shared<const Hull>(HullBuilder::build(points))}, "fathom::hull");
+}
+
+Shape cylinder(float radius, float half_height, int sides) {
+  require_positive("fathom::cylinder: radius", radius);
+  require_positive("fathom::cylinder: half_height", half_height);
+  return hull(frustum(radius, radius, half_height, sides, "fathom::cylinder"));
+}
+
+Shape cone(float radius, float height, float top_radius, int sides) {
+  require_positive("fathom::cone: radius", radius);
+  require_positive("fathom::cone: height", height);
+  require(is_finite(top_radius) && top_radius >= 0, "fathom::cone: top_radius", top_radius,
+          "it must be finite and not negative");
+  return hull(frustum(radius, top_radius, 0.5f * height, sides, "fathom::cone"));
 }
 
 float volume(const Shape& shape) { return static_cast<float>(exact_volume(shape)); }

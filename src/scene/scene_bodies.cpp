@@ -26,13 +26,18 @@ constexpr std::array<Choice<MotionType>, 4> motions{{{"static", MotionType::fixe
                                                      {"fixed", MotionType::fixed},
                                                      {"kinematic", MotionType::kinematic},
                                                      {"dynamic", MotionType::dynamic}}};
-constexpr std::array<Choice<ShapeType>, 7> shape_types{{{"sphere", ShapeType::sphere},
-                                                        {"capsule", ShapeType::capsule},
-                                                        {"box", ShapeType::box},
-                                                        {"hull", ShapeType::hull},
-                                                        {"mesh", ShapeType::mesh},
-                                                        {"height_field", ShapeType::height_field},
-                                                        {"compound", ShapeType::compound}}};
+
+/// How a shape is told in a file. Cylinders and cones are hulls.
+enum class ShapeKind : std::uint8_t { sphere, capsule, box, hull, cylinder, cone, mesh, height_field, compound };
+constexpr std::array<Choice<ShapeKind>, 9> shape_kinds{{{"sphere", ShapeKind::sphere},
+                                                        {"capsule", ShapeKind::capsule},
+                                                        {"box", ShapeKind::box},
+                                                        {"hull", ShapeKind::hull},
+                                                        {"cylinder", ShapeKind::cylinder},
+                                                        {"cone", ShapeKind::cone},
+                                                        {"mesh", ShapeKind::mesh},
+                                                        {"height_field", ShapeKind::height_field},
+                                                        {"compound", ShapeKind::compound}}};
 
 template <class T>
 using Named = std::map<std::string, T, std::less<>>;
@@ -52,25 +57,24 @@ Material read_material(const TomlTable& outer, const toml::node& node, const std
 }
 
 /// What others call shapes that there are none of, and what to take instead.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 6> absent_shapes{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> absent_shapes{
     {{"trimesh", "\"mesh\" for what is static or kinematic, else a \"compound\" of hulls"},
      {"heightfield", "\"height_field\""},
      {"terrain", "\"height_field\" or \"mesh\""},
-     {"plane", "a static body with a large \"box\""},
-     {"cylinder", "a \"hull\" with the points of its rims, or a \"capsule\""},
-     {"cone", "a \"hull\" with its tip and the points of its rim"}}};
+     {"plane", "a static body with a large \"box\""}}};
 
 /// The type alone; which other keys a shape may have depends on it.
-ShapeType read_shape_type(const TomlTable& outer, const toml::table& shape, const std::string& name) {
+ShapeKind read_shape_kind(const TomlTable& outer, const toml::table& shape, const std::string& name) {
   const TomlTable table(shape, name, outer.file());
-  ShapeType type = ShapeType::box;
-  const toml::node& node = table.required(
-      "type", "write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"compound\", \"mesh\" or \"height_field\"");
+  ShapeKind kind = ShapeKind::box;
+  const toml::node& node = table.required("type",
+                                          "write type = \"sphere\", \"capsule\", \"box\", \"hull\", \"cylinder\", "
+                                          "\"cone\", \"compound\", \"mesh\" or \"height_field\"");
   for (const auto& [absent, instead] : absent_shapes)
     if (node.value<std::string_view>() == absent)
       table.fail(node, "there is no shape of type '" + std::string(absent) + "'; take " + std::string(instead));
-  table.read_choice<ShapeType>("type", type, shape_types);
-  return type;
+  table.read_choice<ShapeKind>("type", kind, shape_kinds);
+  return kind;
 }
 
 Shape read_sphere(const TomlTable& table) {
@@ -105,6 +109,31 @@ Shape read_hull(const TomlTable& table) {
     points.push_back({v[0], v[1], v[2]});
   }
   return hull(points);
+}
+
+int read_sides(const TomlTable& table) {
+  int sides = 32;
+  table.read("sides", sides, 3, 127);
+  return sides;
+}
+
+Shape read_cylinder(const TomlTable& table) {
+  float radius = 0, half_height = 0;
+  table.required("radius", "its radius (m)");
+  table.required("half_height", "half its height along z (m)");
+  table.read("radius", radius, Range::positive);
+  table.read("half_height", half_height, Range::positive);
+  return cylinder(radius, half_height, read_sides(table));
+}
+
+Shape read_cone(const TomlTable& table) {
+  float radius = 0, height = 0, top_radius = 0;
+  table.required("radius", "the radius of its base (m)");
+  table.required("height", "its height along z (m)");
+  table.read("radius", radius, Range::positive);
+  table.read("height", height, Range::positive);
+  table.read("top_radius", top_radius, Range::not_negative);
+  return cone(radius, height, top_radius, read_sides(table));
 }
 
 Filter read_filter(const TomlTable& outer, const toml::node& node) {
@@ -168,23 +197,27 @@ Shape read_compound(const TomlTable& root, const toml::table& shape, const std::
   return compound(children);
 }
 
-Shape read_shape_of_type(const TomlTable& root, const TomlTable& outer, const toml::table& shape, ShapeType type,
+Shape read_shape_of_kind(const TomlTable& root, const TomlTable& outer, const toml::table& shape, ShapeKind kind,
                          const std::string& name) {
   const std::string_view file = outer.file();
-  switch (type) {
-    case ShapeType::sphere:
+  switch (kind) {
+    case ShapeKind::sphere:
       return read_sphere({shape, name, file, {"type", "radius"}});
-    case ShapeType::capsule:
+    case ShapeKind::capsule:
       return read_capsule({shape, name, file, {"type", "radius", "half_length"}});
-    case ShapeType::box:
+    case ShapeKind::box:
       return read_box({shape, name, file, {"type", "half_extents"}});
-    case ShapeType::mesh:
+    case ShapeKind::cylinder:
+      return read_cylinder({shape, name, file, {"type", "radius", "half_height", "sides"}});
+    case ShapeKind::cone:
+      return read_cone({shape, name, file, {"type", "radius", "height", "top_radius", "sides"}});
+    case ShapeKind::mesh:
       return read_mesh(outer, shape, name);
-    case ShapeType::height_field:
+    case ShapeKind::height_field:
       return read_height_field(outer, shape, name);
-    case ShapeType::compound:
+    case ShapeKind::compound:
       return read_compound(root, shape, name);
-    case ShapeType::hull:
+    case ShapeKind::hull:
       break;
   }
   return read_hull({shape, name, file, {"type", "points"}});
@@ -192,9 +225,9 @@ Shape read_shape_of_type(const TomlTable& root, const TomlTable& outer, const to
 
 Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node& node, const std::string& name) {
   const toml::table& shape = outer.as_table(node, name);
-  const ShapeType type = read_shape_type(outer, shape, name);
+  const ShapeKind kind = read_shape_kind(outer, shape, name);
   try {
-    return read_shape_of_type(root, outer, shape, type, name);
+    return read_shape_of_kind(root, outer, shape, kind, name);
   } catch (const Error& error) {
     if (error.code() == ErrorCode::file) throw;  // it has its place already
     outer.fail(node, name + ": " + error.what());
