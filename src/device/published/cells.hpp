@@ -83,7 +83,7 @@ struct CellArrays {
   const WorldExtents* extents;
   std::uint32_t* list_of;  ///< of each constraint
   std::uint32_t* members;  ///< constraints, list by list
-  CellSlot* slots;         ///< those that have a place, with their batches
+  CellSlot* slots;         ///< those that are used, with their batches
   // Of each list.
   std::uint32_t* counts;
   std::uint32_t* cursors;
