@@ -37,7 +37,7 @@ TEST(ApartPairs, HoldWhatWasAddedMoreOftenThanRemoved) {
       }
       if (random() % 8) continue;
       on_device.resize(pairs.size(), 0);
-      for (const ApartEdit& edit : pairs.take_edits()) on_device[edit.place] = edit.pair;
+      for (const ApartEdit& edit : pairs.take_edits()) on_device[edit.slot] = edit.pair;
       const ApartTable table{on_device.data(), static_cast<std::uint32_t>(on_device.size()) - 1, 1};
       for (std::uint32_t x = 0; x < bodies; ++x)
         for (std::uint32_t y = 0; y < x; ++y)

@@ -294,7 +294,7 @@ struct Butterfly {
   struct Fetched {
     std::uint32_t salt;
   };
-  using Place = std::uint32_t;
+  using Cursor = std::uint32_t;
   static constexpr std::uint32_t plan_parts = 1, group_size = 64;
 
   Quad* quads;
@@ -304,14 +304,14 @@ struct Butterfly {
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.phases = max_phases; }
   FATHOM_HD std::uint32_t phases(const Plan& plan) const { return plan.phases; }
-  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
-  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
-  FATHOM_HD std::uint32_t items(const Plan&, Place) const { return pairs; }
-  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
+  FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
+  FATHOM_HD std::uint32_t items(const Plan&, Cursor) const { return pairs; }
+  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
   FATHOM_HD bool needs_barriers(const Plan&) const { return !(can_wait_for_data && by_data); }
-  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t k, Fetched& f) const { f.salt = salts[k]; }
+  FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t k, Fetched& f) const { f.salt = salts[k]; }
 
-  FATHOM_HD void operator()(const Plan& plan, Place phase, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD void operator()(const Plan& plan, Cursor phase, std::uint32_t k, const Fetched& f) const {
     const std::uint32_t bit = std::uint32_t{1} << phase % 10;
     const std::uint32_t first = (k & (bit - 1)) | (k & ~(bit - 1)) << 1, second = first | bit;
     Quad a, b;
@@ -360,7 +360,7 @@ struct WarpRounds {
     std::uint32_t items;
   };
   struct Fetched {};
-  using Place = std::uint32_t;
+  using Cursor = std::uint32_t;
   static constexpr std::uint32_t plan_parts = 1, group_size = 96;
 
   std::uint32_t* values;  ///< one row a phase, the first given
@@ -368,13 +368,13 @@ struct WarpRounds {
 
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t) const { plan.items = width; }
   FATHOM_HD std::uint32_t phases(const Plan&) const { return 3 * rounds; }
-  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
-  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
-  FATHOM_HD std::uint32_t items(const Plan& plan, Place) const { return plan.items; }
-  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
-  FATHOM_HD Wait wait_before(const Plan&, Place phase) const { return phase % 3 > 0 ? Wait::for_warp : Wait::for_all; }
-  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
-  FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t i, const Fetched&) const {
+  FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
+  FATHOM_HD std::uint32_t items(const Plan& plan, Cursor) const { return plan.items; }
+  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
+  FATHOM_HD Wait wait_before(const Plan&, Cursor phase) const { return phase % 3 > 0 ? Wait::for_warp : Wait::for_all; }
+  FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t, Fetched&) const {}
+  FATHOM_HD void operator()(const Plan&, Cursor phase, std::uint32_t i, const Fetched&) const {
     const std::uint32_t* const before = values + phase * width;
     std::uint32_t neighbour = i + 32 < width ? i + 32 : i % 32;
     if (phase % 3 > 0) {

@@ -19,11 +19,11 @@ render::LookKind look_of(const RenderOptions& options, const World& world) {
   return options.look.value_or(length_squared(world.gravity()) == 0 ? LookKind::water : LookKind::daylight);
 }
 
-/// "000.50": two places, and more where two cannot tell the time from others.
+/// "000.50": two decimals, and more where two cannot tell the time from others.
 std::string time_in_name(double time) {
   std::string text;
-  for (int places = 2; places < 18; ++places) {
-    text = fmt::format("{:0{}.{}f}", time, places + 4, places);
+  for (int decimals = 2; decimals < 18; ++decimals) {
+    text = fmt::format("{:0{}.{}f}", time, decimals + 4, decimals);
     if (std::stod(text) == time) break;
   }
   return text;

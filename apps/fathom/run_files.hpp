@@ -40,7 +40,7 @@ class RunFiles {
   std::optional<engine::CommandRunner> runner_;
   std::optional<engine::SceneScript> script_;
   std::optional<Stream> stream_;
-  std::vector<engine::BodyHandle> handles_;  // by place in Scene::bodies
+  std::vector<engine::BodyHandle> handles_;  // by index in Scene::bodies
   engine::CommandList commands_;
 };
 

@@ -73,7 +73,7 @@ class Box3dEngine final : public Engine {
     const JointAxis& twist = joint.def.axis(JointAxisName::twist);
     if (kind == PeerJoint::hinge) {
       b3RevoluteJointDef def = b3DefaultRevoluteJointDef();
-      place(def.base, joint);
+      attach(def.base, joint);
       def.enableLimit = twist.mode == AxisMode::limited;
       def.lowerAngle = twist.lower, def.upperAngle = twist.upper;
       def.enableMotor = twist.drive.is_on();  // at rest: friction
@@ -82,7 +82,7 @@ class Box3dEngine final : public Engine {
       return;
     }
     b3SphericalJointDef def = b3DefaultSphericalJointDef();
-    place(def.base, joint);
+    attach(def.base, joint);
     if (kind == PeerJoint::limb) {
       def.enableConeLimit = def.enableTwistLimit = true;
       def.coneAngle = joint.def.cone_angle;
@@ -91,7 +91,7 @@ class Box3dEngine final : public Engine {
     b3CreateSphericalJoint(world_, &def);
   }
 
-  void place(b3JointDef& def, const SceneJoint& joint) const {
+  void attach(b3JointDef& def, const SceneJoint& joint) const {
     def.bodyIdA = bodies_[joint.a];
     def.bodyIdB = bodies_[joint.b];
     // Hinges and cones are about z there.

@@ -108,7 +108,7 @@ class PhysxGpuEngine final : public Engine {
         : indices(context, count), changed(context, count), poses(context, count), vectors(context, count) {}
   };
 
-  // Bodies have their places on the GPU after the first step.
+  // Bodies have their indices on the GPU after the first step.
   void reach_bodies() {
     std::vector<PxRigidDynamicGPUIndex> indices;
     for (const std::size_t i : moving_) indices.push_back(world_.actors()[i]->is<PxRigidDynamic>()->getGPUIndex());

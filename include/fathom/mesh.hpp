@@ -121,7 +121,7 @@ class FATHOM_API HeightField final : public Surface {
 };
 
 /// Triangle mesh for fixed and kinematic bodies: `indices` has three vertices per triangle, counter-clockwise seen from
-/// outside. Vertices at equal places become one, so that bodies do not catch on the seam between their triangles;
+/// outside. Vertices at equal positions become one, so that bodies do not catch on the seam between their triangles;
 /// triangles without area are left out. It need not be closed, nor manifold. The body's frame is the vertices' own: no
 /// centre of mass is computed. Throws `Error{invalid_argument}` on coordinates that are not finite or beyond 10⁶ m, on
 /// indices out of range or not in threes, and `Error{degenerate_shape}` where no triangle is left.

@@ -32,7 +32,7 @@ FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const
 }
 
 /// Any shapes but two boxes; those of a kernel that never sees a hull need not be `with_hulls`. Each function is called
-/// from as few places as may be: compilers of SYCL kernels inline every call.
+/// from as few call sites as may be: compilers of SYCL kernels inline every call.
 template <bool with_hulls = true>
 FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache, const PatchLoad& load = {}) {

@@ -129,7 +129,7 @@ struct Gap {
   Vec3 normal;
 };
 
-/// With `b_in_a` B's place in A's frame. `guess`: a direction from A to B, of any length; `tolerance` (m): what the
+/// With `b_in_a` B's pose in A's frame. `guess`: a direction from A to B, of any length; `tolerance` (m): what the
 /// distance may fall short. Ends early with a gap of which `is_enough` says so.
 template <class IsEnough>
 FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance,

@@ -191,7 +191,7 @@ struct ChooseColours {
   FATHOM_HD std::uint32_t recolouring_phases() const { return recolours ? recolour.phases() : 0; }
 };
 
-/// Of the free places of manifolds, how many were taken.
+/// Of the free slots of manifolds, how many were taken.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
   return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
 }
@@ -208,14 +208,14 @@ struct ContactsToLayOut {
     const bool solved = c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
     return solved ? c.colour() : none;
   }
-  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t place,
+  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t entry,
                      std::uint32_t index) const {
     const Contact& c = contacts.contacts[index];
     FATHOM_ASSERT(c.manifold < contacts.manifold_capacity, c.b);
     FATHOM_VALIDATE(has_its_colour(c), c.b);
-    constraints.contact[place] = index;
-    constraints.manifold[place] = c.manifold;
-    constraints.bodies[place] = {c.a, c.b};
+    constraints.contact[entry] = index;
+    constraints.manifold[entry] = c.manifold;
+    constraints.bodies[entry] = {c.a, c.b};
   }
   /// The last of the freed manifolds move into the gap in their list: there is one only where a contact began, and then
   /// all contacts are counted.
@@ -248,11 +248,11 @@ struct JointsToLayOut {
     const bool solved = joint.in_use() && (bodies.flags[joint.a] | bodies.flags[joint.b]) & awake_flag;
     return solved ? joint.colour : none;
   }
-  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t place, std::uint32_t slot) const {
+  FATHOM_HD void put(const Constraints<constraint_layout>& constraints, std::uint32_t entry, std::uint32_t slot) const {
     const JointRecord& joint = joints.records[slot];
-    constraints.contact[place] = joint_tag | slot;
-    constraints.manifold[place] = 0;
-    constraints.bodies[place] = {joint.a, joint.b};
+    constraints.contact[entry] = joint_tag | slot;
+    constraints.manifold[entry] = 0;
+    constraints.bodies[entry] = {joint.a, joint.b};
   }
   FATHOM_HD static void before_counting(std::uint32_t, const Counters&) {}
   FATHOM_HD static void note_laid_out(Counters& c, std::uint32_t n) { exec::atomic_add(c.solved_joints, n); }
@@ -290,7 +290,7 @@ struct CountColours {
 struct ScheduleColours {
   static constexpr std::uint32_t group_size = colour_count;
   struct Local {
-    std::uint32_t constraints[colour_count];  ///< of a place in that order and those before
+    std::uint32_t constraints[colour_count];  ///< of an entry in that order and those before
     std::uint32_t colours[colour_count];      ///< that have any
     std::uint32_t lays_out;
   };
@@ -328,9 +328,9 @@ struct ScheduleColours {
  private:
   static constexpr std::uint32_t further = colour_count - further_colour;
 
-  /// The colour at a place.
-  FATHOM_HD static std::uint32_t colour(std::uint32_t place) {
-    return place < further ? further_colour + place : place - further;
+  /// The colour at an index of that order.
+  FATHOM_HD static std::uint32_t colour(std::uint32_t index) {
+    return index < further ? further_colour + index : index - further;
   }
 
   /// Whether constraints must be laid out anew.
@@ -386,7 +386,7 @@ struct LayOutConstraints {
   static constexpr std::uint32_t group_size = 128;
   struct Local {
     std::uint32_t count[schedule_size];
-    std::uint32_t place[schedule_size];
+    std::uint32_t first[schedule_size];
   };
 
   List list;
@@ -405,14 +405,14 @@ struct LayOutConstraints {
     });
     group.for_each(schedule_size, [&](std::uint32_t k) {
       if (local.count[k] == 0) return;
-      local.place[k] = exec::atomic_add(counters->cursor[k], local.count[k]);
+      local.first[k] = exec::atomic_add(counters->cursor[k], local.count[k]);
       list.note_laid_out(*counters, local.count[k]);
     });
     group.for_each([&](std::uint32_t item) {
       if (colour[item] == none) return;
-      const std::uint32_t place = local.place[colour[item]] + rank[item];
-      FATHOM_ASSERT(place < constraints.capacity, place);
-      list.put(constraints, place, group.index() * group_size + item);
+      const std::uint32_t entry = local.first[colour[item]] + rank[item];
+      FATHOM_ASSERT(entry < constraints.capacity, entry);
+      list.put(constraints, entry, group.index() * group_size + item);
     });
   }
 };

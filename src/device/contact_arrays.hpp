@@ -1,7 +1,7 @@
 // Contacts on the device: pairs of bodies whose fat boxes overlap, the manifolds of those that touch, and the counters
 // through which kernels tell each other how many there are.
 //
-// Nothing depends on where in these arrays a contact lies, since places are taken with atomics, in any order: colours
+// Nothing depends on where in these arrays a contact lies, since slots are taken with atomics, in any order: colours
 // follow from the pair's priority, sweeps from colours, and lists for the application are sorted when they are read.
 //
 // Manifolds, constraints and events have a capacity of their own: of pairs whose fat boxes overlap, a quarter touches,
@@ -106,13 +106,13 @@ inline constexpr std::uint32_t noted_bounce_sweeps = 4 * max_bounce_sweeps;
 /// Counts that live on the device from one step to the next.
 struct Counters {
   std::uint32_t bodies = 0;    ///< indices in use, holes included
-  std::uint32_t contacts = 0;  ///< places in use, holes included
+  std::uint32_t contacts = 0;  ///< slots in use, holes included
   std::uint32_t free_contacts = 0;
   std::uint32_t layout_dirty = 1;  ///< colours changed since the constraints were last laid out
   std::uint32_t may_bounce = 0;    ///< some contact had a restitution above zero
   std::uint32_t step = 0;          ///< steps done, modulo 2³²
   std::uint32_t stopped = 0;       ///< a `Stop`; nothing runs until the host has seen to it
-  std::uint32_t manifolds = 0;     ///< places in use, holes included
+  std::uint32_t manifolds = 0;     ///< slots in use, holes included
   std::uint32_t free_manifolds = 0;
   std::uint32_t changed = 0;     ///< 1: some body has a new fat box
   std::uint32_t wake_asked = 0;  ///< 1: the application woke a body
@@ -126,8 +126,8 @@ struct Counters {
   std::uint32_t contact_groups = 0;
   std::uint32_t found = 0;      ///< pairs that the search found
   std::uint32_t added = 0;      ///< `found`, or 0 where the step was stopped
-  std::uint32_t first_new = 0;  ///< the first place behind all used ones
-  std::uint32_t recycling = 0;  ///< free places before this step's pairs took theirs
+  std::uint32_t first_new = 0;  ///< the first slot behind all used ones
+  std::uint32_t recycling = 0;  ///< free slots before this step's pairs took theirs
   std::uint32_t levels = 1;     ///< of the grid that hold bodies, a bit each
   std::uint32_t changed_levels = 0;
   std::uint32_t search_groups = 0;
@@ -223,7 +223,7 @@ struct Contacts {
   Of<std::uint32_t, contact_list> free;
   Of<PairRecord, contact_worklists> found;          ///< pairs of the search
   Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
-  Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the place of `found`
+  Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
   Of<FastPair, contact_worklists> fast;             ///< two lists, see `fast_at`
   Of<std::uint32_t, contact_worklists> next_of_a;   ///< of each of these the next one of A's, or `none`; for bullets
   std::uint32_t capacity;
@@ -236,11 +236,11 @@ struct Contacts {
 
   // `manifold_capacity` of each.
   Of<ContactManifold, contact_manifolds> manifolds;
-  /// Places without a contact. What a step frees lies behind the `free_manifolds` that there were when it began, until
+  /// Slots without a contact. What a step frees lies behind the `free_manifolds` that there were when it began, until
   /// CountColours closes the gap that those it took have left.
   Of<std::uint32_t, contact_manifolds> free_manifolds;
   Of<std::uint32_t, contact_worklists> uncoloured[2];
-  // Events of the newest steps, as many as may be in flight, taking turns: so a list keeps its place where it grows.
+  // Events of the newest steps, as many as may be in flight, taking turns: so a list keeps its address where it grows.
   Of<PairRecord, contact_events> begun;
   Of<PairRecord, contact_events> ended;
   Of<HitRecord, contact_events> hits;

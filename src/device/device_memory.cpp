@@ -200,26 +200,25 @@ ConstraintArrays ContactMemory::constraints() {
           .capacity = static_cast<std::uint32_t>(constraint_capacity())};
 }
 
-void JointMemory::reserve(std::size_t joints, std::size_t apart_places, bool generic) {
+void JointMemory::reserve(std::size_t joints, std::size_t apart_slots, bool generic) {
   records_.grow(joints, exec::Contents::keep);
   if (generic) {
     generic_.grow(capacity(), exec::Contents::keep);
     generic_impulses_.grow(capacity(), exec::Contents::keep);
     reactions_.grow(capacity());
   }
-  apart_.grow(apart_places);
-  apart_places_ = apart_places;
+  apart_.grow(apart_slots);
+  apart_slots_ = apart_slots;
 }
 
 JointArrays JointMemory::arrays() {
-  return {
-      .records = records_.data(),
-      .generic = generic_.data(),
-      .generic_impulses = generic_impulses_.data(),
-      .reactions = reactions_.data(),
-      .capacity = static_cast<std::uint32_t>(capacity()),
-      .apart = {
-          .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_places_) - 1, .is_on = apart_places_ > 0}};
+  return {.records = records_.data(),
+          .generic = generic_.data(),
+          .generic_impulses = generic_impulses_.data(),
+          .reactions = reactions_.data(),
+          .capacity = static_cast<std::uint32_t>(capacity()),
+          .apart = {
+              .pairs = apart_.data(), .mask = static_cast<std::uint32_t>(apart_slots_) - 1, .is_on = apart_slots_ > 0}};
 }
 
 void MechanismMemory::reserve(const Room& room) {

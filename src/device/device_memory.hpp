@@ -134,11 +134,11 @@ class JointMemory {
       : records_(memory), generic_(memory), generic_impulses_(memory), reactions_(memory), apart_(memory) {}
 
   /// `generic`: room for generic joints too.
-  void reserve(std::size_t joints, std::size_t apart_places, bool generic);
+  void reserve(std::size_t joints, std::size_t apart_slots, bool generic);
   std::size_t capacity() const { return records_.size(); }
   std::size_t generic_capacity() const { return generic_impulses_.size(); }
   /// Of the ApartTable, which is always as large as the host's.
-  std::size_t apart_places() const { return apart_places_; }
+  std::size_t apart_slots() const { return apart_slots_; }
   std::uint64_t* apart_pairs() { return apart_.data(); }
   JointArrays arrays();
 
@@ -148,7 +148,7 @@ class JointMemory {
   exec::Buffer<GenericImpulse> generic_impulses_;
   exec::Buffer<JointReactions> reactions_;
   exec::Buffer<std::uint64_t> apart_;
-  std::size_t apart_places_ = 0;
+  std::size_t apart_slots_ = 0;
 };
 
 /// Buffers of mechanisms: none as long as there never was one.

@@ -228,13 +228,13 @@ PublishedRoom DeviceSimulator<D>::published_room() const {
 /// Bodies that are there before the first step lie along a space-filling curve.
 template <exec::Device D>
 void DeviceSimulator<D>::order_in_space() {
-  std::vector<Vec3> places(indices_.size());
+  std::vector<Vec3> positions(indices_.size());
   for (const Edit& e : edits_)
     if (e.kind == EditKind::add)
-      places[e.index] = data_[e.data].pose.position;
+      positions[e.index] = data_[e.data].pose.position;
     else if (e.kind == EditKind::set_pose)
-      places[e.index] = e.linear;
-  const std::vector<std::uint32_t> order = morton_order(places);  // new → old
+      positions[e.index] = e.linear;
+  const std::vector<std::uint32_t> order = morton_order(positions);  // new → old
   std::vector<std::uint32_t> new_of(order.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) new_of[order[i]] = i;
   indices_.reorder(new_of);

@@ -167,8 +167,8 @@ struct SearchGrid {
     const BodyConstants &a = bodies.constants[i], &b = bodies.constants[j];
     if (!a.is_dynamic() && !b.is_dynamic()) return;
     if (!may_collide(bodies, i, j)) return;
-    const std::uint32_t place = exec::atomic_add(counters->found, 1u);
-    if (place < contacts.capacity) contacts.found[place] = {i, j};
+    const std::uint32_t index = exec::atomic_add(counters->found, 1u);
+    if (index < contacts.capacity) contacts.found[index] = {i, j};
   }
 };
 
@@ -178,7 +178,7 @@ FATHOM_HD bool wants_recolouring(const Counters& c) {
 }
 
 /// Decides where new contacts go, or stops the step where there is no room for them.
-struct PlacePairs {
+struct AllotPairs {
   Counters* counters;
   std::uint32_t capacity;
   std::uint32_t contact_group_size;
@@ -211,7 +211,7 @@ struct AddContacts {
 
   FATHOM_HD void operator()(std::uint32_t k) const {
     const std::uint32_t recycling = counters->recycling;
-    const std::uint32_t place =
+    const std::uint32_t index =
         k < recycling ? contacts.free[recycling - 1 - k] : counters->first_new + (k - recycling);
     const PairRecord pair = contacts.found[k];
     Contact c;
@@ -226,7 +226,7 @@ struct AddContacts {
     const BodyConstants &first = bodies.constants[c.a], &second = bodies.constants[c.b];
     c.bits |= touch_halvings(min(first.radius, second.radius)) << touch_halvings_shift;
     c.recycle_distance = recycle_distance(first.shape(), first.radius, second.shape(), second.radius);
-    contacts.contacts[place] = c;
+    contacts.contacts[index] = c;
   }
 };
 

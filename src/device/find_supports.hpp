@@ -48,7 +48,7 @@ struct FindSupports {
         return n;
       case What::lift:
         return m;
-      case What::place:
+      case What::lay_out:
         return level_slots;
       case What::look:
       case What::look_again:
@@ -73,7 +73,7 @@ struct FindSupports {
         if (is_body && !is_anew()) count(i);
         break;
       case What::note:
-        if (i < level_slots && !is_anew()) place_level(i);
+        if (i < level_slots && !is_anew()) lay_out_level(i);
         if (is_constraint) note_base(i);
         if (is_body) note(i);
         break;
@@ -83,9 +83,9 @@ struct FindSupports {
       case What::lift:
         lift(i, turn.number);
         break;
-      case What::place:
+      case What::lay_out:
         if (i == 0) exec::atomic_store(counters->top_level, turn.number);
-        place_level(i);
+        lay_out_level(i);
         break;
       case What::list:
         list(i);
@@ -107,7 +107,7 @@ struct FindSupports {
  private:
   static constexpr float unit = 1u << 30;
 
-  enum class What : std::uint32_t { forget, join, note, admit, lift, place, list, look, look_again, settle, nothing };
+  enum class What : std::uint32_t { forget, join, note, admit, lift, lay_out, list, look, look_again, settle, nothing };
   struct Turn {
     What what;
     std::uint32_t number = 0;  ///< of the level, or the round
@@ -123,7 +123,7 @@ struct FindSupports {
       const bool is_over = level > max_levels || exec::atomic_load(counters->level[level].count) == 0;
       if (top == 0 ? !is_over : level < top) return {What::lift, level};
       const std::uint32_t empty = top == 0 ? level : top;
-      if (level == empty) return {What::place, empty};
+      if (level == empty) return {What::lay_out, empty};
       if (level == empty + 1) return {What::list};
       k = level - (empty + 2);
     }
@@ -189,7 +189,7 @@ struct FindSupports {
     if (bodies.support[i].level > 0 && is_pushable(bodies, i))
       exec::atomic_add(counters->level[bodies.support[i].level].count, 1u);
   }
-  FATHOM_HD void place_level(std::uint32_t level) const {
+  FATHOM_HD void lay_out_level(std::uint32_t level) const {
     std::uint32_t first = 0;
     for (std::uint32_t l = 0; l < level; ++l) first += counters->level[l].count;
     counters->level[level].first = first;
@@ -258,8 +258,8 @@ struct FindSupports {
   FATHOM_HD void list(std::uint32_t i) const {
     const BodySupport& s = bodies.support[i];
     if (s.level == 0 || !is_pushable(bodies, i)) return;
-    const std::uint32_t place = exec::atomic_add(counters->level_cursor[s.level], 1u);
-    bodies.by_level[counters->level[s.level].first + place] = i;
+    const std::uint32_t index = exec::atomic_add(counters->level_cursor[s.level], 1u);
+    bodies.by_level[counters->level[s.level].first + index] = i;
   }
 
   /// Mass in units of the heaviest body's, and kinetic energy in units of what that may have (see `is_calm`).

@@ -94,10 +94,10 @@ void HullMemory::grow(exec::Memory& memory) {
 void HullMemory::pack() {
   vertices_.size = vertex_edges_.size = edges_.size = planes_.size = face_edges_.size = 0;
   for (std::uint32_t index = 0; index < entries_.size(); ++index)
-    if (entries_[index].hull) place(index);
+    if (entries_[index].hull) write(index);
 }
 
-void HullMemory::place(std::uint32_t index) {
+void HullMemory::write(std::uint32_t index) {
   const Hull& hull = *entries_[index].hull;
   records_.host[index] = {vertices_.append(hull.vertices()),
                           edges_.append(hull.edges()),

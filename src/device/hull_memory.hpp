@@ -44,7 +44,7 @@ class HullMemory {
       pack();
       must_pack_ = false;
     } else {
-      for (const std::uint32_t index : new_) place(index);
+      for (const std::uint32_t index : new_) write(index);
     }
     new_.clear();
     copy(device, records_), copy(device, vertices_), copy(device, edges_), copy(device, planes_);
@@ -102,7 +102,7 @@ class HullMemory {
   bool fits(const Extent& more) const;
   void grow(exec::Memory& memory);
   void pack();
-  void place(std::uint32_t index);
+  void write(std::uint32_t index);
 
   std::vector<Entry> entries_;  // by index
   std::unordered_map<const Hull*, std::uint32_t> indices_;

@@ -46,7 +46,7 @@ struct ApartTable {
   static constexpr std::uint64_t no_pair = ~std::uint64_t{0};
 
   const std::uint64_t* pairs;
-  std::uint32_t mask;   ///< places less one
+  std::uint32_t mask;   ///< slots less one
   std::uint32_t is_on;  ///< 1: there are joints
 
   FATHOM_HD static std::uint64_t pair(std::uint32_t a, std::uint32_t b) {
@@ -57,8 +57,8 @@ struct ApartTable {
   }
   FATHOM_HD bool has(std::uint32_t a, std::uint32_t b) const {
     const std::uint64_t wanted = pair(a, b);
-    for (std::uint32_t place = home(wanted, mask);; place = (place + 1) & mask) {
-      const std::uint64_t found = pairs[place];
+    for (std::uint32_t slot = home(wanted, mask);; slot = (slot + 1) & mask) {
+      const std::uint64_t found = pairs[slot];
       if (found == wanted || found == no_pair) return found == wanted;
     }
   }
@@ -112,10 +112,10 @@ struct GenericEdit {
   std::uint32_t is_new = 0;
 };
 
-/// A place of the ApartTable.
+/// A slot of the ApartTable.
 struct ApartEdit {
   std::uint64_t pair = ApartTable::no_pair;
-  std::uint32_t place = 0, unused = 0;
+  std::uint32_t slot = 0, unused = 0;
 };
 
 }  // namespace fathom::device

@@ -17,10 +17,10 @@
 
 namespace fathom::device {
 
-/// What an ApartTable on the device holds, and which of its places are new.
+/// What an ApartTable on the device holds, and which of its slots are new.
 class ApartPairs {
  public:
-  /// Places of the table, a power of two; 0 as long as there never was a joint.
+  /// Slots of the table, a power of two; 0 as long as there never was a joint.
   std::size_t size() const { return pairs_.size(); }
   const std::vector<std::uint64_t>& pairs() const { return pairs_; }
 
@@ -30,10 +30,10 @@ class ApartPairs {
   /// As often as it is added, a pair has to be removed.
   void add(std::uint64_t pair) {
     if (2 * (count_ + 1) > pairs_.size()) resize(2 * pairs_.size());
-    const std::uint32_t place = find(pair);
-    if (times_[place]++ > 0) return;
+    const std::uint32_t slot = find(pair);
+    if (times_[slot]++ > 0) return;
     ++count_;
-    set(place, pair);
+    set(slot, pair);
   }
   void remove(std::uint64_t pair) {
     std::uint32_t gap = find(pair);
@@ -51,14 +51,14 @@ class ApartPairs {
     set(gap, ApartTable::no_pair);
   }
 
-  void touch(std::uint32_t place) { changed_.push_back(place); }
+  void touch(std::uint32_t slot) { changed_.push_back(slot); }
   /// What has changed since the last call.
   std::vector<ApartEdit> take_edits() {
     std::ranges::sort(changed_);
     const auto [first, last] = std::ranges::unique(changed_);
     changed_.erase(first, last);
     std::vector<ApartEdit> edits;
-    for (const std::uint32_t place : changed_) edits.push_back({pairs_[place], place});
+    for (const std::uint32_t slot : changed_) edits.push_back({pairs_[slot], slot});
     changed_.clear();
     return edits;
   }
@@ -67,27 +67,27 @@ class ApartPairs {
   static constexpr std::size_t first_size = 64;
 
   std::uint32_t mask() const { return static_cast<std::uint32_t>(pairs_.size()) - 1; }
-  std::uint32_t next(std::uint32_t place) const { return (place + 1) & mask(); }
+  std::uint32_t next(std::uint32_t slot) const { return (slot + 1) & mask(); }
   /// Where the pair is, or would be.
   std::uint32_t find(std::uint64_t pair) const {
-    std::uint32_t place = ApartTable::home(pair, mask());
-    while (pairs_[place] != pair && pairs_[place] != ApartTable::no_pair) place = next(place);
-    return place;
+    std::uint32_t slot = ApartTable::home(pair, mask());
+    while (pairs_[slot] != pair && pairs_[slot] != ApartTable::no_pair) slot = next(slot);
+    return slot;
   }
-  void set(std::uint32_t place, std::uint64_t pair) {
-    pairs_[place] = pair;
-    touch(place);
+  void set(std::uint32_t slot, std::uint64_t pair) {
+    pairs_[slot] = pair;
+    touch(slot);
   }
   void resize(std::size_t size) {
     const std::vector<std::uint64_t> pairs = std::exchange(pairs_, std::vector(size, ApartTable::no_pair));
     const std::vector<std::uint32_t> times = std::exchange(times_, std::vector(size, 0u));
     for (std::size_t k = 0; k < pairs.size(); ++k)
       if (pairs[k] != ApartTable::no_pair) {
-        const std::uint32_t place = find(pairs[k]);
-        pairs_[place] = pairs[k], times_[place] = times[k];
+        const std::uint32_t slot = find(pairs[k]);
+        pairs_[slot] = pairs[k], times_[slot] = times[k];
       }
     changed_.clear();
-    for (std::uint32_t place = 0; place < size; ++place) touch(place);
+    for (std::uint32_t slot = 0; slot < size; ++slot) touch(slot);
   }
 
   std::vector<std::uint64_t> pairs_;
@@ -171,7 +171,7 @@ class JointMirror {
     for (auto note = pair_notes.rbegin(); note != pair_notes.rend(); ++note) apply({note->a, note->b, !note->apart});
     pair_notes_ = pair_notes;
     for (const ApartEdit& edit : apart_edits)
-      if (edit.place < apart_.size()) apart_.touch(edit.place);
+      if (edit.slot < apart_.size()) apart_.touch(edit.slot);
   }
 
   /// Whether the device knows the joint that is in `slot` now.

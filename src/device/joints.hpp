@@ -87,7 +87,7 @@ struct EditApartTable {
   const ApartEdit* edits;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    if (!counters->stopped) pairs[edits[k].place] = edits[k].pair;
+    if (!counters->stopped) pairs[edits[k].slot] = edits[k].pair;
   }
 };
 

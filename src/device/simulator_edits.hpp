@@ -9,17 +9,17 @@ namespace fathom::device {
 template <exec::Device D>
 void DeviceSimulator<D>::add_edit(Edit edit) {
   if (last_edit_.size() < indices_.size()) last_edit_.resize(indices_.size() + indices_.size() / 2, none);
-  const auto place = static_cast<std::uint32_t>(edits_.size());
+  const auto entry = static_cast<std::uint32_t>(edits_.size());
   std::uint32_t& last = last_edit_[edit.index];
   if (last != none) {
-    edits_[last].next = place;
+    edits_[last].next = entry;
     edit.later = 1;
     if (last < uploaded_) {
       uploaded_ = last;
       uploads_ahead_ = false;
     }
   }
-  last = place;
+  last = entry;
   edits_.push_back(edit);
   if (bodies_are_current_) mirror(edit, data_);
   outdate_queries();
@@ -44,7 +44,7 @@ void DeviceSimulator<D>::upload_ahead() {
 template <exec::Device D>
 void DeviceSimulator<D>::list_last_edits() {
   last_edit_.assign(indices_.size(), none);
-  for (std::uint32_t place = 0; place < edits_.size(); ++place) last_edit_[edits_[place].index] = place;
+  for (std::uint32_t entry = 0; entry < edits_.size(); ++entry) last_edit_[edits_[entry].index] = entry;
 }
 
 template <exec::Device D>

@@ -40,18 +40,18 @@ void DeviceSimulator<D>::list_joint_edits(PendingStep& pending) {
   pending.apart_edits = joint_mirror_.take_apart_edits();
 }
 
-/// The table of pairs comes anew where it grows: all of its places are among the edits.
+/// The table of pairs comes anew where it grows: all of its slots are among the edits.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room_for_joints() {
   const std::size_t joints_needed = joints.slot_count(), old = joint_memory_.capacity();
-  const std::size_t places = joint_mirror_.apart().size();
+  const std::size_t apart_slots = joint_mirror_.apart().size();
   const bool generic = joint_mirror_.had_generic();
-  if (places == 0 || (joints_needed <= old && places == joint_memory_.apart_places() &&
-                      (!generic || joint_memory_.generic_capacity() == old)))
+  if (apart_slots == 0 || (joints_needed <= old && apart_slots == joint_memory_.apart_slots() &&
+                           (!generic || joint_memory_.generic_capacity() == old)))
     return;
   retire_all();
   forget_graphs();
-  joint_memory_.reserve(joints_needed > old ? std::max(joints_needed, old + old / 2) : old, places, generic);
+  joint_memory_.reserve(joints_needed > old ? std::max(joints_needed, old + old / 2) : old, apart_slots, generic);
 }
 
 template <exec::Device D>

@@ -147,11 +147,11 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
   const std::span<const ContactManifold> manifolds = self().fetch(manifolds_read_, arrays.manifolds, last);
   // By slots, with little to move about.
-  struct Place {
+  struct Entry {
     std::uint64_t slots;
     std::uint32_t contact;
   };
-  std::vector<Place> order;
+  std::vector<Entry> order;
   order.reserve(newest_.constraints);
   for (std::uint32_t k = 0; k < contacts.size(); ++k) {
     const Contact& c = contacts[k];
@@ -160,11 +160,11 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
     if (slot_a == none || slot_b == none) continue;
     order.push_back({std::uint64_t{std::min(slot_a, slot_b)} << 32 | std::max(slot_a, slot_b), k});
   }
-  std::ranges::sort(order, {}, &Place::slots);
+  std::ranges::sort(order, {}, &Entry::slots);
   std::vector<ContactInfo> infos;
   infos.reserve(order.size());
-  for (const Place& place : order) {
-    const Contact& c = contacts[place.contact];
+  for (const Entry& entry : order) {
+    const Contact& c = contacts[entry.contact];
     const std::uint32_t slot_a = indices_.slot(c.a), slot_b = indices_.slot(c.b);
     const ContactManifold& m = manifolds[c.manifold];
     const Pose &pa = poses_[slot_a], &pb = poses_[slot_b];

@@ -1,6 +1,6 @@
 // The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
 //
-// Places in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
+// Indices in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
 // mirror are rebuilt; hulls get new indices.
 #pragma once
 
@@ -146,8 +146,8 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
 
 /// Requires that all are below `limit`.
 inline auto are_below(ByteReader& in, std::uint32_t limit) {
-  return [&in, limit](const std::vector<std::uint32_t>& places) {
-    for (const std::uint32_t place : places) in.require(place < limit);
+  return [&in, limit](const std::vector<std::uint32_t>& indices) {
+    for (const std::uint32_t index : indices) in.require(index < limit);
   };
 }
 

@@ -58,7 +58,7 @@ struct SolveConstraints {
     relax,
     bounce
   };
-  struct Place {
+  struct Cursor {
     What what;
     std::uint32_t colour;
     std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
@@ -134,44 +134,44 @@ struct SolveConstraints {
     return (p.warm_start ? n : 0) + p.substeps * of_substep(n) + bouncing;
   }
 
-  FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{plan.bounces ? bounce : integrate_first_v, 0, 0, 0};
-    begin(plan, place);
-    place.by_data = plan.by_data;
-    place.colours = plan.sweeps;
-    for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
-    return place;
+  FATHOM_HD Cursor cursor_at(const Plan& plan, std::uint32_t phase) const {
+    Cursor cursor{plan.bounces ? bounce : integrate_first_v, 0, 0, 0};
+    begin(plan, cursor);
+    cursor.by_data = plan.by_data;
+    cursor.colours = plan.sweeps;
+    for (std::uint32_t k = 0; k < phase; ++k) cursor = next(plan, cursor);
+    return cursor;
   }
 
-  FATHOM_HD Place next(const Plan& plan, Place place) const {
-    if (is_sweep(place) && place.colour + 1 < place.colours) {
-      place.stretch = plan.schedule[++place.colour];
-      place.serial = false;
-      return place;
+  FATHOM_HD Cursor next(const Plan& plan, Cursor cursor) const {
+    if (is_sweep(cursor) && cursor.colour + 1 < cursor.colours) {
+      cursor.stretch = plan.schedule[++cursor.colour];
+      cursor.serial = false;
+      return cursor;
     }
-    begin_round(plan, place);
-    begin(plan, place);
-    return place;
+    begin_round(plan, cursor);
+    begin(plan, cursor);
+    return cursor;
   }
 
   FATHOM_HD void report_overrun() const { exec::atomic_store(counters->overrun, 1u); }
 
-  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    return place.serial ? plan.overflow : place.stretch.count;
+  FATHOM_HD std::uint32_t items(const Plan& plan, Cursor cursor) const {
+    return cursor.serial ? plan.overflow : cursor.stretch.count;
   }
-  FATHOM_HD bool is_serial(const Plan&, Place place) const { return place.serial; }
+  FATHOM_HD bool is_serial(const Plan&, Cursor cursor) const { return cursor.serial; }
 
   // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
   // does without is loaded from another row, which costs less than a branch.
-  FATHOM_HD_INLINED void fetch(const Plan&, Place place, std::uint32_t i, Fetched& f) const {
-    if (!is_sweep(place)) return fetch_body(place, i, f);
-    if (place.what == bounce && is_calm(place)) {
+  FATHOM_HD_INLINED void fetch(const Plan&, Cursor cursor, std::uint32_t i, Fetched& f) const {
+    if (!is_sweep(cursor)) return fetch_body(cursor, i, f);
+    if (cursor.what == bounce && is_calm(cursor)) {
       f = {};
       return;
     }
-    const std::uint32_t k = constraint(place, i);
+    const std::uint32_t k = constraint(cursor, i);
     const Quad* const rows = rows_of(constraints, k);
-    const bool friction = with_friction(place.what) || kinds == JointKinds::all;  // generic joints have other rows
+    const bool friction = with_friction(cursor.what) || kinds == JointKinds::all;  // generic joints have other rows
     f.head = exec::load_unchanging(constraints.heads[k]);
     constexpr std::uint32_t unchanging = kinds == JointKinds::all     ? generic_written_row
                                          : kinds == JointKinds::balls ? joint_spin_row
@@ -184,77 +184,77 @@ struct SolveConstraints {
     f.rows[mass_row] = exec::load_unchanging(rows[mass_row * tile_width]);
   }
 
-  FATHOM_HD_INLINED void operator()(const Plan& plan, Place place, std::uint32_t i, const Fetched& fetched) const {
-    if (place.what == carry)
+  FATHOM_HD_INLINED void operator()(const Plan& plan, Cursor cursor, std::uint32_t i, const Fetched& fetched) const {
+    if (cursor.what == carry)
       carry_impulses(i, fetched);
-    else if (place.what == integrate_v || place.what == integrate_first_v)
-      integrate_velocity(place, i, fetched, plan.bounces > 0);
-    else if (place.what == integrate_x)
-      integrate_position(plan, place, i, fetched);
+    else if (cursor.what == integrate_v || cursor.what == integrate_first_v)
+      integrate_velocity(cursor, i, fetched, plan.bounces > 0);
+    else if (cursor.what == integrate_x)
+      integrate_position(plan, cursor, i, fetched);
     else
-      sweep(place, constraint(place, i), fetched);
+      sweep(cursor, constraint(cursor, i), fetched);
   }
 
-  FATHOM_HD static bool is_sweep(Place place) { return place.what > integrate_x; }
+  FATHOM_HD static bool is_sweep(Cursor cursor) { return cursor.what > integrate_x; }
 
   /// Whether the sweep is the first since positions moved.
-  FATHOM_HD bool has_just_moved(Place place) const { return place.round == p.sweeps_before + 2; }
+  FATHOM_HD bool has_just_moved(Cursor cursor) const { return cursor.round == p.sweeps_before + 2; }
 
  private:
-  /// What comes first at a place.
-  FATHOM_HD static void begin(const Plan& plan, Place& place) {
-    place.colour = 0;
-    place.stretch = is_sweep(place) ? plan.schedule[0] : Stretch{0, plan.bodies};
-    place.serial = is_sweep(place) && plan.overflow > 0;
+  /// The first phase of what the cursor has come to.
+  FATHOM_HD static void begin(const Plan& plan, Cursor& cursor) {
+    cursor.colour = 0;
+    cursor.stretch = is_sweep(cursor) ? plan.schedule[0] : Stretch{0, plan.bodies};
+    cursor.serial = is_sweep(cursor) && plan.overflow > 0;
   }
   /// What follows all of the bodies, or all colours.
-  FATHOM_HD void begin_round(const Plan& plan, Place& place) const {
-    if (place.what == carry) {
-      place.what = bounce;
+  FATHOM_HD void begin_round(const Plan& plan, Cursor& cursor) const {
+    if (cursor.what == carry) {
+      cursor.what = bounce;
       return;
     }
-    if (place.what == bounce) {
-      if (++place.bounce_sweeps == max_bounce_sweeps) place.what = first_of(place);
+    if (cursor.what == bounce) {
+      if (++cursor.bounce_sweeps == max_bounce_sweeps) cursor.what = first_of(cursor);
       return;
     }
-    if (is_sweep(place))
-      ++place.sweeps;
+    if (is_sweep(cursor))
+      ++cursor.sweeps;
     else
-      ++place.integrations;
-    if (place.what == integrate_x) ++place.moves;
-    if (place.what == integrate_first_v && p.warm_start) {
-      place.what = warm;
+      ++cursor.integrations;
+    if (cursor.what == integrate_x) ++cursor.moves;
+    if (cursor.what == integrate_first_v && p.warm_start) {
+      cursor.what = warm;
       return;
     }
-    ++place.round;
+    ++cursor.round;
     const std::uint32_t moving = 1 + p.sweeps_before, rounds = moving + 1 + p.sweeps_after;
-    if (place.round == rounds) {
-      place.round = 0;
-      ++place.substep;
+    if (cursor.round == rounds) {
+      cursor.round = 0;
+      ++cursor.substep;
     }
-    place.what = place.round < moving ? push : relax;
-    if (place.round == 0) place.what = plan.bounces ? carry : first_of(place), place.bounce_sweeps = 0;
-    if (place.round == 1 && !p.warm_start) place.what = push_first;
-    if (place.round == moving) place.what = integrate_x;
+    cursor.what = cursor.round < moving ? push : relax;
+    if (cursor.round == 0) cursor.what = plan.bounces ? carry : first_of(cursor), cursor.bounce_sweeps = 0;
+    if (cursor.round == 1 && !p.warm_start) cursor.what = push_first;
+    if (cursor.round == moving) cursor.what = integrate_x;
   }
   /// How a substep integrates velocities.
-  FATHOM_HD What first_of(Place place) const {
-    return p.warm_start && place.substep > 0 ? integrate_v : integrate_first_v;
+  FATHOM_HD What first_of(Cursor cursor) const {
+    return p.warm_start && cursor.substep > 0 ? integrate_v : integrate_first_v;
   }
 
-  FATHOM_HD static std::uint32_t bounce_index(Place place) {
-    return place.substep * max_bounce_sweeps + place.bounce_sweeps;
+  FATHOM_HD static std::uint32_t bounce_index(Cursor cursor) {
+    return cursor.substep * max_bounce_sweeps + cursor.bounce_sweeps;
   }
   /// Whether nothing bounced in an earlier bounce sweep: then nothing will. What the last one found is not known to
   /// all before the barrier at its end, which loads for the first colour are ahead of.
-  FATHOM_HD bool is_calm(Place place) const {
-    const std::uint32_t before = place.colour > 0 ? 1 : 2, index = bounce_index(place);
-    return place.bounce_sweeps >= before && index < noted_bounce_sweeps &&
+  FATHOM_HD bool is_calm(Cursor cursor) const {
+    const std::uint32_t before = cursor.colour > 0 ? 1 : 2, index = bounce_index(cursor);
+    return cursor.bounce_sweeps >= before && index < noted_bounce_sweeps &&
            !exec::atomic_load(counters->bounced[index - before]);
   }
 
-  FATHOM_HD std::uint32_t constraint(Place place, std::uint32_t i) const {
-    return place.serial ? constraints.overflow_order[i] : place.stretch.first + i;
+  FATHOM_HD std::uint32_t constraint(Cursor cursor, std::uint32_t i) const {
+    return cursor.serial ? constraints.overflow_order[i] : cursor.stretch.first + i;
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
@@ -262,33 +262,33 @@ struct SolveConstraints {
   FATHOM_HD bool with_friction(What what) const { return what >= warm && !(what == push && p.soft); }
 
   /// Whether the sweep is its substep's last.
-  FATHOM_HD bool ends_substep(Place place) const {
-    return place.round == p.sweeps_before + (p.sweeps_after ? 1 + p.sweeps_after : 0);
+  FATHOM_HD bool ends_substep(Cursor cursor) const {
+    return cursor.round == p.sweeps_before + (p.sweeps_after ? 1 + p.sweeps_after : 0);
   }
 
-  FATHOM_HD_INLINED void sweep(Place place, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep(Cursor cursor, std::uint32_t k, const Fetched& f) const {
     if constexpr (kinds != JointKinds::absent)
       if (is_joint(f.head.bits) && f.head.has(direct_extra)) return;
     if constexpr (kinds == JointKinds::all)
-      if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic(place, k, f);
+      if (is_joint(f.head.bits) && f.head.bits & generic_bit) return sweep_generic(cursor, k, f);
     if constexpr (kinds != JointKinds::absent)
-      if (is_joint(f.head.bits)) return sweep_joint(place, k, f, BallJointSweep(f.rows));
-    if (place.what == push || place.what == push_first)
-      sweep_as<push>(place, k, f);
-    else if (place.what == relax)
-      sweep_as<relax>(place, k, f);
-    else if (place.what == warm)
-      sweep_as<warm>(place, k, f);
+      if (is_joint(f.head.bits)) return sweep_joint(cursor, k, f, BallJointSweep(f.rows));
+    if (cursor.what == push || cursor.what == push_first)
+      sweep_as<push>(cursor, k, f);
+    else if (cursor.what == relax)
+      sweep_as<relax>(cursor, k, f);
+    else if (cursor.what == warm)
+      sweep_as<warm>(cursor, k, f);
     else if (f.head.bits & bounces_bit)
-      sweep_as<bounce>(place, k, f);
+      sweep_as<bounce>(cursor, k, f);
   }
 
   template <What what>
-  FATHOM_HD_INLINED void sweep_as(Place place, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD_INLINED void sweep_as(Cursor cursor, std::uint32_t k, const Fetched& f) const {
     if (f.head.bits & anisotropic_bit)
-      sweep_with<what, SymMat3>(place, k, f);
+      sweep_with<what, SymMat3>(cursor, k, f);
     else
-      sweep_with<what, float>(place, k, f);
+      sweep_with<what, float>(cursor, k, f);
   }
 
   /// Whether quads have been written as often as they must have been; those of bodies that cannot be pushed never are.
@@ -305,11 +305,11 @@ struct SolveConstraints {
 
   /// Waits until the bodies of a constraint are as the sweep is to find them.
   template <What what>
-  FATHOM_HD_INLINED void load_pair(Place place, const Fetched& fetched, Pair& pair) const {
+  FATHOM_HD_INLINED void load_pair(Cursor cursor, const Fetched& fetched, Pair& pair) const {
     const ConstraintHead& head = fetched.head;
     pair.pushes_a = fetched.rows[mass_row].x > 0, pair.pushes_b = fetched.rows[mass_row].z > 0;
     const auto due = [&](std::uint32_t count_shift, std::uint32_t rank_shift) {
-      return place.integrations + place.sweeps * (head.bits >> count_shift & count_bits) +
+      return cursor.integrations + cursor.sweeps * (head.bits >> count_shift & count_bits) +
              (head.bits >> rank_shift & rank_bits);
     };
     pair.due_a = due(count_a_shift, rank_a_shift), pair.due_b = due(count_b_shift, rank_b_shift);
@@ -321,25 +321,25 @@ struct SolveConstraints {
         pair.a.moved = exec::load_shared_quad(at_a.moved), pair.b.moved = exec::load_shared_quad(at_b.moved);
         pair.a.turned = exec::load_shared_quad(at_a.turned), pair.b.turned = exec::load_shared_quad(at_b.turned);
       }
-      if (!place.by_data) break;
+      if (!cursor.by_data) break;
       bool ready = (!pair.pushes_a || is_due(pair.a.linear, pair.a.angular, pair.due_a)) &&
                    (!pair.pushes_b || is_due(pair.b.linear, pair.b.angular, pair.due_b));
-      if (moves_matter(what) && place.moves > 0)
-        ready = ready && (!pair.pushes_a || is_due(pair.a.moved, pair.a.turned, place.moves)) &&
-                (!pair.pushes_b || is_due(pair.b.moved, pair.b.turned, place.moves));
+      if (moves_matter(what) && cursor.moves > 0)
+        ready = ready && (!pair.pushes_a || is_due(pair.a.moved, pair.a.turned, cursor.moves)) &&
+                (!pair.pushes_b || is_due(pair.b.moved, pair.b.turned, cursor.moves));
       if (exec::all_ready(ready)) break;
     }
   }
 
   template <What what, class Inertia>
-  FATHOM_HD_INLINED void sweep_with(Place place, std::uint32_t k, const Fetched& fetched) const {
+  FATHOM_HD_INLINED void sweep_with(Cursor cursor, std::uint32_t k, const Fetched& fetched) const {
     const ConstraintHead& head = fetched.head;
     const Quad masses = fetched.rows[mass_row];
     Pair pair;
-    load_pair<what>(place, fetched, pair);
+    load_pair<what>(cursor, fetched, pair);
     ContactRows contact;
     load_contact(fetched.rows, static_cast<int>(head.bits & point_bits), contact);
-    const bool from_zero = place.what == push_first;
+    const bool from_zero = cursor.what == push_first;
     if (from_zero) contact.impulses = contact.impulses.cleared();
     RollRow roll;
     SurfaceSlide surfaces;
@@ -357,7 +357,7 @@ struct SolveConstraints {
       const Bounce<float> bounced = bounce_contact(contact, both, p.h, p.restitution_threshold, surfaces);
       if (!bounced.any) return;
       contact.impulses.step += bounced.impulse;
-      if (bounce_index(place) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[bounce_index(place)], 1u);
+      if (bounce_index(cursor) < noted_bounce_sweeps) exec::atomic_store(counters->bounced[bounce_index(cursor)], 1u);
     } else {
       sweep_contact<what>(head, contact, both, surfaces);
       if (rolls && (what == relax || !p.soft))
@@ -375,7 +375,7 @@ struct SolveConstraints {
     if constexpr (what == warm) return;
     store_normal_impulses(rows, impulses);
     if (what != bounce && rolls) constraints.extras[k].roll = roll;
-    if (what != bounce && ends_substep(place)) impulses.step += impulses.sum();
+    if (what != bounce && ends_substep(cursor)) impulses.step += impulses.sum();
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
@@ -414,30 +414,30 @@ struct SolveConstraints {
   }
 
   /// Apart from the others, which would pay for it in registers.
-  FATHOM_HD void sweep_generic(Place place, std::uint32_t k, const Fetched& f) const {
+  FATHOM_HD void sweep_generic(Cursor cursor, std::uint32_t k, const Fetched& f) const {
     const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
     const GenericJoint& joint = generic_joints[slot];
     if (joint.couples != 0)
-      sweep_joint(place, k, f, CouplingSweep(f.rows, joint, reactions[slot]));
+      sweep_joint(cursor, k, f, CouplingSweep(f.rows, joint, reactions[slot]));
     else
-      sweep_joint(place, k, f, GenericJointSweep(f.rows, joint, reactions[slot]));
+      sweep_joint(cursor, k, f, GenericJointSweep(f.rows, joint, reactions[slot]));
   }
 
   template <class Law>
-  FATHOM_HD_INLINED void sweep_joint(Place place, std::uint32_t k, const Fetched& f, Law law) const {
-    if (place.what == push || place.what == push_first)
-      sweep_joint_as<push>(place, k, f, law);
-    else if (place.what == relax)
-      sweep_joint_as<relax>(place, k, f, law);
-    else if (place.what == warm)
-      sweep_joint_as<warm>(place, k, f, law);
+  FATHOM_HD_INLINED void sweep_joint(Cursor cursor, std::uint32_t k, const Fetched& f, Law law) const {
+    if (cursor.what == push || cursor.what == push_first)
+      sweep_joint_as<push>(cursor, k, f, law);
+    else if (cursor.what == relax)
+      sweep_joint_as<relax>(cursor, k, f, law);
+    else if (cursor.what == warm)
+      sweep_joint_as<warm>(cursor, k, f, law);
   }
   template <What what, class Law>
-  FATHOM_HD_INLINED void sweep_joint_as(Place place, std::uint32_t k, const Fetched& f, Law& law) const {
+  FATHOM_HD_INLINED void sweep_joint_as(Cursor cursor, std::uint32_t k, const Fetched& f, Law& law) const {
     if (Law::by_inertia && !(f.head.bits & anisotropic_bit))
-      sweep_joint_with<what, float>(place, k, f, law);
+      sweep_joint_with<what, float>(cursor, k, f, law);
     else
-      sweep_joint_with<what, SymMat3>(place, k, f, law);
+      sweep_joint_with<what, SymMat3>(cursor, k, f, law);
   }
 
   template <What what, class Inertia>
@@ -453,15 +453,15 @@ struct SolveConstraints {
   }
 
   template <What what, class Inertia, class Law>
-  FATHOM_HD_INLINED void sweep_joint_with(Place place, std::uint32_t k, const Fetched& fetched, Law& law) const {
+  FATHOM_HD_INLINED void sweep_joint_with(Cursor cursor, std::uint32_t k, const Fetched& fetched, Law& law) const {
     const ConstraintHead& head = fetched.head;
     const Quad masses = fetched.rows[mass_row];
-    if (place.what == push_first) law.begin_without_impulses();
+    if (cursor.what == push_first) law.begin_without_impulses();
     Pair pair;
-    load_pair<what>(place, fetched, pair);
+    load_pair<what>(cursor, fetched, pair);
     JointBodies<Inertia> both{joint_side<what, Inertia>(bodies, head.a, pair.a, masses.x, masses.y),
                               joint_side<what, Inertia>(bodies, head.b, pair.b, masses.z, masses.w)};
-    const bool ends = ends_substep(place);
+    const bool ends = ends_substep(cursor);
     float sum;
     if constexpr (what == warm) {
       law.warm_start(both);
@@ -505,31 +505,31 @@ struct SolveConstraints {
 
   /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
   /// `rows`: warm start, motion, what it has moved.
-  FATHOM_HD_INLINED void fetch_body(Place place, std::uint32_t i, Fetched& f) const {
+  FATHOM_HD_INLINED void fetch_body(Cursor cursor, std::uint32_t i, Fetched& f) const {
     f.body.touching = bodies.touching[i];
     if (f.body.touching == 0) return;
-    if (place.by_data) f.body.colours = exec::bit_count(bodies.colours[i]);
+    if (cursor.by_data) f.body.colours = exec::bit_count(bodies.colours[i]);
     const BodyMotion motion = bodies.motion[i];
     f.rows[4] = quad(motion.acceleration, motion.linear_damping);
     f.rows[5] = quad(motion.angular_acceleration, motion.angular_damping);
-    if (place.what == integrate_first_v) return;
+    if (cursor.what == integrate_first_v) return;
     const WarmStart w = bodies.warm[i];
     f.rows[0] = quad(w.linear, 0), f.rows[1] = quad(w.angular, 0);
     f.rows[2] = quad(w.linear_reference, 0), f.rows[3] = quad(w.angular_reference, 0);
-    if (place.what != integrate_x) return;
+    if (cursor.what != integrate_x) return;
     f.rows[6] = bodies.solver[i].moved, f.rows[7] = bodies.solver[i].turned;
     f.rows[8].x = bodies.constants[i].inverse_inertia;
   }
 
   /// Velocities of body i, once they are due; returns how often they were written then.
-  FATHOM_HD_INLINED std::uint32_t load_velocity(Place place, std::uint32_t i, const Fetched& f, Vec3& linear,
+  FATHOM_HD_INLINED std::uint32_t load_velocity(Cursor cursor, std::uint32_t i, const Fetched& f, Vec3& linear,
                                                 Vec3& angular) const {
-    const std::uint32_t due = place.by_data ? place.integrations + place.sweeps * f.body.colours : 0;
+    const std::uint32_t due = cursor.by_data ? cursor.integrations + cursor.sweeps * f.body.colours : 0;
     for (exec::Patience patience;; patience.look_again()) {
       const Quad l = exec::load_shared_quad(bodies.solver[i].linear);
       const Quad a = exec::load_shared_quad(bodies.solver[i].angular);
       linear = l.xyz(), angular = a.xyz();
-      if (!place.by_data || exec::all_ready(is_due(l, a, due))) return due;
+      if (!cursor.by_data || exec::all_ready(is_due(l, a, due))) return due;
     }
   }
 
@@ -547,13 +547,13 @@ struct SolveConstraints {
     bodies.warm[i] = w;
   }
 
-  FATHOM_HD_INLINED void integrate_velocity(Place place, std::uint32_t i, const Fetched& f, bool carried) const {
+  FATHOM_HD_INLINED void integrate_velocity(Cursor cursor, std::uint32_t i, const Fetched& f, bool carried) const {
     const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
     if (f.body.touching == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
-    const bool first = place.what == integrate_first_v;
+    const bool first = cursor.what == integrate_first_v;
     Vec3 linear, angular;
-    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
-    if (place.substep > 0) fail_on_request(SolverStage::relaxes, place, i, linear, angular);
+    const std::uint32_t due = load_velocity(cursor, i, f, linear, angular);
+    if (cursor.substep > 0) fail_on_request(SolverStage::relaxes, cursor, i, linear, angular);
     WarmStart w;
     if (!first) {
       w = warm_start_of(f);
@@ -561,16 +561,16 @@ struct SolveConstraints {
     }
     linear = w.linear_reference = substep_velocity(linear, f.rows[4].xyz(), linear_damping, p.h, w.linear);
     angular = w.angular_reference = substep_velocity(angular, f.rows[5].xyz(), angular_damping, p.h, w.angular);
-    fail_on_request(SolverStage::velocities, place, i, linear, angular);
+    fail_on_request(SolverStage::velocities, cursor, i, linear, angular);
     store_velocity(i, linear, angular, due + 1);
     bodies.warm[i] = w;
   }
 
-  FATHOM_HD_INLINED void integrate_position(const Plan& plan, Place place, std::uint32_t i, const Fetched& f) const {
+  FATHOM_HD_INLINED void integrate_position(const Plan& plan, Cursor cursor, std::uint32_t i, const Fetched& f) const {
     if (f.body.touching == 0 || f.rows[4].w == 0) return move_unpushed(plan, i);
     Vec3 linear, angular;
-    const std::uint32_t due = load_velocity(place, i, f, linear, angular);
-    fail_on_request(SolverStage::pushes, place, i, linear, angular);
+    const std::uint32_t due = load_velocity(cursor, i, f, linear, angular);
+    fail_on_request(SolverStage::pushes, cursor, i, linear, angular);
     const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) |
                          slow_down(linear, angular, bodies.warm[i], p.limits);
     const Vec3 mean = touched ? linear : mean_velocity(linear, f.rows[4].xyz(), p.h);
@@ -587,14 +587,14 @@ struct SolveConstraints {
     } else {
       turned = mul_add(turned, p.h, angular);
     }
-    fail_on_request(SolverStage::positions, place, i, linear, angular);
+    fail_on_request(SolverStage::positions, cursor, i, linear, angular);
     if (!is_finite(linear) || !is_finite(angular) || !is_finite(moved) || !is_finite(turned)) isolate(i);
     // Where nobody counts, inverse mass and inertia stay.
-    const bool counts = place.by_data;
+    const bool counts = cursor.by_data;
     exec::store_shared_quad(bodies.solver[i].moved,
-                            counts ? written(moved, place.moves + 1) : quad(moved, f.rows[6].w));
+                            counts ? written(moved, cursor.moves + 1) : quad(moved, f.rows[6].w));
     exec::store_shared_quad(bodies.solver[i].turned,
-                            counts ? written(turned, place.moves + 1) : quad(turned, f.rows[7].w));
+                            counts ? written(turned, cursor.moves + 1) : quad(turned, f.rows[7].w));
     store_velocity(i, linear, angular, due + 1);
   }
 
@@ -616,8 +616,8 @@ struct SolveConstraints {
   }
 
   /// For tests. What a sweep does is done to a body before its next integration.
-  FATHOM_HD void fail_on_request(SolverStage stage, Place place, std::uint32_t i, Vec3& linear, Vec3& angular) const {
-    const std::uint32_t substep = stage == SolverStage::relaxes ? place.substep - 1 : place.substep;
+  FATHOM_HD void fail_on_request(SolverStage stage, Cursor cursor, std::uint32_t i, Vec3& linear, Vec3& angular) const {
+    const std::uint32_t substep = stage == SolverStage::relaxes ? cursor.substep - 1 : cursor.substep;
     fathom::fail_on_request(stage, substep, bodies.filters[i].category, linear, angular);
   }
 

@@ -54,8 +54,8 @@ struct SolveDirectly {
   };
   using Fetched = typename Solver::Fetched;
   enum Stage : std::uint32_t { sweeps, linked, asking, summing, moving };
-  struct Place {
-    typename Solver::Place in_solve;
+  struct Cursor {
+    typename Solver::Cursor in_solve;
     Stage stage;
     std::uint32_t level;
     bool follows_solution;
@@ -88,51 +88,51 @@ struct SolveDirectly {
     return n + (plan.support_levels ? support_phases(solver.p, plan.support_levels) : 0) +
            (plan.mechanisms ? mechanism_phases(solver.p) : 0);
   }
-  FATHOM_HD Place place(const Plan& plan, std::uint32_t phase) const {
-    Place place{solver.place(plan, 0), sweeps, 0, false};
-    for (std::uint32_t k = 0; k < phase; ++k) place = next(plan, place);
-    return place;
+  FATHOM_HD Cursor cursor_at(const Plan& plan, std::uint32_t phase) const {
+    Cursor cursor{solver.cursor_at(plan, 0), sweeps, 0, false};
+    for (std::uint32_t k = 0; k < phase; ++k) cursor = next(plan, cursor);
+    return cursor;
   }
-  FATHOM_HD Place next(const Plan& plan, Place place) const {
-    const typename Solver::Place& at = place.in_solve;
-    const bool ends_sweep = place.stage == sweeps && Solver::is_sweep(at) && at.colour + 1 == plan.sweeps;
+  FATHOM_HD Cursor next(const Plan& plan, Cursor cursor) const {
+    const typename Solver::Cursor& at = cursor.in_solve;
+    const bool ends_sweep = cursor.stage == sweeps && Solver::is_sweep(at) && at.colour + 1 == plan.sweeps;
     if (plan.mechanisms && ends_sweep && at.what != Solver::bounce) return {at, linked, 0, false};
-    if (plan.support_levels && at.what == Solver::relax && (ends_sweep || place.stage == linked))
+    if (plan.support_levels && at.what == Solver::relax && (ends_sweep || cursor.stage == linked))
       return {at, asking, plan.support_levels, false};
-    if (place.stage == asking && place.level > 1) return {at, asking, place.level - 1, false};
-    if (place.stage == asking) return {at, summing, 0, false};
-    if (place.stage == summing) return {at, moving, 0, false};
-    return {solver.next(plan, at), sweeps, 0, place.stage != sweeps};
+    if (cursor.stage == asking && cursor.level > 1) return {at, asking, cursor.level - 1, false};
+    if (cursor.stage == asking) return {at, summing, 0, false};
+    if (cursor.stage == summing) return {at, moving, 0, false};
+    return {solver.next(plan, at), sweeps, 0, cursor.stage != sweeps};
   }
-  FATHOM_HD std::uint32_t items(const Plan& plan, Place place) const {
-    if (place.stage == sweeps) return solver.items(plan, place.in_solve);
-    if (place.stage == linked) return plan.mechanisms * team::items;
-    return place.stage == asking ? plan.level[place.level].count : plan.supported;
+  FATHOM_HD std::uint32_t items(const Plan& plan, Cursor cursor) const {
+    if (cursor.stage == sweeps) return solver.items(plan, cursor.in_solve);
+    if (cursor.stage == linked) return plan.mechanisms * team::items;
+    return cursor.stage == asking ? plan.level[cursor.level].count : plan.supported;
   }
-  FATHOM_HD bool is_serial(const Plan& plan, Place place) const {
-    return place.stage == sweeps && solver.is_serial(plan, place.in_solve);
+  FATHOM_HD bool is_serial(const Plan& plan, Cursor cursor) const {
+    return cursor.stage == sweeps && solver.is_serial(plan, cursor.in_solve);
   }
-  FATHOM_HD exec::Wait wait_before(const Plan& plan, Place place) const {
-    if (place.stage == asking && place.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;
-    const bool by_data = plan.by_data && place.stage == sweeps && !place.follows_solution;
+  FATHOM_HD exec::Wait wait_before(const Plan& plan, Cursor cursor) const {
+    if (cursor.stage == asking && cursor.level < plan.support_levels && plan.in_one_warp) return exec::Wait::for_warp;
+    const bool by_data = plan.by_data && cursor.stage == sweeps && !cursor.follows_solution;
     return by_data ? exec::Wait::for_data : exec::Wait::for_all;
   }
-  FATHOM_HD void fetch(const Plan& plan, Place place, std::uint32_t i, Fetched& f) const {
-    if (place.stage == sweeps) solver.fetch(plan, place.in_solve, i, f);
+  FATHOM_HD void fetch(const Plan& plan, Cursor cursor, std::uint32_t i, Fetched& f) const {
+    if (cursor.stage == sweeps) solver.fetch(plan, cursor.in_solve, i, f);
   }
-  FATHOM_HD void operator()(const Plan& plan, Place place, std::uint32_t k, const Fetched& fetched) const {
-    if (place.stage == sweeps) return solver(plan, place.in_solve, k, fetched);
-    if (place.stage == linked) return solve_mechanism(place.in_solve, k / team::items);
-    const std::uint32_t i = bodies().by_level[plan.level[place.level].first + k];
-    if (place.stage == moving && k == 0) solver.counters->solved_step = solver.counters->step + 1;
+  FATHOM_HD void operator()(const Plan& plan, Cursor cursor, std::uint32_t k, const Fetched& fetched) const {
+    if (cursor.stage == sweeps) return solver(plan, cursor.in_solve, k, fetched);
+    if (cursor.stage == linked) return solve_mechanism(cursor.in_solve, k / team::items);
+    const std::uint32_t i = bodies().by_level[plan.level[cursor.level].first + k];
+    if (cursor.stage == moving && k == 0) solver.counters->solved_step = solver.counters->step + 1;
     const SupportNode& node = bodies().nodes[i];
-    const std::uint32_t parity = place.in_solve.substep % 2;
+    const std::uint32_t parity = cursor.in_solve.substep % 2;
     Structure& structure = bodies().structures[bodies().support[i].structure];
     if (!node.is_held()) {
-      if (place.stage == moving) bodies().nodes[i].held = 0;
-    } else if (place.stage == asking) {
+      if (cursor.stage == moving) bodies().nodes[i].held = 0;
+    } else if (cursor.stage == asking) {
       ask(i, node, structure);
-    } else if (place.stage == summing) {
+    } else if (cursor.stage == summing) {
       add_up(bodies().moves[i], structure, parity);
     } else {
       move(i, node, structure, parity);
@@ -144,7 +144,7 @@ struct SolveDirectly {
   FATHOM_HD const auto& constraints() const { return solver.constraints; }
 
   /// After a sweep, what it leaves to a direct solution.
-  FATHOM_HD void solve_mechanism(const typename Solver::Place& at, std::uint32_t number) const {
+  FATHOM_HD void solve_mechanism(const typename Solver::Cursor& at, std::uint32_t number) const {
     if constexpr (kinds != JointKinds::absent) {
       const MechanismRecord& record = mechanisms.records[number];
       if (!record.is_direct()) return;

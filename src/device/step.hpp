@@ -116,7 +116,7 @@ class Step {
     else
       search_grid();
     if (settings_.published.cells) published_.measure_world();
-    device_.parallel_for(1, PlacePairs{counters_, contacts_.capacity, SortOutContacts::group_size});
+    device_.parallel_for(1, AllotPairs{counters_, contacts_.capacity, SortOutContacts::group_size});
     device_.parallel_for({&counters_->added, contacts_.capacity}, AddContacts{bodies_, contacts_, counters_});
   }
 

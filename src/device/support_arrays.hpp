@@ -32,7 +32,7 @@ struct alignas(16) BodySupport {
   float pad = 0;
 };
 
-/// A body's place in the graph of supports, within a step.
+/// A body's node in the graph of supports, within a step.
 struct alignas(16) SupportNode {
   Triangle6 factor;        ///< of the rows of its supports
   std::uint32_t first;     ///< of its contacts in `contacts_of`

@@ -80,12 +80,12 @@ struct ContactChanges {
     exec::atomic_store(counters->layout_dirty, 1u);
   }
 
-  /// A place for the manifold of a contact that begins, or `none` where there is no more room.
+  /// A slot for the manifold of a contact that begins, or `none` where there is no more room.
   FATHOM_HD std::uint32_t take_manifold() const {
     const std::uint32_t k = exec::atomic_add(counters->taken_manifolds, 1u), free = counters->free_manifolds;
     if (k < free) return contacts.free_manifolds[free - 1 - k];
-    const std::uint32_t place = counters->manifolds + (k - free);
-    return place < contacts.manifold_capacity ? place : none;
+    const std::uint32_t slot = counters->manifolds + (k - free);
+    return slot < contacts.manifold_capacity ? slot : none;
   }
 
   FATHOM_HD void begin(std::uint32_t index, Contact& c, const ContactManifold& m) const {
@@ -189,7 +189,7 @@ struct SortOutContacts {
 
   struct Local {
     std::uint32_t count[shape_pairs];  // that have to collide
-    std::uint32_t place[shape_pairs];
+    std::uint32_t first[shape_pairs];
     std::uint32_t recycled;
   };
 
@@ -211,14 +211,14 @@ struct SortOutContacts {
     });
     group.once([&] {
       for (std::uint32_t k = 0; k < shape_pairs; ++k)
-        if (local.count[k]) local.place[k] = exec::atomic_add(counters.to_collide[k], local.count[k]);
+        if (local.count[k]) local.first[k] = exec::atomic_add(counters.to_collide[k], local.count[k]);
       if (local.recycled) exec::atomic_add(counters.recycled, local.recycled);
     });
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t index = group.index() * group_size + item;
       if (kind[item] >= nothing) return;
       const auto pairs = static_cast<ShapePair>(kind[item]);
-      changes.contacts.to_collide[changes.contacts.listed(pairs, local.place[pairs] + rank[item])] = index;
+      changes.contacts.to_collide[changes.contacts.listed(pairs, local.first[pairs] + rank[item])] = index;
     });
   }
 
@@ -355,8 +355,8 @@ struct ListDeferred {
   ShapePair pairs;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const std::uint32_t place = contacts.listed(pairs, k);
-    contacts.to_collide[place] = contacts.deferred[place];
+    const std::uint32_t index = contacts.listed(pairs, k);
+    contacts.to_collide[index] = contacts.deferred[index];
   }
 };
 

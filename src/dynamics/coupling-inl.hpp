@@ -54,15 +54,15 @@ FATHOM_LANE_FUNCTION L rounded(L a) {
 
 /// Of a row that has just been prepared, or the like: how far a body's end has come.
 template <class L>
-struct CoupledPlace {
+struct CoupledPosition {
   VecOf<L> push, moment;  ///< of a unit impulse: N·s and N·m·s on the body, world axes
   CountedAngle<L> value;  ///< of a way or distance no turns, and m
   VecOf<L> way, arm;      ///< m
   L length;               ///< m, of `way`
 
-  FATHOM_LANE_FUNCTION CoupledPlace(const CoupledEnd<L>& end, const UnitQuat<L>& frame, VecOf<L> arm_at_start,
-                                    VecOf<L> way_at_start, const CountedAngle<L>& start, VecOf<L> moved,
-                                    VecOf<L> turned) {
+  FATHOM_LANE_FUNCTION CoupledPosition(const CoupledEnd<L>& end, const UnitQuat<L>& frame, VecOf<L> arm_at_start,
+                                       VecOf<L> way_at_start, const CountedAngle<L>& start, VecOf<L> moved,
+                                       VecOf<L> turned) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f), two_pi = splat<L>(6.28318531f);
     const UnitQuat<L> rotation = rotation_by<L>(turned), q = product(conjugate(end.from), product(rotation, frame));
     const VecOf<L> ahead{one, zero, zero}, axis = turned_by(end.from, ahead), x = turned_by(q, ahead);
@@ -91,7 +91,7 @@ struct CoupledPlace {
 /// One end as a sweep sees it.
 template <class L, bool all_isotropic>
 struct CoupledSide {
-  CoupledPlace<L> at;
+  CoupledPosition<L> at;
   VecOf<L> turn;  ///< `at.moment` as the spin is written
   L drift;        ///< m/s by which a substep changes it more than its rate says
 
@@ -257,5 +257,5 @@ FATHOM_LANE_FUNCTION CountedAngle<L> resumed(const CoupledEnd<L>& end, const Uni
                                              VecOf<L> way, const CountedAngle<L>& last) {
   const L zero = splat<L>(0.0f);
   const VecOf<L> still{zero, zero, zero};
-  return CoupledPlace<L>(end, frame, arm, way, last, still, still).value;
+  return CoupledPosition<L>(end, frame, arm, way, last, still, still).value;
 }

@@ -94,7 +94,7 @@ struct GenericJointRows {
     const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
     const VecOf<L> gap = gap_of(row, arm_a, arm_b);
-    set_places(row, product(turned_a, row.frame_a), turned_b, gap);
+    set_positions(row, product(turned_a, row.frame_a), turned_b, gap);
     reach_ = arm_a + slide_of(row, gap), arm_ = arm_b;
   }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
@@ -108,7 +108,7 @@ struct GenericJointRows {
     const VecOf<L> linear_b = mul_sub(of.b.linear, of.b.inverse_mass, row.given);
     const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
     const VecOf<L> gap = gap_of(row, arm_a, arm_b);
-    set_places(row, product(turned_a, row.frame_a), turned_b, gap);
+    set_positions(row, product(turned_a, row.frame_a), turned_b, gap);
     const VecOf<L> speed_b = linear_b + cross(omega_b, arm_b);
     set_drift(row, gap, speed_b - (linear_a + cross(omega_a, arm_a)), h);
     const VecOf<L> reach = arm_a + slide_of(row, gap);
@@ -241,8 +241,8 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION VecOf<L> gap_of(const GenericJointRow<L>& row, VecOf<L> arm_a, VecOf<L> arm_b) const {
     return row.gap + ((bodies.b.moved + (arm_b - row.arm_b)) - (bodies.a.moved + (arm_a - row.arm_a)));
   }
-  FATHOM_LANE_FUNCTION void set_places(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
-                                       const UnitQuat<L>& turned_b, VecOf<L> gap) {
+  FATHOM_LANE_FUNCTION void set_positions(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
+                                          const UnitQuat<L>& turned_b, VecOf<L> gap) {
     set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about_);
     set_translations(row, frame, gap);
   }

@@ -172,14 +172,14 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
   return a;
 }
 
-struct JointPlace {
+struct JointRole {
   bool swapped = false;   ///< A is the definition's B
   bool is_alone = false;  ///< of a coupling: see `alone_coupling_rate`
 };
 
 /// Of a checked definition. `h` is a substep (s).
-inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& place, float h, float min_hit) {
-  const bool swapped = place.swapped;
+inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& role, float h, float min_hit) {
+  const bool swapped = role.swapped;
   GenericJoint joint;
   const auto unit = [](const Pose& frame) { return UnitQuat<float>{frame.rotation.w, frame.rotation.vector()}; };
   joint.on_a = unit(swapped ? def.frame_b : def.frame_a);
@@ -190,7 +190,7 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointPlace& pl
   if (def.type == JointType::coupling) {
     joint.couples = 1;
     joint.coupling = make_coupling(def, swapped);
-    if (place.is_alone && def.hertz == 0) joint.softness = {alone_coupling_rate / h, 1, 0};
+    if (role.is_alone && def.hertz == 0) joint.softness = {alone_coupling_rate / h, 1, 0};
     joint.axes[0] = generic_axis(def.axis(JointAxisName::x), 1, h);
     return joint;
   }

@@ -3,7 +3,7 @@
 // A contact made before bodies meet keeps them apart along one normal, that of the shapes as the step begins. Where
 // they move by a good part of their size within the step it is the wrong one: they come in beside it, or are stopped by
 // it as they pass. So for such a pair the time of impact is sought: what passes has no contact, and what meets has the
-// contact of the place where it meets, with separations that the way there will use up.
+// contact of the point where it meets, with separations that the way there will use up.
 #pragma once
 
 #include "collision/collide.hpp"

@@ -106,7 +106,7 @@ void Config::parse(std::string_view text, std::string_view file) {
     } catch (const std::string& complaint) {
       fail_at(file, leaf.where, complaint);
     }
-    origins[leaf.name] = {Place::file, fmt::format("{}:{}", file, leaf.where.begin.line)};
+    origins[leaf.name] = {Setter::file, fmt::format("{}:{}", file, leaf.where.begin.line)};
   }
   values_ = std::move(values);
   origins_ = std::move(origins);
@@ -135,7 +135,7 @@ void Config::set(std::string_view assignment) {
     throw Error(ErrorCode::invalid_argument, fmt::format("--set {}: {}", assignment, complaint));
   }
   values_ = std::move(values);
-  origins_[name] = {Place::assignment, "--set"};
+  origins_[name] = {Setter::assignment, "--set"};
   settle();
 }
 

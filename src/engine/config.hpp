@@ -97,7 +97,7 @@ struct Settings {
 };
 
 /// Who sets a value. Of two the later one wins; a preset sets all that it decides.
-enum class Place : std::uint8_t { nobody, scene, file, assignment, option, program };
+enum class Setter : std::uint8_t { nobody, scene, file, assignment, option, program };
 
 /// The world beneath a configuration: what nobody sets is as it says.
 struct WorldBase {
@@ -121,7 +121,7 @@ class Config {
   void set(std::string_view assignment);
   /// Sets one key as a command's option does, over files and assignments; `option` is what `origin` calls it.
   void give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
-            Place place = Place::option);
+            Setter setter = Setter::option);
   /// Lays a world beneath.
   void set_base(WorldBase base);
   /// Writes what was set as a file that `load` reads, and the rest as comments; complete or not at all. What `load`
@@ -151,12 +151,12 @@ class Config {
 
  private:
   struct Origin {
-    Place place = Place::nobody;
+    Setter setter = Setter::nobody;
     std::string text;
   };
 
-  Place place_of(std::string_view key) const;
-  Place place_of_preset() const;
+  Setter setter_of(std::string_view key) const;
+  Setter setter_of_preset() const;
   bool device_implies_simulator() const;
   bool is_decided_by_preset(std::string_view key) const;
   bool counts(std::string_view key) const;

@@ -29,30 +29,30 @@ bool differs(std::string_view key, const WorldDef& a, const WorldDef& b) {
 
 }  // namespace
 
-Place Config::place_of(std::string_view key) const {
-  if (const auto found = origins_.find(key); found != origins_.end()) return found->second.place;
-  return base_.said.contains(key) ? Place::scene : Place::nobody;
+Setter Config::setter_of(std::string_view key) const {
+  if (const auto found = origins_.find(key); found != origins_.end()) return found->second.setter;
+  return base_.said.contains(key) ? Setter::scene : Setter::nobody;
 }
 
-Place Config::place_of_preset() const {
-  return std::max(place_of(preset_key), base_.preset ? Place::scene : Place::nobody);
+Setter Config::setter_of_preset() const {
+  return std::max(setter_of(preset_key), base_.preset ? Setter::scene : Setter::nobody);
 }
 
 bool Config::is_decided_by_preset(std::string_view key) const {
-  const Place place = place_of_preset();
-  if (place == Place::nobody || place_of(key) >= place) return false;
+  const Setter setter = setter_of_preset();
+  if (setter == Setter::nobody || setter_of(key) >= setter) return false;
   return std::ranges::find(settings_of(values_.simulator.preset), key) != settings_of(values_.simulator.preset).end();
 }
 
 // Who names a device wants it used.
 bool Config::device_implies_simulator() const {
-  const SimulatorKind kind = place_of(kind_key) > Place::scene ? values_.simulator.kind : base_.world.simulator;
-  return kind != SimulatorKind::hybrid && place_of(device_key) > place_of(kind_key);
+  const SimulatorKind kind = setter_of(kind_key) > Setter::scene ? values_.simulator.kind : base_.world.simulator;
+  return kind != SimulatorKind::hybrid && setter_of(device_key) > setter_of(kind_key);
 }
 
 bool Config::is_set(std::string_view key) const { return settled().counts(key); }
 
-bool Config::counts(std::string_view key) const { return place_of(key) > Place::scene && !is_decided_by_preset(key); }
+bool Config::counts(std::string_view key) const { return setter_of(key) > Setter::scene && !is_decided_by_preset(key); }
 
 std::string Config::origin_of(std::string_view key) const {
   if (is_decided_by_preset(key))
@@ -70,19 +70,19 @@ void Config::set_base(WorldBase base) {
 }
 
 void Config::give(std::string_view key, std::string_view option, const std::function<void(Settings&)>& change,
-                  Place place) {
+                  Setter setter) {
   note_edits();
   change(values_);
-  origins_[std::string(key)] = {place, std::string(option)};
+  origins_[std::string(key)] = {setter, std::string(option)};
   settle();
 }
 
 void Config::note_edits() {
   for (const ConfigKey& key : config_keys())
-    if (key.get(values_) != key.get(settled_)) origins_[key.name] = {Place::program, "program"};
+    if (key.get(values_) != key.get(settled_)) origins_[key.name] = {Setter::program, "program"};
   for (const auto& [action, keys] : values_.actions)
     if (const auto before = settled_.actions.find(action); before == settled_.actions.end() || before->second != keys)
-      origins_[std::string(action_prefix) + action] = {Place::program, "program"};
+      origins_[std::string(action_prefix) + action] = {Setter::program, "program"};
 }
 
 Config Config::settled() const {
@@ -95,14 +95,14 @@ Config Config::settled() const {
 // Brings the settings of the world to what base, keys and preset come to.
 void Config::settle() {
   Settings::Simulator& settings = values_.simulator;
-  if (base_.preset && place_of(preset_key) <= Place::scene) settings.preset = *base_.preset;
+  if (base_.preset && setter_of(preset_key) <= Setter::scene) settings.preset = *base_.preset;
   WorldDef world = base_.world;
   for_each_world_key([&](std::string_view key, auto in_settings, auto in_world) {
     if (counts(key)) copy(in_settings(settings), in_world(world));
   });
   if (device_implies_simulator()) world.simulator = SimulatorKind::device;
   // After the rest, since what it decides depends on that: on the simulator, for one.
-  if (place_of_preset() > Place::nobody)
+  if (setter_of_preset() > Setter::nobody)
     apply_but(settings.preset, world, [&](std::string_view key) { return !is_decided_by_preset(key); });
   for_each_world_key(
       [&](std::string_view, auto in_settings, auto in_world) { copy(in_world(world), in_settings(settings)); });

@@ -98,7 +98,7 @@ class Entity {
   EntityId id_;
   std::string name_;
   BodyHandle body_;
-  std::uint32_t drawn_ = 0xffffffffu;  // place in the draw list
+  std::uint32_t drawn_ = 0xffffffffu;  // index in the draw list
   Pose pose_;
   Velocity velocity_;
 };

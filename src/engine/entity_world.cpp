@@ -150,7 +150,7 @@ bool EntityWorld::begin(Waiting waiting, Failures& failures) {
   Slot& slot = slots_[index];  // `created` may have spawned others
   slot.alive = true;
   slot.tick = def.tick;
-  slot.place = static_cast<std::uint32_t>(list(def.tick).size());
+  slot.entry = static_cast<std::uint32_t>(list(def.tick).size());
   list(def.tick).push_back(index);
   ++alive_;
   // Doomed while it was created: it lives until the next frame, as everything does that is destroyed.
@@ -168,8 +168,8 @@ void EntityWorld::end(std::uint32_t index, Failures& failures) {
   }
   Slot& slot = slots_[index];
   std::vector<std::uint32_t>& ticking = list(slot.tick);
-  slots_[ticking.back()].place = slot.place;
-  ticking[slot.place] = ticking.back();
+  slots_[ticking.back()].entry = slot.entry;
+  ticking[slot.entry] = ticking.back();
   ticking.pop_back();
   slot.alive = false;
   --alive_;
@@ -199,11 +199,11 @@ void EntityWorld::show(Entity& entity, const GraphicsBody& graphics) {
 
 void EntityWorld::hide(Entity& entity) {
   if (entity.drawn_ == nowhere) return;
-  const std::uint32_t place = std::exchange(entity.drawn_, nowhere);
-  if (place + 1 < looks_.size()) {
-    looks_[place] = std::move(looks_.back());
-    drawn_[place] = drawn_.back();
-    slots_[drawn_[place].slot].entity->drawn_ = place;
+  const std::uint32_t index = std::exchange(entity.drawn_, nowhere);
+  if (index + 1 < looks_.size()) {
+    looks_[index] = std::move(looks_.back());
+    drawn_[index] = drawn_.back();
+    slots_[drawn_[index].slot].entity->drawn_ = index;
   }
   looks_.pop_back();
   drawn_.pop_back();

@@ -69,7 +69,7 @@ class EntityWorld {
     std::unique_ptr<Entity> entity;
     std::uint32_t generation = 0;
     TickPhase tick = TickPhase::none;
-    std::uint32_t place = 0;  // in its phase's list
+    std::uint32_t entry = 0;  // in its phase's list
     bool alive = false;       // spawned
     bool doomed = false;
   };

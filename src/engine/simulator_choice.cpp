@@ -37,7 +37,7 @@ void choose_simulator(Config& config, Log& log) {
   if (!wants_device) return;
   if (choice.kind != settings.simulator.kind)
     config.give(
-        "simulator.kind", "simulator.fallback", [&](Settings& s) { s.simulator.kind = choice.kind; }, Place::program);
+        "simulator.kind", "simulator.fallback", [&](Settings& s) { s.simulator.kind = choice.kind; }, Setter::program);
   else
     config.give("simulator.device", config.origin("simulator.device"),
                 [&](Settings& s) { s.simulator.device = choice.device; });

@@ -8,7 +8,7 @@ namespace fathom::exec {
 
 namespace {
 
-std::string place_text(const Where& where) {
+std::string site_text(const Where& where) {
   std::string_view file = where.file;
   if (const std::size_t slash = file.rfind('/'); slash != file.npos) file.remove_prefix(slash + 1);
   return std::string(file) + ":" + std::to_string(where.line);
@@ -16,7 +16,7 @@ std::string place_text(const Where& where) {
 
 std::string text(const std::string& what, std::size_t bytes, const Where& where) {
   const std::string size = bytes == 0 ? "" : " (" + bytes_text(bytes) + ")";
-  return what + size + ", asked for at " + place_text(where) + " in " + where.function;
+  return what + size + ", asked for at " + site_text(where) + " in " + where.function;
 }
 
 }  // namespace

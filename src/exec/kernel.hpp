@@ -52,30 +52,30 @@ enum class Wait : std::uint32_t {
 };
 
 /// Phases with a plan and with loads ahead. A work-group keeps one `Plan` in local memory, whose parts its items fill
-/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `place(plan, phase)` is what a phase does, and
-/// `next(plan, place)` what the one behind it does. An item may load what no other item writes before its phase begins:
-/// `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
-/// `is_serial(plan, place)`, one work-item runs all items in order.
+/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `cursor_at(plan, phase)` is what a phase does, and
+/// `next(plan, cursor)` what the one behind it does. An item may load what no other item writes before its phase
+/// begins: `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
+/// `is_serial(plan, cursor)`, one work-item runs all items in order.
 ///
 /// It may have `void report_overrun()`, called where there are more phases or items than were launched for, of which
 /// those beyond are not run.
 /// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
 /// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
-/// true. Or it has `Wait wait_before(plan, place)`, which says it of each phase but the first.
+/// true. Or it has `Wait wait_before(plan, cursor)`, which says it of each phase but the first.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&
     requires(const K& kernel, typename K::Plan& plan, const typename K::Plan& planned, std::uint32_t phase,
-             const typename K::Place& place, std::uint32_t item, typename K::Fetched& fetched) {
+             const typename K::Cursor& cursor, std::uint32_t item, typename K::Fetched& fetched) {
   { K::plan_parts } -> std::convertible_to<std::uint32_t>;
   kernel.plan_part(plan, item);
   { kernel.phases(planned) } -> std::same_as<std::uint32_t>;
-  { kernel.place(planned, phase) } -> std::same_as<typename K::Place>;
-  { kernel.next(planned, place) } -> std::same_as<typename K::Place>;
-  { kernel.items(planned, place) } -> std::same_as<std::uint32_t>;
-  { kernel.is_serial(planned, place) } -> std::same_as<bool>;
-  kernel.fetch(planned, place, item, fetched);
-  kernel(planned, place, item, fetched);
+  { kernel.cursor_at(planned, phase) } -> std::same_as<typename K::Cursor>;
+  { kernel.next(planned, cursor) } -> std::same_as<typename K::Cursor>;
+  { kernel.items(planned, cursor) } -> std::same_as<std::uint32_t>;
+  { kernel.is_serial(planned, cursor) } -> std::same_as<bool>;
+  kernel.fetch(planned, cursor, item, fetched);
+  kernel(planned, cursor, item, fetched);
 };
 
 template <class K>
@@ -86,19 +86,21 @@ template <SimplePhaseKernel K>
 struct WithoutPlan {
   struct Plan {};
   struct Fetched {};
-  using Place = std::uint32_t;
+  using Cursor = std::uint32_t;
   static constexpr std::uint32_t plan_parts = 0;
 
   K kernel;
 
   FATHOM_HD void plan_part(Plan&, std::uint32_t) const {}
   FATHOM_HD std::uint32_t phases(const Plan&) const { return kernel.phases(); }
-  FATHOM_HD Place place(const Plan&, std::uint32_t phase) const { return phase; }
-  FATHOM_HD std::uint32_t items(const Plan&, Place phase) const { return kernel.items(phase); }
-  FATHOM_HD Place next(const Plan&, Place phase) const { return phase + 1; }
-  FATHOM_HD bool is_serial(const Plan&, Place) const { return false; }
-  FATHOM_HD void fetch(const Plan&, Place, std::uint32_t, Fetched&) const {}
-  FATHOM_HD void operator()(const Plan&, Place phase, std::uint32_t item, const Fetched&) const { kernel(phase, item); }
+  FATHOM_HD Cursor cursor_at(const Plan&, std::uint32_t phase) const { return phase; }
+  FATHOM_HD std::uint32_t items(const Plan&, Cursor phase) const { return kernel.items(phase); }
+  FATHOM_HD Cursor next(const Plan&, Cursor phase) const { return phase + 1; }
+  FATHOM_HD bool is_serial(const Plan&, Cursor) const { return false; }
+  FATHOM_HD void fetch(const Plan&, Cursor, std::uint32_t, Fetched&) const {}
+  FATHOM_HD void operator()(const Plan&, Cursor phase, std::uint32_t item, const Fetched&) const {
+    kernel(phase, item);
+  }
   FATHOM_HD void report_overrun() const {
     if constexpr (requires { kernel.report_overrun(); }) kernel.report_overrun();
   }

@@ -25,21 +25,21 @@ struct ItemShare {
 
 template <class Kernel>
 FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& plan,
-                             const typename Kernel::Place& place, std::uint32_t first, std::uint32_t stride,
+                             const typename Kernel::Cursor& cursor, std::uint32_t first, std::uint32_t stride,
                              std::uint32_t max_phase_items) {
-  const std::uint32_t n = kernel.items(plan, place);
-  if (kernel.is_serial(plan, place)) return {first == 0 ? 0 : n, 1, n};
+  const std::uint32_t n = kernel.items(plan, cursor);
+  if (kernel.is_serial(plan, cursor)) return {first == 0 ? 0 : n, 1, n};
   return {first, stride, within(kernel, n, max_phase_items)};
 }
 
 /// Items of a phase that begins now.
 template <class Kernel>
-FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan, const typename Kernel::Place& place,
+FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan, const typename Kernel::Cursor& cursor,
                          const ItemShare& share) {
   for (std::uint32_t i = share.first; i < share.end; i += share.stride) {
     typename Kernel::Fetched fetched;
-    kernel.fetch(plan, place, i, fetched);
-    kernel(plan, place, i, fetched);
+    kernel.fetch(plan, cursor, i, fetched);
+    kernel(plan, cursor, i, fetched);
   }
 }
 
@@ -61,22 +61,22 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   Wait wait = Wait::for_all;
   if constexpr (requires { kernel.needs_barriers(plan); })
     if (!kernel.needs_barriers(plan)) wait = Wait::for_data;
-  auto place = kernel.place(plan, 0);
-  ItemShare share = share_of(kernel, plan, place, first, stride, max_phase_items);
+  auto cursor = kernel.cursor_at(plan, 0);
+  ItemShare share = share_of(kernel, plan, cursor, first, stride, max_phase_items);
   std::uint32_t i = share.first;
   const auto go_on = [&] {
-    place = kernel.next(plan, place);
-    share = share_of(kernel, plan, place, first, stride, max_phase_items);
+    cursor = kernel.next(plan, cursor);
+    share = share_of(kernel, plan, cursor, first, stride, max_phase_items);
     i = share.first;
   };
-  constexpr bool waits_for_each = requires { kernel.wait_before(plan, place); };
+  constexpr bool waits_for_each = requires { kernel.wait_before(plan, cursor); };
   bool begins = false;
   // One call of `fetch` and one of the kernel, in one loop over items and phases: their code is long, every copy of it
   // would be fetched anew, and where two loads meet, a register may have to be copied, which waits for its load.
   for (std::uint32_t phase = 0;;) {
     if (ends_at_empty && share.end == 0) return;
     typename Kernel::Fetched fetched;
-    if (i < share.end) kernel.fetch(plan, place, i, fetched);
+    if (i < share.end) kernel.fetch(plan, cursor, i, fetched);
     if (begins) {
       begins = false;
       if (wait == Wait::for_all)
@@ -91,7 +91,7 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
       }
     }
     if (i < share.end) {
-      kernel(plan, place, i, fetched);
+      kernel(plan, cursor, i, fetched);
       if (share.end - i > share.stride) {
         i += share.stride;
         continue;
@@ -101,7 +101,7 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
     begins = true;
     if constexpr (waits_for_each) {
       go_on();
-      wait = kernel.wait_before(plan, place);
+      wait = kernel.wait_before(plan, cursor);
     }
     if (wait == Wait::for_all) barrier.arrive();
     if constexpr (is_planned && !waits_for_each) go_on();

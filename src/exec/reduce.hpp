@@ -72,7 +72,7 @@ struct ReduceGroups {
   }
 };
 
-/// First-round results; places of groups that had nothing to do count as identity.
+/// First-round results; slots of groups that had nothing to do count as identity.
 template <class T, class Op>
 struct LoadGroupResult {
   const T* results;

@@ -139,7 +139,7 @@ TemporaryFile claim_beside(const std::string& target, const std::string& given, 
   });
 }
 
-Descriptor claim_in_place(const std::string& target, const std::string& given) {
+Descriptor claim_target(const std::string& target, const std::string& given) {
   return claim(target, given, [&]() -> std::optional<Descriptor> {
     Descriptor file(open(target.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666));
     if (file && flock(file.number(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return std::nullopt;

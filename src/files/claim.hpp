@@ -44,6 +44,6 @@ struct TemporaryFile {
 /// Both wait a moment for another process to come to its end with the target, then throw `Error{file}` that says who
 /// writes it; an empty descriptor and errno tell of all else. `given` is what messages call the target.
 TemporaryFile claim_beside(const std::string& target, const std::string& given, const std::string& ending);
-Descriptor claim_in_place(const std::string& target, const std::string& given);
+Descriptor claim_target(const std::string& target, const std::string& given);
 
 }  // namespace fathom::files

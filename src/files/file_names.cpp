@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What two names of one file have in common; "" for what may have several parts.
-std::string place_of(const std::string& path) {
+std::string identity_of(const std::string& path) {
   if (path.empty()) return {};
   const std::string target = without_links(path);
   const int number = descriptor_named(target);
@@ -34,10 +34,10 @@ void FileNames::reads(const std::string& what, const std::string& path) { add(wh
 void FileNames::writes(const std::string& what, const std::string& path) { add(what, path, true); }
 
 void FileNames::add(const std::string& what, const std::string& path, bool written) {
-  const std::string place = place_of(path);
-  if (place.empty()) return;
+  const std::string identity = identity_of(path);
+  if (identity.empty()) return;
   for (const Use& other : uses_) {
-    if (other.place != place || !(written || other.written)) continue;
+    if (other.identity != identity || !(written || other.written)) continue;
     if (written && other.written)
       throw Error(ErrorCode::invalid_argument,
                   other.what + " and " + what + " are one file, " + path + "; give each a file of its own");
@@ -45,7 +45,7 @@ void FileNames::add(const std::string& what, const std::string& path, bool writt
     throw Error(ErrorCode::invalid_argument,
                 output + " would overwrite " + input + ", " + path + ", which this run reads; give it another name");
   }
-  uses_.push_back({what, place, written});
+  uses_.push_back({what, identity, written});
 }
 
 }  // namespace fathom::files

@@ -16,7 +16,7 @@ class FileNames {
 
  private:
   struct Use {
-    std::string what, place;
+    std::string what, identity;
     bool written;
   };
   void add(const std::string& what, const std::string& path, bool written);

@@ -42,7 +42,7 @@ OutputFile::OutputFile(std::string path, Writing writing, const std::string& end
   if (exists && access(target_.c_str(), W_OK) != 0) fail("cannot be written", check_folder);
   regular_ = true;
   if (writing == Writing::live || writing == Writing::appended) {
-    adopt(claim_in_place(target_, path_).release());
+    adopt(claim_target(target_, path_).release());
     if (writing == Writing::live && ftruncate(fileno(file_.get()), 0) != 0) fail("cannot be written", check_folder);
     if (std::fseek(file_.get(), 0, SEEK_END) != 0) fail("cannot be written", check_folder);
     return;

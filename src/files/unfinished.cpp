@@ -12,19 +12,19 @@
 namespace fathom::files {
 namespace {
 
-/// A signal's handler may neither lock nor allocate: names lie in fixed places, complete while `used` is set.
-struct Place {
+/// A signal's handler may neither lock nor allocate: names lie in fixed slots, complete while `used` is set.
+struct Slot {
   std::atomic<bool> used{false};
   char name[PATH_MAX];
 };
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-std::array<Place, 64> places;  // a run writes a handful of files; more are left where a signal finds them
+std::array<Slot, 64> slots;  // a run writes a handful of files; more are left where a signal finds them
 std::mutex noting;
 
 void end_by(int signal) {
-  for (Place& place : places)
-    if (place.used.load(std::memory_order_acquire)) unlink(place.name);
+  for (Slot& slot : slots)
+    if (slot.used.load(std::memory_order_acquire)) unlink(slot.name);
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
@@ -43,19 +43,19 @@ void remove_unfinished_on_signals() {
 void note_unfinished(const std::string& name) {
   if (name.size() >= PATH_MAX) return;
   const std::lock_guard lock(noting);
-  for (Place& place : places) {
-    if (place.used.load(std::memory_order_relaxed)) continue;
-    std::memcpy(place.name, name.c_str(), name.size() + 1);
-    place.used.store(true, std::memory_order_release);
+  for (Slot& slot : slots) {
+    if (slot.used.load(std::memory_order_relaxed)) continue;
+    std::memcpy(slot.name, name.c_str(), name.size() + 1);
+    slot.used.store(true, std::memory_order_release);
     return;
   }
 }
 
 void forget_unfinished(const std::string& name) {
   const std::lock_guard lock(noting);
-  for (Place& place : places)
-    if (place.used.load(std::memory_order_relaxed) && name == place.name)
-      place.used.store(false, std::memory_order_release);
+  for (Slot& slot : slots)
+    if (slot.used.load(std::memory_order_relaxed) && name == slot.name)
+      slot.used.store(false, std::memory_order_release);
 }
 
 }  // namespace fathom::files

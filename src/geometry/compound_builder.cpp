@@ -21,7 +21,7 @@ struct Tensor {
     xx += s * to_double(m.xx), yy += s * to_double(m.yy), zz += s * to_double(m.zz);
     xy += s * to_double(m.xy), xz += s * to_double(m.xz), yz += s * to_double(m.yz);
   }
-  /// Of a mass at a place, by Steiner's theorem.
+  /// Of a mass at a position, by Steiner's theorem.
   void add(double mass, Vec3d at) {
     xx += mass * (at.y * at.y + at.z * at.z), yy += mass * (at.x * at.x + at.z * at.z);
     zz += mass * (at.x * at.x + at.y * at.y);

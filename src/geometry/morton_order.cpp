@@ -16,23 +16,23 @@ std::uint32_t spread(std::uint32_t x) {
 
 }  // namespace
 
-std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& places) {
-  if (places.empty()) return {};
-  Vec3 lower = places.front(), upper = lower;
-  for (const Vec3 p : places) lower = min(lower, p), upper = max(upper, p);
+std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& positions) {
+  if (positions.empty()) return {};
+  Vec3 lower = positions.front(), upper = lower;
+  for (const Vec3 p : positions) lower = min(lower, p), upper = max(upper, p);
   const Vec3 size = upper - lower;
   const auto cell = [](float x, float least, float extent) {
     return extent > 0 ? static_cast<std::uint32_t>(min(1023.0f, 1024.0f * ((x - least) / extent))) : 0u;
   };
-  std::vector<std::uint64_t> keys(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3 p = places[i];
+  std::vector<std::uint64_t> keys(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Vec3 p = positions[i];
     const std::uint32_t code = spread(cell(p.x, lower.x, size.x)) | spread(cell(p.y, lower.y, size.y)) << 1 |
                                spread(cell(p.z, lower.z, size.z)) << 2;
     keys[i] = std::uint64_t{code} << 32 | i;
   }
   std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> order(places.size());
+  std::vector<std::uint32_t> order(positions.size());
   for (std::size_t i = 0; i < keys.size(); ++i) order[i] = static_cast<std::uint32_t>(keys[i]);
   return order;
 }

@@ -7,8 +7,8 @@
 
 namespace fathom {
 
-/// Indices of the places, which are finite, in the order of their Morton codes (10 bits an axis over the places'
+/// Indices of the positions, which are finite, in the order of their Morton codes (10 bits an axis over the positions'
 /// bounds; Morton, "A computer oriented geodetic data base", IBM 1966); of equal codes the lower index first.
-std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& places);
+std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& positions);
 
 }  // namespace fathom

@@ -16,18 +16,18 @@ namespace {
 
 constexpr double pi_d = 3.14159265358979323846;
 
-void require(bool condition, const std::string& place, float value, const char* remedy) {
+void require(bool condition, const std::string& where, float value, const char* remedy) {
   if (condition) return;
-  throw Error(ErrorCode::invalid_argument, place + " is " + text(to_double(value)) + " m; " + remedy);
+  throw Error(ErrorCode::invalid_argument, where + " is " + text(to_double(value)) + " m; " + remedy);
 }
 
-void require_positive(const std::string& place, float value) {
-  require(is_finite(value) && value > 0, place, value, "it must be finite and greater than zero");
+void require_positive(const std::string& where, float value) {
+  require(is_finite(value) && value > 0, where, value, "it must be finite and greater than zero");
 }
 
 /// Beside lengths so much larger single precision does not see it.
-void require_thick(const std::string& place, float thickness, float largest) {
-  require(thickness >= 1e-6f * largest, place, thickness, "it must be at least a millionth of the largest length");
+void require_thick(const std::string& where, float thickness, float largest) {
+  require(thickness >= 1e-6f * largest, where, thickness, "it must be at least a millionth of the largest length");
 }
 
 double exact_volume(const Shape& shape) {
@@ -58,15 +58,15 @@ float reach(const Shape& shape) {
 
 /// Refuses what float cannot hold: a mass computed from the volume would be zero or infinite, squares and cubes of
 /// lengths in the separating-axis tests would overflow.
-Shape checked(const Shape& shape, const char* place) {
+Shape checked(const Shape& shape, const char* where) {
   const double v = exact_volume(shape);
   if (v < to_double(std::numeric_limits<float>::min()) || v > to_double(std::numeric_limits<float>::max())) {
-    throw Error(ErrorCode::degenerate_shape, std::string(place) + ": the volume is too " + (v < 1 ? "small" : "large") +
+    throw Error(ErrorCode::degenerate_shape, std::string(where) + ": the volume is too " + (v < 1 ? "small" : "large") +
                                                  " for single precision; lengths are in metres");
   }
   constexpr float largest = 1e12f;
   if (!(reach(shape) <= largest))
-    throw Error(ErrorCode::degenerate_shape, std::string(place) + ": it reaches " + text(to_double(reach(shape))) +
+    throw Error(ErrorCode::degenerate_shape, std::string(where) + ": it reaches " + text(to_double(reach(shape))) +
                                                  " m from its centre; 1e12 m is the most for single precision");
   return shape;
 }

@@ -75,11 +75,11 @@ void HybridSimulator::update_manifolds() {
   changes_.make_room(graph_.size());
   grow_to(inspections_, graph_.size());
   grow_to(job_of_, graph_.size());
-  // New contacts may lie in places that were free.
+  // New contacts may lie in slots that were free.
   for (const std::uint32_t index : added_) inspect(index);
   constexpr std::size_t count = device::Detection::portions;
   const std::size_t chunks = (graph_.size() + changes_.block_size() - 1) / changes_.block_size();
-  places_.resize(std::max(places_.size(), chunks));
+  offsets_.resize(std::max(offsets_.size(), chunks));
   Portion portions[count];
   for (std::uint32_t p = 0; p < count; ++p) {
     portions[p].begin = std::min(graph_.size(), chunks * p / count * changes_.block_size());
@@ -98,15 +98,15 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
     });
   };
   for_each_chunk([&](std::size_t chunk, std::uint32_t begin, std::uint32_t end) {
-    Places& places = places_[chunk] = {};
+    Offsets& counts = offsets_[chunk] = {};
     for (std::uint32_t i = begin; i < end; ++i)
-      if (inspections_[i].collide) ++(is_pair_of_boxes(graph_[i]) ? places.boxes : places.others);
+      if (inspections_[i].collide) ++(is_pair_of_boxes(graph_[i]) ? counts.boxes : counts.others);
   });
   std::uint32_t boxes = 0, others = 0;
   const std::size_t chunks = (portion.end - portion.begin + changes_.block_size() - 1) / changes_.block_size();
   for (std::size_t chunk = first_chunk; chunk < first_chunk + chunks; ++chunk) {
-    const Places counts = places_[chunk];
-    places_[chunk] = {boxes, others};
+    const Offsets counts = offsets_[chunk];
+    offsets_[chunk] = {boxes, others};
     boxes += counts.boxes;
     others += counts.others;
   }
@@ -115,7 +115,7 @@ void HybridSimulator::submit(Portion& portion, std::uint32_t number) {
   if (portion.jobs == 0) return;
   device::CollideJob* const jobs = detection_->jobs(number, portion.jobs);
   for_each_chunk([&](std::size_t chunk, std::uint32_t begin, std::uint32_t end) {
-    Places next = places_[chunk];
+    Offsets next = offsets_[chunk];
     for (std::uint32_t i = begin; i < end; ++i) {
       const native::Inspection& seen = inspections_[i];
       if (!seen.collide) continue;

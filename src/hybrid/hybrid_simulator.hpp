@@ -37,7 +37,7 @@ class HybridSimulator final : public native::NativeSimulator {
     std::uint32_t boxes = 0, jobs = 0;
   };
   /// Where a chunk's jobs begin in its portion: pairs of boxes, others.
-  struct Places {
+  struct Offsets {
     std::uint32_t boxes = 0, others = 0;
   };
 
@@ -51,8 +51,8 @@ class HybridSimulator final : public native::NativeSimulator {
   std::unique_ptr<device::Detection> detection_;
   DeviceBroadPhase* device_broad_phase_;         // the base's
   std::vector<native::Inspection> inspections_;  // by contact
-  std::vector<std::uint32_t> job_of_;            // by contact: its place in its portion
-  std::vector<Places> places_;                   // by chunk of contacts
+  std::vector<std::uint32_t> job_of_;            // by contact: its index in its portion
+  std::vector<Offsets> offsets_;                 // by chunk of contacts
   exec::Traffic counted_;
 };
 

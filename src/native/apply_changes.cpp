@@ -2,7 +2,7 @@
 // colours they bring. Three loops, because contacts, bodies and lists lie anywhere in memory, and one thread
 // would wait for each of them to come from the cache of the thread that wrote it last:
 //
-// 1. Every thread gathers what some blocks of contacts have met, into places that were counted out before.
+// 1. Every thread gathers what some blocks of contacts have met, into slots that were counted out before.
 // 2. One thread takes and gives colours, whose choice depends on all that were chosen before. Meanwhile the others
 //    forget the pairs that are gone and set up the manifolds of those that begin to touch.
 // 3. Colours' lists are brought up to date, each by one thread.

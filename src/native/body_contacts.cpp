@@ -33,7 +33,7 @@ std::vector<std::uint32_t> BodyContacts::of(std::uint32_t slot, std::span<const 
   looked_through_ += newer_.size();
   if (!are_kept_ || looked_through_ > 2 * listed_.size()) list(contacts, slots);
   std::vector<std::uint32_t> found;
-  // A contact's place may have gone to another one since.
+  // A contact's index may have gone to another one since.
   for (std::size_t i = newer_.size(); i-- > 0;)
     if (const Newer& n = newer_[i];
         (n.a == slot || n.b == slot) && contacts[n.contact].in_use && contacts[n.contact].born == first_newer_ + i)

@@ -196,15 +196,15 @@ std::uint32_t bits(Mask mask) {
 std::uint32_t separate_boxes(const BoxPairs& pairs, float dt, const BodyState& state, Pose* b_in_a, AxisCache* caches) {
   static_assert(sizeof(AxisCache) == sizeof(std::int32_t));
   const BodyBounds* const bounds = state.bounds.data();
-  std::uint32_t places[width];
-  for (std::uint32_t i = 0; i < width; ++i) places[i] = i;
+  std::uint32_t indices[width];
+  for (std::uint32_t i = 0; i < width; ++i) indices[i] = i;
   std::uint32_t all = 0;
   for (std::size_t first = 0; first < pairs.count; first += width) {
     const std::size_t used = std::min(width, pairs.count - first);
     const Lanes a{pairs.a + first, used}, b{pairs.b + first, used};
     const PoseLanes poses = relative(a, b, state);
-    Lanes{places, used}.store(b_in_a + first, 0, poses.position);
-    Lanes{places, used}.store(b_in_a + first, 1, poses.turn);
+    Lanes{indices, used}.store(b_in_a + first, 0, poses.position);
+    Lanes{indices, used}.store(b_in_a + first, 1, poses.turn);
     const QuadV<V> shape_a = a.load(bounds, 3), shape_b = b.load(bounds, 3);
     const V margin = speculative_margin(a, b, state, shape_a.w, shape_b.w, dt);
     const PairLanes p = make_pairs(shape_a, shape_b, poses);

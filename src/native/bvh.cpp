@@ -263,23 +263,23 @@ class Bvh::Probe {
   static constexpr hn::Rebind<std::uint32_t, Lanes> du{};
   static constexpr std::size_t lanes = hn::MaxLanes(Lanes());
 
-  // The places of the bits that are set in a number, one behind the other. Highway's own compression (1.0.3) copies its
-  // table to the stack at every call.
-  struct Places {
+  // The indices of the bits that are set in a number, one behind the other. Highway's own compression (1.0.3) copies
+  // its table to the stack at every call.
+  struct BitIndices {
     std::uint8_t of[256][width];
   };
-  static constexpr Places places() {
-    Places places{};
+  static constexpr BitIndices bit_indices() {
+    BitIndices indices{};
     for (int bits = 0; bits < 256; ++bits)
       for (std::uint8_t bit = 0, count = 0; bit < 8; ++bit)
-        if (bits >> bit & 1) places.of[bits][count++] = bit;
-    return places;
+        if (bits >> bit & 1) indices.of[bits][count++] = bit;
+    return indices;
   }
 
   // Infinities meet the empty boxes that stand for children beyond the last one.
   HWY_INLINE std::uint32_t* append(hn::Vec<decltype(du)> numbers, hn::Mask<Lanes> met, std::size_t count,
                                    std::size_t begin, std::uint32_t* end) const {
-    static constexpr Places table = places();
+    static constexpr BitIndices table = bit_indices();
     std::uint8_t bits[8] = {};
     hn::StoreMaskBits(d, met, bits);
     const std::uint32_t there = count >= begin + lanes ? 255 : count > begin ? (1u << (count - begin)) - 1 : 0;

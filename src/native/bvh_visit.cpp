@@ -98,9 +98,9 @@ float Bvh::visit(const MovingBox& box, float limit, BodyVisitor& visitor) const 
       const auto c = static_cast<std::size_t>(std::countr_zero(met));
       if (!has_child(entry.level, first + c)) break;
       const Entry child{fractions[c], entry.level - 1, static_cast<std::uint32_t>(first + c)};
-      Entry* place = stack + top++;
-      for (; place != bottom && place[-1].fraction < child.fraction; --place) *place = place[-1];
-      *place = child;
+      Entry* slot = stack + top++;
+      for (; slot != bottom && slot[-1].fraction < child.fraction; --slot) *slot = slot[-1];
+      *slot = child;
     }
     if (entry.level > 0) continue;
     while (stack + top != bottom) {

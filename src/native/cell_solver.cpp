@@ -22,7 +22,7 @@ CellSolver::CellSolver(const WorldDef& def, const BodyTable& table, BodyState& s
     : def_(def), bodies_(table), state_(state), graph_(graph), pool_(pool), body_solver_(bodies) {}
 
 std::size_t CellSolver::memory_bytes() const {
-  return places_.capacity() * sizeof(Place) + rows_.capacity() * sizeof(Row) + cells_.capacity() * sizeof(std::size_t);
+  return entries_.capacity() * sizeof(Entry) + rows_.capacity() * sizeof(Row) + cells_.capacity() * sizeof(std::size_t);
 }
 
 // --- build ---------------------------------------------------------------------------------------------------
@@ -34,7 +34,7 @@ void CellSolver::build(std::span<const std::uint32_t> in_contact) {
   pool_.for_each_chunk(rows_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
     std::size_t points = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      prepare(rows_[i], places_[i].contact);
+      prepare(rows_[i], entries_[i].contact);
       points += static_cast<std::size_t>(rows_[i].rows.count);
     }
     point_count_ += points;
@@ -60,33 +60,33 @@ void CellSolver::partition(std::span<const std::uint32_t> in_contact) {
     const auto coordinate = [](float x) { return static_cast<std::uint64_t>(clamp(x, 0.0f, most)); };
     return Part{coordinate(p.x * inverse.x), coordinate(p.y * inverse.y), coordinate(p.z * inverse.z)};
   };
-  places_.clear();
+  entries_.clear();
   for (int colour = 0; colour <= overflow_colour; ++colour)
-    graph_.for_each_of_colour(colour, [&](std::uint32_t contact) { places_.push_back({0, contact}); });
-  pool_.for_each_chunk(places_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
+    graph_.for_each_of_colour(colour, [&](std::uint32_t contact) { entries_.push_back({0, contact}); });
+  pool_.for_each_chunk(entries_.size(), row_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Contact& c = graph_[places_[i].contact];
+      const Contact& c = graph_[entries_[i].contact];
       Part p = part_of(c.b);
       if (!c.fixed_a) {
         const Part a = part_of(c.a);
         p = {std::min(p.x, a.x), std::min(p.y, a.y), std::min(p.z, a.z)};
       }
       const std::uint64_t group = (p.x & 1) | (p.y & 1) << 1 | (p.z & 1) << 2;
-      places_[i].cell = group << 60 | p.z << 40 | p.y << 20 | p.x;
+      entries_[i].cell = group << 60 | p.z << 40 | p.y << 20 | p.x;
     }
   });
-  std::sort(places_.begin(), places_.end(),
-            [](const Place& x, const Place& y) { return x.cell != y.cell ? x.cell < y.cell : x.contact < y.contact; });
-  rows_.resize(places_.size());
+  std::sort(entries_.begin(), entries_.end(),
+            [](const Entry& x, const Entry& y) { return x.cell != y.cell ? x.cell < y.cell : x.contact < y.contact; });
+  rows_.resize(entries_.size());
   cells_.clear();
   std::uint32_t group = 0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (i > 0 && places_[i].cell == places_[i - 1].cell) continue;
-    for (; group <= places_[i].cell >> 60; ++group) first_cell_[group] = cells_.size();
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (i > 0 && entries_[i].cell == entries_[i - 1].cell) continue;
+    for (; group <= entries_[i].cell >> 60; ++group) first_cell_[group] = cells_.size();
     cells_.push_back(i);
   }
   for (; group <= groups; ++group) first_cell_[group] = cells_.size();
-  cells_.push_back(places_.size());
+  cells_.push_back(entries_.size());
 }
 
 template <class Inertia>

@@ -34,7 +34,7 @@ class CellSolver {
  private:
   static constexpr std::uint32_t groups = 8;
 
-  struct Place {
+  struct Entry {
     std::uint64_t cell;  // its group in the highest bits
     std::uint32_t contact;
   };
@@ -73,7 +73,7 @@ class CellSolver {
   ContactGraph& graph_;
   ThreadPool& pool_;
   ContactSolver& body_solver_;
-  std::vector<Place> places_;
+  std::vector<Entry> entries_;
   std::vector<Row> rows_;
   std::vector<std::size_t> cells_;  // where each one's rows begin, and their end
   std::size_t first_cell_[groups + 1] = {};

@@ -57,9 +57,9 @@ bool ConstraintLayout::update(const BodiesInContact& in_contact, const Neighbour
   const std::span<const std::uint32_t> dynamic = without_kinematic(in_contact);
   if (may_use_domains()) {
     fill_by_unit();
-    place_bodies_by_unit(dynamic);
+    list_bodies_by_unit(dynamic);
   } else if (may_group(dynamic) && form_groups(dynamic)) {
-    place_bodies(dynamic);
+    list_bodies(dynamic);
     fill_by_group();
   } else {
     kinematic_ = {};
@@ -123,11 +123,11 @@ void ConstraintLayout::fill_by_colour(const Neighbourhood& neighbourhood) {
 void ConstraintLayout::share_out() {
   std::size_t total = 0;
   for (const Neighbourhood::Offsets& offsets : offsets_) total += offsets.back();
-  place_cuts_.assign(threads() + 1, Neighbourhood::place_count);
-  for (std::size_t place = 0, t = 0; threads() > 1 && place < Neighbourhood::place_count; ++place) {
+  region_cuts_.assign(threads() + 1, Neighbourhood::region_count);
+  for (std::size_t region = 0, t = 0; threads() > 1 && region < Neighbourhood::region_count; ++region) {
     std::size_t before = 0;
-    for (const Neighbourhood::Offsets& offsets : offsets_) before += offsets[place];
-    while (t <= threads() && before * threads() >= t * total) place_cuts_[t++] = place;
+    for (const Neighbourhood::Offsets& offsets : offsets_) before += offsets[region];
+    while (t <= threads() && before * threads() >= t * total) region_cuts_[t++] = region;
   }
   cuts_.resize(stretches_.size() * (threads() + 1));
   for (std::size_t s = 0; s < stretches_.size(); ++s) {
@@ -138,7 +138,7 @@ void ConstraintLayout::share_out() {
       const std::size_t even = std::min(t, stretch.shares) * blocks / stretch.shares;
       const bool inner = stretch.shares == threads() && t > 0 && t < threads();
       const std::size_t cut =
-          inner ? near_even(even, (offsets_[s][place_cuts_[t]] + width_ / 2) / width_, blocks / threads()) : even;
+          inner ? near_even(even, (offsets_[s][region_cuts_[t]] + width_ / 2) / width_, blocks / threads()) : even;
       cuts(s)[t] = stretch.first + cut;
     }
   }
@@ -160,8 +160,9 @@ void ConstraintLayout::share_out_bodies(const Neighbourhood& neighbourhood) {
   for (std::size_t t = 0; t <= shares; ++t) {
     body_cuts_[t] = t * bodies_.size() / shares;
     if (shares < threads() || threads() == 1 || t == 0 || t == threads()) continue;
-    const auto wanted = std::partition_point(
-        bodies_.begin(), bodies_.end(), [&](std::uint32_t slot) { return neighbourhood.place(slot) < place_cuts_[t]; });
+    const auto wanted = std::partition_point(bodies_.begin(), bodies_.end(), [&](std::uint32_t slot) {
+      return neighbourhood.region(slot) < region_cuts_[t];
+    });
     body_cuts_[t] =
         near_even(body_cuts_[t], static_cast<std::size_t>(wanted - bodies_.begin()), bodies_.size() / threads());
   }
@@ -256,7 +257,7 @@ void ConstraintLayout::fill_by_unit() {
   });
 }
 
-void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
+void ConstraintLayout::list_bodies_by_unit(std::span<const std::uint32_t> in_contact) {
   const Domains& domains = graph_.domains();
   const std::size_t count = domains.count(0), chunks = blocks_of(in_contact.size(), layout_grain);
   grow_to(bodies_, in_contact.size());
@@ -274,8 +275,8 @@ void ConstraintLayout::place_bodies_by_unit(std::span<const std::uint32_t> in_co
     units_[u].bodies.end = next;
   }
   pool_.for_each_chunk(in_contact.size(), layout_grain, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* const places = &next_body_[begin / layout_grain * count];
-    for (std::size_t i = begin; i < end; ++i) bodies_[places[domains.home(in_contact[i])]++] = in_contact[i];
+    std::uint32_t* const indices = &next_body_[begin / layout_grain * count];
+    for (std::size_t i = begin; i < end; ++i) bodies_[indices[domains.home(in_contact[i])]++] = in_contact[i];
   });
 }
 
@@ -355,7 +356,7 @@ bool ConstraintLayout::form_groups(std::span<const std::uint32_t> in_contact) {
   return false;
 }
 
-void ConstraintLayout::place_bodies(std::span<const std::uint32_t> in_contact) {
+void ConstraintLayout::list_bodies(std::span<const std::uint32_t> in_contact) {
   for (const std::uint32_t group : group_of_body_) ++groups_[group].bodies.end;
   std::size_t first = 0;
   for (Group& group : groups_) {

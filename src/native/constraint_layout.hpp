@@ -4,8 +4,8 @@
 // Large heaps come in units (domains.hpp), each with blocks and bodies of its own.
 // Where contacts are few, bodies fall into many islands, which know nothing of each other. Islands that lie together
 // then make a group, and one thread takes a group through all sweeps without waiting for the others. Otherwise all
-// threads work on one colour after the other; each has its share of every colour, at the same place in all of them as
-// nearly as equal shares allow, and of the bodies there.
+// threads work on one colour after the other; each has its share of every colour, at the same position in all of them
+// as nearly as equal shares allow, and of the bodies there.
 #pragma once
 
 #include <algorithm>
@@ -127,12 +127,12 @@ class ConstraintLayout {
   std::vector<std::uint32_t>::iterator first_lane(const Stretch& stretch) {
     return lanes_.begin() + static_cast<std::ptrdiff_t>(stretch.first * width_);
   }
-  void place_bodies_by_unit(std::span<const std::uint32_t> in_contact);
+  void list_bodies_by_unit(std::span<const std::uint32_t> in_contact);
 
   bool may_group(std::span<const std::uint32_t> in_contact) const;
   void join_islands();
   bool form_groups(std::span<const std::uint32_t> in_contact);
-  void place_bodies(std::span<const std::uint32_t> in_contact);
+  void list_bodies(std::span<const std::uint32_t> in_contact);
   void fill_by_group();
   std::uint32_t root(std::uint32_t slot);
 
@@ -153,10 +153,10 @@ class ConstraintLayout {
   int colours_ = 0;
   std::vector<Stretch> stretches_;
 
-  // Shared by all threads: where each thread's blocks of a stretch begin, and its bodies, and its places.
+  // Shared by all threads: where each thread's blocks of a stretch begin, and its bodies, and its regions.
   std::vector<int> colour_of_;                   // by stretch
   std::vector<Neighbourhood::Offsets> offsets_;  // of each stretch's lanes
-  std::vector<std::size_t> cuts_, body_cuts_, place_cuts_;
+  std::vector<std::size_t> cuts_, body_cuts_, region_cuts_;
 
   // In domains.
   std::vector<Unit> units_;
@@ -175,7 +175,7 @@ class ConstraintLayout {
   };
   std::vector<Group> groups_;
   std::vector<Island> island_;                // by slot
-  std::vector<std::uint32_t> group_of_body_;  // by place in `in_contact`
+  std::vector<std::uint32_t> group_of_body_;  // by index in `in_contact`
   std::vector<Link> links_;
   std::vector<std::uint32_t> next_lane_;  // by group and colour
 };

@@ -37,7 +37,7 @@ void ContactChanges::end_block(std::size_t first_contact) {
 }
 
 void ContactChanges::gather(ContactGraph& graph, ThreadPool& pool) {
-  place(graph);
+  list_changed_blocks(graph);
   graph.make_room_for_touches();
   const std::size_t parts = parts_for(pool, count());
   for_each_part(pool, parts, [&](std::size_t part) {
@@ -61,7 +61,7 @@ void ContactChanges::gather(ContactGraph& graph, ThreadPool& pool) {
 }
 
 // Lists the blocks that hold changes, with the positions of these.
-void ContactChanges::place(ContactGraph& graph) {
+void ContactChanges::list_changed_blocks(ContactGraph& graph) {
   PlacedBlock next{};
   recycled_ = 0;
   changed_blocks_.clear();

@@ -75,7 +75,7 @@ class ContactChanges {
   struct PlacedBlock {
     std::uint32_t block, begun, ended, gone;
   };
-  void place(ContactGraph& graph);
+  void list_changed_blocks(ContactGraph& graph);
   static void add_parts(ContactGraph& graph, Block& block);
   void gather(ContactGraph& graph, PlacedBlock next);
 

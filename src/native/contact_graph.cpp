@@ -92,9 +92,9 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
 
 void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::vector<std::uint32_t>* added) {
   if (pairs.empty()) return;
-  // The places that one pair after the other would take: free ones from the last, then new ones.
+  // The indices that one pair after the other would take: free ones from the last, then new ones.
   const std::size_t old = std::min(free_.size(), pairs.size()), first_new = contacts_.size();
-  const auto place = [&](std::size_t i) {
+  const auto index_at = [&](std::size_t i) {
     return i < old ? free_[free_.size() - 1 - i] : static_cast<std::uint32_t>(first_new + i - old);
   };
   grow_contacts(pairs.size() - old);
@@ -103,22 +103,22 @@ void ContactGraph::add_new(std::span<const Pair> pairs, ThreadPool& pool, std::v
     const std::size_t end = (part + 1) * pairs.size() / parts;
     for (std::size_t i = part * pairs.size() / parts; i < end; ++i) {
       if (i + ahead < end) {
-        prefetch_to_write(&contacts_[place(i + ahead)]);
+        prefetch_to_write(&contacts_[index_at(i + ahead)]);
         for (const std::uint32_t slot : {pairs[i + ahead].a, pairs[i + ahead].b})
           prefetch_to_read(&state_.bounds[slot]);
       }
-      fill(contacts_[place(i)], pairs[i], contacts_made_ + i);
+      fill(contacts_[index_at(i)], pairs[i], contacts_made_ + i);
     }
     for_each_in_tables(pairs, part, parts, [&](Pair pair) { pairs_.insert(pair.a, pair.b); });
   });
   contacts_made_ += pairs.size();
   if (bodies_.any_in_parts())
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      if (contacts_[place(i)].in_parts) begin_ring(place(i));
+      if (contacts_[index_at(i)].in_parts) begin_ring(index_at(i));
   for (std::size_t i = 0; i < pairs.size() && body_contacts_.are_kept(); ++i)
-    body_contacts_.add(place(i), contacts_[place(i)]);
+    body_contacts_.add(index_at(i), contacts_[index_at(i)]);
   if (added)
-    for (std::size_t i = 0; i < pairs.size(); ++i) added->push_back(place(i));
+    for (std::size_t i = 0; i < pairs.size(); ++i) added->push_back(index_at(i));
   free_.resize(free_.size() - old);
 }
 
@@ -315,9 +315,9 @@ void ContactGraph::relist(std::span<const GraphEdge> ended, std::span<const Grap
     const GraphEdge& edge = ended[i];
     if (!is_mine(edge) || edge.colour == no_colour) continue;
     std::vector<std::uint32_t>& list = list_of(edge);
-    const std::uint32_t place = list_positions_[edge.contact], last = list.back();
-    list[place] = last;
-    list_positions_[last] = place;
+    const std::uint32_t index = list_positions_[edge.contact], last = list.back();
+    list[index] = last;
+    list_positions_[last] = index;
     list.pop_back();
   }
   for (std::size_t i = 0; i < begun.size(); ++i) {
@@ -363,7 +363,7 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
   constexpr std::size_t grain = 4096;
   const std::size_t lists = domains_.units() * (overflow_colour + 1), chunks = (contacts_.size() + grain - 1) / grain;
   colours_.resize(lists);
-  std::vector<std::uint32_t> next(chunks * lists);  // by chunk and list: how many, then the next one's place
+  std::vector<std::uint32_t> next(chunks * lists);  // by chunk and list: how many, then the next one's index
   const auto for_each_in = [&](std::size_t begin, std::size_t end, const auto& act) {
     for (std::size_t index = begin; index < end; ++index)
       if (const Contact& c = contacts_[index]; c.in_use && c.colour != no_colour)
@@ -384,9 +384,9 @@ void ContactGraph::enlist_all(ThreadPool& pool) {
     colours_room_ += colours_[list].capacity();
   }
   pool.for_each_chunk(contacts_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& place) {
-      colours_[list_number(contacts_[index])][place] = index;
-      list_positions_[index] = place++;
+    for_each_in(begin, end, [&](std::uint32_t index, std::uint32_t& entry) {
+      colours_[list_number(contacts_[index])][entry] = index;
+      list_positions_[index] = entry++;
     });
   });
 }

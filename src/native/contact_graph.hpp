@@ -194,12 +194,12 @@ class ContactGraph {
   Pair leave(std::size_t i, std::uint32_t index);
   /// Forgets a part of the pairs.
   void forget(std::span<const Pair> pairs, std::size_t part, std::size_t parts);
-  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in place new_manifold(i), and begin(i,
+  /// Makes `count` manifolds for contacts that begin to touch; the i-th is in slot new_manifold(i), and begin(i,
   /// index) gives it to the contact.
   void make_manifolds(std::size_t count);
   std::uint32_t new_manifold(std::size_t i) const { return new_manifolds_[i]; }
   void begin(std::size_t i, std::uint32_t index) { contacts_[index].manifold = new_manifolds_[i]; }
-  ContactManifold& manifold_at(std::uint32_t place) { return manifolds_[place]; }
+  ContactManifold& manifold_at(std::uint32_t slot) { return manifolds_[slot]; }
   void mix_materials(Contact& contact, ContactManifold& manifold);
   void mix_materials(Contact& contact);
   /// Brings a part of the colours' lists up to date with those that ended and those that have their colours.

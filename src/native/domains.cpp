@@ -54,8 +54,8 @@ std::uint32_t quantised(double x, double mean, double deviation) {
 /// Which of `count` equal parts the share `at` of the whole falls into, `shift` parts on, the last and the first being
 /// one where the shift divides it.
 std::size_t part(float at, float shift, std::size_t count) {
-  const float place = at * static_cast<float>(count) + shift;
-  const auto index = static_cast<std::size_t>(place);
+  const float position = at * static_cast<float>(count) + shift;
+  const auto index = static_cast<std::size_t>(position);
   return index >= count ? index - count : index;
 }
 
@@ -103,8 +103,8 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
   if (third == 1) second = 2;
   if (spread.deviation[second] > spread.deviation[first]) std::swap(first, second);
 
-  Orders orders{std::vector<Place>(slots.size()), std::vector<Place>(slots.size())};
-  pool.for_each_part(slots.size(), min_slots_to_place, [&](std::size_t begin, std::size_t end) {
+  Orders orders{std::vector<Entry>(slots.size()), std::vector<Entry>(slots.size())};
+  pool.for_each_part(slots.size(), min_slots_to_divide, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t slot = slots[i];
       const auto key = [&](int axis) {
@@ -116,9 +116,9 @@ void Domains::divide(std::span<const std::uint32_t> slots, std::span<const Conta
       orders.by_second[i] = {along_second << key_bits | along_first, slot};
     }
   });
-  const auto sort = [](std::vector<Place>& order) {
-    std::vector<Place> sorted;
-    radix_sort(order, sorted, 2 * key_bits, [](const Place& place) { return place.key; });
+  const auto sort = [](std::vector<Entry>& order) {
+    std::vector<Entry> sorted;
+    radix_sort(order, sorted, 2 * key_bits, [](const Entry& entry) { return entry.key; });
   };
   do_both(
       pool, [&] { sort(orders.by_first); }, [&] { sort(orders.by_second); });
@@ -147,20 +147,20 @@ void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset,
   const float column_shift = shift(grid.columns, finest.columns), row_shift = shift(grid.rows, finest.rows);
   std::vector<float> seen(grid.columns + 1, 0.0f), of_column(grid.columns, 0.0f);
   float total = 0, sum = 0;
-  for (const Place& place : orders.by_first) total += weights_[place.slot];
-  for (const Place& place : orders.by_first) {
-    const float w = weights_[place.slot];
+  for (const Entry& entry : orders.by_first) total += weights_[entry.slot];
+  for (const Entry& entry : orders.by_first) {
+    const float w = weights_[entry.slot];
     const std::size_t column = part((sum + 0.5f * w) / total, column_shift, grid.columns);
     sum += w;
     of_column[column] += w;
-    ids_[place.slot][division] = static_cast<std::uint8_t>(column);
+    ids_[entry.slot][division] = static_cast<std::uint8_t>(column);
   }
-  for (const Place& place : orders.by_second) {
-    const float w = weights_[place.slot];
-    const std::size_t column = ids_[place.slot][division];
+  for (const Entry& entry : orders.by_second) {
+    const float w = weights_[entry.slot];
+    const std::size_t column = ids_[entry.slot][division];
     const std::size_t row = part((seen[column] + 0.5f * w) / of_column[column], row_shift, grid.rows);
     seen[column] += w;
-    ids_[place.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
+    ids_[entry.slot][division] = static_cast<std::uint8_t>(column * grid.rows + row);
   }
 }
 
@@ -168,9 +168,9 @@ void Domains::divide(std::size_t division, Grid grid, Grid finest, float offset,
 void Domains::balance_first(std::span<const Contact> contacts, const Orders& orders, const BodyState& state,
                             ThreadPool& pool) {
   std::vector<float> weight(counts_[0], 0.0f), work(counts_[0], 0.0f);
-  for (const Place& place : orders.by_first) {
-    weight[home(place.slot)] += weights_[place.slot];
-    work[home(place.slot)] += min_body_weight + contacts_with_fixed(state, place.slot);
+  for (const Entry& entry : orders.by_first) {
+    weight[home(entry.slot)] += weights_[entry.slot];
+    work[home(entry.slot)] += min_body_weight + contacts_with_fixed(state, entry.slot);
   }
   std::vector<std::uint32_t> within((contacts.size() / placing_grain + 1) * counts_[0]);  // by chunk and domain
   pool.for_each_chunk(contacts.size(), placing_grain, [&](std::size_t begin, std::size_t end) {
@@ -179,7 +179,7 @@ void Domains::balance_first(std::span<const Contact> contacts, const Orders& ord
       if (c.in_use && c.colour != no_colour && !c.fixed_a && home(c.a) == home(c.b)) ++counts[home(c.a)];
   });
   for (std::size_t i = 0; i < within.size(); ++i) work[i % counts_[0]] += static_cast<float>(within[i]);
-  for (const Place& place : orders.by_first) weights_[place.slot] *= work[home(place.slot)] / weight[home(place.slot)];
+  for (const Entry& entry : orders.by_first) weights_[entry.slot] *= work[home(entry.slot)] / weight[home(entry.slot)];
 }
 
 void Domains::restore(ByteReader& in, std::size_t slots) {

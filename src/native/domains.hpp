@@ -1,7 +1,7 @@
 // Bodies in large heaps, divided into domains that threads can work on without waiting for each other.
 //
-// Three divisions of the same bodies are kept, with their borders at different places. A contact is solved in the first
-// division that has both of its bodies in one domain; domains of one division share no body, so all of them are
+// Three divisions of the same bodies are kept, with their borders at different positions. A contact is solved in the
+// first division that has both of its bodies in one domain; domains of one division share no body, so all of them are
 // solved at once, and a sweep is three loops, whatever the number of colours. Contacts that every division cuts (few,
 // where two borders cross) are left to one thread. Bodies that cannot be pushed belong to none: contacts with them are
 // their other body's.
@@ -72,7 +72,7 @@ class Domains {
 
  private:
   using Ids = std::array<std::uint8_t, divisions>;
-  struct Place {
+  struct Entry {
     std::uint32_t key, slot;
   };
   struct Grid {
@@ -81,7 +81,7 @@ class Domains {
 
   /// Slots in the order of a first coordinate and of a second.
   struct Orders {
-    std::vector<Place> by_first, by_second;
+    std::vector<Entry> by_first, by_second;
   };
 
   static Grid grid(std::size_t count, float aspect);

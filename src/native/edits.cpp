@@ -56,7 +56,7 @@ void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity)
     state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
     if (is_moving(velocity)) wake_neighbours(slot);
   }
-  place(slot, state_.poses[slot], velocity);
+  set_state(slot, state_.poses[slot], velocity);
 }
 
 void NativeSimulator::move_to(std::uint32_t slot, const Pose& pose) {

@@ -93,7 +93,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   Pose pose = end_beside(way, on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
   if (b.is_child) pose = pose * relative(b.pose, {});
   pose.reserved = end_b.reserved;
-  place(seen.b, pose, v);
+  set_state(seen.b, pose, v);
   strays_.list.push_back({seen.b, {seen.pose_b.position, 0, seen.pose_b.rotation}});
   forget_build(seen.contact);
 }
@@ -122,7 +122,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
 void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {
   // Of isotropic bodies the energy is the same about any axis.
   if (!bodies[slot].isotropic) v.angular = spin_put_back(v.angular, state_.poses[slot].rotation, pose.rotation);
-  place(slot, pose, v);
+  set_state(slot, pose, v);
 }
 
 /// They may have got to what nobody looked for there: on the whole way all that is fixed or kinematic is asked for.

@@ -151,7 +151,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   Todo todo[contact_grain] = {};
   bool any_others = false;
   BoxPairs pairs;  // without a manifold: most of them are apart
-  std::uint32_t contact_of[contact_grain], place_of[contact_grain];
+  std::uint32_t contact_of[contact_grain], entry_of[contact_grain];
   Unset<AxisCache> caches;
   for (std::uint32_t i = first; i < end; ++i) {
     if (i + prefetch_distance < contacts.size()) prefetch_for(contacts[i + prefetch_distance], manifolds, state);
@@ -189,7 +189,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     Contact& c = contacts[contact_of[k]];
     put(c.axis, caches.items[k]);
     forget_overlap(c, bodies);
-    place_of[contact_of[k] - first] = k;
+    entry_of[contact_of[k] - first] = k;
     if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
   }
 
@@ -203,7 +203,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
     }
     const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
     const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
-    const Pose& pose = b_in_a.items[place_of[i - first]];
+    const Pose& pose = b_in_a.items[entry_of[i - first]];
     AxisCache axis = c.axis;
     const Manifold fresh = collide_boxes(a.half_extents, b.half_extents, pose, margin, axis);
     put(c.axis, axis);

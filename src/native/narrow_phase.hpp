@@ -19,7 +19,7 @@ enum class Change : std::uint8_t {
   gone,      ///< the fat boxes parted; `remove` it
 };
 
-/// A manifold that has no place yet, because only one thread may give it one.
+/// A manifold that has no slot yet, because only one thread may give it one.
 struct NewManifold {
   /// Of a pair whose first contact this is, with this bit, a contact that is to be made (`ContactGraph::add_part`).
   static constexpr std::uint32_t new_part = 1u << 31;

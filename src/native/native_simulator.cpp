@@ -259,7 +259,7 @@ void NativeSimulator::note_set(std::uint32_t slot) {
   active_.outdate();
 }
 
-void NativeSimulator::place(std::uint32_t slot, const Pose& pose, const Velocity& v) {
+void NativeSimulator::set_state(std::uint32_t slot, const Pose& pose, const Velocity& v) {
   const BodyInfo& info = bodies[slot];
   state_.poses[slot] = pose;
   state_.velocities[slot] = v;
@@ -276,7 +276,7 @@ void NativeSimulator::isolate(std::uint32_t slot) {
   state_.flags[slot] = static_cast<std::uint8_t>((state_.flags[slot] | isolated) & ~awake);
   Pose pose = state_.poses[slot];
   pose.reserved = 0;
-  place(slot, pose, {});
+  set_state(slot, pose, {});
   state_.solver_bodies()[slot] = {};
   graph_.for_each_of(slot, [&](std::uint32_t index) {
     if (!graph_[index].touching()) return;
@@ -293,7 +293,7 @@ void NativeSimulator::isolate(std::uint32_t slot) {
 void NativeSimulator::arrive() {
   for (auto target = targets_.rbegin(); target != targets_.rend(); ++target) {
     std::uint8_t& flags = state_.flags[target->slot];
-    if ((flags & (targeted | awake)) == (targeted | awake)) place(target->slot, target->pose, {});
+    if ((flags & (targeted | awake)) == (targeted | awake)) set_state(target->slot, target->pose, {});
     flags &= static_cast<std::uint8_t>(~targeted);
   }
   targets_.clear();

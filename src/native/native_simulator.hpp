@@ -122,7 +122,7 @@ class NativeSimulator : public Simulator {
   void report_parts(TouchChanges& changes);
   void report_touches(std::span<std::uint64_t> bits, LargeArray<ContactEvent>& events, bool touch);
   void report_hits();
-  void place(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
+  void set_state(std::uint32_t slot, const Pose& pose, const Velocity& velocity);
   void isolate(std::uint32_t slot);
   void isolate_moved();
   // fast_pairs.cpp
@@ -191,7 +191,7 @@ class NativeSimulator : public Simulator {
   std::vector<ContactEvent> ended_by_removal_;
   LargeArray<ContactEvent> begun_, ended_;
   LargeArray<HitEvent> hits_;
-  std::vector<std::size_t> event_places_;  // of each thread's part, for room alone
+  std::vector<std::size_t> event_offsets_;  // of each thread's part, for room alone
   std::vector<Quarantine> quarantined_;
 };
 

@@ -1,5 +1,5 @@
 // Which bodies lie together, so that a thread's share of bodies and its shares of the colours' contacts are about the
-// same place, and stay in its cache from loop to loop. It orders work that may be done in any order: no result
+// same region, and stay in its cache from loop to loop. It orders work that may be done in any order: no result
 // depends on it.
 #pragma once
 
@@ -19,42 +19,42 @@ class Neighbourhood {
  public:
   /// Adopts the order of the broad phase, where it is a new one. `slot_count`: upper end of slots.
   void update(const BroadPhase& broad_phase, std::size_t slot_count) {
-    if (order_ == broad_phase.order() && places_.size() >= slot_count) return;
+    if (order_ == broad_phase.order() && regions_.size() >= slot_count) return;
     order_ = broad_phase.order();
     slots_.clear();
     broad_phase.list_neighbours(slots_);
-    grow_to(places_, slot_count);
+    grow_to(regions_, slot_count);
     for (std::size_t i = 0; i < slots_.size(); ++i)
-      places_[slots_[i]] = static_cast<std::uint8_t>(i * place_count / slots_.size());
+      regions_[slots_[i]] = static_cast<std::uint8_t>(i * region_count / slots_.size());
   }
 
-  /// Bodies are at places 0 … place_count − 1, as many at one as at another.
-  static constexpr std::size_t place_count = 256;
-  std::size_t place(std::uint32_t slot) const { return places_[slot]; }
+  /// Bodies are in regions 0 … region_count − 1, as many in one as in another.
+  static constexpr std::size_t region_count = 256;
+  std::size_t region(std::uint32_t slot) const { return regions_[slot]; }
 
-  /// Where in a sorted list the items of each place begin; the last entry is the list's size.
-  using Offsets = std::array<std::uint32_t, place_count + 1>;
+  /// Where in a sorted list the items of each region begin; the last entry is the list's size.
+  using Offsets = std::array<std::uint32_t, region_count + 1>;
 
-  /// Writes `items` to `sorted`, by the place of slot_of(item).
+  /// Writes `items` to `sorted`, by the region of slot_of(item).
   template <class SlotOf>
   Offsets sort(std::span<const std::uint32_t> items, const SlotOf& slot_of, std::span<std::uint32_t> sorted) const {
     Offsets ends{};
-    for (const std::uint32_t item : items) ++ends[place(slot_of(item))];
+    for (const std::uint32_t item : items) ++ends[region(slot_of(item))];
     std::uint32_t sum = 0;
     for (std::uint32_t& n : ends) sum += std::exchange(n, sum);
-    // Each beginning moves on to the place's end, which is the next one's beginning.
-    for (const std::uint32_t item : items) sorted[ends[place(slot_of(item))]++] = item;
+    // Each beginning moves on to the region's end, which is the next one's beginning.
+    for (const std::uint32_t item : items) sorted[ends[region(slot_of(item))]++] = item;
     Offsets offsets{};
     std::copy(ends.begin(), ends.end() - 1, offsets.begin() + 1);
     return offsets;
   }
 
-  std::size_t memory_bytes() const { return slots_.capacity() * sizeof(std::uint32_t) + places_.capacity(); }
+  std::size_t memory_bytes() const { return slots_.capacity() * sizeof(std::uint32_t) + regions_.capacity(); }
 
  private:
   std::uint64_t order_ = 0;
-  std::vector<std::uint32_t> slots_;  // neighbours near each other
-  std::vector<std::uint8_t> places_;  // by slot
+  std::vector<std::uint32_t> slots_;   // neighbours near each other
+  std::vector<std::uint8_t> regions_;  // by slot
 };
 
 }  // namespace fathom::native

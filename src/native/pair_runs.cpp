@@ -35,17 +35,17 @@ void PairRuns::gather(std::size_t lists, std::span<const std::uint32_t> slots, T
   if (count < few) return gather_few(count, pairs);
 
   grow_to(pairs, count);
-  places_.assign((slots.size() + slot_grain - 1) / slot_grain, 0);
+  offsets_.assign((slots.size() + slot_grain - 1) / slot_grain, 0);
   pool.for_each_chunk(slots.size(), slot_grain, [&](std::size_t begin, std::size_t end) {
     std::size_t sum = 0;
     for (std::size_t i = begin; i < end; ++i) sum += runs_[slots[i]].count;
-    places_[begin / slot_grain] = sum;
+    offsets_[begin / slot_grain] = sum;
   });
   std::size_t sum = 0;
-  for (std::size_t& place : places_) sum += std::exchange(place, sum);
+  for (std::size_t& offset : offsets_) sum += std::exchange(offset, sum);
   pool.for_each_chunk(slots.size(), slot_grain, [&](std::size_t begin, std::size_t end) {
     constexpr std::size_t ahead = 8;
-    Pair* to = pairs.data() + places_[begin / slot_grain];
+    Pair* to = pairs.data() + offsets_[begin / slot_grain];
     const auto first = [&](const Run& run) { return lists_[run.list].data() + run.first; };
     for (std::size_t i = begin; i < end; ++i) {
       if (i + ahead < end && runs_[slots[i + ahead]].count > 0) prefetch_to_read(first(runs_[slots[i + ahead]]));
@@ -61,17 +61,17 @@ void PairRuns::gather_few(std::size_t count, std::vector<Pair>& pairs) {
   fathom::make_room(pairs, count);
   for (const std::uint32_t list : with_pairs_)
     for (const Pair pair : lists_[list]) {
-      std::size_t place = pairs.size();
+      std::size_t index = pairs.size();
       pairs.push_back(pair);
-      for (; place > 0 && pairs[place - 1].a > pair.a; --place) pairs[place] = pairs[place - 1];
-      pairs[place] = pair;
+      for (; index > 0 && pairs[index - 1].a > pair.a; --index) pairs[index] = pairs[index - 1];
+      pairs[index] = pair;
     }
 }
 
 std::size_t PairRuns::memory_bytes() const {
   return runs_.capacity() * sizeof(Run) + lists_.capacity() * sizeof(lists_[0]) +
          (list_sizes_.capacity() + with_pairs_.capacity()) * sizeof(std::uint32_t) +
-         places_.capacity() * sizeof(std::size_t);
+         offsets_.capacity() * sizeof(std::size_t);
 }
 
 }  // namespace fathom::native

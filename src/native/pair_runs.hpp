@@ -42,7 +42,7 @@ class PairRuns {
   std::vector<std::uint32_t> list_sizes_;
   std::vector<std::uint32_t> with_pairs_;  // lists
   LargeArray<Run> runs_;                   // by slot
-  std::vector<std::size_t> places_;        // where pairs of each chunk of slots begin
+  std::vector<std::size_t> offsets_;       // where pairs of each chunk of slots begin
 };
 
 }  // namespace fathom::native

@@ -42,7 +42,7 @@ class PairSet {
       table.grow();
       std::atomic_ref(room_).fetch_add(table.keys.size() - before, std::memory_order_relaxed);
     }
-    table.place(key, hash);
+    table.put(key, hash);
     ++table.count;
   }
 
@@ -83,7 +83,7 @@ class PairSet {
 
     // By the bits of the hash below those that chose the table.
     std::size_t home(std::uint64_t hash) const { return static_cast<std::size_t>((hash << 6) >> shift); }
-    void place(std::uint64_t key, std::uint64_t hash) {
+    void put(std::uint64_t key, std::uint64_t hash) {
       std::size_t i = home(hash);
       while (keys[i] != 0) i = (i + 1) & mask;
       keys[i] = key;
@@ -95,7 +95,7 @@ class PairSet {
       shift = 64;
       for (std::size_t n = keys.size(); n > 1; n >>= 1) --shift;
       for (const std::uint64_t key : old)
-        if (key != 0) place(key, hashed(key));
+        if (key != 0) put(key, hashed(key));
     }
   };
 

@@ -40,7 +40,7 @@ struct FoundPart {
 struct PairScratch {
   std::vector<Part> parts;  ///< by children, those that touch first
   std::vector<FoundPart> found;
-  std::vector<Part*> places;  ///< of these among the parts
+  std::vector<Part*> matches;  ///< of these among the parts
   std::vector<std::uint32_t> children_a, children_b;
   SurfaceScratch surface;
 };
@@ -252,21 +252,21 @@ class PartedPair {
   }
 
   Change match() {
-    std::vector<Part*>& places = scratch_.places;
-    places.clear();
-    for (const FoundPart& found : scratch_.found) places.push_back(taken(max_alike(found)));
+    std::vector<Part*>& matches = scratch_.matches;
+    matches.clear();
+    for (const FoundPart& found : scratch_.found) matches.push_back(taken(max_alike(found)));
     Change of_first = contact(first_).touching() ? Change::ended : Change::nothing;
     std::size_t unused = 0;
     for (std::size_t i = 0; i < scratch_.found.size(); ++i) {
       const FoundPart& found = scratch_.found[i];
-      if (!places[i]) places[i] = taken(next_unused(unused, found.children));
-      if (!places[i]) {
+      if (!matches[i]) matches[i] = taken(next_unused(unused, found.children));
+      if (!matches[i]) {
         narrow_phase_.has_new_parts = true;
         narrow_phase_.begun.push_back(
             {first_ | NewManifold::new_part, found.ahead, found.b_in_a, found.manifold, found.children, found.axis});
         continue;
       }
-      const std::uint32_t index = places[i]->index;
+      const std::uint32_t index = matches[i]->index;
       Contact& c = contact(index);
       c.axis = found.axis;
       const Change change = narrow_phase_.put(index, c, found.manifold, found.b_in_a, found.ahead,
@@ -333,11 +333,11 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
   if (way.stops == 0) return false;
   end.position = b.is_child ? end.position + (way.end - end_of_piece.position) : way.end;
-  const Vec3 of_place = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
+  const Vec3 of_point = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
   const Vec3 of_piece = cross(v.angular, way.end - end.position);
   for (int i = 0; i < way.stops; ++i)
-    v.linear = mul_add(v.linear, max(dot(way.normals[i], of_place - of_piece - v.linear), 0.0f), way.normals[i]);
-  place(pair.b, end, v);
+    v.linear = mul_add(v.linear, max(dot(way.normals[i], of_point - of_piece - v.linear), 0.0f), way.normals[i]);
+  set_state(pair.b, end, v);
   if (pair.contact != none) forget_build(pair.contact);
   return true;
 }

@@ -20,9 +20,9 @@ void radix_sort(std::vector<Item>& items, std::vector<Item>& scratch, int bits, 
   if (items.size() <= few) {
     for (std::size_t i = 1; i < items.size(); ++i) {
       const Item item = items[i];
-      std::size_t place = i;
-      for (; place > 0 && key(items[place - 1]) > key(item); --place) items[place] = items[place - 1];
-      items[place] = item;
+      std::size_t index = i;
+      for (; index > 0 && key(items[index - 1]) > key(item); --index) items[index] = items[index - 1];
+      items[index] = item;
     }
     return;
   }

@@ -50,9 +50,9 @@ void ContactGraph::restore(ByteReader& in) {
   colours_room_ = 0;
   for (const std::vector<std::uint32_t>& list : colours_) {
     colours_room_ += list.capacity();
-    for (std::uint32_t place = 0; place < list.size(); ++place) {
-      in.require(list[place] < contacts);
-      list_positions_[list[place]] = place;
+    for (std::uint32_t index = 0; index < list.size(); ++index) {
+      in.require(list[index] < contacts);
+      list_positions_[list[index]] = index;
     }
   }
   std::size_t in_use = 0, coloured = 0;

@@ -164,9 +164,9 @@ class ContactSolver::InDomains {
   template <class Closure>
   void put_off(const Closure& closure) const {
     static_assert(std::is_trivially_copyable_v<Closure> && sizeof closure <= sizeof PutOff::closure);
-    PutOff& place = put_off_.at(waiting_++);
-    std::memcpy(place.closure, &closure, sizeof closure);
-    place.call = [](const void* of, const Unit& unit) { (*static_cast<const Closure*>(of))(unit); };
+    PutOff& slot = put_off_.at(waiting_++);
+    std::memcpy(slot.closure, &closure, sizeof closure);
+    slot.call = [](const void* of, const Unit& unit) { (*static_cast<const Closure*>(of))(unit); };
   }
 
   template <class Kernel>

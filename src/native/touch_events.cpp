@@ -64,20 +64,20 @@ void NativeSimulator::report_touches(std::span<std::uint64_t> bits, LargeArray<C
   grow_to(events, before + count);
   const std::size_t parts = parts_for(pool_, count);
   const auto begin = [&](std::size_t part) { return part * bits.size() / parts; };
-  event_places_.assign(1, before);
+  event_offsets_.assign(1, before);
   for (std::size_t part = 0; part + 1 < parts; ++part) {
-    std::size_t place = event_places_.back();
+    std::size_t index = event_offsets_.back();
     for (std::size_t i = begin(part); i < begin(part + 1); ++i)
-      place += static_cast<std::size_t>(std::popcount(bits[i]));
-    event_places_.push_back(place);
+      index += static_cast<std::size_t>(std::popcount(bits[i]));
+    event_offsets_.push_back(index);
   }
   for_each_part(pool_, parts, [&](std::size_t part) {
-    std::size_t place = event_places_[part];
+    std::size_t index = event_offsets_[part];
     for (std::size_t i = begin(part); i < begin(part + 1); ++i)
       for (std::uint64_t left = std::exchange(bits[i], 0); left != 0; left &= left - 1) {
         Contact& c = graph_[static_cast<std::uint32_t>(64 * i + static_cast<std::size_t>(std::countr_zero(left)))];
         c.in_touch = touch;
-        events[place++] = event(c.a, c.b);
+        events[index++] = event(c.a, c.b);
       }
   });
 }

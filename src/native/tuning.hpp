@@ -20,16 +20,16 @@ inline constexpr double waiting_a_loop = 2e-6;
 
 // --- shares of a loop, small enough to balance and large enough to be worth a thread ---------------------------------
 
-inline constexpr std::size_t bodies_a_thread = 64;      ///< bodies in contact, at least
-inline constexpr std::size_t blocks_a_thread = 4;       ///< blocks of constraints, at least
-inline constexpr std::size_t free_grain = 256;          ///< bodies without contacts, a chunk
-inline constexpr std::size_t flags_grain = 512;         ///< bodies whose flags are looked through, a chunk
-inline constexpr std::size_t layout_grain = 512;        ///< bodies that are laid out, a chunk
-inline constexpr std::size_t min_to_sort = 1024;        ///< lanes that several threads sort
-inline constexpr std::size_t min_to_share = 128;        ///< contacts or pairs that several threads change
-inline constexpr std::size_t min_stretches = 16;        ///< stretches of them that several threads copy
-inline constexpr std::size_t min_slots_to_place = 256;  ///< bodies that several threads place in domains
-inline constexpr std::size_t placing_grain = 4096;      ///< contacts that are placed in domains, a chunk
+inline constexpr std::size_t bodies_a_thread = 64;       ///< bodies in contact, at least
+inline constexpr std::size_t blocks_a_thread = 4;        ///< blocks of constraints, at least
+inline constexpr std::size_t free_grain = 256;           ///< bodies without contacts, a chunk
+inline constexpr std::size_t flags_grain = 512;          ///< bodies whose flags are looked through, a chunk
+inline constexpr std::size_t layout_grain = 512;         ///< bodies that are laid out, a chunk
+inline constexpr std::size_t min_to_sort = 1024;         ///< lanes that several threads sort
+inline constexpr std::size_t min_to_share = 128;         ///< contacts or pairs that several threads change
+inline constexpr std::size_t min_stretches = 16;         ///< stretches of them that several threads copy
+inline constexpr std::size_t min_slots_to_divide = 256;  ///< bodies that several threads divide into domains
+inline constexpr std::size_t placing_grain = 4096;       ///< contacts that are placed in domains, a chunk
 
 /// Blocks of contacts whose changes the narrow phase lists: few enough to be looked through by one thread, enough to be
 /// shared out.

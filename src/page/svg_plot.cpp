@@ -22,7 +22,7 @@ struct Axis {
 
   double value(double v) const { return logarithmic ? std::log10(v) : v; }
   bool shows(double v) const { return std::isfinite(v) && (!logarithmic || v > 0); }
-  double place(double v) const { return from + (value(v) - low) / (high - low) * (to - from); }
+  double position(double v) const { return from + (value(v) - low) / (high - low) * (to - from); }
 };
 
 Axis make_axis(const Plot& plot, bool x, bool logarithmic, double from, double to) {
@@ -73,7 +73,7 @@ std::string path_of(const Curve& curve, const Axis& x, const Axis& y) {
   std::string path;
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
     if (!x.shows(curve.x[i]) || !y.shows(curve.y[i])) continue;
-    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x.place(curve.x[i]), y.place(curve.y[i]));
+    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x.position(curve.x[i]), y.position(curve.y[i]));
   }
   return path;
 }
@@ -101,7 +101,7 @@ std::string marks_of(const Curve& curve, std::size_t index, const Axis& x, const
   std::string marks;
   for (std::size_t i = 0; i < curve.x.size(); ++i)
     if (x.shows(curve.x[i]) && y.shows(curve.y[i]))
-      marks += mark(static_cast<int>(index), x.place(curve.x[i]), y.place(curve.y[i]), classes(curve, index));
+      marks += mark(static_cast<int>(index), x.position(curve.x[i]), y.position(curve.y[i]), classes(curve, index));
   return marks;
 }
 
@@ -112,12 +112,12 @@ std::string axes_of(const Plot& plot, const Axis& x, const Axis& y) {
     svg += fmt::format(
         "<line class='grid' x1='{0:.1f}' x2='{0:.1f}' y1='{1}' y2='{2}'/><text x='{0:.1f}' y='{3}' "
         "text-anchor='middle'>{4}</text>",
-        x.place(v), top, floor, floor + 16, label_of(v));
+        x.position(v), top, floor, floor + 16, label_of(v));
   for (const double v : ticks(y))
     svg += fmt::format(
         "<line class='grid' x1='{1}' x2='{2}' y1='{0:.1f}' y2='{0:.1f}'/><text x='{3}' y='{4:.1f}' "
         "text-anchor='end'>{5}</text>",
-        y.place(v), left, plot.width - right_of(plot), left - 6, y.place(v) + 4, label_of(v));
+        y.position(v), left, plot.width - right_of(plot), left - 6, y.position(v) + 4, label_of(v));
   svg += fmt::format("<text x='{}' y='{}' text-anchor='middle'>{}</text>", (left + plot.width - right_of(plot)) / 2,
                      floor + 34, escaped(plot.x_label));
   svg += fmt::format("<text transform='translate(12 {}) rotate(-90)' text-anchor='middle'>{}</text>", (top + floor) / 2,
@@ -148,7 +148,7 @@ std::string names_of(const Plot& plot, const Axis& x, const Axis& y) {
     const Curve& curve = plot.curves[i];
     for (std::size_t k = curve.x.size(); k-- > 0;)
       if (x.shows(curve.x[k]) && y.shows(curve.y[k])) {
-        names.push_back({y.place(curve.y[k]), i});
+        names.push_back({y.position(curve.y[k]), i});
         break;
       }
   }

@@ -19,7 +19,7 @@ bool has_word(const char* words, const char* word) {
   return words && (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
-/// A place to ask for a display.
+/// A device to ask for a display.
 struct Candidate {
   EGLDeviceEXT device = nullptr;  // null: Mesa's platform without a surface
   bool software = false;

@@ -51,8 +51,8 @@ Scene ring(std::int64_t bodies) {
   for (std::int64_t i = 0; i < bodies; ++i) {
     const std::int64_t course = i / around;
     // Bricks of odd courses lie across the joints below.
-    const double place = static_cast<double>(i % around) + (course % 2 ? 0.5 : 0.0);
-    const double turn = place / static_cast<double>(around);
+    const double position = static_cast<double>(i % around) + (course % 2 ? 0.5 : 0.0);
+    const double turn = position / static_cast<double>(around);
     const Direction at(turn), half(0.5 * turn);
     body.pose.position = {static_cast<float>(radius * at.x), static_cast<float>(radius * at.y),
                           static_cast<float>(height_of(course))};

@@ -44,7 +44,7 @@ int body_count(Random& random, const Heap& heap) {
 
 /// Fills the space over the floor shelf by shelf, each body in a cube that holds it however it is turned, so that none
 /// touches another. Returns the height of the top.
-double place_apart(std::vector<BodyDef>& bodies, double half_width, double bottom) {
+double spread_out(std::vector<BodyDef>& bodies, double half_width, double bottom) {
   double x = -half_width, y = -half_width, z = bottom, row = 0, layer = 0;
   for (BodyDef& body : bodies) {
     const double cell = 2.05 * outer_radius(body.shape);
@@ -134,19 +134,19 @@ void add_bin(Random& random, Heap& heap, Quat tilt, bool is_smooth) {
   }
 }
 
-/// Bodies stay for about four units of time and come back over the bin, side by side: the one before at the same place
-/// has fallen out of the way by then.
+/// Bodies stay for about four units of time and come back over the bin, side by side: the one before at the same
+/// position has fallen out of the way by then.
 Stream stream_from(const Heap& heap, const std::vector<BodyDef>& bodies, double top, double widest) {
   const double half_width = static_cast<double>(heap.half_width), dt = static_cast<double>(heap.scene.world.dt);
-  const auto side = static_cast<std::size_t>(2 * half_width / widest), places = side * side;
+  const auto side = static_cast<std::size_t>(2 * half_width / widest), positions = side * side;
   const double stay = 4 * heap.time_unit / static_cast<double>(bodies.size());
-  const double clear = 1.2 * std::sqrt(2 * widest / 9.81) / static_cast<double>(places);
+  const double clear = 1.2 * std::sqrt(2 * widest / 9.81) / static_cast<double>(positions);
   Stream stream{static_cast<int>(std::ceil(std::max(stay, clear) / dt)), first_body, {}};
   const double cell = 2 * half_width / static_cast<double>(side);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     Pose source = bodies[i].pose;
     const double x = (static_cast<double>(i % side) + 0.5) * cell - half_width;
-    const double y = (static_cast<double>(i % places / side) + 0.5) * cell - half_width;
+    const double y = (static_cast<double>(i % positions / side) + 0.5) * cell - half_width;
     source.position = {static_cast<float>(x), static_cast<float>(y), static_cast<float>(top + 0.5 * widest)};
     stream.sources.push_back(source);
   }
@@ -206,7 +206,7 @@ Heap make_heap(std::uint64_t seed) {
   const Quat tilt = heap.kind == HeapKind::slope ? random_tilt(random) : Quat{};
   const double rise = highest_corner(tilt, half_width), bottom = rise + 0.05 * widest;
   heap.lowest = static_cast<float>(-rise);
-  const double top = place_apart(bodies, half_width, bottom);
+  const double top = spread_out(bodies, half_width, bottom);
   heap.rim = static_cast<float>(2 * top);
 
   add_bin(random, heap, tilt, recipe.friction_high <= 0);

@@ -88,7 +88,7 @@ void join(Random& random, Scene& scene, std::size_t a, std::size_t b, double arm
   // Where the one ends and the other begins.
   const auto outer = [&](std::size_t i) { return static_cast<float>(outer_radius(scene.bodies[i].shape)); };
   const float share = outer(a) / (outer(a) + outer(b));
-  joint.place_at(from + share * (to - from), scene.bodies);
+  joint.anchor_at(from + share * (to - from), scene.bodies);
   if (joint.def.type == JointType::generic) joint.turn_to(joint_frame({}, to - from).rotation, scene.bodies);
   scene.joints.push_back(joint);
 }

@@ -85,9 +85,9 @@ class Grid {
       if (max_component(size) > cell)
         large_.push_back(i);
       else
-        places_.push_back({key(at(bodies[i].box.lower)), i});
+        entries_.push_back({key(at(bodies[i].box.lower)), i});
     }
-    std::sort(places_.begin(), places_.end());
+    std::sort(entries_.begin(), entries_.end());
   }
 
   double deepest(const std::vector<Pair>& apart) const {
@@ -100,15 +100,15 @@ class Grid {
     };
     for (std::size_t i = 0; i < large_.size(); ++i) {
       for (std::size_t k = i + 1; k < large_.size(); ++k) look_at(large_[i], large_[k]);
-      for (const Place& place : places_) look_at(large_[i], place.body);
+      for (const Entry& entry : entries_) look_at(large_[i], entry.body);
     }
-    for (const Place& place : places_) {
-      const Cell own = at(bodies_[place.body].box.lower);
+    for (const Entry& entry : entries_) {
+      const Cell own = at(bodies_[entry.body].box.lower);
       for (int n = 0; n < 27; ++n) {
         const std::uint64_t neighbour = key({own.x + n % 3 - 1, own.y + n / 3 % 3 - 1, own.z + n / 9 - 1});
-        auto other = std::lower_bound(places_.begin(), places_.end(), Place{neighbour, 0});
-        for (; other != places_.end() && other->key == neighbour; ++other)
-          if (other->body > place.body) look_at(place.body, other->body);
+        auto other = std::lower_bound(entries_.begin(), entries_.end(), Entry{neighbour, 0});
+        for (; other != entries_.end() && other->key == neighbour; ++other)
+          if (other->body > entry.body) look_at(entry.body, other->body);
       }
     }
     return deepest;
@@ -118,10 +118,10 @@ class Grid {
   struct Cell {
     std::int64_t x, y, z;
   };
-  struct Place {
+  struct Entry {
     std::uint64_t key;
     std::uint32_t body;
-    auto operator<=>(const Place&) const = default;
+    auto operator<=>(const Entry&) const = default;
   };
 
   Cell at(Vec3 p) const {
@@ -138,7 +138,7 @@ class Grid {
 
   const std::vector<Placed>& bodies_;
   float cell_;
-  std::vector<Place> places_;
+  std::vector<Entry> entries_;
   std::vector<std::uint32_t> large_;
 };
 

@@ -80,7 +80,7 @@ SceneJoint joint_of(const Bone& bone, std::size_t parent, std::size_t child, con
     twist.friction(hinge_friction);
     joint.def.axis(JointAxisName::swing_y).mode = joint.def.axis(JointAxisName::swing_z).mode = AxisMode::locked;
   }
-  joint.place_at(placed(at, bone.joint), scene.bodies);
+  joint.anchor_at(placed(at, bone.joint), scene.bodies);
   joint.turn_to(at.rotation * joint_frame({}, bone.axis).rotation, scene.bodies);
   return joint;
 }
@@ -115,11 +115,11 @@ struct Cells {
 void add_ragdolls(Scene& scene, const Cells& cells, std::int64_t bodies, float ground) {
   Random random(seed);
   for (std::int64_t i = 0; i * bones_each < bodies; ++i) {
-    const auto place = static_cast<double>(i % in_cell);
+    const auto index = static_cast<double>(i % in_cell);
     Pose at;
     // One falls beside the other, so that they meet on the ground, and half of a cell's beside the middle.
     at.position = cells.middle_of(i / in_cell) +
-                  Vec3{static_cast<float>(1 + 1.5 * place), 0, ground + static_cast<float>(lowest_drop + 2.5 * place)};
+                  Vec3{static_cast<float>(1 + 1.5 * index), 0, ground + static_cast<float>(lowest_drop + 2.5 * index)};
     at.rotation = random_rotation(random);
     add_ragdoll(scene, at, std::min(bones_each, bodies - i * bones_each));
   }

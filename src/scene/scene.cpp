@@ -24,7 +24,7 @@ Vec3 random_vector(Random& random, double limit) {
 
 }  // namespace
 
-void SceneJoint::place_at(Vec3 point, std::span<const BodyDef> bodies) {
+void SceneJoint::anchor_at(Vec3 point, std::span<const BodyDef> bodies) {
   const auto in_body = [point](const Pose& pose) {
     return inverse_rotate(normalize(pose.rotation), point - pose.position);
   };

@@ -55,7 +55,7 @@ struct SceneJoint {
   JointDef def;  ///< but for its bodies
 
   /// Both anchors at one point of the world (m).
-  void place_at(Vec3 point, std::span<const BodyDef> bodies);
+  void anchor_at(Vec3 point, std::span<const BodyDef> bodies);
   /// Both frames turned so in the world, where angles start at zero; the anchors stay.
   void turn_to(Quat rotation, std::span<const BodyDef> bodies);
 };
@@ -63,7 +63,7 @@ struct SceneJoint {
 struct Scene {
   std::string name;
   WorldDef world;
-  /// Of `world`, where a file says it: the set of algorithms, and the place of each setting ("scene.toml:12"), by the
+  /// Of `world`, where a file says it: the set of algorithms, and where each setting is ("scene.toml:12"), by the
   /// name of the configuration's key ("simulator.solver").
   std::optional<Preset> preset;
   std::map<std::string, std::string, std::less<>> said;

@@ -229,7 +229,7 @@ Shape read_shape(const TomlTable& root, const TomlTable& outer, const toml::node
   try {
     return read_shape_of_kind(root, outer, shape, kind, name);
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::file) throw;  // it has its place already
+    if (error.code() == ErrorCode::file) throw;  // it says where already
     outer.fail(node, name + ": " + error.what());
   }
 }
@@ -348,7 +348,7 @@ class BodyReader {
     return inertia;
   }
 
-  /// What a world would refuse has its place here.
+  /// Reports what a world would refuse, and where it is in the file.
   void try_out(const TomlTable& table, const BodyDef& body) {
     try {
       trial_.remove(trial_.add(body));

@@ -183,7 +183,7 @@ class JointReader {
     table.required("point", "where 'b' is held, in the world at the start (m)");
     Vec3 point;
     table.read("point", point);
-    joint.place_at(point, scene_.bodies);
+    joint.anchor_at(point, scene_.bodies);
     table.read("target", point);
     const Pose& holder = scene_.bodies[joint.a].pose;
     joint.def.frame_a.position = inverse_rotate(normalize(holder.rotation), point - holder.position);
@@ -218,7 +218,7 @@ class JointReader {
         table.fail(*node, "a joint has either 'point' or '" + std::string(key) + "'; remove one");
     Vec3 point;
     table.read("point", point);
-    joint.place_at(point, scene_.bodies);
+    joint.anchor_at(point, scene_.bodies);
     return point;
   }
 
@@ -232,13 +232,13 @@ class JointReader {
     const std::optional<Numbered> a = numbered(first_a), b = numbered(first_b);
     const toml::node& node = *table.find("repeat");
     if (!a && !b) table.fail(node, "'repeat' counts a body's number up; name one like 'plank.0' as 'a' or 'b'");
-    const auto place = [&] { return scene_.bodies[b ? joint.b : joint.a].pose.position; };
-    const Vec3 start = place();
+    const auto position = [&] { return scene_.bodies[b ? joint.b : joint.a].pose.position; };
+    const Vec3 start = position();
     for (std::uint64_t i = 1; i < static_cast<std::uint64_t>(count); ++i) {
       if (a) joint.a = counted(table, node, a->name(i));
       if (b) joint.b = counted(table, node, b->name(i));
       check_pair(table, joint);
-      if (frame.point) joint.place_at(*frame.point + (place() - start), scene_.bodies);
+      if (frame.point) joint.anchor_at(*frame.point + (position() - start), scene_.bodies);
       if (frame.rotation) joint.turn_to(*frame.rotation, scene_.bodies);
       scene_.joints.push_back(joint);
     }

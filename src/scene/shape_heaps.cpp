@@ -74,7 +74,7 @@ Shape rock(Random& random, double size) {
     points.push_back(
         {static_cast<float>(half * scale * x), static_cast<float>(b * scale * y), static_cast<float>(c * scale * z)});
   }
-  // About its centre of mass, where its place is, no larger than asked for.
+  // About its centre of mass, where its position is, no larger than asked for.
   const float scale = static_cast<float>(half) / hull(points).hull->outer_radius();
   for (Vec3& point : points) point *= scale;
   return hull(points);

@@ -57,16 +57,16 @@ std::shared_ptr<const TriangleMesh> MeshBuilder::build(std::span<const Vec3> ver
   return mesh;
 }
 
-// Vertices at equal places get one number, those of triangles with an area alone.
+// Vertices at equal positions get one number, those of triangles with an area alone.
 void MeshBuilder::join_vertices(std::span<const Vec3> vertices, std::span<const std::uint32_t> indices) {
   std::vector<std::uint32_t> order(vertices.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto place = [&](std::uint32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z); };
+  const auto position = [&](std::uint32_t i) { return std::tuple(vertices[i].x, vertices[i].y, vertices[i].z); };
   std::ranges::sort(
-      order, [&](std::uint32_t a, std::uint32_t b) { return std::tuple(place(a), a) < std::tuple(place(b), b); });
-  std::vector<std::uint32_t> first(vertices.size());  // of those at the same place
+      order, [&](std::uint32_t a, std::uint32_t b) { return std::tuple(position(a), a) < std::tuple(position(b), b); });
+  std::vector<std::uint32_t> first(vertices.size());  // of those at the same position
   for (std::size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && place(order[i]) == place(order[i - 1]) ? first[order[i - 1]] : order[i];
+    first[order[i]] = i > 0 && position(order[i]) == position(order[i - 1]) ? first[order[i - 1]] : order[i];
 
   constexpr std::uint32_t unused = 0xffffffffu;
   std::vector<std::uint32_t> number(vertices.size(), unused);

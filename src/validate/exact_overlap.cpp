@@ -125,20 +125,20 @@ double round_distance(const Solid& a, const Solid& b) {
 }  // namespace
 
 Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radius)) {
-  const Frame place(pose);
+  const Frame frame(pose);
   const Vec3d h = to_double(shape.half_extents);
   switch (shape.type) {
     case ShapeType::sphere:
-      corners = {place.origin};
+      corners = {frame.origin};
       break;
     case ShapeType::capsule:
-      corners = {place({0, 0, -h.z}), place({0, 0, h.z})};
+      corners = {frame({0, 0, -h.z}), frame({0, 0, h.z})};
       edges = {{0, 1}};
       break;
     case ShapeType::box:
       radius = 0;
       for (int i = 0; i < 8; ++i)
-        corners.push_back(place({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z}));
+        corners.push_back(frame({i & 1 ? h.x : -h.x, i & 2 ? h.y : -h.y, i & 4 ? h.z : -h.z}));
       for (int i = 0; i < 8; ++i)
         for (const int bit : {1, 2, 4})
           if (!(i & bit)) edges.push_back({i, i | bit});
@@ -149,7 +149,7 @@ Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radi
     case ShapeType::hull: {
       radius = 0;
       const Hull& hull = *shape.hull;
-      for (const Vec3& p : hull.vertices()) corners.push_back(place(to_double(p)));
+      for (const Vec3& p : hull.vertices()) corners.push_back(frame(to_double(p)));
       const auto origin = [&](std::size_t edge) { return static_cast<int>(hull.edges()[edge].origin); };
       for (std::size_t edge = 0; edge < hull.edges().size(); edge += 2)
         edges.push_back({origin(edge), origin(edge + 1)});
@@ -173,8 +173,8 @@ Solid::Solid(const Shape& shape, const Pose& pose) : radius(to_double(shape.radi
 }
 
 Solid::Solid(const Triangle& triangle, const Pose& pose) : edges{{0, 1}, {1, 2}, {2, 0}} {
-  const Frame place(pose);
-  for (const Vec3& corner : triangle.corners) corners.push_back(place(to_double(corner)));
+  const Frame frame(pose);
+  for (const Vec3& corner : triangle.corners) corners.push_back(frame(to_double(corner)));
   const Vec3d normal = polygon_normal(corners, {0, 1, 2});
   faces = {{normal, {0, 1, 2}}, {-normal, {0, 2, 1}}};
   find_bounds();

@@ -46,7 +46,7 @@ Ground::Ground(const Surface& surface)
     const Vec3 least = min(triangle.corners[0], min(triangle.corners[1], triangle.corners[2]));
     const Vec3 most = max(triangle.corners[0], max(triangle.corners[1], triangle.corners[2]));
     for (int j = row(to_double(least.y)); j <= row(to_double(most.y)); ++j)
-      for (int i = column(to_double(least.x)); i <= column(to_double(most.x)); ++i) grid_[place(i, j)].push_back(t);
+      for (int i = column(to_double(least.x)); i <= column(to_double(most.x)); ++i) grid_[index(i, j)].push_back(t);
   }
 }
 
@@ -59,7 +59,7 @@ std::optional<double> Ground::height_over(const Pose& pose, Vec3d point) const {
   const Vec3d local = Frame(pose).local(point);
   if (local.x < lower_.x || local.y < lower_.y || local.x > lower_.x + size_.x || local.y > lower_.y + size_.y)
     return {};
-  for (const std::uint32_t t : grid_[place(column(local.x), row(local.y))])
+  for (const std::uint32_t t : grid_[index(column(local.x), row(local.y))])
     if (const auto height = height_at(surface_.triangle(t), local)) return local.z - *height;
   return {};
 }

@@ -23,7 +23,7 @@ class Ground {
   std::optional<double> height_over(const Pose& pose, Vec3d point) const;
 
  private:
-  std::size_t place(int i, int j) const { return static_cast<std::size_t>(j * side_ + i); }
+  std::size_t index(int i, int j) const { return static_cast<std::size_t>(j * side_ + i); }
   int column(double x) const;
   int row(double y) const;
 

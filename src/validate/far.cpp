@@ -24,10 +24,10 @@ Far simulate_at(const Setup& setup, float distance_from_origin) {
   for (int row = 0; row < 5; ++row)
     for (int i = 0; i < (5 - row) * (5 - row); ++i) {
       const int side = 5 - row;
-      const Vec3 place{1.05f * (static_cast<float>(i % side) - 0.5f * static_cast<float>(side - 1)),
-                       1.05f * (static_cast<float>(i / side) - 0.5f * static_cast<float>(side - 1)),
-                       0.5f + static_cast<float>(row)};
-      ids.push_back(world.add(body(box({0.5f, 0.5f, 0.5f}), origin + place)));
+      const Vec3 position{1.05f * (static_cast<float>(i % side) - 0.5f * static_cast<float>(side - 1)),
+                          1.05f * (static_cast<float>(i / side) - 0.5f * static_cast<float>(side - 1)),
+                          0.5f + static_cast<float>(row)};
+      ids.push_back(world.add(body(box({0.5f, 0.5f, 0.5f}), origin + position)));
       start.push_back(world.pose(ids.back()).position);
     }
   BodyDef ball = body(sphere(0.5f), origin + Vec3{20, 0, 30});

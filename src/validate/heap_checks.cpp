@@ -135,7 +135,7 @@ class HeapRun {
   /// The worst overlap beside what it may be.
   struct Overlap {
     double depth = 0, limit = 1;  // m
-    std::size_t a = 0, b = 0;     // places in the scene
+    std::size_t a = 0, b = 0;     // indices in the scene
 
     double share() const { return depth / limit; }
   };
@@ -159,19 +159,19 @@ class HeapRun {
 
   /// The same of bodies and the surface that they lie on.
   Overlap deepest_in_surface() const {
-    std::vector<std::size_t> places;
+    std::vector<std::size_t> indices;
     std::vector<Solid> solids;
     for (std::size_t i = 0; i < mass_.size(); ++i)
       if (is_dynamic(i)) {
-        places.push_back(i);
+        indices.push_back(i);
         solids.emplace_back(world_.shape(id(i)), world_.pose(id(i)));
       }
     const std::vector<double> depths =
         depths_in(*surface().shape.surface, world_.pose(id(heap_.surface->body)), solids);
     Overlap worst;
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      const double limit = depth_limit(places[k]);
-      if (depths[k] / limit > worst.depth / worst.limit) worst = {depths[k], limit, heap_.surface->body, places[k]};
+    for (std::size_t k = 0; k < indices.size(); ++k) {
+      const double limit = depth_limit(indices[k]);
+      if (depths[k] / limit > worst.depth / worst.limit) worst = {depths[k], limit, heap_.surface->body, indices[k]};
     }
     return worst;
   }
@@ -261,7 +261,7 @@ class HeapRun {
   World world_;
   SceneInstance instance_;
   WaysAndVelocities ways_;
-  std::vector<MassProperties> mass_;  // by place in the scene; without mass what is not dynamic
+  std::vector<MassProperties> mass_;  // by index in the scene; without mass what is not dynamic
   std::vector<double> outer_;
   std::optional<Ground> ground_;
   std::vector<char> over_rim_, outside_;

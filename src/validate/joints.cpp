@@ -55,8 +55,8 @@ std::vector<BodyId> add_chain(World& world, BodyId top, int count, float mass) {
   std::vector<BodyId> links;
   const Vec3 from = world.pose(top).position;
   for (int i = 0; i < count; ++i) {
-    const Vec3 place = from - (static_cast<float>(i) + 0.5f) * Vec3{0, 0, link_length};
-    links.push_back(world.add(body(capsule(0.02f, 0.07f), place, mass)));
+    const Vec3 position = from - (static_cast<float>(i) + 0.5f) * Vec3{0, 0, link_length};
+    links.push_back(world.add(body(capsule(0.02f, 0.07f), position, mass)));
     if (i == 0)
       world.add_joint(ball_joint(top, links[0], {}, link_end));
     else
@@ -99,10 +99,11 @@ void add_random_mechanism(World& world, Random& random, bool loops) {
   std::vector<BodyId> ids;
   for (int i = 0; i < count; ++i) {
     const Shape shape = number(0, 1) < 0.5f ? sphere(number(0.05, 0.2)) : capsule(number(0.03, 0.1), number(0.05, 0.2));
-    Vec3 place{0, 0, 8};  // nobody begins below the floor
+    Vec3 position{0, 0, 8};  // nobody begins below the floor
     const std::size_t parent = ids.empty() ? 0 : static_cast<std::size_t>(number(0, wide(narrow(i)) - 0.01));
-    if (i > 0) place = world.pose(ids[parent]).position + Vec3{number(-0.5, 0.5), number(-0.5, 0.5), number(-0.3, 0.5)};
-    BodyDef def = body(shape, place, number(0.5, 5));
+    if (i > 0)
+      position = world.pose(ids[parent]).position + Vec3{number(-0.5, 0.5), number(-0.5, 0.5), number(-0.3, 0.5)};
+    BodyDef def = body(shape, position, number(0.5, 5));
     def.filter = {2, ~2u};
     ids.push_back(world.add(def));
     const auto join = [&](BodyId a, BodyId b) {
@@ -213,8 +214,8 @@ void joint_net(const Setup& setup, Record& record) {
   World world(world_def(setup));
   std::vector<BodyId> ids;
   for (int i = 0; i < side * side; ++i) {
-    const Vec3 place{narrow(i % side), 0, narrow(-(i / side))};
-    ids.push_back(i < side ? add_post(world, place) : world.add(body(sphere(0.4f), place)));
+    const Vec3 position{narrow(i % side), 0, narrow(-(i / side))};
+    ids.push_back(i < side ? add_post(world, position) : world.add(body(sphere(0.4f), position)));
     if (i < side) continue;
     world.add_joint(ball_joint(ids[ids.size() - 1 - side], ids.back(), {0, 0, -0.5f}, {0, 0, 0.5f}));
     if (i % side > 0) world.add_joint(ball_joint(ids[ids.size() - 2], ids.back(), {0.5f, 0, 0}, {-0.5f, 0, 0}));

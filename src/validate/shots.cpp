@@ -134,7 +134,7 @@ Shot shot_without_aim(Chance& chance) {
 }
 
 /// From `aim` (m, from the target's middle) back along the bullet's way until it is clear of the target.
-void place(Shot& shot, Vec3 aim, Chance& chance) {
+void set_start(Shot& shot, Vec3 aim, Chance& chance) {
   const double size = bounding_radius(shot.target) + bounding_radius(shot.bullet) + wide(length(aim));
   const double back = size + shot.path * chance.between(0, 2) + 0.001;
   const Vec3 along = normalize(shot.bullet.velocity.linear);
@@ -183,7 +183,7 @@ bool goes_through(const Shape& plate, const std::pair<Pose, Pose>& from, const s
 Shot shot_at(std::uint64_t seed) {
   Chance chance(seed);
   Shot shot = shot_without_aim(chance);
-  place(shot, narrow(chance.between(-0.6, 0.6) * half_thickness(shot.target)) * chance.direction(), chance);
+  set_start(shot, narrow(chance.between(-0.6, 0.6) * half_thickness(shot.target)) * chance.direction(), chance);
   return shot;
 }
 
@@ -193,7 +193,7 @@ Shot shot_past(std::uint64_t seed) {
   const Vec3 side = normalize(cross(shot.bullet.velocity.linear, chance.direction()));
   const double size = std::max(bounding_radius(shot.target), bounding_radius(shot.bullet));
   shot.clearance = 0.025 + 0.25 * shot.thinner + chance.log_between(0.001, 1) * size;
-  place(shot, narrow(reach(shot.target, side) + bounding_radius(shot.bullet) + shot.clearance) * side, chance);
+  set_start(shot, narrow(reach(shot.target, side) + bounding_radius(shot.bullet) + shot.clearance) * side, chance);
   return shot;
 }
 
@@ -212,7 +212,7 @@ Shot shot_at_free(std::uint64_t seed) {
   shot.path = wide(speed * shot.dt);
   shot.thinner = std::min(half_thickness(shot.target), half_thickness(shot.bullet));
   shot.bullet.velocity.linear = speed * along;
-  place(shot, chance.point_of(shot.target), chance);
+  set_start(shot, chance.point_of(shot.target), chance);
   // It flies with the target, seen from which it is aimed.
   shot.bullet.velocity.linear += shot.target.velocity.linear;
   return shot;

@@ -48,10 +48,10 @@ std::vector<BodyId> add_666(World& world, double height, float restitution) {
   const Material material{0, restitution};
   world.add(floor_slab(material));
   Random random(42);
-  const auto place = [&](int i) { return 0.21 * i + 0.001 * (0.5 + random.symmetric(0.5)); };
+  const auto position = [&](int i) { return 0.21 * i + 0.001 * (0.5 + random.symmetric(0.5)); };
   std::vector<BodyId> ids;
   for (int i = 0; i < 216; ++i) {
-    const double x = place(i / 36), y = place(i / 6 % 6), z = place(i % 6) + height;
+    const double x = position(i / 36), y = position(i / 6 % 6), z = position(i % 6) + height;
     ids.push_back(world.add(body(sphere(ball_radius), {narrow(x), narrow(y), narrow(z)}, ball_mass, material)));
   }
   return ids;

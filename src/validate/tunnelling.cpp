@@ -35,7 +35,7 @@ bool goes_through(const World& world, BodyId plate, Vec3 from, Vec3 to) {
 
 }  // namespace
 
-// Balls, boxes and capsules of 1 cm at 300 m/s, from distances that put them at all places of a step.
+// Balls, boxes and capsules of 1 cm at 300 m/s, from distances that put them at all moments of a step.
 void bullets(const Setup& setup, Record& record) {
   const Shape shapes[] = {sphere(0.005f), box({0.005f, 0.005f, 0.005f}), capsule(0.0025f, 0.0025f)};
   for (const float dt : {1.0f / 60, 1.0f / 240}) {

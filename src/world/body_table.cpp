@@ -108,10 +108,10 @@ void BodyTable::note(const BodyInfo& info) {
 
 void BodyTable::note_sensor(std::uint32_t slot, bool is_sensor) {
   if (!is_sensor && sensors_.empty()) return;
-  const auto place = std::ranges::lower_bound(sensors_, slot);
-  const bool was_one = place != sensors_.end() && *place == slot;
-  if (is_sensor && !was_one) sensors_.insert(place, slot);
-  if (!is_sensor && was_one) sensors_.erase(place);
+  const auto entry = std::ranges::lower_bound(sensors_, slot);
+  const bool was_one = entry != sensors_.end() && *entry == slot;
+  if (is_sensor && !was_one) sensors_.insert(entry, slot);
+  if (!is_sensor && was_one) sensors_.erase(entry);
 }
 
 BodyDef BodyTable::definition(std::uint32_t slot) const {

@@ -10,15 +10,15 @@
 namespace fathom {
 namespace {
 
-void check_child(const ChildShape& child, const char* place) {
+void check_child(const ChildShape& child, const char* where) {
   if (!child.shape.is_convex())
-    refuse(std::string(place) + ": the shape is no convex one; children are spheres, capsules, boxes and hulls");
-  check_shape(child.shape, place);
-  check_pose(child.pose, place);
+    refuse(std::string(where) + ": the shape is no convex one; children are spheres, capsules, boxes and hulls");
+  check_shape(child.shape, where);
+  check_pose(child.pose, where);
   if (!is_finite(child.density) || child.density <= 0)
-    refuse(std::string(place) + ": the density is " + text(to_double(child.density)) +
+    refuse(std::string(where) + ": the density is " + text(to_double(child.density)) +
            "; it must be finite and greater than zero");
-  if (child.material) check_material(*child.material, place);
+  if (child.material) check_material(*child.material, where);
 }
 
 }  // namespace

@@ -162,20 +162,20 @@ static std::string axis_text(std::size_t axis) {
 }
 
 static void check_coupling(const JointDef& def, const char* action) {
-  const std::string place = std::string(action) + ": ";
+  const std::string where = std::string(action) + ": ";
   for (const CouplingEnd& end : {def.coupled_a, def.coupled_b}) {
     if (end.motion > CoupledMotion::rope)
-      refuse(place + "the coupled motion is " + std::to_string(static_cast<int>(end.motion)) +
+      refuse(where + "the coupled motion is " + std::to_string(static_cast<int>(end.motion)) +
              ", which is no CoupledMotion");
     check_pose(end.from, action);
   }
   if (!is_finite(def.ratio) || def.ratio == 0)
-    refuse(place + "the coupling's ratio is " + text(def.ratio) + "; it must be finite and not 0");
+    refuse(where + "the coupling's ratio is " + text(def.ratio) + "; it must be finite and not 0");
   const JointAxis& sum = def.axis(JointAxisName::x);
   if (sum.mode != AxisMode::limited)
-    refuse(place + "the coupling's axis x has no bounds; limit it to what the sum of its motions may be");
+    refuse(where + "the coupling's axis x has no bounds; limit it to what the sum of its motions may be");
   if (sum.drive.is_on() || sum.restitution > 0 || sum.armature > 0)
-    refuse(place + "a coupling has no drive, restitution or armature; give these to the joints that bear its bodies");
+    refuse(where + "a coupling has no drive, restitution or armature; give these to the joints that bear its bodies");
 }
 
 void check_joint_break(float force, float torque, const char* action) {
@@ -187,10 +187,10 @@ void check_joint_break(float force, float torque, const char* action) {
 }
 
 void check_joint(const JointDef& def, const char* action) {
-  const std::string place = std::string(action) + ": ";
+  const std::string where = std::string(action) + ": ";
   if (def.type > JointType::coupling)
-    refuse(place + "the type is " + std::to_string(static_cast<int>(def.type)) + ", which is no JointType");
-  if (def.a == def.b) refuse(place + "both bodies are the same one; a joint holds two different bodies together");
+    refuse(where + "the type is " + std::to_string(static_cast<int>(def.type)) + ", which is no JointType");
+  if (def.a == def.b) refuse(where + "both bodies are the same one; a joint holds two different bodies together");
   check_pose(def.frame_a, action);
   check_pose(def.frame_b, action);
   check_joint_spring(def.hertz, def.damping_ratio, action);
@@ -199,19 +199,19 @@ void check_joint(const JointDef& def, const char* action) {
   if (def.type == JointType::ball) return;
   if (def.type == JointType::coupling) check_coupling(def, action);
   require_not_negative(def.cone_angle, action, "the cone's angle");
-  if (def.cone_angle >= pi) refuse(place + "the cone's angle is " + text(def.cone_angle) + "; it must be below pi");
+  if (def.cone_angle >= pi) refuse(where + "the cone's angle is " + text(def.cone_angle) + "; it must be below pi");
   const char* const one_axis = def.type == JointType::distance   ? "a distance joint"
                                : def.type == JointType::coupling ? "a coupling"
                                                                  : nullptr;
-  if (def.cone_angle > 0 && one_axis) refuse(place + one_axis + " has no cone; leave the cone's angle 0");
+  if (def.cone_angle > 0 && one_axis) refuse(where + one_axis + " has no cone; leave the cone's angle 0");
   for (std::size_t i = 0; i < joint_axis_count; ++i) {
     const JointAxis& axis = def.axes[i];
     check_joint_axis(def, static_cast<JointAxisName>(i), axis, action);
     const bool is_set = axis.mode != AxisMode::free || axis.drive.is_on();
     if (one_axis && i > 0 && is_set)
-      refuse(place + one_axis + " has one axis, x; leave axis " + axis_text(i) + " free");
+      refuse(where + one_axis + " has one axis, x; leave axis " + axis_text(i) + " free");
     if (def.cone_angle > 0 && i > static_cast<std::size_t>(JointAxisName::twist) && is_set)
-      refuse(place + "with a cone both swings are free; leave axis " + axis_text(i) + " free");
+      refuse(where + "with a cone both swings are free; leave axis " + axis_text(i) + " free");
   }
 }
 

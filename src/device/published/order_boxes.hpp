@@ -95,16 +95,16 @@ struct BeginSweep {
   }
 };
 
-/// Every element's projection anew, in its place. `from_scratch` starts from the order of indices.
+/// Every element's projection anew, in place. `from_scratch` starts from the order of indices.
 struct ProjectBoxes {
   Bodies<> bodies;
   const Counters* counters;
   Sweep<sweep_list, sweep_wide, sweep_counters> sweep;
   bool from_scratch;
 
-  FATHOM_HD void operator()(std::uint32_t place) const {
-    const std::uint32_t i = from_scratch ? place : static_cast<std::uint32_t>(sweep.order[place]);
-    sweep.order[place] = key(i) | i;
+  FATHOM_HD void operator()(std::uint32_t index) const {
+    const std::uint32_t i = from_scratch ? index : static_cast<std::uint32_t>(sweep.order[index]);
+    sweep.order[index] = key(i) | i;
   }
 
  private:

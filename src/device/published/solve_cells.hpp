@@ -22,10 +22,10 @@ struct IntegrateBodies {
     SolveContacts::Plan plan{};
     plan.bounces = bounces;
     plan.any_kinematic = true;  // perhaps: bodies are asked
-    const SolveContacts::Place place{what, 0, 0, 0};
+    const SolveContacts::Cursor cursor{what, 0, 0, 0};
     SolveContacts::Fetched fetched;
-    solver.fetch(plan, place, i, fetched);
-    solver(plan, place, i, fetched);
+    solver.fetch(plan, cursor, i, fetched);
+    solver(plan, cursor, i, fetched);
   }
 };
 
@@ -50,7 +50,7 @@ struct SolveCells {
   SolveContacts solver;
   Cells<> cells;
   std::uint32_t cell_group;
-  std::uint32_t round;  ///< as in SolveContacts::Place; of bounce sweeps, which sweep of the step
+  std::uint32_t round;  ///< as in SolveContacts::Cursor; of bounce sweeps, which sweep of the step
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -70,12 +70,12 @@ struct SolveCells {
     plan.overflow = 0;
     plan.by_data = false;
     plan.schedule[0] = {0, 0};
-    SolveContacts::Place place{what, 0, round, 0};
+    SolveContacts::Cursor cursor{what, 0, round, 0};
     if constexpr (what == SolveContacts::What::bounce)
-      place.substep = round / max_bounce_sweeps, place.bounce_sweeps = round % max_bounce_sweeps;
+      cursor.substep = round / max_bounce_sweeps, cursor.bounce_sweeps = round % max_bounce_sweeps;
     SolveContacts::Fetched fetched;
-    solver.fetch(plan, place, constraint, fetched);
-    solver(plan, place, constraint, fetched);
+    solver.fetch(plan, cursor, constraint, fetched);
+    solver(plan, cursor, constraint, fetched);
   }
 };
 

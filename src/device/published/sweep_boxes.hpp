@@ -17,7 +17,7 @@ FATHOM_HD std::uint64_t pair_key(std::uint32_t a, std::uint32_t b) {
 }
 inline constexpr std::uint64_t no_pair = ~std::uint64_t{0};
 
-FATHOM_HD std::uint32_t pair_place(std::uint64_t key, std::uint32_t mask) {
+FATHOM_HD std::uint32_t pair_slot(std::uint64_t key, std::uint32_t mask) {
   key *= 0x9e3779b97f4a7c15u;
   return static_cast<std::uint32_t>(key >> 32) & mask;
 }
@@ -40,30 +40,30 @@ struct EnterPairs {
     const Contact& c = contacts.contacts[k];
     if (!c.in_use() || (bodies.fat[c.a].changes | bodies.fat[c.b].changes) & drop_contacts) return;
     const std::uint64_t key = pair_key(c.a, c.b);
-    std::uint32_t place = pair_place(key, sweep.pair_mask);
-    while (exec::atomic_cas(sweep.pairs[place], no_pair, key) != no_pair) place = (place + 1) & sweep.pair_mask;
+    std::uint32_t slot = pair_slot(key, sweep.pair_mask);
+    while (exec::atomic_cas(sweep.pairs[slot], no_pair, key) != no_pair) slot = (slot + 1) & sweep.pair_mask;
   }
 };
 
 FATHOM_HD bool is_entered(const Sweep<>& sweep, std::uint32_t a, std::uint32_t b) {
   const std::uint64_t key = pair_key(a, b);
-  for (std::uint32_t place = pair_place(key, sweep.pair_mask);; place = (place + 1) & sweep.pair_mask) {
-    const std::uint64_t there = sweep.pairs[place];
+  for (std::uint32_t slot = pair_slot(key, sweep.pair_mask);; slot = (slot + 1) & sweep.pair_mask) {
+    const std::uint64_t there = sweep.pairs[slot];
     if (there == key || there == no_pair) return there == key;
   }
 }
 
 // The sweep ------------------------------------------------------------------------------------------------------
 
-/// A work-item for each place of the list. A wide body, a sea floor, would sweep over everybody and need as many slots:
+/// A work-item for each entry of the list. A wide body, a sea floor, would sweep over everybody and need as many slots:
 /// n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
 struct SweepBoxes {
   Bodies<> bodies;
   const Counters* counters;
   Sweep<sweep_overlaps, sweep_counters> sweep;
 
-  FATHOM_HD void operator()(std::uint32_t place) const {
-    const std::uint64_t mine = sweep.order[place];
+  FATHOM_HD void operator()(std::uint32_t index) const {
+    const std::uint64_t mine = sweep.order[index];
     const auto i = static_cast<std::uint32_t>(mine);
     if (i >= counters->live_bodies) return;
     const NotedBox fat = bodies.fat[i];
@@ -72,7 +72,7 @@ struct SweepBoxes {
       const bool is_wide = mine >= absent;
       if (!is_wide) {
         const std::uint64_t last = sortable(dot(sweep.axis, fat.upper));
-        for (std::uint32_t k = place + 1; k < sweep.counters->elements; ++k) {
+        for (std::uint32_t k = index + 1; k < sweep.counters->elements; ++k) {
           const std::uint64_t other = sweep.order[k];
           if (other >> 32 > last) break;
           test(found, fat, static_cast<std::uint32_t>(other));
@@ -120,8 +120,8 @@ struct TakeOverlaps {
     if (!a.is_dynamic() && !b.is_dynamic()) return;
     if (!may_collide(bodies, i, j)) return;
     if (is_entered(sweep, i, j)) return;
-    const std::uint32_t place = exec::atomic_add(counters->found, 1u);
-    if (place < contacts.capacity) contacts.found[place] = {i, j};
+    const std::uint32_t index = exec::atomic_add(counters->found, 1u);
+    if (index < contacts.capacity) contacts.found[index] = {i, j};
   }
 };
 

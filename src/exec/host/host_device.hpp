@@ -68,18 +68,18 @@ class HostDevice : public ClosureQueue {
     launch_step([this, max_phases, max_phase_items, kernel = planned(kernel)] {
       typename decltype(kernel)::Plan plan;
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
-      auto place = kernel.place(plan, 0);
+      auto cursor = kernel.cursor_at(plan, 0);
       // How many phases there are may be known only as they go on.
       for (std::uint32_t phase = 0; phase < within(kernel, kernel.phases(plan), max_phases); ++phase) {
-        if (phase > 0) place = kernel.next(plan, place);
-        const ItemShare all = share_of(kernel, plan, place, 0, 1, max_phase_items);
+        if (phase > 0) cursor = kernel.next(plan, cursor);
+        const ItemShare all = share_of(kernel, plan, cursor, 0, 1, max_phase_items);
         if (ends_at_empty_phase<Kernel>() && all.end == 0) return;
-        if (kernel.is_serial(plan, place)) {
-          run_share(kernel, plan, place, all);
+        if (kernel.is_serial(plan, cursor)) {
+          run_share(kernel, plan, cursor, all);
           continue;
         }
         for_each_chunk(all.end, 64, [&](std::size_t begin, std::size_t end) {
-          run_share(kernel, plan, place, {static_cast<std::uint32_t>(begin), 1, static_cast<std::uint32_t>(end)});
+          run_share(kernel, plan, cursor, {static_cast<std::uint32_t>(begin), 1, static_cast<std::uint32_t>(end)});
         });
       }
     });

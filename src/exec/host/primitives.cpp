@@ -32,15 +32,15 @@ void count_digits(ThreadPool& pool, const Key* keys, std::uint32_t n, int shift,
   });
 }
 
-/// Turns counts into the place of each chunk's first item of each digit; false where all items share one digit.
-bool counts_to_places(std::uint32_t* counters, std::size_t chunks, std::uint32_t n) {
-  std::uint32_t place = 0;
+/// Turns counts into the index of each chunk's first item of each digit; false where all items share one digit.
+bool counts_to_indices(std::uint32_t* counters, std::size_t chunks, std::uint32_t n) {
+  std::uint32_t index = 0;
   for (std::uint32_t digit = 0; digit < digits; ++digit) {
-    const std::uint32_t first = place;
+    const std::uint32_t first = index;
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      place += std::exchange(counters[chunk * digits + digit], place);
+      index += std::exchange(counters[chunk * digits + digit], index);
     }
-    if (place - first == n) return false;
+    if (index - first == n) return false;
   }
   return true;
 }
@@ -49,12 +49,12 @@ template <class Key>
 void scatter(ThreadPool& pool, Items<Key> from, Items<Key> to, std::uint32_t n, int shift, std::uint32_t mask,
              const std::uint32_t* counters) {
   pool.for_each_chunk(n, chunk_items, [=](std::size_t begin, std::size_t end) {
-    std::array<std::uint32_t, digits> places;
-    std::copy_n(counters + begin / chunk_items * digits, digits, places.begin());
+    std::array<std::uint32_t, digits> indices;
+    std::copy_n(counters + begin / chunk_items * digits, digits, indices.begin());
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t place = places[digit_of(from.keys[i], shift, mask)]++;
-      to.keys[place] = from.keys[i];
-      to.values[place] = from.values[i];
+      const std::uint32_t index = indices[digit_of(from.keys[i], shift, mask)]++;
+      to.keys[index] = from.keys[i];
+      to.values[index] = from.values[i];
     }
   });
 }
@@ -78,7 +78,7 @@ void radix_sort(ThreadPool& pool, const SortScratch<Key>& scratch, std::uint32_t
   for (int shift = 0; shift < key_bits; shift += digit_bits) {
     const std::uint32_t mask = (1u << std::min(digit_bits, key_bits - shift)) - 1;
     count_digits(pool, from.keys, n, shift, mask, scratch.counters);
-    if (!counts_to_places(scratch.counters, chunk_count(n), n)) continue;
+    if (!counts_to_indices(scratch.counters, chunk_count(n), n)) continue;
     scatter(pool, from, to, n, shift, mask, scratch.counters);
     std::swap(from, to);
   }
@@ -119,9 +119,9 @@ std::uint32_t select(ThreadPool& pool, std::uint32_t* sums, std::uint32_t n, con
     return sum;
   });
   pool.for_each_chunk(n, chunk_items, [=](std::size_t begin, std::size_t end) {
-    std::uint32_t place = sums[begin / chunk_items];
+    std::uint32_t index = sums[begin / chunk_items];
     for (std::size_t i = begin; i < end; ++i) {
-      if (flags[i] != 0) indices[place++] = static_cast<std::uint32_t>(i);
+      if (flags[i] != 0) indices[index++] = static_cast<std::uint32_t>(i);
     }
   });
   return total;

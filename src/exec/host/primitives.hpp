@@ -1,7 +1,7 @@
 // Sort, scan and selection on a pool of threads.
 //
 // All cut their items into chunks of one size, count per chunk, sum the counts in chunk order, and then let each
-// chunk write to its own places. So results do not depend on the number of threads.
+// chunk write to its own entries. So results do not depend on the number of threads.
 #pragma once
 
 #include <cstddef>

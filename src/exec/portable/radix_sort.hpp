@@ -1,7 +1,7 @@
 // Stable sort by key from group kernels alone, for back ends without a library of them.
 //
 // By four bits at a time, from the lowest: each work-group counts the digits of its tile, a scan over all groups'
-// counts gives each digit of each tile its place, and each group moves its tile there. A work-item counts and
+// counts gives each digit of each tile its index, and each group moves its tile there. A work-item counts and
 // moves a run of neighbouring items in order, which makes the sort stable.
 #pragma once
 
@@ -47,7 +47,7 @@ FATHOM_HD void count_runs(const Group& group, DigitCounts& counts, Digit digit, 
   });
 }
 
-/// tile_counts[digit · tiles + tile]: in this order a scan gives places.
+/// tile_counts[digit · tiles + tile]: in this order a scan gives indices.
 template <class Key>
 struct CountDigits {
   static constexpr std::uint32_t group_size = scan_group_size;
@@ -70,7 +70,7 @@ struct CountDigits {
 };
 
 template <class Key>
-struct MoveToPlaces {
+struct MoveItems {
   static constexpr std::uint32_t group_size = scan_group_size;
   using Local = DigitCounts;
 
@@ -79,7 +79,7 @@ struct MoveToPlaces {
   Pairs<Key> from;
   Pairs<Key> to;
   std::uint32_t tiles;
-  const std::uint32_t* places;  // of each tile's first item of each digit
+  const std::uint32_t* first_indices;  // of each tile's first item of each digit
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     const std::uint32_t n = range.size();
@@ -92,15 +92,15 @@ struct MoveToPlaces {
       });
       inclusive_scan(group, local.sums);
       group.for_each([&](std::uint32_t item) {
-        local.of[d][item] = places[d * tiles + group.index()] + local.sums.values[item] - own[item];
+        local.of[d][item] = first_indices[d * tiles + group.index()] + local.sums.values[item] - own[item];
       });
     }
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t begin = group.index() * sort_tile + item * sort_run;
       for (std::uint32_t i = begin; i < begin + sort_run && i < n; ++i) {
-        const std::uint32_t place = local.of[digit.of(from.keys[i])][item]++;
-        to.keys[place] = from.keys[i];
-        to.values[place] = from.values[i];
+        const std::uint32_t index = local.of[digit.of(from.keys[i])][item]++;
+        to.keys[index] = from.keys[i];
+        to.values[index] = from.values[i];
       }
     });
   }
@@ -145,7 +145,7 @@ void sort_by_key(D& device, Scratch& scratch, Range range, Key* keys, std::uint3
     device.parallel_groups(half.tiles, CountDigits<Key>{range, digit, from.keys, half.tiles, half.tile_counts}, where);
     scan(device, half.scan, digits * half.tiles, LoadTerm{half.tile_counts}, StoreSum{half.tile_counts}, nullptr,
          where);
-    device.parallel_groups(half.tiles, MoveToPlaces<Key>{range, digit, from, to, half.tiles, half.tile_counts}, where);
+    device.parallel_groups(half.tiles, MoveItems<Key>{range, digit, from, to, half.tiles, half.tile_counts}, where);
     std::swap(from, to);
   }
   if (from.keys != keys) device.parallel_for(range, MoveBack<Key>{from, to}, where);

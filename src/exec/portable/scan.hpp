@@ -157,8 +157,8 @@ struct LoadFlag {
 struct StoreIndex {
   const std::uint32_t* flags;
   std::uint32_t* indices;
-  FATHOM_HD void operator()(std::uint32_t i, std::uint32_t place) const {
-    if (flags[i] != 0) indices[place] = i;
+  FATHOM_HD void operator()(std::uint32_t i, std::uint32_t index) const {
+    if (flags[i] != 0) indices[index] = i;
   }
 };
 

@@ -41,10 +41,10 @@ struct RunPhase {
       group.for_each(Kernel::plan_parts, [&](std::uint32_t k) { kernel.plan_part(local.plan, k); });
     }
     if (phase >= kernel.phases(plan)) return;
-    const auto place = kernel.place(plan, phase);
+    const auto cursor = kernel.cursor_at(plan, phase);
     group.for_each([&](std::uint32_t item) {
       const std::uint32_t first = group.index() * Size + item;
-      run_share(kernel, plan, place, share_of(kernel, plan, place, first, groups * Size, max_phase_items));
+      run_share(kernel, plan, cursor, share_of(kernel, plan, cursor, first, groups * Size, max_phase_items));
     });
   }
 };
@@ -193,7 +193,7 @@ class SyclDevice final : public ClosureQueue {
       for (std::uint32_t phase = 0; phase < max_phases && phase < with_plan.phases(plan); ++phase) {
         if constexpr (ends_at_empty_phase<Kernel>()) {
           if (phase > 0) wait();
-          if (with_plan.items(plan, with_plan.place(plan, phase)) == 0) break;
+          if (with_plan.items(plan, with_plan.cursor_at(plan, phase)) == 0) break;
         }
         run(phase);
       }
