@@ -29,6 +29,8 @@ class Mechanisms {
   }
 
   bool empty() const { return trees_.mechanisms().empty(); }
+  /// Bodies that are solved directly.
+  std::size_t links() const { return trees_.links().size(); }
   /// By number, all of them, or those of a group.
   std::span<const std::uint32_t> all() const { return order_; }
   std::span<const std::uint32_t> of_group(std::size_t group) const {

@@ -6,9 +6,10 @@
 
 namespace fathom::native {
 
-int ThreadBudget::next(const StepCounts& counts, double waiting, int most) {
+int ThreadBudget::next(const StepCounts& counts, std::size_t links, double waiting, int most) {
   if (most == 1) return 1;
-  const double work = work_of_body * counts.active + work_of_manifold * counts.manifolds;  // s, about
+  const double work = work_of_body * counts.active + work_of_manifold * counts.manifolds +
+                      work_of_link * static_cast<double>(links);  // s, about
   const double guess = std::max(1.0, work / ThreadChoice::worth_a_thread);
   const bool alone = work < std::max(min_work_to_share, 2 * waiting);
   return choice_.next(guess, alone ? 1 : guess, std::clamp(static_cast<int>(work / hopeless_a_thread), 1, most));

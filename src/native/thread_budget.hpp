@@ -14,9 +14,9 @@ namespace fathom::native {
 
 class ThreadBudget {
  public:
-  /// Threads for the next step, of `most` that there are, where the last one counted `counts` and threads wait for each
-  /// other for `waiting` seconds.
-  int next(const StepCounts& counts, double waiting, int most);
+  /// Threads for the next step, of `most` that there are, where the last one counted `counts`, as many `links` of
+  /// mechanisms are solved directly, and threads wait for each other for `waiting` seconds.
+  int next(const StepCounts& counts, std::size_t links, double waiting, int most);
   /// That step took `seconds`.
   void took(double seconds) { choice_.took(seconds); }
 
