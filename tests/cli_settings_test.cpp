@@ -57,6 +57,7 @@ const Setting settings[] = {
      {"--iterations", "2"},
      "[solver]\nmethod = 'impulse'"},
     {"warm_start", "false", "[solver]\nwarm_start = false", {"--warm-start", "off"}},
+    {"direct_joints", "false", "[solver]\ndirect_joints = false", {"--direct-joints", "off"}},
     {"substeps", "3", "[solver]\nsubsteps = 3", {"--substeps", "3"}},
     {"contact_hertz", "10", "[solver]\ncontact_hertz = 10"},
     {"contact_damping_ratio", "3", "[solver]\ncontact_damping_ratio = 3"},

@@ -35,6 +35,7 @@ const Sample world_samples[] = {
     {"simulator.sweep_axis", "[1, 0, 0]", "[simulator]\nsweep_axis = [1, 0, 0]"},
     {"simulator.partition", "\"cells\"", "[simulator]\npartition = 'cells'"},
     {"simulator.warm_start", "false", "[solver]\nwarm_start = false"},
+    {"simulator.direct_joints", "false", "[solver]\ndirect_joints = false"},
     {"simulator.substeps", "7", "[solver]\nsubsteps = 7"},
     {"simulator.iterations", "3", "[solver]\niterations = 3"},
     {"simulator.marking_rounds", "9", "[solver]\nmarking_rounds = 9"},

@@ -155,5 +155,41 @@ TEST(JointTrees, MoveAlikeOnSeveralThreads) {
   }
 }
 
+/// A chain of ten equal links that swings, under a load of as much as all of them.
+float gap_of_a_chain(SimulatorKind simulator, bool direct) {
+  WorldDef def;
+  def.simulator = simulator;
+  def.solver.direct_joints = direct;
+  World world(def);
+  BodyId last = world.add({.motion = MotionType::fixed, .shape = sphere(0.1f)});
+  std::vector<BodyId> links{last};
+  for (int i = 0; i < 10; ++i) {
+    const float z = -0.2f - 0.4f * static_cast<float>(i);
+    links.push_back(
+        world.add({.pose = {.position = {0.3f * -z, 0, z}}, .shape = box({0.05f, 0.05f, 0.2f}), .mass = 1}));
+  }
+  world.set_mass(links.back(), 10);
+  for (std::size_t i = 1; i < links.size(); ++i)
+    world.add_joint(ball_joint(links[i - 1], links[i], {0, 0, i == 1 ? 0.0f : -0.2f}, {0, 0, 0.2f}));
+  float widest = 0;
+  for (int step = 0; step < 300; ++step) {
+    world.step();
+    if (step < 60) continue;  // the links are laid out apart
+    for (std::size_t i = 1; i < links.size(); ++i)
+      widest = std::max(widest, distance(transform(world.pose(links[i - 1]), {0, 0, i == 1 ? 0.0f : -0.2f}),
+                                         transform(world.pose(links[i]), {0, 0, 0.2f})));
+  }
+  return widest;
+}
+
+TEST(JointTrees, AreLeftToSweepsWhereOneAsks) {
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid}) {
+    EXPECT_LT(gap_of_a_chain(simulator, true), 2e-5f);
+    const float by_sweeps = gap_of_a_chain(simulator, false);
+    EXPECT_GT(by_sweeps, 2e-4f);
+    EXPECT_LT(by_sweeps, 0.02f);
+  }
+}
+
 }  // namespace
 }  // namespace fathom

@@ -447,6 +447,7 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "ahead",
                           "partition",
                           "warm_start",
+                          "direct_joints",
                           "marking_rounds",
                           "max_linear_speed",
                           "interval",

@@ -82,6 +82,8 @@ void declare_simulator(CLI::App& command, RunOptions& options) {
                          "How contacts are solved (soft)");
   declare_choice<bool>(command, "--warm-start", options.warm_start, {{"on", true}, {"off", false}},
                        "Whether contacts begin with their last impulses (on)");
+  declare_choice<bool>(command, "--direct-joints", options.direct_joints, {{"on", true}, {"off", false}},
+                       "Whether mechanisms of rigid joints are solved directly, or by sweeps (on)");
   command.add_option("--iterations", options.iterations, "Sweeps per substep of solver impulse (10)")
       ->type_name("N")
       ->check(whole_number(1, 1000));
@@ -127,7 +129,7 @@ bool RunOptions::decides_states() const {
   const bool of_scene = bodies || layers || seed || dt || !config.file.empty() || !config.sets.empty();
   const bool of_simulator = simulator.simulator || simulator.device || ahead || preset || sleep;
   const bool of_detection = broad_phase || sweep_axis;
-  const bool of_solver = partition || solver || iterations || warm_start || marking_rounds || substeps;
+  const bool of_solver = partition || solver || iterations || warm_start || direct_joints || marking_rounds || substeps;
   return of_scene || of_simulator || of_detection || of_solver;
 }
 

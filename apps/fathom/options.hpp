@@ -48,6 +48,7 @@ struct RunOptions {
   std::optional<Solver> solver;
   std::optional<int> iterations;
   std::optional<bool> warm_start;
+  std::optional<bool> direct_joints;
   std::optional<int> marking_rounds;
   std::optional<Preset> preset;
   std::optional<bool> sleep;

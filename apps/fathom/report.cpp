@@ -116,6 +116,7 @@ Json to_json(const Scene& scene, const RunResult& result) {
   report["solver"] = world.solver.method == Solver::soft ? "soft" : "impulse";
   report["partition"] = world.partition == Partition::colours ? "colours" : "cells";
   report["warm_start"] = world.solver.warm_start;
+  report["direct_joints"] = world.solver.direct_joints;
   report["ahead"] = world.ahead;
   report["sleep"] = world.sleep.enabled;
   report["memory"] = {{"simulator_bytes", result.last.counts.memory_bytes}, {"process_peak_bytes", peak_memory()}};

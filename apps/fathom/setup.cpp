@@ -101,6 +101,7 @@ void give_options(engine::Config& config, const RunOptions& o) {
   give(config, "simulator.partition", "--partition", &Simulator::partition, o.partition);
   give(config, "simulator.marking_rounds", "--marking-rounds", &Simulator::marking_rounds, o.marking_rounds);
   give(config, "simulator.warm_start", "--warm-start", &Simulator::warm_start, o.warm_start);
+  give(config, "simulator.direct_joints", "--direct-joints", &Simulator::direct_joints, o.direct_joints);
   give(config, "simulator.iterations", "--iterations", &Simulator::iterations, o.iterations);
   give(config, "simulator.substeps", "--substeps", &Simulator::substeps, o.substeps);
   give(config, "simulator.solver", "--solver", &Simulator::solver, o.solver);

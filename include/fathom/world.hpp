@@ -54,6 +54,9 @@ enum class Partition : std::uint8_t {
 struct SolverSettings {
   Solver method = Solver::soft;  ///< soft constraints or sequential impulses
   bool warm_start = true;        ///< contacts begin with their last impulses; else each substep begins without any
+  /// Mechanisms of rigid joints are solved directly by `soft`, else by sweeps as contacts are: several times as fast,
+  /// but their joints open by millimetres, and by more under heavy loads (docs/joints.md).
+  bool direct_joints = true;
   int substeps = 4;              ///< ≥ 1
   int iterations = 10;           ///< sweeps per substep of `impulse`; `soft` does one, and one relax sweep
   int marking_rounds = 32;       ///< 1 to 255, for `Partition::cells` on a device: the maximum of batches in a cell

@@ -9,10 +9,10 @@
 
 namespace fathom::device {
 
-/// Sequential impulses and cells have sweeps alone.
+/// Sequential impulses and cells have sweeps alone, and so has who asks for it.
 template <exec::Device D>
 bool DeviceSimulator<D>::solves_directly() const {
-  return def.solver.method == Solver::soft && def.partition == Partition::colours;
+  return def.solver.method == Solver::soft && def.solver.direct_joints && def.partition == Partition::colours;
 }
 
 template <exec::Device D>

@@ -50,6 +50,7 @@ struct Settings {
     Vec3 sweep_axis = WorldDef{}.sweep_axis;
     Partition partition = Partition::colours;
     bool warm_start = true;
+    bool direct_joints = true;
     Preset preset = Preset::fathom;
     bool sleep = true;
     float sleep_linear_speed = SleepSettings{}.linear_speed;

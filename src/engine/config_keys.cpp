@@ -199,6 +199,9 @@ std::vector<ConfigKey> simulator_keys() {
       boolean(
           "simulator.warm_start", "contacts begin with their last impulses",
           [](auto& s) -> auto& { return s.simulator.warm_start; }),
+      boolean(
+          "simulator.direct_joints", "mechanisms of rigid joints are solved directly, not by sweeps",
+          [](auto& s) -> auto& { return s.simulator.direct_joints; }),
       vector(
           "simulator.sweep_axis", "of broad phase sweep, three numbers", " of at least 0, not all 0, e.g. [3, 2, 1]",
           is_axis, [](auto& s) -> auto& { return s.simulator.sweep_axis; }),

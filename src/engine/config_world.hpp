@@ -25,6 +25,7 @@ void for_each_world_key(Visit visit) {
   FATHOM_WORLD_KEY(partition, partition);
   FATHOM_WORLD_KEY(solver, solver.method);
   FATHOM_WORLD_KEY(warm_start, solver.warm_start);
+  FATHOM_WORLD_KEY(direct_joints, solver.direct_joints);
   FATHOM_WORLD_KEY(substeps, solver.substeps);
   FATHOM_WORLD_KEY(iterations, solver.iterations);
   FATHOM_WORLD_KEY(marking_rounds, solver.marking_rounds);

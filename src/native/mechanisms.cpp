@@ -114,6 +114,7 @@ bool Mechanisms::does_swing(const Mechanism& m) const {
 // --- which joints ----------------------------------------------------------------------------------------------
 
 void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
+  if (!def_.solver.direct_joints) return;
   if (is_stale()) {
     is_to_find_ = false;
     colouring_ = graph_.colouring();

@@ -24,6 +24,7 @@ class Mechanisms {
   void update(const ConstraintLayout& layout, bool has_moved);
   /// Some bodies have been isolated: they are obstacles now.
   void find_again(const ConstraintLayout& layout) {
+    if (!def_.solver.direct_joints) return;
     find();
     order_by_group(layout);
   }

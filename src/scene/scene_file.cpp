@@ -62,11 +62,12 @@ void read_world(const TomlTable& root, Scene& scene) {
 void read_solver(const TomlTable& root, Scene& scene) {
   SolverSettings& solver = scene.world.solver;
   read_section(root, "solver",
-               {"method", "warm_start", "substeps", "iterations", "marking_rounds", "contact_hertz",
+               {"method", "warm_start", "direct_joints", "substeps", "iterations", "marking_rounds", "contact_hertz",
                 "contact_damping_ratio", "push_out_velocity", "restitution_threshold", "max_linear_speed"},
                [&](const TomlTable& table) {
                  table.read_choice<Solver>("method", solver.method, solvers);
                  table.read("warm_start", solver.warm_start);
+                 table.read("direct_joints", solver.direct_joints);
                  table.read("marking_rounds", solver.marking_rounds, 1, 255);
                  table.read("substeps", solver.substeps, 1, 1000);
                  table.read("iterations", solver.iterations, 1, 1000);

@@ -17,7 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 22;
+constexpr std::uint32_t version = 23;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
@@ -25,7 +25,7 @@ template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
   a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.partition, def.max_bodies);
   auto& s = def.solver;
-  a(s.method, s.warm_start, s.substeps, s.iterations, s.marking_rounds, s.contact_hertz, s.contact_damping_ratio,
+  a(s.method, s.warm_start, s.direct_joints, s.substeps, s.iterations, s.marking_rounds, s.contact_hertz, s.contact_damping_ratio,
     s.push_out_velocity, s.restitution_threshold, s.max_linear_speed);
   a(def.sleep.enabled, def.sleep.linear_speed, def.sleep.time);
 }
