@@ -14,7 +14,8 @@ using fathom::test::read_text;
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
 
-// A wedge of overlapping boxes, a ball that is too fast, balls that bounce, boxes that fall asleep.
+// A wedge of overlapping boxes, a ball that is too fast, balls that bounce, boxes that fall asleep, two that a
+// joint may connect.
 constexpr const char* bodies = R"(
 [[body]]
 shape = {type = "box", half_extents = [50, 50, 0.5]}
@@ -36,7 +37,18 @@ repeat = {count = [1, 3, 1], spacing = [1, 1.3, 1]}
 shape = {type = "sphere", radius = 0.5}
 position = [-9, 9, 6]
 velocity = [30, -20, 0]
+[[body]]
+name = "upper"
+shape = {type = "box", half_extents = [0.1, 0.1, 0.5]}
+position = [0, 4, 3]
+velocity = [1, 0, 0]
+[[body]]
+name = "lower"
+shape = {type = "box", half_extents = [0.1, 0.1, 0.5]}
+position = [0, 4, 2]
 )";
+
+#define FATHOM_A_JOINT "[[joint]]\ntype = 'ball'\na = 'upper'\nb = 'lower'\npoint = [0, 4, 2.5]\n"
 
 struct Setting {
   const char* key;          ///< of the configuration, without "simulator."
@@ -57,7 +69,6 @@ const Setting settings[] = {
      {"--iterations", "2"},
      "[solver]\nmethod = 'impulse'"},
     {"warm_start", "false", "[solver]\nwarm_start = false", {"--warm-start", "off"}},
-    {"direct_joints", "false", "[solver]\ndirect_joints = false", {"--direct-joints", "off"}},
     {"substeps", "3", "[solver]\nsubsteps = 3", {"--substeps", "3"}},
     {"contact_hertz", "10", "[solver]\ncontact_hertz = 10"},
     {"contact_damping_ratio", "3", "[solver]\ncontact_damping_ratio = 3"},
@@ -70,6 +81,11 @@ const Setting settings[] = {
     {"sleep_time", "0.05", "[sleep]\ntime = 0.05"},
     {"kind", "\"device\"", "[simulator]\nkind = 'device'", {"--simulator", "device"}},
     {"device", "\"host\"", "[simulator]\ndevice = 'host'", {"--device", "host"}},
+    {"direct_joints",
+     "false",
+     "[solver]\ndirect_joints = false\n" FATHOM_A_JOINT,
+     {"--direct-joints", "off"},
+     FATHOM_A_JOINT},
 };
 
 class Settings : public fathom::test::Program {

@@ -57,9 +57,9 @@ struct SolverSettings {
   /// Mechanisms of rigid joints are solved directly by `soft`, else by sweeps as contacts are: several times as fast,
   /// but their joints open by millimetres, and by more under heavy loads (docs/joints.md).
   bool direct_joints = true;
-  int substeps = 4;              ///< ≥ 1
-  int iterations = 10;           ///< sweeps per substep of `impulse`; `soft` does one, and one relax sweep
-  int marking_rounds = 32;       ///< 1 to 255, for `Partition::cells` on a device: the maximum of batches in a cell
+  int substeps = 4;         ///< ≥ 1
+  int iterations = 10;      ///< sweeps per substep of `impulse`; `soft` does one, and one relax sweep
+  int marking_rounds = 32;  ///< 1 to 255, for `Partition::cells` on a device: the maximum of batches in a cell
   /// Stiffness of contacts, twice that against static bodies; at most 0.15 of the substep rate (36 Hz at 4 substeps and
   /// 1/60 s), which is the default.
   float contact_hertz = 1e6f;

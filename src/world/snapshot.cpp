@@ -25,8 +25,8 @@ template <class Archive, class Def>
 void archive_definition(Archive& a, Def& def) {
   a(def.simulator, def.gravity, def.dt, def.broad_phase, def.sweep_axis, def.partition, def.max_bodies);
   auto& s = def.solver;
-  a(s.method, s.warm_start, s.direct_joints, s.substeps, s.iterations, s.marking_rounds, s.contact_hertz, s.contact_damping_ratio,
-    s.push_out_velocity, s.restitution_threshold, s.max_linear_speed);
+  a(s.method, s.warm_start, s.direct_joints, s.substeps, s.iterations, s.marking_rounds, s.contact_hertz,
+    s.contact_damping_ratio, s.push_out_velocity, s.restitution_threshold, s.max_linear_speed);
   a(def.sleep.enabled, def.sleep.linear_speed, def.sleep.time);
 }
 
