@@ -171,6 +171,12 @@ class ContactGraph {
   std::size_t joints_of_colour(ConstraintKind kind, int colour) const {
     return joint_counts_[colour][kind_index(kind)];
   }
+  /// Joints with a colour: those of awake bodies.
+  std::size_t coloured_joints() const {
+    std::size_t sum = 0;
+    for (int colour = 0; colour <= overflow_colour; ++colour) sum += joints_of_colour(colour);
+    return sum;
+  }
   bool any_generic_joints() const { return !generic_joints_.empty(); }
   /// Calls act(joint) for joints with a colour.
   template <class Act>

@@ -77,7 +77,7 @@ int NativeSimulator::threads_worth_while() {
   if (profile.step == 0) counts.active = bodies.count();
   const double waiting = ThreadBudget::waiting_in_a_heap(graph_, active_.in_contact().size(), counts.colours,
                                                          static_cast<std::uint32_t>(def.solver.substeps));
-  return threads_.next(counts, solver_.mechanisms().links(), waiting, pool_.size());
+  return threads_.next(counts, {graph_.coloured_joints(), solver_.mechanisms().links()}, waiting, pool_.size());
 }
 
 void NativeSimulator::isolate_on_request() {

@@ -4,6 +4,7 @@
 // wait for each other at the end of every loop.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <fathom/profile.hpp>
 
@@ -14,11 +15,15 @@ namespace fathom::native {
 
 class ThreadBudget {
  public:
-  /// Threads for the next step, of `most` that there are, where the last one counted `counts`, as many `links` of
-  /// mechanisms are solved directly, and threads wait for each other for `waiting` seconds.
-  int next(const StepCounts& counts, std::size_t links, double waiting, int most);
+  /// Joints of awake bodies, and bodies of mechanisms that are solved directly.
+  struct Joints {
+    std::size_t joints, links;
+  };
+  /// Threads for the next step, of `most` that there are, where the last one counted `counts`, and threads wait for
+  /// each other for `waiting` seconds.
+  int next(const StepCounts& counts, Joints joints, double waiting, int most);
   /// That step took `seconds`.
-  void took(double seconds) { choice_.took(seconds); }
+  void took(double seconds);
 
   /// Seconds that threads would wait for each other, were the contacts a heap solved colour by colour, in a hundred
   /// loops or so. Islands and domains have few.
@@ -26,7 +31,15 @@ class ThreadBudget {
                                   std::uint32_t substeps);
 
  private:
+  /// How much more the last steps on one thread took than was estimated: hulls, long searches.
+  double underestimated() const;
+
   ThreadChoice choice_;
+  int threads_ = 0;      // of the step under way
+  double estimate_ = 0;  // s
+  /// Taken over estimated, of the last steps on one thread. Of three the least counts: a thread may be interrupted.
+  std::array<double, 3> ratios_{};
+  std::size_t measured_ = 0;
 };
 
 }  // namespace fathom::native
