@@ -31,13 +31,13 @@ class ThreadBudget {
                                   std::uint32_t substeps);
 
  private:
-  /// How much more the last steps on one thread took than was estimated: hulls, long searches.
+  /// How many times as long as estimated the last steps on one thread were: hulls, long searches.
   double underestimated() const;
 
   ThreadChoice choice_;
   int threads_ = 0;      // of the step under way
   double estimate_ = 0;  // s
-  /// Taken over estimated, of the last steps on one thread. Of three the least counts: a thread may be interrupted.
+  /// Measured time by estimate, of the last steps on one thread. The minimum counts: a thread may be interrupted.
   std::array<double, 3> ratios_{};
   std::size_t measured_ = 0;
 };
