@@ -13,7 +13,7 @@ namespace fathom::native {
 inline constexpr double work_of_body = 60e-9;       ///< s, of an active body, about
 inline constexpr double work_of_manifold = 200e-9;  ///< s, of a manifold, about
 inline constexpr double work_of_joint = 400e-9;  ///< s, of a joint's sweeps, about: of a net 260 ns, of chains 1.1 µs
-/// s, of a body of a mechanism that is solved directly, about: of a chain 3.6 µs, of a ragdoll 17
+/// s, of a body of a mechanism that is solved directly, about: of a chain 3.6 µs, of a ragdoll 20
 /// (docs/performance.md).
 inline constexpr double work_of_link = 4e-6;
 /// s of work below which a step begins on one thread (docs/architecture.md, Threads).
