@@ -2,10 +2,12 @@
 // pass.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
 #include "dynamics/time_of_impact.hpp"
+#include "random.hpp"
 #include "validate/exact_overlap.hpp"
 #include "validate/shots.hpp"
 #include "world_fixture.hpp"
@@ -170,6 +172,48 @@ TEST(FastPairs, CubesShotAtTheEdgeOfACrateStayOutside) {
         EXPECT_FALSE(before.x < -0.5f && now.position.x > 0.5f) << speed << ' ' << i;
         before = now.position;
       }
+    }
+}
+
+/// Discs, plates and rods of 1 to 30 mm, some as thin as 20 µm, that come down spinning on a floor of 2 cm, which they
+/// could all pass within a step.
+BodyDef falling_disc(Random& random, int kind) {
+  const float radius = 0.001f * std::pow(30.0f, uniform(random, 0, 1));
+  const float half = radius * std::pow(50.0f, uniform(random, -1, 0));
+  BodyDef body{.shape = kind == 0   ? cylinder(radius, half, 16)
+                        : kind == 1 ? box({radius, half, radius * uniform(random, 0.2f, 1)})
+                                    : capsule(half, radius)};
+  body.pose.position.y = (radius + half) * uniform(random, 1, 1.8f);
+  body.pose.rotation = any_rotation(random);
+  const Vec3 along = in_cube(random);
+  body.velocity.linear = {2 * along.x, -std::exp(uniform(random, -1, 3)), 2 * along.z};
+  body.velocity.angular = std::exp(uniform(random, 0, 7)) * in_cube(random);
+  return body;
+}
+
+TEST(FastPairs, SmallSpinningDiscsDoNotFallThroughAFloor) {
+  constexpr int side = 20;
+  constexpr float spacing = 0.19f;
+  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid})
+    for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+      Random random(seed);
+      WorldDef def = Range::definition(1, simulator);
+      def.gravity = {0, -9.81f, 0};
+      World world(def);
+      BodyDef floor{.shape = box({4, 0.01f, 4})};
+      floor.motion = MotionType::fixed;
+      floor.pose.position.y = -0.01f;
+      world.add(floor);
+      std::vector<BodyId> ids;
+      for (int i = 0; i < side * side; ++i) {
+        BodyDef body = falling_disc(random, i % 3);
+        body.pose.position.x = spacing * static_cast<float>(i % side - side / 2);
+        body.pose.position.z = spacing * static_cast<float>(i / side - side / 2);
+        ids.push_back(world.add(body));
+      }
+      for (int step = 0; step < 30; ++step) world.step();
+      for (const BodyId id : ids)
+        EXPECT_GT(world.pose(id).position.y, -0.01f) << "seed " << seed << ", body " << id.index;
     }
 }
 

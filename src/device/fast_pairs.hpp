@@ -193,11 +193,7 @@ struct HoldBackFast {
         collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, relative(pose_a, pose_b), margin, axis);
     const float skin = skin_of(on_a, on_b, half);
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
-    FreeWay way;  // `way_beside`, but with one call of `free_way` for all
-    if (is_a_free && first.gap <= skin)
-      way.is_free = !gets_behind<with_hulls>(was_a, was_b, first, half, dt);
-    else
-      way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
+    const FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
     if (way.is_free) return false;
     linear = bodies.velocities[b].linear;
     if (is_a_free) {

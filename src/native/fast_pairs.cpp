@@ -88,7 +88,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   const Mover on_b = mover_of(b, seen.pose_b, v, def.dt);
   const Pose end_of_a = a.is_child ? end_a * a.pose : end_a, end_of_b = b.is_child ? end_b * b.pose : end_b;
   const float half = min(a.half, b.half);
-  const FreeWay way = way_beside(on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
+  const FreeWay way = free_way(on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
   if (way.is_free) return;
   Pose pose = end_beside(way, on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
   if (b.is_child) pose = pose * relative(b.pose, {});
