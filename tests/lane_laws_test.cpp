@@ -167,7 +167,7 @@ class LaneLaws : public testing::Test {
     fathom::BallJointRow<float> row{};
     row.arm_a = vector(-1, 0.5f), row.arm_b = vector(-1, 0.5f), row.gap = vector(-3, -1);
     row.impulse = flag() * vector(-1, 0.5f), row.total = row.impulse, row.pull = flag() * vector(-1, 1);
-    row.spun_a = flag() * vector(-1, 0.5f), row.spun_b = flag() * vector(-1, 0.5f);
+    row.moment_a = flag() * vector(-1, 0.5f), row.moment_b = flag() * vector(-1, 0.5f);
     soften(row);
     row.most = flag() * magnitude(-1, 1);
     return row;
@@ -187,7 +187,8 @@ class LaneLaws : public testing::Test {
       axis.restitution = flag() * uniform(0, 1), axis.armature = flag() * magnitude(-3, 1);
     }
     for (int i = 0; i < axis_count; ++i) row.hold[i] = flag() * uniform(-3, 3), row.drive[i] = flag() * uniform(-1, 1);
-    row.given = flag() * vector(-2, 1), row.spun_a = flag() * vector(-1, 0.5f), row.spun_b = flag() * vector(-1, 0.5f);
+    row.given = flag() * vector(-2, 1), row.moment_a = flag() * vector(-1, 0.5f),
+    row.moment_b = flag() * vector(-1, 0.5f);
     row.min_hit = 1;
     return row;
   }

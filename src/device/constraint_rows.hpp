@@ -105,8 +105,8 @@ FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
   rows[3 * tile_width] = {r.rigid, r.most, 0, 0};
 }
 FATHOM_HD void store_joint_impulse(Quad* rows, const BallJointRow<float>& r) {
-  rows[joint_spin_row * tile_width] = quad(r.spun_a, 0);
-  rows[(joint_spin_row + 1) * tile_width] = quad(r.spun_b, 0);
+  rows[joint_moment_row * tile_width] = quad(r.moment_a, 0);
+  rows[(joint_moment_row + 1) * tile_width] = quad(r.moment_b, 0);
   rows[joint_impulse_row * tile_width] = quad(r.impulse, 0);
 }
 FATHOM_HD void store_joint_total(Quad* rows, const BallJointRow<float>& r) {
@@ -118,7 +118,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   r.arm_b = q[1].xyz(), r.mass_scale = q[1].w;
   r.gap = q[2].xyz(), r.impulse_scale = q[2].w;
   r.rigid = q[3].x, r.most = q[3].y;
-  r.spun_a = q[joint_spin_row].xyz(), r.spun_b = q[joint_spin_row + 1].xyz();
+  r.moment_a = q[joint_moment_row].xyz(), r.moment_b = q[joint_moment_row + 1].xyz();
   r.impulse = q[joint_impulse_row].xyz();
   r.total = q[joint_total_row].xyz();
   r.pull = {};
@@ -140,8 +140,8 @@ FATHOM_HD void store_generic_impulses(Quad* rows, const GenericJointRow<float>& 
   to[1 * tile_width] = {r.hold[4], r.hold[5], r.drive[0], r.drive[1]};
   to[2 * tile_width] = {r.drive[2], r.drive[3], r.drive[4], r.drive[5]};
   to[3 * tile_width] = quad(r.given, r.force.x);
-  to[4 * tile_width] = quad(r.spun_a, r.force.y);
-  to[5 * tile_width] = quad(r.spun_b, r.force.z);
+  to[4 * tile_width] = quad(r.moment_a, r.force.y);
+  to[5 * tile_width] = quad(r.moment_b, r.force.z);
   to[6 * tile_width] = quad(r.torque, 0);
 }
 /// Of `q`, one quad a row.
@@ -161,7 +161,7 @@ FATHOM_HD GenericJointRow<float> generic_joint_of(const Quad* q, const GenericJo
   for (int i = 0; i < axis_count; ++i) r.axes[i] = joint.axes[i];
   load_generic_impulses(q, r.hold, r.drive);
   const Quad* const more = q + generic_written_row + 3;
-  r.given = more[0].xyz(), r.spun_a = more[1].xyz(), r.spun_b = more[2].xyz();
+  r.given = more[0].xyz(), r.moment_a = more[1].xyz(), r.moment_b = more[2].xyz();
   r.force = {more[0].w, more[1].w, more[2].w};
   r.torque = more[3].xyz();
   return r;
@@ -184,8 +184,8 @@ FATHOM_HD void store_coupling_impulses(Quad* rows, const CouplingRow<float>& r) 
   to[0] = {r.impulse, r.angle_a.turns, r.angle_a.angle, r.angle_b.turns};
   to[1 * tile_width] = quad(r.given_a, r.angle_b.angle);
   to[2 * tile_width] = quad(r.given_b, r.force.x);
-  to[3 * tile_width] = quad(r.spun_a, r.force.y);
-  to[4 * tile_width] = quad(r.spun_b, r.force.z);
+  to[3 * tile_width] = quad(r.moment_a, r.force.y);
+  to[4 * tile_width] = quad(r.moment_b, r.force.z);
   to[5 * tile_width] = quad(r.torque, 0);
   to[6 * tile_width] = quad(r.way_b, 0);
 }
@@ -203,7 +203,7 @@ FATHOM_HD void store_coupling(Quad* rows, JointReactions& reactions, const Coupl
 FATHOM_HD void load_coupling_impulses(const Quad* q, CouplingRow<float>& r) {
   q += generic_written_row;
   r.impulse = q[0].x, r.angle_a = {q[0].y, q[0].z}, r.angle_b = {q[0].w, q[1].w};
-  r.given_a = q[1].xyz(), r.given_b = q[2].xyz(), r.spun_a = q[3].xyz(), r.spun_b = q[4].xyz();
+  r.given_a = q[1].xyz(), r.given_b = q[2].xyz(), r.moment_a = q[3].xyz(), r.moment_b = q[4].xyz();
   r.force = {q[2].w, q[3].w, q[4].w}, r.torque = q[5].xyz(), r.way_b = q[6].xyz();
 }
 FATHOM_HD CouplingRow<float> coupling_of(const Quad* q, const GenericJoint& joint, const JointReactions& reactions) {

@@ -305,7 +305,7 @@ inline constexpr std::uint32_t friction_row = 5, first_point_row = 6, impulse_ro
 inline constexpr std::uint32_t tile_width = 32;
 
 /// Of a joint: four rows of what sweeps read, then what they write.
-inline constexpr std::uint32_t joint_spin_row = impulse_row - 2, joint_impulse_row = impulse_row,
+inline constexpr std::uint32_t joint_moment_row = impulse_row - 2, joint_impulse_row = impulse_row,
                                joint_total_row = impulse_row + 1;
 /// Of a generic joint: five of what sweeps read, then what they write.
 inline constexpr std::uint32_t generic_written_row = 5;

@@ -17,7 +17,7 @@ struct BallJointSweep {
   BallJointRow<float> row;
 
   FATHOM_HD_INLINED explicit BallJointSweep(const Quad* rows) : row(joint_of(rows)) {}
-  FATHOM_HD_INLINED void begin_without_impulses() { row.impulse = row.spun_a = row.spun_b = {}; }
+  FATHOM_HD_INLINED void begin_without_impulses() { row.impulse = row.moment_a = row.moment_b = {}; }
   FATHOM_HD_INLINED void forget() {
     begin_without_impulses();
     row.total = {};
@@ -48,7 +48,7 @@ struct GenericJointSweep {
   }
   FATHOM_HD_INLINED void begin_without_impulses() {
     for (int i = 0; i < axis_count; ++i) row.hold[i] = row.drive[i] = 0;
-    row.given = row.spun_a = row.spun_b = row.pulled = row.pulled_a = row.pulled_b = {};
+    row.given = row.moment_a = row.moment_b = row.pulled = row.pulled_a = row.pulled_b = {};
   }
   FATHOM_HD_INLINED void forget() {
     begin_without_impulses();
@@ -76,7 +76,7 @@ struct CouplingSweep {
       : row(coupling_of(rows, joint, reactions)) {}
   FATHOM_HD_INLINED void begin_without_impulses() {
     row.impulse = 0;
-    row.given_a = row.given_b = row.spun_a = row.spun_b = {};
+    row.given_a = row.given_b = row.moment_a = row.moment_b = {};
   }
   FATHOM_HD_INLINED void forget() {
     begin_without_impulses();

@@ -174,7 +174,7 @@ struct SolveConstraints {
     const bool friction = with_friction(cursor.what) || kinds == JointKinds::all;  // generic joints have other rows
     f.head = exec::load_unchanging(constraints.heads[k]);
     constexpr std::uint32_t unchanging = kinds == JointKinds::all     ? generic_written_row
-                                         : kinds == JointKinds::balls ? joint_spin_row
+                                         : kinds == JointKinds::balls ? joint_moment_row
                                                                       : impulse_row;
     for (std::uint32_t r = 0; r < unchanging; ++r)
       f.rows[r] = exec::load_unchanging(rows[(r == friction_row && !friction ? 0 : r) * tile_width]);

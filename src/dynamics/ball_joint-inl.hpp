@@ -29,12 +29,12 @@ enum class JointPass {
 /// What outlasts a sweep of one joint. Arms and the gap are those of the step's beginning.
 template <class L>
 struct BallJointRow {
-  VecOf<L> arm_a, arm_b;    ///< m, from the centres of mass, world axes
-  VecOf<L> gap;             ///< m, from A's anchor to B's
-  VecOf<L> impulse;         ///< N·s on B, accumulated over the substep
-  VecOf<L> total;           ///< N·s, over the step
-  VecOf<L> spun_a, spun_b;  ///< rad/s that `impulse` has given, as the bodies have it
-  VecOf<L> pull;            ///< m/s², of bodies that swing how much more B accelerates than A
+  VecOf<L> arm_a, arm_b;        ///< m, from the centres of mass, world axes
+  VecOf<L> gap;                 ///< m, from A's anchor to B's
+  VecOf<L> impulse;             ///< N·s on B, accumulated over the substep
+  VecOf<L> total;               ///< N·s, over the step
+  VecOf<L> moment_a, moment_b;  ///< N·m·s that `impulse` has been on each body, as spins are written
+  VecOf<L> pull;                ///< m/s², of bodies that swing how much more B accelerates than A
   L bias_rate, mass_scale, impulse_scale;
   L rigid;  ///< 1, or 0 of a spring
   L most;   ///< N·s, of a spring the largest impulse of a substep; 0 of a rigid joint
@@ -110,6 +110,34 @@ struct SpinFrame {
     else
       return turned_back_by(spin, v);
   }
+
+  // Of an impulse (world axes) with a moment that is written as spins are.
+
+  /// What it gives of angular velocity, written likewise.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION VecOf<L> spun_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
+    if constexpr (Inertia::couples)
+      return inertia.spun_by(from_world(impulse), moment);
+    else
+      return inertia.spun_by(moment);
+  }
+  /// And of linear velocity, in world axes.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION VecOf<L> moved_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
+    if constexpr (Inertia::couples)
+      return in_world(inertia.moved_by(from_world(impulse), moment));
+    else
+      return inertia.moved_by(impulse, moment);
+  }
+  /// `linear` with what it gives of it.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION VecOf<L> moved(VecOf<L> linear, const Inertia& inertia, VecOf<L> impulse,
+                                      VecOf<L> moment) const {
+    if constexpr (Inertia::couples)
+      return linear + moved_by(inertia, impulse, moment);
+    else
+      return mul_add(linear, inertia.mass, impulse);
+  }
 };
 
 /// One body of a joint: where its arm is, and the frame that its spin is written in.
@@ -123,15 +151,13 @@ struct JointArm {
       : JointArm(rotation_by<L>(side.turned), side, arm_at_start) {}
   /// Angular velocity in the world's axes, of that which the body has.
   FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const { return frame.in_world(angular); }
-  /// What an impulse at the anchor gives of angular velocity, as the body has it.
+  /// Of an impulse at the anchor, about the body's centre, as spins are written.
+  FATHOM_LANE_FUNCTION VecOf<L> moment_of(VecOf<L> impulse) const { return frame.from_world(cross(arm, impulse)); }
+  /// What an impulse at the anchor gives of velocity there.
   template <class Inertia>
-  FATHOM_LANE_FUNCTION VecOf<L> spun_by(VecOf<L> impulse, const Inertia& inertia) const {
-    return inertia.spun_by(frame.from_world(cross(arm, impulse)));
-  }
-  /// And what the spin gives of velocity at the anchor.
-  template <class Inertia>
-  FATHOM_LANE_FUNCTION VecOf<L> moved_by(VecOf<L> impulse, const Inertia& inertia) const {
-    return cross(in_world(spun_by(impulse, inertia)), arm);
+  FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse, const Inertia& inertia) const {
+    const VecOf<L> moment = moment_of(impulse);
+    return frame.moved(cross(in_world(frame.spun_by(inertia, impulse, moment)), arm), inertia, impulse, moment);
   }
 
  private:
@@ -158,15 +184,19 @@ FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float an
 }
 
 /// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
-/// inverse_mass, inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says
+/// inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says
 /// whether all are isotropic and A is never pushed.
 template <class L, class Bodies>
 struct BallJointSweep {
   Bodies& bodies;
   JointArm<L, Bodies::all_isotropic> at_a, at_b;
+  VecOf<L> spun_a, spun_b;  ///< rad/s that the row's impulse has given by the end of `carry_along`
 
   FATHOM_LANE_FUNCTION BallJointSweep(const BallJointRow<L>& row, Bodies& of)
-      : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {}
+      : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {
+    const L zero = splat<L>(0.0f);
+    spun_a = spun_b = {zero, zero, zero};
+  }
 
   FATHOM_LANE_FUNCTION VecOf<L> velocity() const {
     return (bodies.b.linear + cross(at_b.in_world(bodies.b.angular), at_b.arm)) -
@@ -176,10 +206,10 @@ struct BallJointSweep {
   /// anchors move on circles, and what moves along their tangents comes out beyond.
   /// What the last substep gave acts again, along arms that have turned since: where it spins a light body so far as it
   /// will not turn once the sweep has put that right, only a part of it counts.
-  FATHOM_LANE_FUNCTION VecOf<L> drift(const BallJointRow<L>& row, L h) const {
-    const L less = turning_share(row.spun_a, row.spun_b, h, max_carry) - splat<L>(1.0f);
-    return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, row.spun_b)), at_b.arm, h) -
-           drift_of(at_a.in_world(mul_add(bodies.a.angular, less, row.spun_a)), at_a.arm, h);
+  FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
+    const L less = turning_share(spun_a, spun_b, h, max_carry) - splat<L>(1.0f);
+    return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, spun_b)), at_b.arm, h) -
+           drift_of(at_a.in_world(mul_add(bodies.a.angular, less, spun_a)), at_a.arm, h);
   }
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
@@ -187,35 +217,39 @@ struct BallJointSweep {
   /// The part of this impulse that turns neither body by more than `max_drift` in a substep of h seconds. A sweep that
   /// gives more throws the anchors past each other.
   FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
-    const VecOf<L> by_b = spun_b(impulse);
+    const VecOf<L> by_b = spun_b_by(impulse, at_b.moment_of(impulse));
     if constexpr (Bodies::only_pushes_b)
       return turning_share(by_b, by_b, h, max_drift);
     else
-      return turning_share(spun_a(impulse), by_b, h, max_drift);
+      return turning_share(spun_a_by(impulse, at_a.moment_of(impulse)), by_b, h, max_drift);
   }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
-    bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, impulse);
-    spin(spun_b(impulse), bodies.b.angular, row.spun_b);
-    if constexpr (!Bodies::only_pushes_b) {
-      bodies.a.linear = mul_add(bodies.a.linear, splat<L>(0.0f) - bodies.a.inverse_mass, impulse);
-      spin(spun_a(impulse), bodies.a.angular, row.spun_a);
-    }
+    push(bodies.b, at_b, bodies.inverse_of_b(), impulse, row.moment_b);
+    if constexpr (!Bodies::only_pushes_b) push(bodies.a, at_a, bodies.inverse_of_a(), negative(impulse), row.moment_a);
   }
   /// The impulse so far acts at the arms as they are now, as much of it as does not throw the bodies round: of a thin
   /// rod what went along the arm a substep ago spins the rod about its own axis now.
   FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row, L h) {
-    const VecOf<L> now_b = spun_b(row.impulse);
-    VecOf<L> now_a = row.spun_a;
-    if constexpr (!Bodies::only_pushes_b) now_a = spun_a(row.impulse);
-    const L share = turning_share(now_a - row.spun_a, now_b - row.spun_b, h, max_drift), less = share - splat<L>(1.0f);
-    bodies.b.linear = mul_add(bodies.b.linear, less * bodies.b.inverse_mass, row.impulse);
-    spin(scale(share, now_b) - row.spun_b, bodies.b.angular, row.spun_b);
+    const VecOf<L> impulse = row.impulse, was_b = spun_b_by(impulse, row.moment_b), moment_b = at_b.moment_of(impulse);
+    spun_b = spun_b_by(impulse, moment_b);
+    VecOf<L> was_a = spun_a, moment_a = spun_a;
     if constexpr (!Bodies::only_pushes_b) {
-      bodies.a.linear = mul_sub(bodies.a.linear, less * bodies.a.inverse_mass, row.impulse);
-      spin(scale(share, now_a) - row.spun_a, bodies.a.angular, row.spun_a);
+      was_a = spun_a_by(negative(impulse), row.moment_a), moment_a = at_a.moment_of(negative(impulse));
+      spun_a = spun_a_by(negative(impulse), moment_a);
     }
-    row.impulse = scale(share, row.impulse);
+    const L share = turning_share(spun_a - was_a, spun_b - was_b, h, max_drift), less = share - splat<L>(1.0f);
+    const auto carry = [&](auto& side, const auto& at, const auto& inertia, VecOf<L> acting, VecOf<L> moment,
+                           VecOf<L> was, VecOf<L>& now, VecOf<L>& noted) FATHOM_LANE_LAMBDA {
+      moment = scale(share, moment), now = scale(share, now);
+      side.linear = at.frame.moved(side.linear, inertia, scale(less, acting), moment - noted);
+      side.angular = side.angular + (now - was);
+      noted = moment;
+    };
+    carry(bodies.b, at_b, bodies.inverse_of_b(), impulse, moment_b, was_b, spun_b, row.moment_b);
+    if constexpr (!Bodies::only_pushes_b)
+      carry(bodies.a, at_a, bodies.inverse_of_a(), negative(impulse), moment_a, was_a, spun_a, row.moment_a);
+    row.impulse = scale(share, impulse);
   }
   /// The impulse that changes the anchors' relative velocity by `change`.
   FATHOM_LANE_FUNCTION VecOf<L> impulse_for(VecOf<L> change) const {
@@ -229,21 +263,30 @@ struct BallJointSweep {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
-  FATHOM_LANE_FUNCTION static void spin(VecOf<L> by, VecOf<L>& angular, VecOf<L>& noted) {
-    angular = angular + by;
-    noted = noted + by;
-  }
-  FATHOM_LANE_FUNCTION VecOf<L> spun_b(VecOf<L> impulse) const { return at_b.spun_by(impulse, bodies.inverse_of_b()); }
-  FATHOM_LANE_FUNCTION VecOf<L> spun_a(VecOf<L> impulse) const {
+  FATHOM_LANE_FUNCTION static VecOf<L> negative(VecOf<L> v) {
     const L zero = splat<L>(0.0f);
-    return at_a.spun_by(VecOf<L>{zero, zero, zero} - impulse, bodies.inverse_of_a());
+    return VecOf<L>{zero, zero, zero} - v;
+  }
+  template <class Side, class Arm, class Inertia>
+  FATHOM_LANE_FUNCTION static void push(Side& side, const Arm& at, const Inertia& inertia, VecOf<L> impulse,
+                                        VecOf<L>& noted) {
+    const VecOf<L> moment = at.moment_of(impulse);
+    side.linear = at.frame.moved(side.linear, inertia, impulse, moment);
+    side.angular = side.angular + at.frame.spun_by(inertia, impulse, moment);
+    noted = noted + moment;
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_b_by(VecOf<L> impulse, VecOf<L> moment) const {
+    return at_b.frame.spun_by(bodies.inverse_of_b(), impulse, moment);
+  }
+  FATHOM_LANE_FUNCTION VecOf<L> spun_a_by(VecOf<L> impulse, VecOf<L> moment) const {
+    return at_a.frame.spun_by(bodies.inverse_of_a(), impulse, moment);
   }
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse) const {
-    const VecOf<L> of_b = mul_add(at_b.moved_by(impulse, bodies.inverse_of_b()), bodies.b.inverse_mass, impulse);
+    const VecOf<L> of_b = at_b.response(impulse, bodies.inverse_of_b());
     if constexpr (Bodies::only_pushes_b)
       return of_b;
     else
-      return of_b + mul_add(at_a.moved_by(impulse, bodies.inverse_of_a()), bodies.a.inverse_mass, impulse);
+      return of_b + at_a.response(impulse, bodies.inverse_of_a());
   }
 };
 
@@ -276,7 +319,7 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   if constexpr (pass != JointPass::relax) sweep.carry_along(row, h);
   VecOf<L> wanted = sweep.velocity();
   if constexpr (pass != JointPass::relax) {
-    wanted = mul_add(wanted + sweep.drift(row, h), splat<L>(-0.5f) * h, row.pull);
+    wanted = mul_add(wanted + sweep.drift(h), splat<L>(-0.5f) * h, row.pull);
     wanted = wanted + limited_pull(row, scale(row.bias_rate, sweep.gap(row)));
   }
   VecOf<L> change = sweep.impulse_for(wanted);
@@ -305,5 +348,5 @@ FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQ
   row.gap = between + (row.arm_b - row.arm_a);
   row.impulse = impulse;
   const L zero = splat<L>(0.0f);
-  row.total = row.spun_a = row.spun_b = row.pull = {zero, zero, zero};
+  row.total = row.moment_a = row.moment_b = row.pull = {zero, zero, zero};
 }

@@ -40,9 +40,9 @@ struct CouplingRow {
 
   L impulse;  ///< on the row's sum, over the substep
   CountedAngle<L> angle_a, angle_b;
-  VecOf<L> given_a, given_b;  ///< N·s that it has been so far
-  VecOf<L> spun_a, spun_b;    ///< rad/s that it has given, as the bodies have it
-  VecOf<L> force, torque;     ///< N·s and N·m·s over the step, of the end that is told of
+  VecOf<L> given_a, given_b;    ///< N·s that it has been so far on each body
+  VecOf<L> moment_a, moment_b;  ///< and N·m·s about its centre, as spins are written
+  VecOf<L> force, torque;       ///< N·s and N·m·s over the step, of the end that is told of
 };
 
 /// To the nearest whole number, of numbers below 4 million.
@@ -92,16 +92,16 @@ struct CoupledPosition {
 template <class L, bool all_isotropic>
 struct CoupledSide {
   CoupledPosition<L> at;
+  SpinFrame<L, all_isotropic> frame;
   VecOf<L> turn;  ///< `at.moment` as the spin is written
   L drift;        ///< m/s by which a substep changes it more than its rate says
 
   template <class Side>
-  FATHOM_LANE_FUNCTION CoupledSide(const CoupledEnd<L>& end, const UnitQuat<L>& frame, VecOf<L> arm, VecOf<L> way,
+  FATHOM_LANE_FUNCTION CoupledSide(const CoupledEnd<L>& end, const UnitQuat<L>& start_frame, VecOf<L> arm, VecOf<L> way,
                                    const CountedAngle<L>& start, const Side& side, L h)
-      : at(end, frame, arm, way, start, side.moved, side.turned) {
-    const SpinFrame<L, all_isotropic> spin(rotation_by<L>(side.turned), side);
-    const VecOf<L> omega = spin.in_world(side.angular);
-    turn = spin.from_world(at.moment);
+      : at(end, start_frame, arm, way, start, side.moved, side.turned), frame(rotation_by<L>(side.turned), side) {
+    const VecOf<L> omega = frame.in_world(side.angular);
+    turn = frame.from_world(at.moment);
     // As a distance joint's: arms turn, and so do lines.
     const L most = splat<L>(max_drift * max_drift), half = splat<L>(0.5f) * h, turned = h * h * dot(omega, omega);
     const VecOf<L> curve = scale(most / larger(turned, most), cross(omega, cross(omega, at.arm)));
@@ -110,6 +110,24 @@ struct CoupledSide {
     const VecOf<L> across = cross(scale(h * inverse, at.way), apart);
     const L swept = smaller(dot(across, across) * inverse * inverse, most);
     drift = half * dot(at.push, curve) + splat<L>(0.5f) * end.rope * swept * at.length * inverse_or_zero(h);
+  }
+  /// What a unit of impulse changes the rate of its motion by.
+  template <class Inertia>
+  FATHOM_LANE_FUNCTION L response(const Inertia& inertia) const {
+    const L spun = dot(turn, frame.spun_by(inertia, at.push, turn));
+    if constexpr (Inertia::couples)
+      return spun + dot(at.push, frame.moved_by(inertia, at.push, turn));
+    else
+      return mul_add(spun, inertia.mass, dot(at.push, at.push));
+  }
+  /// Less what it has been given.
+  template <class Side, class Inertia>
+  FATHOM_LANE_FUNCTION void push(Side& side, const Inertia& inertia, L impulse, VecOf<L> less, VecOf<L> less_moment,
+                                 VecOf<L>& given, VecOf<L>& moment) const {
+    const VecOf<L> linear = scale(impulse, at.push) - less, turning = scale(impulse, turn) - less_moment;
+    side.linear = frame.moved(side.linear, inertia, linear, turning);
+    side.angular = side.angular + frame.spun_by(inertia, linear, turning);
+    given = given + linear, moment = moment + turning;
   }
 };
 
@@ -140,13 +158,8 @@ struct CouplingSweep {
   }
   FATHOM_LANE_FUNCTION L drift() const { return coupling.a.share * a.drift + coupling.b.share * b.drift; }
   FATHOM_LANE_FUNCTION L response() const {
-    L sum =
-        coupling.b.share * coupling.b.share *
-        mul_add(dot(b.turn, bodies.inverse_of_b().spun_by(b.turn)), bodies.b.inverse_mass, dot(b.at.push, b.at.push));
-    if constexpr (!only_pushes_b)
-      sum = sum + coupling.a.share * coupling.a.share *
-                      mul_add(dot(a.turn, bodies.inverse_of_a().spun_by(a.turn)), bodies.a.inverse_mass,
-                              dot(a.at.push, a.at.push));
+    L sum = coupling.b.share * coupling.b.share * b.response(bodies.inverse_of_b());
+    if constexpr (!only_pushes_b) sum = sum + coupling.a.share * coupling.a.share * a.response(bodies.inverse_of_a());
     return sum;
   }
   /// The row's impulse is larger by this from now on.
@@ -157,7 +170,7 @@ struct CouplingSweep {
   }
   /// The impulse so far acts along the lines as they are now.
   FATHOM_LANE_FUNCTION void carry_along(CouplingRow<L>& row) {
-    push(row, row.impulse, row.given_a, row.given_b, row.spun_a, row.spun_b);
+    push(row, row.impulse, row.given_a, row.given_b, row.moment_a, row.moment_b);
   }
   FATHOM_LANE_FUNCTION void add_up(CouplingRow<L>& row) const {
     const L one = splat<L>(1.0f), tells_b = one - coupling.tells_a;
@@ -169,22 +182,11 @@ struct CouplingSweep {
 
  private:
   /// Less what has been given of it.
-  FATHOM_LANE_FUNCTION void push(CouplingRow<L>& row, L impulse, VecOf<L> given_a, VecOf<L> given_b, VecOf<L> spun_a,
-                                 VecOf<L> spun_b) {
-    const L of_b = coupling.b.share * impulse;
-    const VecOf<L> linear_b = scale(of_b, b.at.push) - given_b;
-    const VecOf<L> spin_b = scale(of_b, bodies.inverse_of_b().spun_by(b.turn)) - spun_b;
-    bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, linear_b);
-    bodies.b.angular = bodies.b.angular + spin_b;
-    row.given_b = row.given_b + linear_b, row.spun_b = row.spun_b + spin_b;
-    if constexpr (!only_pushes_b) {
-      const L of_a = coupling.a.share * impulse;
-      const VecOf<L> linear_a = scale(of_a, a.at.push) - given_a;
-      const VecOf<L> spin_a = scale(of_a, bodies.inverse_of_a().spun_by(a.turn)) - spun_a;
-      bodies.a.linear = mul_add(bodies.a.linear, bodies.a.inverse_mass, linear_a);
-      bodies.a.angular = bodies.a.angular + spin_a;
-      row.given_a = row.given_a + linear_a, row.spun_a = row.spun_a + spin_a;
-    }
+  FATHOM_LANE_FUNCTION void push(CouplingRow<L>& row, L impulse, VecOf<L> given_a, VecOf<L> given_b, VecOf<L> moment_a,
+                                 VecOf<L> moment_b) {
+    b.push(bodies.b, bodies.inverse_of_b(), coupling.b.share * impulse, given_b, moment_b, row.given_b, row.moment_b);
+    if constexpr (!only_pushes_b)
+      a.push(bodies.a, bodies.inverse_of_a(), coupling.a.share * impulse, given_a, moment_a, row.given_a, row.moment_a);
   }
 };
 
@@ -248,7 +250,7 @@ FATHOM_LANE_FUNCTION void prepare_coupling(const UnitQuat<L>& q_a, const UnitQua
   row.arm_a = turned_by(q_a, anchor_a), row.arm_b = turned_by(q_b, anchor_b);
   row.way_a = (position_a - from_a) + row.arm_a, row.way_b = (position_b - from_b) + row.arm_b;
   const L zero = splat<L>(0.0f);
-  row.given_a = row.given_b = row.spun_a = row.spun_b = row.force = row.torque = {zero, zero, zero};
+  row.given_a = row.given_b = row.moment_a = row.moment_b = row.force = row.torque = {zero, zero, zero};
 }
 
 /// The angle that an end begins a step with, which was `last` as the one before ended.

@@ -39,14 +39,14 @@ struct GenericJointRow {
   L cone;      ///< 1 where the swings have a cone in place of two axes
   GenericAxis<L> axes[axis_count];
 
-  L hold[axis_count];       ///< N·s or N·m·s on B, of what is locked or at a limit, over the substep
-  L drive[axis_count];      ///< of drives
-  VecOf<L> given;           ///< N·s on B that all of them have been so far
-  VecOf<L> spun_a, spun_b;  ///< rad/s that they have given, as the bodies have it
-  VecOf<L> force, torque;   ///< N·s and N·m·s on B over the step, world axes
+  L hold[axis_count];           ///< N·s or N·m·s on B, of what is locked or at a limit, over the substep
+  L drive[axis_count];          ///< of drives
+  VecOf<L> given;               ///< N·s on B that all of them have been so far
+  VecOf<L> moment_a, moment_b;  ///< N·m·s of it about the centres, as spins are written; A gets its reverse
+  VecOf<L> force, torque;       ///< N·s and N·m·s on B over the step, world axes
 
   // Of joints that move (see JointUse): what the last sweep pulled axes back with that were beyond their limits, which
-  // the next one takes back: N·s on B, and rad/s as the bodies have it.
+  // the next one takes back: as `given` and its moments.
   VecOf<L> pulled, pulled_a, pulled_b;
 
   // Of joints that react to speeds.
@@ -83,6 +83,7 @@ struct GenericJointRows {
   using Frame = SpinFrame<L, Bodies::all_isotropic>;
 
   Bodies& bodies;
+  Frame frame_a, frame_b;                                 ///< that spins are written in
   VecOf<L> along[translations];                           ///< unit vectors in the world
   VecOf<L> turn_of_a[axis_count], turn_of_b[axis_count];  ///< m or 1: moment of a unit impulse, as spins are written
   VecOf<L> spin_of_a[axis_count], spin_of_b[axis_count];  ///< and the spin that it gives
@@ -90,40 +91,34 @@ struct GenericJointRows {
   L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
 
   /// Where they stand alone: `along`, `value`, `reach`, `arm`, `torque_axis`.
-  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of) : bodies(of) {
-    const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
-    const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
-    const VecOf<L> gap = gap_of(row, arm_a, arm_b);
-    set_positions(row, product(turned_a, row.frame_a), turned_b, gap);
-    reach_ = arm_a + slide_of(row, gap), arm_ = arm_b;
-  }
-  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : bodies(of) {
-    const UnitQuat<L> turned_a = rotation_by<L>(of.a.turned), turned_b = rotation_by<L>(of.b.turned);
-    const Frame spin_a(turned_a, of.a), spin_b(turned_b, of.b);
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of)
+      : GenericJointRows(row, of, rotation_by<L>(of.a.turned), rotation_by<L>(of.b.turned)) {}
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : GenericJointRows(row, of) {
     // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
     // bodies as they will not spin once the sweep has put that right.
-    const VecOf<L> omega_a = spin_a.in_world(of.a.angular + row.spun_a);
-    const VecOf<L> omega_b = spin_b.in_world(of.b.angular - row.spun_b);
-    const VecOf<L> linear_a = mul_add(of.a.linear, of.a.inverse_mass, row.given);
-    const VecOf<L> linear_b = mul_sub(of.b.linear, of.b.inverse_mass, row.given);
-    const VecOf<L> arm_a = turned_by(turned_a, row.arm_a), arm_b = turned_by(turned_b, row.arm_b);
-    const VecOf<L> gap = gap_of(row, arm_a, arm_b);
-    set_positions(row, product(turned_a, row.frame_a), turned_b, gap);
-    const VecOf<L> speed_b = linear_b + cross(omega_b, arm_b);
-    set_drift(row, gap, speed_b - (linear_a + cross(omega_a, arm_a)), h);
-    const VecOf<L> reach = arm_a + slide_of(row, gap);
-    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach));  // as A sees it
+    spun_b_ = frame_b.spun_by(of.inverse_of_b(), row.given, row.moment_b);
+    const VecOf<L> omega_b = frame_b.in_world(of.b.angular - spun_b_);
+    const VecOf<L> linear_b =
+        frame_b.moved(of.b.linear, of.inverse_of_b(), negative(row.given), negative(row.moment_b));
+    VecOf<L> omega_a = frame_a.in_world(of.a.angular), linear_a = of.a.linear;
+    if constexpr (!only_pushes_b) {
+      spun_a_ = frame_a.spun_by(of.inverse_of_a(), row.given, row.moment_a);
+      omega_a = frame_a.in_world(of.a.angular + spun_a_);
+      linear_a = frame_a.moved(of.a.linear, of.inverse_of_a(), row.given, row.moment_a);
+    }
+    const VecOf<L> speed_b = linear_b + cross(omega_b, arm_);
+    set_drift(row, gap_, speed_b - (linear_a + cross(omega_a, arm_a_)), h);
+    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach_));  // as A sees it
     const L slides = splat<L>(1.0f) - row.distance;
-    VecOf<L> curve = curve_of(omega_b, arm_b, h) - curve_of(omega_a, mul_add(arm_a, slides, reach - arm_a), h);
+    VecOf<L> curve = curve_of(omega_b, arm_, h) - curve_of(omega_a, mul_add(arm_a_, slides, reach_ - arm_a_), h);
     const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
     curve = curve - scale(slides * h, cross(slow_a, apart));
     for (int i = 0; i < translations; ++i) {
-      set_turns(i, spin_a, spin_b, cross(reach, along[i]), cross(arm_b, along[i]));
-      set_turns(translations + i, spin_a, spin_b, about_[i], about_[i]);
+      set_turns(i, along[i], cross(reach_, along[i]), cross(arm_, along[i]));
+      set_turns(translations + i, nothing(), about_[i], about_[i]);
       drift[i] = drift[i] + dot(along[i], curve) - splat<L>(0.5f) * h * dot(along[i], row.pull);
       drift[translations + i] = splat<L>(0.5f) * h * dot(cross(slow_a, about_[i]), relative);
     }
-    reach_ = reach, arm_ = arm_b;
   }
 
   /// m, from A's and from B's centre to where the joint acts, and the axes of its rotations, all in the world.
@@ -138,59 +133,46 @@ struct GenericJointRows {
   FATHOM_LANE_FUNCTION L response(int i, int j) const {
     L sum = dot(turn_of_b[i], spin_of_b[j]);
     if constexpr (!only_pushes_b) sum = sum + dot(turn_of_a[i], spin_of_a[j]);
-    if (i >= translations || j >= translations) return sum;
-    L inverse_mass = bodies.b.inverse_mass;
-    if constexpr (!only_pushes_b) inverse_mass = inverse_mass + bodies.a.inverse_mass;
-    return mul_add(sum, inverse_mass, dot(along[i], along[j]));
+    if constexpr (couples) {
+      return i < translations ? sum + dot(along[i], moved_apart(j)) : sum;
+    } else {
+      if (i >= translations || j >= translations) return sum;
+      L inverse_mass = bodies.inverse_of_b().mass;
+      if constexpr (!only_pushes_b) inverse_mass = inverse_mass + bodies.inverse_of_a().mass;
+      return mul_add(sum, inverse_mass, dot(along[i], along[j]));
+    }
   }
   /// As a ball joint's.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
-    const L zero = splat<L>(0.0f);
-    return followed_share(impulses, VecOf<L>{zero, zero, zero}, VecOf<L>{zero, zero, zero}, h, max_drift);
-  }
-  /// Less what the bodies have been given already.
-  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
-                                        float angle) const {
-    const L zero = splat<L>(0.0f);
-    VecOf<L> by_a{zero, zero, zero}, by_b = by_a;
-    for (int i = 0; i < axis_count; ++i) {
-      by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
-      if constexpr (!only_pushes_b) by_a = mul_add(by_a, impulses[i], spin_of_a[i]);
-    }
-    by_b = by_b - spun_b;
-    if constexpr (!only_pushes_b) by_a = by_a - spun_a;
-    return turning_share(by_a, by_b, h, angle);
+    return followed_share(impulses, nothing(), nothing(), h, max_drift);
   }
   /// The rows' impulses are larger by these from now on.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
-    const L zero = splat<L>(0.0f);
-    const VecOf<L> none{zero, zero, zero};
-    push(row, impulses, none, none, none);
+    push(row, impulses, nothing(), nothing(), nothing());
   }
   /// The impulses so far act along the rows as they are now, as a ball joint's.
   FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
     L impulses[axis_count];
     for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
-    const L share = followed_share(impulses, row.spun_a, row.spun_b, h, max_carry);
+    const L share = followed_share(impulses, spun_a_, spun_b_, h, max_carry);
     for (int i = 0; i < axis_count; ++i) {
       impulses[i] = share * impulses[i];
       row.hold[i] = share * row.hold[i], row.drive[i] = share * row.drive[i];
     }
-    push(row, impulses, row.given, row.spun_a, row.spun_b);
+    push(row, impulses, row.given, row.moment_a, row.moment_b);
   }
   /// So much of the row's impulses pulls axes back to their limits. It is there to move the bodies, not to last.
   FATHOM_LANE_FUNCTION void set_pull_apart(GenericJointRow<L>& row, const L (&pull)[axis_count], L share) const {
-    const L zero = splat<L>(0.0f);
-    row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
+    row.pulled = row.pulled_a = row.pulled_b = nothing();
     for (int i = 0; i < axis_count; ++i) {
       const L impulse = share * pull[i];
       row.hold[i] = row.hold[i] - impulse;
       if (i < translations) row.pulled = mul_add(row.pulled, impulse, along[i]);
-      row.pulled_b = mul_add(row.pulled_b, impulse, spin_of_b[i]);
-      if constexpr (!only_pushes_b) row.pulled_a = mul_add(row.pulled_a, impulse, spin_of_a[i]);
+      row.pulled_b = mul_add(row.pulled_b, impulse, turn_of_b[i]);
+      if constexpr (!only_pushes_b) row.pulled_a = mul_add(row.pulled_a, impulse, turn_of_a[i]);
     }
     row.given = row.given - row.pulled;
-    row.spun_a = row.spun_a - row.pulled_a, row.spun_b = row.spun_b - row.pulled_b;
+    row.moment_a = row.moment_a - row.pulled_a, row.moment_b = row.moment_b - row.pulled_b;
   }
   /// What the impulses so far are in the world.
   FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
@@ -200,27 +182,69 @@ struct GenericJointRows {
   }
 
  private:
-  VecOf<L> about_[translations];
-  VecOf<L> reach_, arm_;
+  static constexpr bool couples = std::decay_t<decltype(std::declval<Bodies>().inverse_of_b())>::couples;
 
+  VecOf<L> about_[translations];
+  VecOf<L> reach_, arm_, arm_a_, gap_;
+  VecOf<L> spun_a_, spun_b_;  ///< rad/s that the row's impulses so far have given
+
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
+                                        const UnitQuat<L>& turned_b)
+      : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
+    arm_a_ = turned_by(turned_a, row.arm_a), arm_ = turned_by(turned_b, row.arm_b);
+    gap_ = row.gap + ((bodies.b.moved + (arm_ - row.arm_b)) - (bodies.a.moved + (arm_a_ - row.arm_a)));
+    set_positions(row, product(turned_a, row.frame_a), turned_b, gap_);
+    reach_ = arm_a_ + slide_of(row, gap_);
+    spun_a_ = spun_b_ = nothing();
+  }
+  FATHOM_LANE_FUNCTION static VecOf<L> nothing() {
+    const L zero = splat<L>(0.0f);
+    return {zero, zero, zero};
+  }
+  FATHOM_LANE_FUNCTION static VecOf<L> negative(VecOf<L> v) { return nothing() - v; }
+
+  /// What a unit of impulse on row j gives of relative linear velocity.
+  FATHOM_LANE_FUNCTION VecOf<L> moved_apart(int j) const {
+    const VecOf<L> impulse = j < translations ? along[j] : nothing();
+    const VecOf<L> of_b = frame_b.moved_by(bodies.inverse_of_b(), impulse, turn_of_b[j]);
+    if constexpr (only_pushes_b)
+      return of_b;
+    else
+      return of_b + frame_a.moved_by(bodies.inverse_of_a(), impulse, turn_of_a[j]);
+  }
+  /// Less the spins that the bodies have been given already.
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
+                                        float angle) const {
+    VecOf<L> by_a = nothing(), by_b = nothing();
+    for (int i = 0; i < axis_count; ++i) {
+      by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
+      if constexpr (!only_pushes_b) by_a = mul_add(by_a, impulses[i], spin_of_a[i]);
+    }
+    by_b = by_b - spun_b;
+    if constexpr (!only_pushes_b) by_a = by_a - spun_a;
+    return turning_share(by_a, by_b, h, angle);
+  }
   /// Less what has been given of them.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count], VecOf<L> given,
-                                 VecOf<L> spun_a, VecOf<L> spun_b) {
-    const L zero = splat<L>(0.0f);
-    VecOf<L> linear{zero, zero, zero}, spin_a = linear, spin_b = linear;
+                                 VecOf<L> moment_a, VecOf<L> moment_b) {
+    VecOf<L> linear = nothing() - given, of_a = nothing() - moment_a, of_b = nothing() - moment_b;
     for (int i = 0; i < axis_count; ++i) {
       if (i < translations) linear = mul_add(linear, impulses[i], along[i]);
-      spin_b = mul_add(spin_b, impulses[i], spin_of_b[i]);
-      if constexpr (!only_pushes_b) spin_a = mul_add(spin_a, impulses[i], spin_of_a[i]);
+      of_b = mul_add(of_b, impulses[i], turn_of_b[i]);
+      if constexpr (!only_pushes_b) of_a = mul_add(of_a, impulses[i], turn_of_a[i]);
     }
-    linear = linear - given, spin_a = spin_a - spun_a, spin_b = spin_b - spun_b;
-    bodies.b.linear = mul_add(bodies.b.linear, bodies.b.inverse_mass, linear);
-    bodies.b.angular = bodies.b.angular + spin_b;
+    push(bodies.b, frame_b, bodies.inverse_of_b(), linear, of_b);
+    row.given = row.given + linear, row.moment_b = row.moment_b + of_b;
     if constexpr (!only_pushes_b) {
-      bodies.a.linear = mul_add(bodies.a.linear, zero - bodies.a.inverse_mass, linear);
-      bodies.a.angular = bodies.a.angular - spin_a;
+      push(bodies.a, frame_a, bodies.inverse_of_a(), negative(linear), negative(of_a));
+      row.moment_a = row.moment_a + of_a;
     }
-    row.given = row.given + linear, row.spun_a = row.spun_a + spin_a, row.spun_b = row.spun_b + spin_b;
+  }
+  template <class Side, class Inertia>
+  FATHOM_LANE_FUNCTION static void push(Side& side, const Frame& frame, const Inertia& inertia, VecOf<L> impulse,
+                                        VecOf<L> moment) {
+    side.linear = frame.moved(side.linear, inertia, impulse, moment);
+    side.angular = side.angular + frame.spun_by(inertia, impulse, moment);
   }
 
   /// As much of a spin as a substep turns by `max_drift`.
@@ -233,13 +257,11 @@ struct GenericJointRows {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
-  FATHOM_LANE_FUNCTION void set_turns(int i, const Frame& spin_a, const Frame& spin_b, VecOf<L> of_a, VecOf<L> of_b) {
-    turn_of_a[i] = spin_a.from_world(of_a), turn_of_b[i] = spin_b.from_world(of_b);
-    spin_of_b[i] = bodies.inverse_of_b().spun_by(turn_of_b[i]);
-    if constexpr (!only_pushes_b) spin_of_a[i] = bodies.inverse_of_a().spun_by(turn_of_a[i]);
-  }
-  FATHOM_LANE_FUNCTION VecOf<L> gap_of(const GenericJointRow<L>& row, VecOf<L> arm_a, VecOf<L> arm_b) const {
-    return row.gap + ((bodies.b.moved + (arm_b - row.arm_b)) - (bodies.a.moved + (arm_a - row.arm_a)));
+  /// Of row i, whose unit of impulse acts with these moments, in world axes.
+  FATHOM_LANE_FUNCTION void set_turns(int i, VecOf<L> impulse, VecOf<L> of_a, VecOf<L> of_b) {
+    turn_of_a[i] = frame_a.from_world(of_a), turn_of_b[i] = frame_b.from_world(of_b);
+    spin_of_b[i] = frame_b.spun_by(bodies.inverse_of_b(), impulse, turn_of_b[i]);
+    if constexpr (!only_pushes_b) spin_of_a[i] = frame_a.spun_by(bodies.inverse_of_a(), impulse, turn_of_a[i]);
   }
   FATHOM_LANE_FUNCTION void set_positions(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
                                           const UnitQuat<L>& turned_b, VecOf<L> gap) {
@@ -552,13 +574,15 @@ FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L chan
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void take_back_pull(GenericJointRow<L>& row, Bodies& bodies) {
   const L zero = splat<L>(0.0f);
-  bodies.b.linear = mul_sub(bodies.b.linear, bodies.b.inverse_mass, row.pulled);
-  bodies.b.angular = bodies.b.angular - row.pulled_b;
-  if constexpr (!Bodies::only_pushes_b) {
-    bodies.a.linear = mul_add(bodies.a.linear, bodies.a.inverse_mass, row.pulled);
-    bodies.a.angular = bodies.a.angular + row.pulled_a;
-  }
-  row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
+  const VecOf<L> none{zero, zero, zero};
+  const auto take_back = [](auto& side, const auto& inertia, VecOf<L> impulse, VecOf<L> moment) FATHOM_LANE_LAMBDA {
+    const SpinFrame<L, Bodies::all_isotropic> frame(rotation_by<L>(side.turned), side);
+    side.linear = frame.moved(side.linear, inertia, impulse, moment);
+    side.angular = side.angular + frame.spun_by(inertia, impulse, moment);
+  };
+  take_back(bodies.b, bodies.inverse_of_b(), none - row.pulled, none - row.pulled_b);
+  if constexpr (!Bodies::only_pushes_b) take_back(bodies.a, bodies.inverse_of_a(), row.pulled, row.pulled_a);
+  row.pulled = row.pulled_a = row.pulled_b = none;
 }
 
 /// One sweep of a substep of h seconds, as `solve_ball_joint`.
@@ -647,6 +671,6 @@ FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const Un
   row.arm_a = turned_by(q_a, anchor_a), row.arm_b = turned_by(q_b, anchor_b);
   row.gap = between + (row.arm_b - row.arm_a);
   const L zero = splat<L>(0.0f);
-  row.given = row.spun_a = row.spun_b = row.force = row.torque = row.pull = {zero, zero, zero};
+  row.given = row.moment_a = row.moment_b = row.force = row.torque = row.pull = {zero, zero, zero};
   row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
 }

@@ -32,8 +32,8 @@ enum JointField : int {
   joint_gap = 6,
   joint_impulse = 9,
   joint_total = 12,
-  joint_spun_a = 15,
-  joint_spun_b = 18,
+  joint_moment_a = 15,
+  joint_moment_b = 18,
   joint_pull = 21,
   joint_bias_rate = 24,
   joint_mass_scale,
@@ -47,8 +47,8 @@ static_assert(static_cast<int>(joint_field_count) <= static_cast<int>(inertia_a)
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
   return {block.get3(joint_arm_a),     block.get3(joint_arm_b),        block.get3(joint_gap),
-          block.get3(joint_impulse),   block.get3(joint_total),        block.get3(joint_spun_a),
-          block.get3(joint_spun_b),    block.get3(joint_pull),         block.get(joint_bias_rate),
+          block.get3(joint_impulse),   block.get3(joint_total),        block.get3(joint_moment_a),
+          block.get3(joint_moment_b),  block.get3(joint_pull),         block.get(joint_bias_rate),
           block.get(joint_mass_scale), block.get(joint_impulse_scale), block.get(joint_rigid),
           block.get(joint_most)};
 }
@@ -57,7 +57,7 @@ HWY_INLINE BallJointRow<V> load_joint(const Block<D>& block) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void store_joint(const Block<D>& block, const BallJointRow<V>& row) {
   block.set3(joint_impulse, row.impulse), block.set3(joint_total, row.total);
-  block.set3(joint_spun_a, row.spun_a), block.set3(joint_spun_b, row.spun_b);
+  block.set3(joint_moment_a, row.moment_a), block.set3(joint_moment_b, row.moment_b);
 }
 
 /// Lanes of vectors, filled one lane at a time.
@@ -160,7 +160,7 @@ HWY_NOINLINE void forget_joint_impulses(const Block<D>& block, const std::uint8_
   for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
     if (bits[i / 8] >> i % 8 & 1) continue;
     for (int k = 0; k < 3; ++k)
-      for (const int field : {joint_impulse, joint_total, joint_spun_a, joint_spun_b}) block.at(field + k)[i] = 0;
+      for (const int field : {joint_impulse, joint_total, joint_moment_a, joint_moment_b}) block.at(field + k)[i] = 0;
   }
 }
 
@@ -194,7 +194,7 @@ HWY_NOINLINE void warm_start_joints(const Block<D>& block, SolverBody* all) {
 template <class D>
 HWY_NOINLINE void clear_joints(const Block<D>& block) {
   const auto zero = hn::Zero(D());
-  for (const int field : {joint_impulse, joint_spun_a, joint_spun_b}) block.set3(field, {zero, zero, zero});
+  for (const int field : {joint_impulse, joint_moment_a, joint_moment_b}) block.set3(field, {zero, zero, zero});
 }
 
 template <class D>

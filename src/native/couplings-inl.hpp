@@ -35,7 +35,7 @@ template <class Row, class Visit>
 HWY_INLINE void visit_written(Row& row, const Visit& visit) {
   visit(row.impulse);
   visit(row.angle_a.turns), visit(row.angle_a.angle), visit(row.angle_b.turns), visit(row.angle_b.angle);
-  visit(row.given_a), visit(row.given_b), visit(row.spun_a), visit(row.spun_b);
+  visit(row.given_a), visit(row.given_b), visit(row.moment_a), visit(row.moment_b);
   visit(row.force), visit(row.torque);
 }
 /// And what they read alone.

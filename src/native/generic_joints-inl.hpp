@@ -41,9 +41,9 @@ enum GenericField : int {
   generic_hold = generic_axes + axis_count * axis_field_count,
   generic_drive = generic_hold + axis_count,
   generic_given = generic_drive + axis_count,
-  generic_spun_a = generic_given + 3,
-  generic_spun_b = generic_spun_a + 3,
-  generic_force = generic_spun_b + 3,
+  generic_moment_a = generic_given + 3,
+  generic_moment_b = generic_moment_a + 3,
+  generic_force = generic_moment_b + 3,
   generic_torque = generic_force + 3,
   generic_pulled = generic_torque + 3,  // where the header says that some lane moves
   generic_pulled_a = generic_pulled + 3,
@@ -75,7 +75,7 @@ HWY_INLINE void load_generic_joint(const Block<D>& block, GenericJointRow<V>& ro
     row.hold[i] = block.get(generic_hold + i), row.drive[i] = block.get(generic_drive + i);
   }
   row.given = block.get3(generic_given);
-  row.spun_a = block.get3(generic_spun_a), row.spun_b = block.get3(generic_spun_b);
+  row.moment_a = block.get3(generic_moment_a), row.moment_b = block.get3(generic_moment_b);
   row.force = block.get3(generic_force), row.torque = block.get3(generic_torque);
   if (block.header().moves) {
     row.pulled = block.get3(generic_pulled);
@@ -93,7 +93,7 @@ HWY_INLINE void store_generic_joint(const Block<D>& block, const GenericJointRow
   for (int i = 0; i < axis_count; ++i)
     block.set(generic_hold + i, row.hold[i]), block.set(generic_drive + i, row.drive[i]);
   block.set3(generic_given, row.given);
-  block.set3(generic_spun_a, row.spun_a), block.set3(generic_spun_b, row.spun_b);
+  block.set3(generic_moment_a, row.moment_a), block.set3(generic_moment_b, row.moment_b);
   block.set3(generic_force, row.force), block.set3(generic_torque, row.torque);
   if (block.header().moves) {
     block.set3(generic_pulled, row.pulled);
