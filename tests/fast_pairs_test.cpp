@@ -200,7 +200,7 @@ TEST(FastPairs, SmallSpinningDiscsDoNotFallThroughAFloor) {
       WorldDef def = Range::definition(1, simulator);
       def.gravity = {0, -9.81f, 0};
       World world(def);
-      BodyDef floor{.shape = box({4, 0.01f, 4})};
+      BodyDef floor{.shape = box({10, 0.01f, 10})};
       floor.motion = MotionType::fixed;
       floor.pose.position.y = -0.01f;
       world.add(floor);
