@@ -93,6 +93,16 @@ struct GenericJointRows {
   /// Where they stand alone: `along`, `value`, `reach`, `arm`, `torque_axis`.
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of)
       : GenericJointRows(row, of, rotation_by<L>(of.a.turned), rotation_by<L>(of.b.turned)) {}
+  /// Of bodies that have turned by these since the step began.
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
+                                        const UnitQuat<L>& turned_b)
+      : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
+    arm_a_ = turned_by(turned_a, row.arm_a), arm_ = turned_by(turned_b, row.arm_b);
+    gap_ = row.gap + ((bodies.b.moved + (arm_ - row.arm_b)) - (bodies.a.moved + (arm_a_ - row.arm_a)));
+    set_positions(row, product(turned_a, row.frame_a), turned_b, gap_);
+    reach_ = arm_a_ + slide_of(row, gap_);
+    spun_a_ = spun_b_ = nothing();
+  }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : GenericJointRows(row, of) {
     // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
     // bodies as they will not spin once the sweep has put that right.
@@ -188,15 +198,6 @@ struct GenericJointRows {
   VecOf<L> reach_, arm_, arm_a_, gap_;
   VecOf<L> spun_a_, spun_b_;  ///< rad/s that the row's impulses so far have given
 
-  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
-                                        const UnitQuat<L>& turned_b)
-      : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
-    arm_a_ = turned_by(turned_a, row.arm_a), arm_ = turned_by(turned_b, row.arm_b);
-    gap_ = row.gap + ((bodies.b.moved + (arm_ - row.arm_b)) - (bodies.a.moved + (arm_a_ - row.arm_a)));
-    set_positions(row, product(turned_a, row.frame_a), turned_b, gap_);
-    reach_ = arm_a_ + slide_of(row, gap_);
-    spun_a_ = spun_b_ = nothing();
-  }
   FATHOM_LANE_FUNCTION static VecOf<L> nothing() {
     const L zero = splat<L>(0.0f);
     return {zero, zero, zero};

@@ -21,16 +21,22 @@ struct JointFreedom {
   float stiffness[joint_coordinates] = {};  ///< s of a free one: N·s per m/s, N·m·s per rad/s; 0: no drive
 
   FATHOM_HD bool has(int k) const { return is_free >> k & 1u; }
+  FATHOM_HD friend bool operator==(const JointFreedom& a, const JointFreedom& b) {
+    bool same = a.is_free == b.is_free;
+    for (int i = 0; i < 3; ++i) same = same && a.along[i] == b.along[i] && a.about[i] == b.about[i];
+    for (int k = 0; k < joint_coordinates; ++k) same = same && a.stiffness[k] == b.stiffness[k];
+    return same;
+  }
 };
 
 using JointVector = float[joint_coordinates];
 
 /// A body and all that hangs on it, its free coordinates eliminated.
 struct EliminatedLink {
-  Vec3 arm;                                             ///< m, from the body's centre to the point
-  float inertia[joint_coordinates][joint_coordinates];  ///< what the parent feels
-  float column[joint_coordinates][joint_coordinates];   ///< of each free one as it was eliminated
-  JointVector inverse, own;                             ///< 1 / (I + s), and I
+  Vec3 arm;                                ///< m, from the body's centre to the point
+  JointVector inertia[joint_coordinates];  ///< what the parent feels
+  JointVector column[joint_coordinates];   ///< of each free one as it was eliminated
+  JointVector inverse, own;                ///< 1 / (I + s), and I
 };
 
 FATHOM_HD void to_coordinates(const JointFreedom& f, Vec3 linear, Vec3 angular, JointVector& v) {
@@ -43,49 +49,66 @@ FATHOM_HD Vec3 angular_of(const JointFreedom& f, const JointVector& v) {
   return v[3] * f.about[0] + (v[4] * f.about[1] + v[5] * f.about[2]);
 }
 
+/// m times the matrix of a cross product with `a`, and that times m.
+FATHOM_HD Mat3 times_skew(const Mat3& m, Vec3 a) {
+  return {a.z * m.y - a.y * m.z, a.x * m.z - a.z * m.x, a.y * m.x - a.x * m.y};
+}
+FATHOM_HD Mat3 skew_times(Vec3 a, const Mat3& m) { return {cross(a, m.x), cross(a, m.y), cross(a, m.z)}; }
+
+/// Adds `part` of `row`.
+FATHOM_HD void add_row(JointVector& to, float part, const JointVector& row) {
+  for (int j = 0; j < joint_coordinates; ++j) to[j] = fma(part, row[j], to[j]);
+}
+
+/// Takes coordinate k out of all others, whose parent feels the `share` of it.
+FATHOM_HD void eliminate_coordinate(JointVector (&m)[joint_coordinates], int k, const JointVector& column,
+                                    float inverse, float share) {
+  for (int i = 0; i < joint_coordinates; ++i) {
+    if (i != k) add_row(m[i], -inverse * column[i], column);
+    m[i][k] = m[k][i] = share * column[i];
+  }
+}
+
 /// Eliminates what `f` leaves free of a body, `arm` from its centre.
 FATHOM_HD EliminatedLink eliminated(const TreeInertia& body, Vec3 arm, const JointFreedom& f) {
   EliminatedLink link;
   link.arm = arm;
-  const Mat3 r = skew(arm), vr = body.linear * r, rc = r * body.mixed;
-  const Mat3 mixed = vr + body.mixed, angular = body.angular - r * vr - rc - transpose(rc);
-  float(&m)[joint_coordinates][joint_coordinates] = link.inertia;
+  const Mat3 vr = times_skew(body.linear, arm), rc = skew_times(arm, body.mixed);
+  const Mat3 along{f.along[0], f.along[1], f.along[2]}, about{f.about[0], f.about[1], f.about[2]};
+  const Mat3 rows = transpose(along), linear = rows * (body.linear * along);
+  const Mat3 mixed = rows * ((vr + body.mixed) * about);
+  const Mat3 angular = transpose(about) * ((body.angular - skew_times(arm, vr) - rc - transpose(rc)) * about);
+  JointVector(&m)[joint_coordinates] = link.inertia;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      m[i][j] = dot(f.along[i], body.linear * f.along[j]);
-      m[i][3 + j] = m[3 + j][i] = dot(f.along[i], mixed * f.about[j]);
-      m[3 + i][3 + j] = dot(f.about[i], angular * f.about[j]);
-    }
+    for (int j = 0; j < 3; ++j)
+      m[i][j] = linear(i, j), m[3 + i][3 + j] = angular(i, j), m[i][3 + j] = m[3 + j][i] = mixed(i, j);
   for (int k = 0; k < joint_coordinates; ++k) {
     link.inverse[k] = link.own[k] = 0;
     if (!f.has(k)) continue;
-    const float own = m[k][k], s = f.stiffness[k], sum = own + s, inverse = sum > 0 ? 1 / sum : 0, share = s * inverse;
+    const float own = m[k][k], s = f.stiffness[k], sum = own + s, inverse = sum > 0 ? 1 / sum : 0;
     link.own[k] = own, link.inverse[k] = inverse;
-    for (int i = 0; i < joint_coordinates; ++i) link.column[k][i] = m[i][k];
-    for (int i = 0; i < joint_coordinates; ++i)
-      for (int j = 0; j < joint_coordinates; ++j)
-        if (i != k && j != k) m[i][j] = fma(-inverse * link.column[k][i], link.column[k][j], m[i][j]);
-    for (int i = 0; i < joint_coordinates; ++i) m[i][k] = m[k][i] = share * link.column[k][i];
+    for (int j = 0; j < joint_coordinates; ++j) link.column[k][j] = m[k][j];
+    eliminate_coordinate(m, k, link.column[k], inverse, s * inverse);
   }
   return link;
 }
 
 /// It hangs on `parent`, `arm` from the parent's centre.
 FATHOM_HD void add_child(TreeInertia& parent, const EliminatedLink& child, const JointFreedom& f, Vec3 arm) {
-  Mat3 linear = diagonal(0), mixed = linear, angular = linear;
-  const auto add = [](Mat3& to, float s, Vec3 a, Vec3 b) {
-    to.x += (s * b.x) * a, to.y += (s * b.y) * a, to.z += (s * b.z) * a;
+  const Mat3 along{f.along[0], f.along[1], f.along[2]}, about{f.about[0], f.about[1], f.about[2]};
+  const auto block = [&](int from_row, int from_column) {
+    const auto column = [&](int j) {
+      return Vec3{child.inertia[from_row][j], child.inertia[from_row + 1][j], child.inertia[from_row + 2][j]};
+    };
+    return Mat3{column(from_column), column(from_column + 1), column(from_column + 2)};
   };
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      add(linear, child.inertia[i][j], f.along[i], f.along[j]);
-      add(mixed, child.inertia[i][3 + j], f.along[i], f.about[j]);
-      add(angular, child.inertia[3 + i][3 + j], f.about[i], f.about[j]);
-    }
-  const Mat3 s = skew(arm), ls = linear * s, sm = s * mixed;
+  const Mat3 rows_about = transpose(about);
+  const Mat3 linear = along * (block(0, 0) * transpose(along)), mixed = along * (block(0, 3) * rows_about);
+  const Mat3 angular = about * (block(3, 3) * rows_about);
+  const Mat3 ls = times_skew(linear, arm), sm = skew_times(arm, mixed);
   parent.linear = parent.linear + linear;
   parent.mixed = parent.mixed + (mixed - ls);
-  parent.angular = parent.angular + (angular + sm + transpose(sm) - s * ls);
+  parent.angular = parent.angular + (angular + sm + transpose(sm) - skew_times(arm, ls));
 }
 
 /// What acts on a body in a round of the solution, in the joint's coordinates.
@@ -103,7 +126,7 @@ FATHOM_HD JointLoad eliminated_load(const EliminatedLink& link, const JointFreed
     if (!f.has(k)) continue;
     const float p = l.pushed[k], reached = p + drive[k], change = reached * link.inverse[k];
     l.reached[k] = reached;
-    for (int i = 0; i < joint_coordinates; ++i) l.pushed[i] = fma(-change, link.column[k][i], l.pushed[i]);
+    add_row(l.pushed, -change, link.column[k]);
     l.pushed[k] = (f.stiffness[k] * p - link.own[k] * drive[k]) * link.inverse[k];
   }
   return l;
@@ -113,21 +136,16 @@ FATHOM_HD JointLoad eliminated_load(const EliminatedLink& link, const JointFreed
 FATHOM_HD TreeLoad handed_on(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
                              const JointVector& error) {
   JointVector v;
-  for (int i = 0; i < joint_coordinates; ++i) {
-    v[i] = load.pushed[i];
-    for (int j = 0; j < joint_coordinates; ++j) v[i] = fma(link.inertia[i][j], error[j], v[i]);
-  }
+  for (int i = 0; i < joint_coordinates; ++i) v[i] = load.pushed[i];
+  for (int j = 0; j < joint_coordinates; ++j) add_row(v, error[j], link.inertia[j]);
   return {linear_of(f, v), angular_of(f, v)};
 }
 
 /// How the body's point changes its motion where the parent changes it by `parent`, and the joint's impulse on it.
 FATHOM_HD void follow(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
                       const JointVector& error, const JointVector& parent, JointVector& change, JointVector& impulse) {
-  for (int i = 0; i < joint_coordinates; ++i) {
-    change[i] = parent[i] - error[i];
-    impulse[i] = -load.pushed[i];
-    for (int j = 0; j < joint_coordinates; ++j) impulse[i] = fma(link.inertia[i][j], parent[j] - error[j], impulse[i]);
-  }
+  for (int i = 0; i < joint_coordinates; ++i) change[i] = parent[i] - error[i], impulse[i] = -load.pushed[i];
+  for (int j = 0; j < joint_coordinates; ++j) add_row(impulse, change[j], link.inertia[j]);
   for (int k = joint_coordinates; k-- > 0;) {
     if (!f.has(k)) continue;
     float sum = fma(f.stiffness[k], parent[k], load.reached[k]);

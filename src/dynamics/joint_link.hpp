@@ -18,6 +18,8 @@ struct LinkMotion {
   Vec3 moved, turned;    ///< m and rad, since the step began
   Vec3 linear, angular;  ///< m/s and rad/s
   bool is_isotropic = true;
+  UnitQuat<float> rotation{1, {}};  ///< by `turned`
+  UnitQuat<float> ahead{1, {}};     ///< and when the substep will be over: by `turned_ahead`
 
   /// Rad since the step began, when a substep of length h (s) will be over: rotation vectors of isotropic bodies are
   /// summed up, of others they are what they are (`turned_so_far`).
@@ -48,13 +50,16 @@ class JointLink {
   /// The last substep's impulses no longer count.
   FATHOM_HD void let_go();
 
-  /// Where the joint is, as a solution begins. `relaxes`: after positions have moved, without drives.
-  FATHOM_HD void look(const LinkPair& pair, bool relaxes);
+  /// Where the joint is. Has to be asked when bodies have moved.
+  FATHOM_HD void look(const LinkPair& pair);
+  /// `relaxes`: after positions have moved, without drives.
+  FATHOM_HD void begin_solution(bool relaxes) { relaxes_ = relaxes; }
   FATHOM_HD bool asks_for_masses() const;
   /// And what it takes to move its axes, where limits or drives ask for that (`GenericAxis::response`).
   FATHOM_HD void look_at_masses(const JointBodies<SymMat3>& bodies, float h);
-  /// Chooses coordinates by what is held, and what drives give by now.
-  FATHOM_HD void choose_coordinates(const LinkPair& pair);
+  /// Chooses coordinates by what is held, and what drives give by now. Returns whether that has changed what there is
+  /// to eliminate.
+  FATHOM_HD bool choose_coordinates(const LinkPair& pair);
   /// Of the body and all that hangs on it.
   FATHOM_HD void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
   /// What the parent feels of that.
@@ -64,6 +69,8 @@ class JointLink {
   /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h, gaps closing at
   /// `most` (m/s or rad/s) at the fastest …
   FATHOM_HD void aim_ahead(const LinkPair& pair, float most, float h);
+  /// Whether these errors are within `share` of what `meets` judges by.
+  FATHOM_HD bool is_aimed_within(float share, float h) const;
   /// … or loses its velocity and this share of its gap.
   FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h);
   /// What the parent gets of the body's load, both about the joint. `is_aimed`: errors are taken away.
@@ -74,8 +81,8 @@ class JointLink {
   /// Takes on or lets go limits and largest forces where the rounds' result says otherwise. True where that changes it.
   FATHOM_HD bool revise(const LinkPair& pair, float h);
   /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
-  FATHOM_HD bool meets(const LinkPair& pair, float share, float most, float h) const;
-  FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true; }
+  FATHOM_HD bool meets(const LinkPair& pair, float share, float most, float h);
+  FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true, knows_ahead_ = false; }
   FATHOM_HD Vec3 force_more() const { return force_more_; }
   FATHOM_HD Vec3 torque_more() const { return torque_more_; }
   /// The rounds' impulses count; `ends`: the substep is over.
@@ -108,7 +115,8 @@ class JointLink {
   /// taken for one that acts, and is not to draw it back at once.
   FATHOM_HD float wanted_value(int i, const LinkPair& pair, float most, float h) const;
   FATHOM_HD float rate(int i, const LinkPair& pair) const;
-  FATHOM_HD void values_ahead(const LinkPair& pair, float h, JointVector& values) const;
+  /// Sets `ahead_`, where the substep will leave the axes with the motions that the bodies have.
+  FATHOM_HD void look_ahead(const LinkPair& pair, float h);
   FATHOM_HD void add_rotation(int i, int& count, bool is_free);
   FATHOM_HD void set_errors(const JointVector& of_axes);
   /// N·s or N·m·s on B, of the substep so far and the rounds.
@@ -117,10 +125,10 @@ class JointLink {
   FATHOM_HD bool revise_drive(int i, float given, float after);
 
   const GenericJoint* joint_ = nullptr;
-  bool is_b_ = true, relaxes_ = false, is_first_round_ = true;
+  bool is_b_ = true, relaxes_ = false, is_first_round_ = true, knows_ahead_ = false;
   GenericJointRow<float> row_{};
   Vec3 along_[3], about_[3];  // of axes, now
-  JointVector value_{}, mass_{};
+  JointVector value_{}, ahead_{}, mass_{};
   Vec3 reach_a_, arm_b_;
   JointFreedom freedom_;
   int axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis
@@ -138,8 +146,10 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
                                 const GenericImpulse& impulse) {
   *this = {};
   joint_ = &joint, is_b_ = is_b, row_ = row;
+  row_.distance = joint.distance, row_.cone = joint.cone;
+  for (int i = 0; i < axis_count; ++i) row_.axes[i] = axis(i);
   const LinkMotion unmoved{};
-  look({unmoved, unmoved}, true);
+  look({unmoved, unmoved});
   for (int i = 0; i < axis_count; ++i) rate_[i] = row.rate[i];
   for (int i = 0; i < axis_count; ++i) {
     const float total = sign() * (impulse.hold[i] + impulse.drive[i]);
@@ -156,15 +166,11 @@ FATHOM_HD void JointLink::begin(const GenericJoint& joint, bool is_b, const Gene
 FATHOM_HD void JointLink::let_go() { force_ = torque_ = {}; }
 FATHOM_HD void JointLink::forget() { force_ = torque_ = force_sum_ = torque_sum_ = {}, at_limit_ = at_most_ = 0; }
 
-FATHOM_HD void JointLink::look(const LinkPair& pair, bool relaxes) {
-  relaxes_ = relaxes;
-  row_.distance = joint_->distance, row_.cone = joint_->cone;
-  for (int i = 0; i < axis_count; ++i) row_.axes[i] = axis(i);
+FATHOM_HD void JointLink::look(const LinkPair& pair) {
   const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
   JointBodies<float> bodies{};
-  bodies.a.moved = a.moved, bodies.a.turned = a.turned;
-  bodies.b.moved = b.moved, bodies.b.turned = b.turned;
-  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies);
+  bodies.a.moved = a.moved, bodies.b.moved = b.moved;
+  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies, a.rotation, b.rotation);
   for (int i = 0; i < axis_count; ++i) {
     value_[i] = rows.value[i];
     if (i < translations) along_[i] = rows.along[i], about_[i] = rows.torque_axis(i);
@@ -211,7 +217,8 @@ FATHOM_HD float JointLink::drive_aim(int i) const {
   return fma(a.approach, off, a.velocity);
 }
 
-FATHOM_HD void JointLink::choose_coordinates(const LinkPair& pair) {
+FATHOM_HD bool JointLink::choose_coordinates(const LinkPair& pair) {
+  const JointFreedom last = freedom_;
   freedom_ = {};
   take_back();
   for (int k = 0; k < translations; ++k) {
@@ -259,6 +266,7 @@ FATHOM_HD void JointLink::choose_coordinates(const LinkPair& pair) {
       drive_[k] += sign() * scale_[k] * stiffness * (drive_aim(i) - rate(i, pair));
     }
   }
+  return !(freedom_ == last);
 }
 
 /// A free coordinate's armature keeps it at the rate that it had.
@@ -286,15 +294,16 @@ FATHOM_HD float JointLink::rate(int i, const LinkPair& pair) const {
   return dot(along_[i], (b.linear + cross(b.angular, arm_b_)) - (a.linear + cross(a.angular, reach_a_)));
 }
 
-FATHOM_HD void JointLink::values_ahead(const LinkPair& pair, float h, JointVector& values) const {
+FATHOM_HD void JointLink::look_ahead(const LinkPair& pair, float h) {
+  if (knows_ahead_) return;
+  knows_ahead_ = true;
   const LinkMotion &a = is_b_ ? pair.parent : pair.body, &b = is_b_ ? pair.body : pair.parent;
   JointBodies<float> bodies{};
-  bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.a.turned = a.turned_ahead(h);
-  bodies.b.moved = mul_add(b.moved, h, b.linear), bodies.b.turned = b.turned_ahead(h);
-  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies);
+  bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.b.moved = mul_add(b.moved, h, b.linear);
+  const GenericJointRows<float, JointBodies<float>> rows(row_, bodies, a.ahead, b.ahead);
   for (int i = 0; i < axis_count; ++i) {
-    values[i] = rows.value[i];
-    if (i < translations) values[i] = fma(-0.5f * h * h, dot(rows.along[i], row_.pull), values[i]);
+    ahead_[i] = rows.value[i];
+    if (i < translations) ahead_[i] = fma(-0.5f * h * h, dot(rows.along[i], row_.pull), ahead_[i]);
   }
 }
 
@@ -316,12 +325,18 @@ FATHOM_HD void JointLink::set_errors(const JointVector& of_axes) {
 }
 
 FATHOM_HD void JointLink::aim_ahead(const LinkPair& pair, float most, float h) {
-  JointVector ahead, errors{};
-  values_ahead(pair, h, ahead);
+  JointVector errors{};
+  look_ahead(pair, h);
   for (int i = 0; i < axis_count; ++i)
     errors[i] = axis(i).locked == 0 && !is_at_limit(i) ? rate(i, pair) - drive_aim(i)
-                                                       : (ahead[i] - wanted_value(i, pair, most, h)) / h;
+                                                       : (ahead_[i] - wanted_value(i, pair, most, h)) / h;
   set_errors(errors);
+}
+
+FATHOM_HD bool JointLink::is_aimed_within(float share, float h) const {
+  for (int k = 0; k < joint_coordinates; ++k)
+    if (!freedom_.has(k) && !(h * abs(error_[k]) <= (k < translations ? share * reach() : share))) return false;
+  return true;
 }
 
 FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h) {
@@ -354,6 +369,7 @@ FATHOM_HD TreeLoad JointLink::hand_on(const TreeLoad& load, bool is_aimed) {
 FATHOM_HD TreeChange JointLink::follow(const TreeChange& parent, bool is_aimed, bool counts) {
   const JointVector nothing{}, &error = error_;
   JointVector of_parent, change, impulse;
+  knows_ahead_ = false;
   to_coordinates(freedom_, parent.linear + cross(parent.angular, parent_arm()), parent.angular, of_parent);
   fathom::follow(link_, freedom_, load_, is_aimed ? error : nothing, of_parent, change, impulse);
   if (counts) {
@@ -416,13 +432,12 @@ FATHOM_HD bool JointLink::revise_drive(int i, float given, float after) {
 
 FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   if (joint_->moves == 0) return false;
-  JointVector ahead;
-  values_ahead(pair, h, ahead);
+  look_ahead(pair, h);
   bool changes = false;
   for (int k = 0; k < joint_coordinates; ++k) {
     const int i = axis_of_[k];
     if (i == no_axis) continue;
-    if (axis(i).limited != 0 && revise_limit(i, ahead[i], impulse_of(k), rate(i, pair)))
+    if (axis(i).limited != 0 && revise_limit(i, ahead_[i], impulse_of(k), rate(i, pair)))
       changes = true;
     else if (is_driven(i) && !is_at_limit(i) && axis(i).locked == 0 &&
              revise_drive(i, impulse_of(k) - of_armature(i, rate(i, pair)), rate(i, pair)))
@@ -431,17 +446,16 @@ FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   // Axes without a coordinate are those that nothing holds.
   for (int i = translations; i < axis_count; ++i)
     if (axis(i).limited != 0 && !is_at_limit(i) && !(axis(i).most > 0 || axis(i).armature > 0) &&
-        revise_limit(i, ahead[i], 0, 0))
+        revise_limit(i, ahead_[i], 0, 0))
       changes = true;
   return changes;
 }
 
-FATHOM_HD bool JointLink::meets(const LinkPair& pair, float share, float most, float h) const {
-  JointVector ahead;
-  values_ahead(pair, h, ahead);
+FATHOM_HD bool JointLink::meets(const LinkPair& pair, float share, float most, float h) {
+  look_ahead(pair, h);
   for (int i = 0; i < axis_count; ++i)
     if ((axis(i).locked != 0 || is_at_limit(i)) &&
-        !(abs(ahead[i] - wanted_value(i, pair, most, h)) <= (i < translations ? share * reach() : share)))
+        !(abs(ahead_[i] - wanted_value(i, pair, most, h)) <= (i < translations ? share * reach() : share)))
       return false;
   return true;
 }

@@ -69,7 +69,6 @@ struct Mechanism {
 struct LinkState {
   BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
   float mass;               ///< kg
-  UnitQuat<float> turned;   ///< since the step began
   UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
   LinkMotion motion;
   LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
@@ -77,6 +76,8 @@ struct LinkState {
   Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
   TreeInertia of_body;
   TreeLink link;
+  bool is_eliminated;       ///< `link`, or the JointLink, is that of `of_body` and of how the joint is
+  bool is_changed;          ///< it has just become so
   TreeLoad load, handed;    ///< on the body, and what its parent gets of it at the joint
   Vec3 error;               ///< m/s
   TreeChange step, change;  ///< of a round, and of all of them
@@ -262,6 +263,7 @@ class MechanismSolver {
   FATHOM_HD static void move_obstacle(LinkMotion& obstacle, float h) {
     obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
     obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
+    obstacle.rotation = rotation_by<float>(obstacle.turned);
   }
   // --- a solution ------------------------------------------------------------------------------------------------
 
@@ -270,14 +272,10 @@ class MechanismSolver {
     turn_all(m, h, !soft);
     const bool looks_ahead = soft && all(m, [&](std::uint32_t i) { return turns_slowly(i, h); });
     if (soft && !looks_ahead) start_anew(m, h);
-    bool follows = solve_once<soft>(m, h, looks_ahead);
-    for (int revision = 0; soft && revision < max_revisions && revise(m, h); ++revision) {
-      take_back(m);
-      follows = solve_once<soft>(m, h, looks_ahead);
-    }
+    bool follows = solve_with_limits<soft>(m, h, looks_ahead);
     if (looks_ahead && !do_meet(m, h)) {
       start_anew(m, h);
-      follows = solve_once<soft>(m, h, false);
+      follows = solve_with_limits<soft>(m, h, false);
     }
     if (all(m, [&](std::uint32_t i) { return is_sound(i, h); }))
       apply_all<soft>(m, h, follows);
@@ -301,10 +299,35 @@ class MechanismSolver {
   }
 
   /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
-  /// energy but for the share of gaps that it closes, whatever arms do within the substep. Returns whether the substep
+  /// energy but for the share of gaps that it closes, whatever arms do within the substep. Begins anew where the result
+  /// says that other limits act, or drives give their most; mostly the first round tells. Returns whether the substep
   /// follows all swings.
   template <bool soft>
-  FATHOM_HD bool solve_once(const Mechanism& m, float h, bool looks_ahead) const {
+  FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
+    for (int revision = 0;; ++revision) {
+      const auto has_to_revise = [&] { return soft && revision < max_revisions && revise(m, h); };
+      const bool follows = eliminate_all<soft>(m, h, looks_ahead);
+      bool ends = true;
+      if (looks_ahead)
+        take_round_ahead(m, h);
+      else
+        come_to_rest<soft>(m, h);
+      bool is_other = has_to_revise();
+      for (int round = 1; looks_ahead && !is_other && round < newton_rounds; ++round) {
+        aim_ahead(m, h);
+        if (m.closures == 0 && all(m, [&](std::uint32_t i) { return is_aimed_within(i, aimed_share, h); })) break;
+        substitute(m, 1);
+        look_ahead(m, h);
+        ends = round + 1 < newton_rounds;
+      }
+      if (!is_other && !ends) is_other = has_to_revise();
+      if (!is_other) return follows;
+      take_back(m);
+    }
+  }
+  /// With what bodies carry over for their loads. Returns whether the substep follows all swings.
+  template <bool soft>
+  FATHOM_HD bool eliminate_all(const Mechanism& m, float h, bool looks_ahead) const {
     from_leaves(m, [&](std::uint32_t i) { eliminate(i); });
     const bool follows = !looks_ahead || can_follow(m, h);
     if (!follows) {
@@ -314,16 +337,19 @@ class MechanismSolver {
     if (m.closures > 0) find_responses(m);
     if constexpr (soft) each(m, [&](std::uint32_t i) { load_carried(i); });
     if (!follows) each(m, [&](std::uint32_t i) { load_stiffened(i, h); });
-    if (!looks_ahead) {
-      aim_at_rest(m, soft ? projection_share : 0.0f, h);
-      substitute(m, closing_rounds);
-      return true;
-    }
-    for (int round = 0; round < newton_rounds; ++round) {
-      aim_ahead(m, h);
-      substitute(m, 1);
-    }
     return follows;
+  }
+  FATHOM_HD void take_round_ahead(const Mechanism& m, float h) const {
+    look_ahead(m, h);
+    aim_ahead(m, h);
+    substitute(m, 1);
+    look_ahead(m, h);
+  }
+  template <bool soft>
+  FATHOM_HD void come_to_rest(const Mechanism& m, float h) const {
+    aim_at_rest(m, soft ? projection_share : 0.0f, h);
+    substitute(m, closing_rounds);
+    if (soft) look_ahead(m, h);
   }
 
   /// Whether a solution leaves the body with a velocity that bodies may have.
@@ -349,7 +375,8 @@ class MechanismSolver {
   FATHOM_HD void take_back(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { turn(i); });
     each(m, [&](std::uint32_t i) {
-      if (links[i].generic != none) generic[links[i].generic].choose_coordinates({states[i].motion, parent_of(i)});
+      if (links[i].generic != none && generic[links[i].generic].choose_coordinates({states[i].motion, parent_of(i)}))
+        states[i].is_eliminated = false;
     });
   }
   /// Where a link's body is now, how it moves, and what it resists that with.
@@ -358,14 +385,14 @@ class MechanismSolver {
     const std::uint32_t number = links[i].body;
     const auto& body = access.body(number);
     const bool is_isotropic = access.is_isotropic(number);
-    s.turned = rotation_by<float>(body.turned);
-    s.spin = is_isotropic ? UnitQuat<float>{1, {}} : s.turned;
-    s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular), is_isotropic};
+    const UnitQuat<float> turned = rotation_by<float>(body.turned);
+    s.spin = is_isotropic ? UnitQuat<float>{1, {}} : turned;
+    s.motion = {body.moved, body.turned, body.linear, turned_by(s.spin, body.angular), is_isotropic, turned};
     s.change = {}, s.impulse = {}, s.load = {};
     const float scale = s.mass * access.inverse_mass(number);  // of the inertia that loads have added
     Mat3 inertia = diagonal(scale * access.inertia(number).xx);
     if (!is_isotropic) {
-      const Quat now = Quat{s.turned.w, s.turned.v.x, s.turned.v.y, s.turned.v.z} * access.pose(number).rotation;
+      const Quat now = Quat{turned.w, turned.v.x, turned.v.y, turned.v.z} * access.pose(number).rotation;
       inertia = to_matrix(scale * rotated(to_matrix(now), access.inertia(number)));
     }
     s.of_body = tree_inertia(s.mass, inertia);
@@ -373,18 +400,20 @@ class MechanismSolver {
   FATHOM_FLATTEN FATHOM_HD void turn_joint(std::uint32_t i, float h, bool relaxes) const {
     LinkState& s = states[i];
     const MechanismLink& link = links[i];
+    if (relaxes) s.is_eliminated = false;
     if (link.joint == none) return;
     if (link.generic != none) {
       JointLink& joint = generic[link.generic];
-      joint.look({s.motion, parent_of(i)}, relaxes);
+      // Before positions move it is where the last substep has left it.
+      if (relaxes) joint.look({s.motion, parent_of(i)});
+      joint.begin_solution(relaxes);
       if (joint.asks_for_masses()) joint.look_at_masses(bodies_of(i), h);
-      joint.choose_coordinates({s.motion, parent_of(i)});
+      if (joint.choose_coordinates({s.motion, parent_of(i)})) s.is_eliminated = false;
       s.arm = joint.arm(), s.parent_arm = joint.parent_arm();
       return;
     }
-    s.arm = turned_by(s.turned, s.row.arm_b);
-    s.parent_arm = turned_by(link.parent != none ? states[link.parent].turned : rotation_by<float>(parent_of(i).turned),
-                             s.row.arm_a);
+    s.arm = turned_by(s.motion.rotation, s.row.arm_b);
+    s.parent_arm = turned_by(parent_of(i).rotation, s.row.arm_a);
   }
   FATHOM_HD JointBodies<SymMat3> bodies_of(std::uint32_t i) const {
     const MechanismLink& link = links[i];
@@ -418,8 +447,7 @@ class MechanismSolver {
   /// gap closes faster than overlaps do, because to bring what is far apart together at once would throw it.
   FATHOM_FLATTEN FATHOM_HD Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, float h) const {
     const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
-      const UnitQuat<float> turned = rotation_by<float>(m.turned_ahead(h));
-      return mul_add(m.moved, h, m.linear) + (turned_by(turned, arm) - arm);
+      return mul_add(m.moved, h, m.linear) + (turned_by(m.ahead, arm) - arm);
     };
     const Vec3 ahead = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
     const Vec3 at_once = (1 / h) * gap(s, parent), kept = at_once - limited(at_once, access.push_out_velocity());
@@ -453,6 +481,7 @@ class MechanismSolver {
   }
   FATHOM_HD void stiffen(std::uint32_t i, float h) const {
     LinkState& body = states[i];
+    body.is_eliminated = false;
     each_pull(i, h, [&](Vec3 arm, float k) {
       const Vec3 axis = normalize(arm);
       const Mat3 outer{axis.x * axis, axis.y * axis, axis.z * axis};
@@ -462,12 +491,22 @@ class MechanismSolver {
   /// What that resists of the motion that the body has.
   FATHOM_HD void load_stiffened(std::uint32_t i, float h) const {
     LinkState& body = states[i];
+    body.is_eliminated = false;  // but stiffened
     each_pull(i, h, [&](Vec3 arm, float k) { body.load.moment -= k * across(body.motion.angular, arm); });
   }
 
   // --- elimination -----------------------------------------------------------------------------------------------
 
-  FATHOM_FLATTEN FATHOM_HD void eliminate(std::uint32_t i) const {
+  /// Where that has changed what it or one of its children is.
+  FATHOM_HD void eliminate(std::uint32_t i) const {
+    LinkState& s = states[i];
+    s.is_changed = !s.is_eliminated;
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      s.is_changed = s.is_changed || states[c].is_changed;
+    if (s.is_changed) eliminate_link(i);
+    s.is_eliminated = true;
+  }
+  FATHOM_FLATTEN FATHOM_HD void eliminate_link(std::uint32_t i) const {
     LinkState& s = states[i];
     TreeInertia sum = s.of_body;
     for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
@@ -611,14 +650,29 @@ class MechanismSolver {
 
   // --- what rounds aim at, and have found ------------------------------------------------------------------------
 
-  FATHOM_HD void aim_ahead(const Mechanism& m, float h) const {
+  FATHOM_HD void look_ahead(const Mechanism& m, float h) const {
     each(m, [&](std::uint32_t i) {
-      if (links[i].joint == none) return;
-      if (links[i].generic != none)
-        generic[links[i].generic].aim_ahead({states[i].motion, parent_of(i)}, access.push_out_velocity(), h);
-      else
-        states[i].error = gap_ahead(states[i], parent_of(i), h);
+      LinkState& s = states[i];
+      s.motion.ahead = rotation_by<float>(s.motion.turned_ahead(h));
+      if (links[i].parent == none) s.obstacle.ahead = rotation_by<float>(s.obstacle.turned_ahead(h));
     });
+  }
+  FATHOM_HD void aim_ahead(const Mechanism& m, float h) const {
+    each(m, [&](std::uint32_t i) { aim_ahead(i, h); });
+  }
+  FATHOM_FLATTEN FATHOM_HD void aim_ahead(std::uint32_t i, float h) const {
+    if (links[i].joint == none) return;
+    if (links[i].generic != none)
+      generic[links[i].generic].aim_ahead({states[i].motion, parent_of(i)}, access.push_out_velocity(), h);
+    else
+      states[i].error = gap_ahead(states[i], parent_of(i), h);
+  }
+  /// Whether a round would take away next to nothing.
+  FATHOM_HD bool is_aimed_within(std::uint32_t i, float share, float h) const {
+    const LinkState& s = states[i];
+    if (links[i].joint == none) return true;
+    if (links[i].generic != none) return generic[links[i].generic].is_aimed_within(share, h);
+    return h * length(s.error) <= share * (length(s.arm) + length(s.parent_arm));
   }
   FATHOM_HD void aim_at_rest(const Mechanism& m, float gap_share, float h) const {
     const float most = access.push_out_velocity();

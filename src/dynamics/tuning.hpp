@@ -41,6 +41,17 @@ inline constexpr float recycle_sine_of_half_angle = 0.0025f;
 /// Steps in which the load settles on corners that were chosen again.
 inline constexpr std::uint8_t steps_to_settle = 15;
 
+// --- pairs and boxes (docs/log/2026-11-26-margins.md) ----------------------------------------------------------------
+
+/// m, and share of a body's radius, of half the speculative margin (`half_speculative_margin`).
+inline constexpr float half_margin = 0.01f, half_margin_share = 0.05f;
+/// m, and share of a body's radius, that the box that a broad phase keeps is larger by on each side. Bodies set 10 cm
+/// apart are no pairs.
+inline constexpr float fat_margin = 0.03f, fat_margin_share = 0.1f;
+/// Steps of a body's way that the box reaches ahead, and share of its radius that this is at most: every step of it
+/// costs pairs that never touch.
+inline constexpr float fat_steps_ahead = 8, fat_reach_share = 0.25f;
+
 // --- surfaces and rolling (docs/solver.md, Moving surfaces, Rolling) -------------------------------------------------
 
 /// m/s at which what lies on a moving surface goes with it, and stays awake: what is held in place trembles less.
@@ -126,9 +137,10 @@ inline constexpr float max_pull = 60;
 
 /// Of limits and largest forces, in a substep.
 inline constexpr int max_revisions = 4;
-/// In which anchors come to meet at a substep's end, and the share of the arms' lengths within which they count as met.
+/// In which anchors come to meet at a substep's end, and the shares of the arms' lengths within which another round is
+/// not worth its while, and within which they count as met.
 inline constexpr int newton_rounds = 3;
-inline constexpr float meeting_share = 1e-3f;
+inline constexpr float aimed_share = 1e-6f, meeting_share = 1e-3f;
 /// (h ω)² of a body that swings under what its joints carry, beyond which a substep does not follow it.
 inline constexpr float stiffest_swing = 0.2f;
 /// Of a gap, and of the arms, by which gaps close in a substep where anchors do not meet.
