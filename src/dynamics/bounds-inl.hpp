@@ -1,12 +1,12 @@
 // Margins of the boxes that a broad phase keeps, over vectors like those of dynamics/integrate-inl.hpp.
 
 /// Half the distance (m) at which bodies as large as one with bounding radius `radius` (m) become a contact although
-/// they do not touch yet: speculative margin. 1 cm from a radius of some 17 cm on (at 1/60 s). In a heap of pebbles
-/// dozens of others are within that of each: they have a twentieth of their size, and, as a pair, what one may fall
+/// they do not touch yet: speculative margin. All of it from a radius of some 17 cm on (at 1/60 s). In a heap of
+/// pebbles dozens of others are within that of each: they have a share of their size, and, as a pair, what one may fall
 /// before contacts are looked for again.
 template <class L>
 FATHOM_LANE_FUNCTION L half_speculative_margin(L radius, float dt) {
-  return smaller(splat<L>(0.01f), splat<L>(0.05f) * radius + splat<L>(0.5f * fall_within(dt)));
+  return smaller(splat<L>(half_margin), splat<L>(half_margin_share) * radius + splat<L>(0.5f * fall_within(dt)));
 }
 
 /// How far (m) any point of a body may turn out of its box within `dt` (s), plus half the speculative margin. Turning
@@ -35,13 +35,10 @@ FATHOM_LANE_FUNCTION BoxOf<Vec> swept(const BoxOf<Vec>& box, Vec path) {
 template <class Vec>
 FATHOM_LANE_FUNCTION BoxOf<Vec> fat_box(LaneOf<Vec> radius, const BoxOf<Vec>& box, Vec velocity, float dt) {
   using L = LaneOf<Vec>;
-  // 3 cm: bodies set 10 cm apart are no pairs. Movers get eight steps' way ahead, but no more than a quarter of their
-  // size, because every step of it costs pairs that never touch.
-  constexpr float max_margin = 0.03f, steps_ahead = 8.0f;
-  const L reach = splat<L>(0.25f) * radius, back = splat<L>(-0.25f) * radius;
-  const L margin = smaller(splat<L>(max_margin), splat<L>(0.1f) * radius);
+  const L reach = splat<L>(fat_reach_share) * radius, back = splat<L>(-fat_reach_share) * radius;
+  const L margin = smaller(splat<L>(fat_margin), splat<L>(fat_margin_share) * radius);
   const Vec ahead =
-      larger(Vec{back, back, back}, smaller(scale(splat<L>(steps_ahead * dt), velocity), Vec{reach, reach, reach}));
+      larger(Vec{back, back, back}, smaller(scale(splat<L>(fat_steps_ahead * dt), velocity), Vec{reach, reach, reach}));
   const Vec grown{margin, margin, margin};
   return swept(BoxOf<Vec>{box.lower - grown, box.upper + grown}, ahead);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/lane_scalar.hpp"
+#include "dynamics/tuning.hpp"
 #include "geometry/support.hpp"
 
 namespace fathom {
