@@ -16,10 +16,15 @@ struct Tolerance {
   float noise = 0;      ///< m of rounding to expect in a separation along an unnormalised axis
 };
 
+/// m, and share of the smallest half width, of `Tolerance::axis`; and of the reach what rounding may make of it and of
+/// a separation.
+inline constexpr float max_axis_tolerance = 0.0025f, axis_tolerance_share = 0.05f;
+inline constexpr float axis_rounding = 1e-6f, separation_rounding = 2e-7f;
+
 /// `smallest`: least half width of the two shapes; `reach`: bound on the coordinates that enter a separation.
 FATHOM_HD Tolerance make_tolerance(float smallest, float reach) {
-  const float axis = min(0.0025f, 0.05f * smallest) + 1e-6f * reach;
-  return {axis, 0.2f * axis, 0.1f * axis, 2e-7f * reach};
+  const float axis = min(max_axis_tolerance, axis_tolerance_share * smallest) + axis_rounding * reach;
+  return {axis, 0.2f * axis, 0.1f * axis, separation_rounding * reach};
 }
 
 }  // namespace fathom

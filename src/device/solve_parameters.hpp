@@ -5,6 +5,7 @@
 
 #include "dynamics/softness.hpp"
 #include "dynamics/speed_limits.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom::device {
 
@@ -24,7 +25,6 @@ struct SolveParameters {
 
 /// Coefficients of both solvers, as the native simulator has them.
 inline SolveParameters solve_parameters(const WorldDef& def) {
-  constexpr float baumgarte = 0.2f;  // Catto, "Iterative Dynamics with Temporal Coherence", 2005
   const SolverSettings& s = def.solver;
   SolveParameters p;
   p.substeps = static_cast<std::uint32_t>(s.substeps);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "collision/collide.hpp"
+#include "collision/tolerance.hpp"
 #include "dynamics/bounds.hpp"
 #include "dynamics/contact_rows.hpp"
 #include "dynamics/manifold_update.hpp"
@@ -19,8 +20,8 @@ namespace fathom {
 /// Of the pair's thinner shape with the half thickness `half` (m): from which distance on (m) shapes as far from their
 /// origins as `reach` are apart for certain, and how deep they are looked at that meet, so that the normal is that of
 /// the side which is hit and an edge that they only brush, as at the seam of two tiles, does not count as one.
-FATHOM_HD float skin_of(float half, float reach) { return min(0.001f, 0.02f * half) + 4e-7f * reach; }
-FATHOM_HD float entry_of(float half) { return min(0.0025f, 0.05f * half); }
+FATHOM_HD float skin_of(float half, float reach) { return min(max_skin, skin_share * half) + 4e-7f * reach; }
+FATHOM_HD float entry_of(float half) { return min(max_axis_tolerance, axis_tolerance_share * half); }
 
 /// Within a step, of a pair with the speculative margin `margin` (m).
 FATHOM_HD float movement_of(float margin, float radius_a, float radius_b, float dt) {

@@ -12,7 +12,7 @@ namespace fathom {
 /// would turn away from there, and a load some millimetres off the middle brakes or drives it.
 FATHOM_HD float recycle_distance(ShapeType shape_a, float radius_a, ShapeType shape_b, float radius_b) {
   const auto rolls = [](ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; };
-  return rolls(shape_a) || rolls(shape_b) ? 0.0f : min(0.005f, 0.01f * min(radius_a, radius_b));
+  return rolls(shape_a) || rolls(shape_b) ? 0.0f : min(max_recycle_distance, recycle_share * min(radius_a, radius_b));
 }
 
 /// True while bodies have moved against each other by less than `distance` (m) and 5 mrad since the manifold was made.
@@ -38,7 +38,7 @@ FATHOM_HD bool leans(const ContactManifold& m) {
     most = max(most, m.impulses[i]);
     least = min(least, m.impulses[i]);
   }
-  return least <= 0.01f * sum && most < 0.98f * sum;
+  return least <= idle_share * sum && most < corner_share * sum;
 }
 
 /// Whether the corners are chosen again: not while the load still settles on those that were chosen last.

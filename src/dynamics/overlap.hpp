@@ -21,15 +21,16 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 /// What counts as touching where a contact begins (m): the depth of its deepest point, less the `sag` (m) that springs
 /// have under a body's own weight, so that they press. Nothing where that depth is more than 10 cm or a tenth of the
 /// thinner shape's half: who begins as deep might be pushed through by what it carries. What bounces carries nothing,
-/// and where hits have turned bodies within a step they are deep inside others that no contact expected: it may be 0.7
+/// and where hits have turned bodies within a step they are deep inside others that no contact expected: it may be more
 /// of the half, from where they bounce as they would have before.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag) {
   float nearest = 0;
   for (int i = 0; i < max_manifold_points; ++i)
     if (i < m.count) nearest = min(nearest, m.points[i].separation);
-  const float share = restitution > 0 ? 0.7f : 0.1f;
-  return -nearest <= min(0.1f, share * min(half_thickness_a, half_thickness_b)) ? max(-nearest - sag, 0.0f) : 0.0f;
+  const float share = restitution > 0 ? bouncing_overlap_share : first_overlap_share;
+  return -nearest <= min(max_first_overlap, share * min(half_thickness_a, half_thickness_b)) ? max(-nearest - sag, 0.0f)
+                                                                                             : 0.0f;
 }
 
 /// What of an overlap fades within a step of length dt (s) is left with, as a factor.

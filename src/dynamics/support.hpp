@@ -18,7 +18,7 @@
 namespace fathom {
 
 /// Points that press, or are no farther apart than this, may give impulses (m; `arm` is a body's from its centre).
-FATHOM_HD float support_reach(Vec3 arm) { return min(5e-4f, 0.02f * length(arm)); }
+FATHOM_HD float support_reach(Vec3 arm) { return min(max_support_reach, support_reach_share * length(arm)); }
 
 /// Symmetric 6×6 matrix over (force, torque), or its Cholesky factor: the lower triangle by rows.
 struct Triangle6 {

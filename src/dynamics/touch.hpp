@@ -7,6 +7,7 @@
 
 #include "dynamics/bounds.hpp"
 #include "dynamics/contact_rows.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom {
 
@@ -18,10 +19,10 @@ FATHOM_HD std::uint32_t touch_halvings(float smaller_radius) {
   return halvings;
 }
 
-/// m. What touches already goes on doing so up to twice as far.
+/// m. What touches already goes on doing so farther apart.
 FATHOM_HD float touch_distance(std::uint32_t halvings, bool touched) {
   const float halved = __builtin_bit_cast(float, (127 - halvings) << 23);
-  return (touched ? 0.002f : 0.001f) * halved;
+  return (touched ? parting_distance : touching_distance) * halved;
 }
 
 /// Where and how fast two bodies meet.

@@ -25,6 +25,9 @@ inline constexpr float patch_share = 0.56f;
 /// Points farther apart than the nearest one by more than this (m) are only expected to touch: friction does not act
 /// there (tests/solver_test.cpp).
 inline constexpr float friction_reach = 0.02f;
+/// Of the `impulse` solver, the part of a penetration that a substep takes away (Catto, "Iterative Dynamics with
+/// Temporal Coherence", 2005).
+inline constexpr float baumgarte = 0.2f;
 /// Bounce sweeps that a substep has at most: a hit passes on through one body a sweep at least (docs/solver.md, Free
 /// bodies and bouncing).
 inline constexpr std::uint32_t max_bounce_sweeps = 8;
@@ -33,9 +36,19 @@ inline constexpr int bounce_rounds = 8;
 /// Time (s) in which an overlap fades to 1/e of itself. What rises so is slowed down by overlap / time², at most 4.4
 /// m/s²: in stronger gravity it stays on what it rises from (tests/overlap_test.cpp).
 inline constexpr float overlap_time = 0.15f;
+/// Depth of a new contact that counts as touching: m at most, and shares of the thinner shape's half, of what stays and
+/// of what bounces (`first_overlap`).
+inline constexpr float max_first_overlap = 0.1f, first_overlap_share = 0.1f, bouncing_overlap_share = 0.7f;
+/// m at which bodies of 10 cm and more begin to touch without pressing, and at which they part
+/// (docs/log/2026-11-22-events.md).
+inline constexpr float touching_distance = 0.001f, parting_distance = 0.002f;
 
 // --- manifolds that are kept (docs/architecture.md, One step; docs/log/2026-11-23-friction-patches.md) ---------------
 
+/// m, and share of the smaller bounding radius, by which they may have moved against each other.
+inline constexpr float max_recycle_distance = 0.005f, recycle_share = 0.01f;
+/// Share of a manifold's load below which a point carries nothing, and from which on one point carries all (`leans`).
+inline constexpr float idle_share = 0.01f, corner_share = 0.98f;
 /// Sine of half the angle (5 mrad) by which bodies may have turned against each other since a manifold was made.
 inline constexpr float recycle_sine_of_half_angle = 0.0025f;
 /// Steps in which the load settles on corners that were chosen again.
@@ -74,6 +87,8 @@ inline constexpr float slow_movement = 0.002f;
 inline constexpr float slow_share = 0.25f;
 /// Share of the thinner shape's half thickness to which what touches may be pressed inside without being knocked back.
 inline constexpr float pressed_share = 0.1f;
+/// m, and share of the thinner shape's half thickness, from which on bodies are apart for certain (`skin_of`).
+inline constexpr float max_skin = 0.001f, skin_share = 0.02f;
 /// Angle (rad) by which a body turns within a substep at most (docs/solver.md, Rotation). Turns are exact whatever the
 /// angle; those of bodies with several principal moments are done in parts, whose number is bounded (rotation.hpp).
 inline constexpr float max_turn = 16;
@@ -100,6 +115,8 @@ inline constexpr float loaded_speed = 1;
 inline constexpr float support_push_out_rate = 20;
 /// m, and share of the patch's radius (`support_slop`).
 inline constexpr float max_support_slop = 1e-4f, patch_radius_slop = 0.01f;
+/// m, and share of a body's arm, within which points may give impulses that do not press yet (`support_reach`).
+inline constexpr float max_support_reach = 5e-4f, support_reach_share = 0.02f;
 /// Rounds of leaving out points that would pull.
 inline constexpr int support_rounds = 3;
 /// Shares of a body's weight and of a contact's load that a point may take that carries nothing yet.

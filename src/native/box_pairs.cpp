@@ -7,6 +7,7 @@
 #include <hwy/highway.h>
 
 #include "collision/cache.hpp"
+#include "collision/tolerance.hpp"
 #include "native/lane_functions-inl.hpp"
 
 namespace fathom::native {
@@ -119,8 +120,9 @@ PairLanes make_pairs(const QuadV<V>& shape_a, const QuadV<V>& shape_b, const Pos
   const V smallest = hn::Min(min3(p.ha[0], p.ha[1], p.ha[2]), min3(p.hb[0], p.hb[1], p.hb[2]));
   const V reach =
       max3(sum(p.ha[0], p.hb[0], distance[0]), sum(p.ha[1], p.hb[1], distance[1]), sum(p.ha[2], p.hb[2], distance[2]));
-  p.axis_tolerance = add(hn::Min(set(0.0025f), mul(set(0.05f), smallest)), mul(set(1e-6f), reach));
-  p.noise = mul(set(2e-7f), reach);
+  p.axis_tolerance =
+      add(hn::Min(set(max_axis_tolerance), mul(set(axis_tolerance_share), smallest)), mul(set(axis_rounding), reach));
+  p.noise = mul(set(separation_rounding), reach);
   return p;
 }
 

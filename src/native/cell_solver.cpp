@@ -7,6 +7,7 @@
 
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/overlap.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom::native {
 

@@ -7,6 +7,7 @@
 
 #include "dynamics/overlap.hpp"
 #include "dynamics/softness.hpp"
+#include "dynamics/tuning.hpp"
 #include "native/integrate_bodies.hpp"
 #include "native/prefetch.hpp"
 #include "native/tuning.hpp"

@@ -37,9 +37,6 @@ struct BodyIntegration;
 /// What a substep carries over of the impulses before it: nothing, W brought up to date, or W as it is.
 enum class Carry { nothing, to_date, as_is };
 
-/// Part of a penetration that a substep's bias takes away (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
-inline constexpr float baumgarte = 0.2f;
-
 using Isolate = std::function<void(std::span<const std::uint32_t>)>;
 
 class ContactSolver {
