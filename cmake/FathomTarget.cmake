@@ -25,6 +25,8 @@ function(fathom_target target)
     $<$<BOOL:${FATHOM_WARNINGS_AS_ERRORS}>:-Werror>
     # g++ 12 sees overlaps in every "literal" + std::string (GCC bug 105651).
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
+    # libstdc++ 12 sorts with what it calls deprecated.
+    $<$<AND:$<CXX_COMPILER_ID:Clang>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,15>>:-Wno-deprecated-declarations>
     # Same bits on every compiler and target: no contraction of a·b + c behind our back.
     # g++ before 12.3 fuses them all the same where it vectorises straight-line code (GCC bug 107647).
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,12.3>>:-fno-tree-slp-vectorize>

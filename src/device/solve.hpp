@@ -571,9 +571,9 @@ struct SolveConstraints {
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(cursor, i, f, linear, angular);
     fail_on_request(SolverStage::pushes, cursor, i, linear, angular);
-    const bool touched = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{}) |
-                         slow_down(linear, angular, bodies.warm[i], p.limits);
-    const Vec3 mean = touched ? linear : mean_velocity(linear, f.rows[4].xyz(), p.h);
+    const bool is_pushed = !(linear == f.rows[2].xyz() && f.rows[0].xyz() == Vec3{});
+    const bool is_slowed_down = slow_down(linear, angular, bodies.warm[i], p.limits);
+    const Vec3 mean = is_pushed || is_slowed_down ? linear : mean_velocity(linear, f.rows[4].xyz(), p.h);
     const Vec3 moved = mul_add(f.rows[6].xyz(), p.h, mean);
     Vec3 turned = f.rows[7].xyz();
     if (f.rows[8].x == 0) {

@@ -180,8 +180,8 @@ bool Input::tell(const std::string& name, bool pressed, Failures& failures) {
   for (const auto& [id, handler] : handlers) {
     const auto& left = actions_[name].handlers;
     const bool lives =
-        std::any_of(left.begin(), left.end(), [id = id](const auto& other) { return other.first == id; });
-    if (lives) failures.guard([&, &handler = handler] { handler(pressed); });
+        std::any_of(left.begin(), left.end(), [key = id](const auto& other) { return other.first == key; });
+    if (lives) failures.guard([&, &act = handler] { act(pressed); });
   }
   return !handlers.empty();
 }

@@ -84,7 +84,7 @@ std::optional<SurfaceHit> shape_cast_at_surface(const PlacedShape& moving, Vec3 
     const bool leaves = dot(Corners(triangle, {}).normal(), way) > 0;
     std::optional<SurfaceHit> hit;
     if (!leaves)
-      hit = shape_cast(moving, translation, still, search_limit(end));
+      hit = shape_cast(moving, translation, still, static_cast<double>(search_limit(end)));
     else if (const Separation s = separation(still, moving); s.touch())
       hit = SurfaceHit{0, to_float(still.position + s.on_a), {}, true};
     if (hit && (!nearest || hit->fraction < nearest->fraction ||
