@@ -90,7 +90,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (gap <= skin) {
     if (!gets_behind<with_hulls>(cores, on_a, on_b, first, half, dt)) return way;
     way.is_free = false;
-    way.aside = (-allowed - end_gap) * normal;
+    way.aside = (skin - allowed - end_gap) * normal;  // by rounding it would else be found inside again
     way.linear = mul_add(way.linear, max(dot(normal, a.velocity.linear - way.linear), 0.0f), normal);
     return way;
   }
