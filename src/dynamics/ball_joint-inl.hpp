@@ -33,7 +33,7 @@ struct BallJointRow {
   VecOf<L> gap;                 ///< m, from A's anchor to B's
   VecOf<L> impulse;             ///< N·s on B, accumulated over the substep
   VecOf<L> total;               ///< N·s, over the step
-  VecOf<L> moment_a, moment_b;  ///< N·m·s that `impulse` has been on each body, as spins are written
+  VecOf<L> moment_a, moment_b;  ///< N·m·s, of `impulse` on each body about its centre, as spins are written
   VecOf<L> pull;                ///< m/s², of bodies that swing how much more B accelerates than A
   L bias_rate, mass_scale, impulse_scale;
   L rigid;  ///< 1, or 0 of a spring
@@ -59,6 +59,16 @@ FATHOM_LANE_FUNCTION VecOf<L> turned_back_by(const UnitQuat<L>& q, VecOf<L> a) {
 template <class L>
 FATHOM_LANE_FUNCTION UnitQuat<L> squared(const UnitQuat<L>& q) {
   return {q.w * q.w - dot(q.v, q.v), scale(q.w + q.w, q.v)};
+}
+
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> zero_vector() {
+  const L zero = splat<L>(0.0f);
+  return {zero, zero, zero};
+}
+template <class L>
+FATHOM_LANE_FUNCTION VecOf<L> negated(VecOf<L> v) {
+  return zero_vector<L>() - v;
 }
 
 /// Rotation by the vector `phi` (rad), at most two turns long: what substeps' limits leave of a step by default. Of an
@@ -111,9 +121,9 @@ struct SpinFrame {
       return turned_back_by(spin, v);
   }
 
-  // Of an impulse (world axes) with a moment that is written as spins are.
+  // What an impulse (world axes) does, whose moment is written as spins are.
 
-  /// What it gives of angular velocity, written likewise.
+  /// The angular velocity that it gives, written likewise.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> spun_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
     if constexpr (Inertia::couples)
@@ -121,7 +131,7 @@ struct SpinFrame {
     else
       return inertia.spun_by(moment);
   }
-  /// And of linear velocity, in world axes.
+  /// The linear velocity that it gives, in world axes.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> moved_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
     if constexpr (Inertia::couples)
@@ -129,7 +139,7 @@ struct SpinFrame {
     else
       return inertia.moved_by(impulse, moment);
   }
-  /// `linear` with what it gives of it.
+  /// `linear` and that.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> moved(VecOf<L> linear, const Inertia& inertia, VecOf<L> impulse,
                                       VecOf<L> moment) const {
@@ -137,6 +147,12 @@ struct SpinFrame {
       return linear + moved_by(inertia, impulse, moment);
     else
       return mul_add(linear, inertia.mass, impulse);
+  }
+  /// It acts on a body.
+  template <class Side, class Inertia>
+  FATHOM_LANE_FUNCTION void push(Side& side, const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
+    side.linear = moved(side.linear, inertia, impulse, moment);
+    side.angular = side.angular + spun_by(inertia, impulse, moment);
   }
 };
 
@@ -151,9 +167,9 @@ struct JointArm {
       : JointArm(rotation_by<L>(side.turned), side, arm_at_start) {}
   /// Angular velocity in the world's axes, of that which the body has.
   FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const { return frame.in_world(angular); }
-  /// Of an impulse at the anchor, about the body's centre, as spins are written.
+  /// The moment of an impulse at the anchor about the body's centre, as spins are written.
   FATHOM_LANE_FUNCTION VecOf<L> moment_of(VecOf<L> impulse) const { return frame.from_world(cross(arm, impulse)); }
-  /// What an impulse at the anchor gives of velocity there.
+  /// The velocity that an impulse at the anchor gives there.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse, const Inertia& inertia) const {
     const VecOf<L> moment = moment_of(impulse);
@@ -184,8 +200,8 @@ FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float an
 }
 
 /// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
-/// inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says
-/// whether all are isotropic and A is never pushed.
+/// inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says whether all are
+/// isotropic and A is never pushed.
 template <class L, class Bodies>
 struct BallJointSweep {
   Bodies& bodies;
@@ -194,8 +210,7 @@ struct BallJointSweep {
 
   FATHOM_LANE_FUNCTION BallJointSweep(const BallJointRow<L>& row, Bodies& of)
       : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {
-    const L zero = splat<L>(0.0f);
-    spun_a = spun_b = {zero, zero, zero};
+    spun_a = spun_b = zero_vector<L>();
   }
 
   FATHOM_LANE_FUNCTION VecOf<L> velocity() const {
@@ -203,7 +218,7 @@ struct BallJointSweep {
            (bodies.a.linear + cross(at_a.in_world(bodies.a.angular), at_a.arm));
   }
   /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
-  /// anchors move on circles, and what moves along their tangents comes out beyond.
+  /// anchors move on circles, and what moves along their tangents comes out beyond. To be called after `carry_along`.
   /// What the last substep gave acts again, along arms that have turned since: where it spins a light body so far as it
   /// will not turn once the sweep has put that right, only a part of it counts.
   FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
@@ -226,17 +241,19 @@ struct BallJointSweep {
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
     push(bodies.b, at_b, bodies.inverse_of_b(), impulse, row.moment_b);
-    if constexpr (!Bodies::only_pushes_b) push(bodies.a, at_a, bodies.inverse_of_a(), negative(impulse), row.moment_a);
+    if constexpr (!Bodies::only_pushes_b)
+      push(bodies.a, at_a, bodies.inverse_of_a(), negated<L>(impulse), row.moment_a);
   }
   /// The impulse so far acts at the arms as they are now, as much of it as does not throw the bodies round: of a thin
   /// rod what went along the arm a substep ago spins the rod about its own axis now.
   FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row, L h) {
     const VecOf<L> impulse = row.impulse, was_b = spun_b_by(impulse, row.moment_b), moment_b = at_b.moment_of(impulse);
     spun_b = spun_b_by(impulse, moment_b);
+    const VecOf<L> reverse = negated<L>(impulse);
     VecOf<L> was_a = spun_a, moment_a = spun_a;
     if constexpr (!Bodies::only_pushes_b) {
-      was_a = spun_a_by(negative(impulse), row.moment_a), moment_a = at_a.moment_of(negative(impulse));
-      spun_a = spun_a_by(negative(impulse), moment_a);
+      was_a = spun_a_by(reverse, row.moment_a), moment_a = at_a.moment_of(reverse);
+      spun_a = spun_a_by(reverse, moment_a);
     }
     const L share = turning_share(spun_a - was_a, spun_b - was_b, h, max_drift), less = share - splat<L>(1.0f);
     const auto carry = [&](auto& side, const auto& at, const auto& inertia, VecOf<L> acting, VecOf<L> moment,
@@ -248,7 +265,7 @@ struct BallJointSweep {
     };
     carry(bodies.b, at_b, bodies.inverse_of_b(), impulse, moment_b, was_b, spun_b, row.moment_b);
     if constexpr (!Bodies::only_pushes_b)
-      carry(bodies.a, at_a, bodies.inverse_of_a(), negative(impulse), moment_a, was_a, spun_a, row.moment_a);
+      carry(bodies.a, at_a, bodies.inverse_of_a(), reverse, moment_a, was_a, spun_a, row.moment_a);
     row.impulse = scale(share, impulse);
   }
   /// The impulse that changes the anchors' relative velocity by `change`.
@@ -263,16 +280,11 @@ struct BallJointSweep {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
-  FATHOM_LANE_FUNCTION static VecOf<L> negative(VecOf<L> v) {
-    const L zero = splat<L>(0.0f);
-    return VecOf<L>{zero, zero, zero} - v;
-  }
   template <class Side, class Arm, class Inertia>
   FATHOM_LANE_FUNCTION static void push(Side& side, const Arm& at, const Inertia& inertia, VecOf<L> impulse,
                                         VecOf<L>& noted) {
     const VecOf<L> moment = at.moment_of(impulse);
-    side.linear = at.frame.moved(side.linear, inertia, impulse, moment);
-    side.angular = side.angular + at.frame.spun_by(inertia, impulse, moment);
+    at.frame.push(side, inertia, impulse, moment);
     noted = noted + moment;
   }
   FATHOM_LANE_FUNCTION VecOf<L> spun_b_by(VecOf<L> impulse, VecOf<L> moment) const {

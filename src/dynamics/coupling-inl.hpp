@@ -120,13 +120,12 @@ struct CoupledSide {
     else
       return mul_add(spun, inertia.mass, dot(at.push, at.push));
   }
-  /// Less what it has been given.
+  /// An impulse on the row acts on the body, less what has acted of it.
   template <class Side, class Inertia>
   FATHOM_LANE_FUNCTION void push(Side& side, const Inertia& inertia, L impulse, VecOf<L> less, VecOf<L> less_moment,
                                  VecOf<L>& given, VecOf<L>& moment) const {
     const VecOf<L> linear = scale(impulse, at.push) - less, turning = scale(impulse, turn) - less_moment;
-    side.linear = frame.moved(side.linear, inertia, linear, turning);
-    side.angular = side.angular + frame.spun_by(inertia, linear, turning);
+    frame.push(side, inertia, linear, turning);
     given = given + linear, moment = moment + turning;
   }
 };
@@ -164,8 +163,7 @@ struct CouplingSweep {
   }
   /// The row's impulse is larger by this from now on.
   FATHOM_LANE_FUNCTION void push(CouplingRow<L>& row, L impulse) {
-    const L zero = splat<L>(0.0f);
-    const VecOf<L> none{zero, zero, zero};
+    const VecOf<L> none = zero_vector<L>();
     push(row, impulse, none, none, none, none);
   }
   /// The impulse so far acts along the lines as they are now.

@@ -10,6 +10,8 @@ namespace fathom {
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #define FATHOM_LANE_LAMBDA
+#include "dynamics/generic_rows-inl.hpp"
+// What it builds on stands before.
 #include "dynamics/generic_joint-inl.hpp"
 // What it builds on stands before.
 #include "dynamics/coupling-inl.hpp"

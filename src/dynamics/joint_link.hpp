@@ -1,6 +1,6 @@
 // Generic and distance joints as links of a mechanism: which of their coordinates are held, driven or free in a
 // substep, and what they give. A link is a body and the joint to its parent. Its coordinates are of the body against
-// the parent (dynamics/joint_elimination.hpp), a joint's axes those of B against A (dynamics/generic_joint-inl.hpp).
+// the parent (dynamics/joint_elimination.hpp), a joint's axes those of B against A (dynamics/generic_rows-inl.hpp).
 // Pure, for host and device.
 #pragma once
 
@@ -50,7 +50,7 @@ class JointLink {
   /// The last substep's impulses no longer count.
   FATHOM_HD void let_go();
 
-  /// Where the joint is. Has to be asked when bodies have moved.
+  /// Finds where the joint is; to be called when bodies have moved.
   FATHOM_HD void look(const LinkPair& pair);
   /// `relaxes`: after positions have moved, without drives.
   FATHOM_HD void begin_solution(bool relaxes) { relaxes_ = relaxes; }
@@ -69,7 +69,7 @@ class JointLink {
   /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h, gaps closing at
   /// `most` (m/s or rad/s) at the fastest …
   FATHOM_HD void aim_ahead(const LinkPair& pair, float most, float h);
-  /// Whether these errors are within `share` of what `meets` judges by.
+  /// Whether these errors are within `share`, of arms or rad, as `meets` judges.
   FATHOM_HD bool is_aimed_within(float share, float h) const;
   /// … or loses its velocity and this share of its gap.
   FATHOM_HD void aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h);

@@ -12,10 +12,10 @@
 
 #include <cstdint>
 
-#include "dynamics/ball_joint.hpp"
 #include "dynamics/joint_link.hpp"
 #include "dynamics/joint_tree.hpp"
 #include "dynamics/loop_closure.hpp"
+#include "dynamics/mechanism_link.hpp"
 #include "dynamics/solver_body.hpp"
 #include "dynamics/speed_limits.hpp"
 #include "dynamics/tuning.hpp"
@@ -29,60 +29,6 @@ namespace fathom {
 /// Called, their arguments would pass through memory, which costs more than what they do.
 #define FATHOM_FLATTEN [[gnu::flatten]]
 #endif
-
-/// A body of a tree, and the joint to its parent. Links are numbered across all trees; those of one follow each other
-/// level by level, and so do the children of a link.
-struct MechanismLink {
-  static constexpr std::uint32_t none = 0xffffffffu;
-
-  std::uint32_t body;
-  std::uint32_t joint;     ///< none: the root of a tree that hangs on nothing
-  std::uint32_t parent;    ///< link, or none where that is an obstacle
-  std::uint32_t obstacle;  ///< body, or none where the parent is a link
-  std::uint32_t generic;   ///< number of its JointLink, or none: a ball joint, or no joint
-  std::uint32_t first_child, children;
-  std::uint32_t is_b;  ///< 1: the body is the joint's B
-  std::uint32_t mechanism;
-  float rigid_mass;                ///< kg, of all that moves as one with the body, itself among it
-  std::uint32_t original = none;   ///< of a copy: the link that it is a copy of
-  std::uint32_t next_copy = none;  ///< a link
-  std::uint32_t copies = 0;        ///< of the link
-
-  /// Whether too much moves with the body for its contacts, where it has any.
-  FATHOM_HD bool is_light(float inverse_mass) const { return rigid_mass * inverse_mass > max_behind_a_contact; }
-  FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
-  FATHOM_HD bool is_copy() const { return original != none; }
-  /// Of the mechanism, at the body.
-  FATHOM_HD std::uint32_t joints() const { return children + (joint != none ? 1 : 0) + copies; }
-};
-
-struct Mechanism {
-  std::uint32_t first, end;     ///< links
-  std::uint32_t level, levels;  ///< of the list of levels, each a first link: the first entry, and how many follow it
-  std::uint32_t closures = 0;   ///< copies, listed behind the end of the levels
-  std::uint32_t closure_memory = 0;  ///< where that of its LoopClosure begins (floats)
-
-  FATHOM_HD std::uint32_t first_closure() const { return level + levels + 1; }
-};
-
-/// Of a link, in a step.
-struct LinkState {
-  BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
-  float mass;               ///< kg
-  UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
-  LinkMotion motion;
-  LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
-  Vec3 arm, parent_arm;        ///< m, now
-  Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
-  TreeInertia of_body;
-  TreeLink link;
-  bool is_eliminated;       ///< `link`, or the JointLink, is that of `of_body` and of how the joint is
-  bool is_changed;          ///< it has just become so
-  TreeLoad load, handed;    ///< on the body, and what its parent gets of it at the joint
-  Vec3 error;               ///< m/s
-  TreeChange step, change;  ///< of a round, and of all of them
-  Vec3 impulse;             ///< N·s, of all rounds
-};
 
 /// Solves mechanisms of the bodies and joints that `Access` knows, by the numbers that links have for them:
 ///
@@ -300,28 +246,18 @@ class MechanismSolver {
 
   /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
   /// energy but for the share of gaps that it closes, whatever arms do within the substep. Begins anew where the result
-  /// says that other limits act, or drives give their most; mostly the first round tells. Returns whether the substep
+  /// says that other limits act, or drives give their most: mostly the first round tells. Returns whether the substep
   /// follows all swings.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
       const auto has_to_revise = [&] { return soft && revision < max_revisions && revise(m, h); };
       const bool follows = eliminate_all<soft>(m, h, looks_ahead);
-      bool ends = true;
       if (looks_ahead)
-        take_round_ahead(m, h);
+        take_first_round(m, h);
       else
         come_to_rest<soft>(m, h);
-      bool is_other = has_to_revise();
-      for (int round = 1; looks_ahead && !is_other && round < newton_rounds; ++round) {
-        aim_ahead(m, h);
-        if (m.closures == 0 && all(m, [&](std::uint32_t i) { return is_aimed_within(i, aimed_share, h); })) break;
-        substitute(m, 1);
-        look_ahead(m, h);
-        ends = round + 1 < newton_rounds;
-      }
-      if (!is_other && !ends) is_other = has_to_revise();
-      if (!is_other) return follows;
+      if (!has_to_revise() && !(looks_ahead && take_more_rounds(m, h) && has_to_revise())) return follows;
       take_back(m);
     }
   }
@@ -339,17 +275,28 @@ class MechanismSolver {
     if (!follows) each(m, [&](std::uint32_t i) { load_stiffened(i, h); });
     return follows;
   }
-  FATHOM_HD void take_round_ahead(const Mechanism& m, float h) const {
+  FATHOM_HD void take_first_round(const Mechanism& m, float h) const {
     look_ahead(m, h);
     aim_ahead(m, h);
     substitute(m, 1);
     look_ahead(m, h);
   }
+  /// As long as another round helps, up to `newton_rounds` in all. Returns whether there was one.
+  FATHOM_HD bool take_more_rounds(const Mechanism& m, float h) const {
+    for (int round = 1; round < newton_rounds; ++round) {
+      aim_ahead(m, h);
+      if (m.closures == 0 && all(m, [&](std::uint32_t i) { return is_aimed_within(i, aimed_share, h); }))
+        return round > 1;
+      substitute(m, 1);
+      look_ahead(m, h);
+    }
+    return true;
+  }
   template <bool soft>
   FATHOM_HD void come_to_rest(const Mechanism& m, float h) const {
     aim_at_rest(m, soft ? projection_share : 0.0f, h);
     substitute(m, closing_rounds);
-    if (soft) look_ahead(m, h);
+    if constexpr (soft) look_ahead(m, h);
   }
 
   /// Whether a solution leaves the body with a velocity that bodies may have.
@@ -497,7 +444,7 @@ class MechanismSolver {
 
   // --- elimination -----------------------------------------------------------------------------------------------
 
-  /// Where that has changed what it or one of its children is.
+  /// If it or one of its children has changed.
   FATHOM_HD void eliminate(std::uint32_t i) const {
     LinkState& s = states[i];
     s.is_changed = !s.is_eliminated;
@@ -650,6 +597,7 @@ class MechanismSolver {
 
   // --- what rounds aim at, and have found ------------------------------------------------------------------------
 
+  /// How bodies will have turned when the substep is over.
   FATHOM_HD void look_ahead(const Mechanism& m, float h) const {
     each(m, [&](std::uint32_t i) {
       LinkState& s = states[i];
@@ -667,7 +615,7 @@ class MechanismSolver {
     else
       states[i].error = gap_ahead(states[i], parent_of(i), h);
   }
-  /// Whether a round would take away next to nothing.
+  /// Whether a round would take away no more than this share of the arms.
   FATHOM_HD bool is_aimed_within(std::uint32_t i, float share, float h) const {
     const LinkState& s = states[i];
     if (links[i].joint == none) return true;

@@ -18,6 +18,8 @@ namespace fathom::native::HWY_NAMESPACE {
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR
 #include "dynamics/angle-inl.hpp"
+#include "dynamics/generic_rows-inl.hpp"
+// What it builds on stands before.
 #include "dynamics/generic_joint-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA

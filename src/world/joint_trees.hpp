@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynamics/mechanism.hpp"
+#include "dynamics/mechanism_link.hpp"
 #include "world/growth.hpp"
 
 namespace fathom {

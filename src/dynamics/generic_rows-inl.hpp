@@ -1,0 +1,332 @@
+// The rows of a generic or distance joint over a lane type L, as those of ball joints (dynamics/ball_joint-inl.hpp),
+// which is included first. How they are solved is in dynamics/generic_joint-inl.hpp.
+//
+// Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
+// rotation is taken apart into a swing of axis x and the twist that it leaves; the twist's rate is that about the
+// bisector of the two axes x, so both hold for any angle short of a swing by pi. Translations act on both bodies at B's
+// anchor, so that a slider that is far out keeps the angular momentum.
+
+inline constexpr int axis_count = 6, translations = 3;
+
+/// What an axis asks of a substep; `generic_axis` makes it of a definition. An axis that is neither is free.
+template <class L>
+struct GenericAxis {
+  L locked, limited;  ///< 1 or 0
+  L lower, upper;     ///< m or rad; of a locked axis both are where it is held
+  /// Of a drive: it wants the velocity approach (target - x) + velocity - (compliance + response K) impulse, K being
+  /// what a unit of impulse changes the axis' velocity by.
+  L target, approach, velocity, compliance, response;
+  L most;  ///< N·s or N·m·s; 0: no drive
+  L restitution;
+  L armature;  ///< kg or kg·m²
+};
+inline constexpr int axis_field_count = 12;
+
+/// What outlasts a sweep of one joint. Frames, arms and the gap are those of the step's beginning.
+template <class L>
+struct GenericJointRow {
+  UnitQuat<L> frame_a, frame_b;  ///< the joint's frames in the world
+  VecOf<L> arm_a, arm_b;         ///< m, from the centres of mass, world axes
+  VecOf<L> gap;                  ///< m, from A's anchor to B's
+  VecOf<L> pull;                 ///< m/s², see BallJointRow
+  L bias_rate, mass_scale, impulse_scale;
+  L rigid;     ///< 1, or 0 where what is locked is a spring
+  L distance;  ///< 1 of a distance joint
+  L cone;      ///< 1 where the swings have a cone in place of two axes
+  GenericAxis<L> axes[axis_count];
+
+  L hold[axis_count];           ///< N·s or N·m·s on B, of what is locked or at a limit, over the substep
+  L drive[axis_count];          ///< of drives
+  VecOf<L> given;               ///< N·s on B that all of them have been so far
+  VecOf<L> moment_a, moment_b;  ///< N·m·s, its moments about the centres, as spins are written; A gets the reverse
+  VecOf<L> force, torque;       ///< N·s and N·m·s on B over the step, world axes
+
+  // Of joints that move (see JointUse): what the last sweep pulled axes back with that were beyond their limits, which
+  // the next one takes back: as `given` and its moments.
+  VecOf<L> pulled, pulled_a, pulled_b;
+
+  // Of joints that react to speeds.
+  L min_hit;             ///< m/s or rad/s, above which limits throw back
+  L bounce[axis_count];  ///< m/s or rad/s with which the substep leaves a limit that it hit
+  L rate[axis_count];    ///< as the last sweep has left them
+};
+
+/// What the axes of a joint have that not all have, or of several side by side some of them.
+struct JointUse {
+  bool moves = false;   ///< limits or drives
+  bool reacts = false;  ///< armature or restitution
+};
+
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> product(const UnitQuat<L>& p, const UnitQuat<L>& q) {
+  return {p.w * q.w - dot(p.v, q.v), scale(p.w, q.v) + (scale(q.w, p.v) + cross(p.v, q.v))};
+}
+template <class L>
+FATHOM_LANE_FUNCTION UnitQuat<L> conjugate(const UnitQuat<L>& q) {
+  return {q.w, scale(splat<L>(-1.0f), q.v)};
+}
+
+/// `a`, no longer than `most`.
+template <class L>
+FATHOM_LANE_FUNCTION L bounded(L a, L most) {
+  return smaller(larger(a, splat<L>(0.0f) - most), most);
+}
+
+/// The six rows of a joint as they are now: where they stand, what they act on.
+template <class L, class Bodies>
+struct GenericJointRows {
+  static constexpr bool only_pushes_b = Bodies::only_pushes_b;
+  using Frame = SpinFrame<L, Bodies::all_isotropic>;
+
+  Bodies& bodies;
+  Frame frame_a, frame_b;                                 ///< that spins are written in
+  VecOf<L> along[translations];                           ///< unit vectors in the world
+  VecOf<L> turn_of_a[axis_count], turn_of_b[axis_count];  ///< m or 1: moment of a unit impulse, as spins are written
+  VecOf<L> spin_of_a[axis_count], spin_of_b[axis_count];  ///< and the spin that it gives
+  L value[axis_count];                                    ///< m or rad
+  L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
+
+  /// Where they stand alone: `along`, `value`, `reach`, `arm`, `torque_axis`.
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of)
+      : GenericJointRows(row, of, rotation_by<L>(of.a.turned), rotation_by<L>(of.b.turned)) {}
+  /// Of bodies that have turned by these since the step began.
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
+                                        const UnitQuat<L>& turned_b)
+      : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
+    arm_a_ = turned_by(turned_a, row.arm_a), arm_ = turned_by(turned_b, row.arm_b);
+    gap_ = row.gap + ((bodies.b.moved + (arm_ - row.arm_b)) - (bodies.a.moved + (arm_a_ - row.arm_a)));
+    set_positions(row, product(turned_a, row.frame_a), turned_b, gap_);
+    reach_ = arm_a_ + slide_of(row, gap_);
+    spun_a_ = spun_b_ = zero_vector<L>();
+  }
+  FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : GenericJointRows(row, of) {
+    // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
+    // bodies as they will not spin once the sweep has put that right.
+    spun_b_ = frame_b.spun_by(of.inverse_of_b(), row.given, row.moment_b);
+    const VecOf<L> omega_b = frame_b.in_world(of.b.angular - spun_b_);
+    const VecOf<L> linear_b =
+        frame_b.moved(of.b.linear, of.inverse_of_b(), negated<L>(row.given), negated<L>(row.moment_b));
+    VecOf<L> omega_a = frame_a.in_world(of.a.angular), linear_a = of.a.linear;
+    if constexpr (!only_pushes_b) {
+      spun_a_ = frame_a.spun_by(of.inverse_of_a(), row.given, row.moment_a);
+      omega_a = frame_a.in_world(of.a.angular + spun_a_);
+      linear_a = frame_a.moved(of.a.linear, of.inverse_of_a(), row.given, row.moment_a);
+    }
+    const VecOf<L> speed_b = linear_b + cross(omega_b, arm_);
+    set_drift(row, gap_, speed_b - (linear_a + cross(omega_a, arm_a_)), h);
+    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach_));  // as A sees it
+    const L slides = splat<L>(1.0f) - row.distance;
+    VecOf<L> curve = curve_of(omega_b, arm_, h) - curve_of(omega_a, mul_add(arm_a_, slides, reach_ - arm_a_), h);
+    const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
+    curve = curve - scale(slides * h, cross(slow_a, apart));
+    for (int i = 0; i < translations; ++i) {
+      set_turns(i, along[i], cross(reach_, along[i]), cross(arm_, along[i]));
+      set_turns(translations + i, zero_vector<L>(), about_[i], about_[i]);
+      drift[i] = drift[i] + dot(along[i], curve) - splat<L>(0.5f) * h * dot(along[i], row.pull);
+      drift[translations + i] = splat<L>(0.5f) * h * dot(cross(slow_a, about_[i]), relative);
+    }
+  }
+
+  /// m, from A's and from B's centre to where the joint acts, and the axes of its rotations, all in the world.
+  FATHOM_LANE_FUNCTION VecOf<L> reach() const { return reach_; }
+  FATHOM_LANE_FUNCTION VecOf<L> arm() const { return arm_; }
+  FATHOM_LANE_FUNCTION VecOf<L> torque_axis(int i) const { return about_[i]; }
+  FATHOM_LANE_FUNCTION L velocity(int i) const {
+    const L turning = dot(turn_of_b[i], bodies.b.angular) - dot(turn_of_a[i], bodies.a.angular);
+    return i < translations ? turning + dot(along[i], bodies.b.linear - bodies.a.linear) : turning;
+  }
+  /// What a unit of impulse on row j changes row i's velocity by.
+  FATHOM_LANE_FUNCTION L response(int i, int j) const {
+    L sum = dot(turn_of_b[i], spin_of_b[j]);
+    if constexpr (!only_pushes_b) sum = sum + dot(turn_of_a[i], spin_of_a[j]);
+    if constexpr (couples) {
+      return i < translations ? sum + dot(along[i], moved_apart(j)) : sum;
+    } else {
+      if (i >= translations || j >= translations) return sum;
+      L inverse_mass = bodies.inverse_of_b().mass;
+      if constexpr (!only_pushes_b) inverse_mass = inverse_mass + bodies.inverse_of_a().mass;
+      return mul_add(sum, inverse_mass, dot(along[i], along[j]));
+    }
+  }
+  /// As a ball joint's.
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
+    return followed_share(impulses, zero_vector<L>(), zero_vector<L>(), h, max_drift);
+  }
+  /// The rows' impulses are larger by these from now on.
+  FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
+    push(row, impulses, zero_vector<L>(), zero_vector<L>(), zero_vector<L>());
+  }
+  /// The impulses so far act along the rows as they are now, as a ball joint's.
+  FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
+    L impulses[axis_count];
+    for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
+    const L share = followed_share(impulses, spun_a_, spun_b_, h, max_carry);
+    for (int i = 0; i < axis_count; ++i) {
+      impulses[i] = share * impulses[i];
+      row.hold[i] = share * row.hold[i], row.drive[i] = share * row.drive[i];
+    }
+    push(row, impulses, row.given, row.moment_a, row.moment_b);
+  }
+  /// So much of the row's impulses pulls axes back to their limits. It is there to move the bodies, not to last.
+  FATHOM_LANE_FUNCTION void set_pull_apart(GenericJointRow<L>& row, const L (&pull)[axis_count], L share) const {
+    row.pulled = row.pulled_a = row.pulled_b = zero_vector<L>();
+    for (int i = 0; i < axis_count; ++i) {
+      const L impulse = share * pull[i];
+      row.hold[i] = row.hold[i] - impulse;
+      if (i < translations) row.pulled = mul_add(row.pulled, impulse, along[i]);
+      row.pulled_b = mul_add(row.pulled_b, impulse, turn_of_b[i]);
+      if constexpr (!only_pushes_b) row.pulled_a = mul_add(row.pulled_a, impulse, turn_of_a[i]);
+    }
+    row.given = row.given - row.pulled;
+    row.moment_a = row.moment_a - row.pulled_a, row.moment_b = row.moment_b - row.pulled_b;
+  }
+  /// What the impulses so far are in the world.
+  FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
+    row.force = row.force + row.given;
+    for (int i = 0; i < translations; ++i)
+      row.torque = mul_add(row.torque, row.hold[translations + i] + row.drive[translations + i], about_[i]);
+  }
+
+ private:
+  static constexpr bool couples = std::decay_t<decltype(std::declval<Bodies>().inverse_of_b())>::couples;
+
+  VecOf<L> about_[translations];
+  VecOf<L> reach_, arm_, arm_a_, gap_;
+  VecOf<L> spun_a_, spun_b_;  ///< rad/s that the row's impulses so far have given
+
+  /// What a unit of impulse on row j gives of relative linear velocity.
+  FATHOM_LANE_FUNCTION VecOf<L> moved_apart(int j) const {
+    const VecOf<L> impulse = j < translations ? along[j] : zero_vector<L>();
+    const VecOf<L> of_b = frame_b.moved_by(bodies.inverse_of_b(), impulse, turn_of_b[j]);
+    if constexpr (only_pushes_b)
+      return of_b;
+    else
+      return of_b + frame_a.moved_by(bodies.inverse_of_a(), impulse, turn_of_a[j]);
+  }
+  /// The same, less the spins that the bodies have been given already.
+  FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
+                                        float angle) const {
+    VecOf<L> by_a = zero_vector<L>(), by_b = zero_vector<L>();
+    for (int i = 0; i < axis_count; ++i) {
+      by_b = mul_add(by_b, impulses[i], spin_of_b[i]);
+      if constexpr (!only_pushes_b) by_a = mul_add(by_a, impulses[i], spin_of_a[i]);
+    }
+    by_b = by_b - spun_b;
+    if constexpr (!only_pushes_b) by_a = by_a - spun_a;
+    return turning_share(by_a, by_b, h, angle);
+  }
+  /// Less what has been given of them.
+  FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count], VecOf<L> given,
+                                 VecOf<L> moment_a, VecOf<L> moment_b) {
+    VecOf<L> linear = negated<L>(given), of_a = negated<L>(moment_a), of_b = negated<L>(moment_b);
+    for (int i = 0; i < axis_count; ++i) {
+      if (i < translations) linear = mul_add(linear, impulses[i], along[i]);
+      of_b = mul_add(of_b, impulses[i], turn_of_b[i]);
+      if constexpr (!only_pushes_b) of_a = mul_add(of_a, impulses[i], turn_of_a[i]);
+    }
+    frame_b.push(bodies.b, bodies.inverse_of_b(), linear, of_b);
+    row.given = row.given + linear, row.moment_b = row.moment_b + of_b;
+    if constexpr (!only_pushes_b) {
+      frame_a.push(bodies.a, bodies.inverse_of_a(), negated<L>(linear), negated<L>(of_a));
+      row.moment_a = row.moment_a + of_a;
+    }
+  }
+  /// As much of a spin as a substep turns by `max_drift`.
+  FATHOM_LANE_FUNCTION static VecOf<L> followed(VecOf<L> spin, L h) {
+    const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
+    return scale(root(most / larger(turned, most)), spin);
+  }
+  /// To second order, of turns up to `max_drift`, as a ball joint's.
+  FATHOM_LANE_FUNCTION static VecOf<L> curve_of(VecOf<L> spin, VecOf<L> arm, L h) {
+    const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
+    return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
+  }
+  /// What row i does, whose unit of impulse is `impulse` with these moments on A and B, in world axes.
+  FATHOM_LANE_FUNCTION void set_turns(int i, VecOf<L> impulse, VecOf<L> of_a, VecOf<L> of_b) {
+    turn_of_a[i] = frame_a.from_world(of_a), turn_of_b[i] = frame_b.from_world(of_b);
+    spin_of_b[i] = frame_b.spun_by(bodies.inverse_of_b(), impulse, turn_of_b[i]);
+    if constexpr (!only_pushes_b) spin_of_a[i] = frame_a.spun_by(bodies.inverse_of_a(), impulse, turn_of_a[i]);
+  }
+  FATHOM_LANE_FUNCTION void set_positions(const GenericJointRow<L>& row, const UnitQuat<L>& frame,
+                                          const UnitQuat<L>& turned_b, VecOf<L> gap) {
+    set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about_);
+    set_translations(row, frame, gap);
+  }
+  /// Of a distance joint the first row is the distance, and no other acts.
+  FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    const VecOf<L> units[] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
+    const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
+    for (int i = 0; i < translations; ++i) {
+      along[i] = turned_by(frame, units[i]);
+      value[i] = dot(along[i], gap);
+    }
+    const VecOf<L> line = scale(inverse, gap);
+    along[0] = {choose(row.distance, line.x, along[0].x), choose(row.distance, line.y, along[0].y),
+                choose(row.distance, line.z, along[0].z)};
+    value[0] = choose(row.distance, length, value[0]);
+  }
+  /// Of a distance joint, whose line turns with the anchors, so that these come out farther apart.
+  FATHOM_LANE_FUNCTION void set_drift(const GenericJointRow<L>& row, VecOf<L> gap, VecOf<L> speed, L h) {
+    const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
+    for (int i = 0; i < translations; ++i) drift[i] = splat<L>(0.0f);
+    const VecOf<L> across = cross(scale(h * inverse, gap), speed);
+    const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(max_drift * max_drift));
+    drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
+  }
+  /// The part of a gap that the translations allow. What is beyond them is an error: as a lever of A, a joint that has
+  /// been torn apart would turn A ever faster instead of closing.
+  FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointRow<L>& row, VecOf<L> gap) const {
+    for (int i = 0; i < translations; ++i) {
+      const GenericAxis<L>& a = row.axes[i];
+      const L beyond = value[i] - smaller(larger(value[i], a.lower), a.upper);
+      gap = mul_add(gap, (row.distance - splat<L>(1.0f)) * larger(a.locked, a.limited) * beyond, along[i]);
+    }
+    return gap;
+  }
+  FATHOM_LANE_FUNCTION void set_angles(const GenericJointRow<L>& row, const UnitQuat<L>& frame, const UnitQuat<L>& q,
+                                       VecOf<L> (&about)[translations]) {
+    const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
+    // B's axis x in A's frame.
+    const VecOf<L> x = turned_by(q, VecOf<L>{one, zero, zero});
+    // Hinges must not hold upside down; of one locked swing both ways round are the same.
+    const L both_swings = row.axes[translations + 1].locked * row.axes[translations + 2].locked;
+    const L hooke = row.axes[translations].locked * ((one - both_swings) * (one - row.cone));
+    const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
+    const L twist = angle_of(sign * q.v.x, sign * q.w);
+    // A locked twist between free swings is that of a Hooke's joint, A's axis y across B's z: no swing is too large.
+    const VecOf<L> z = turned_by(q, VecOf<L>{zero, zero, one});
+    const L across_x = larger(root(mul_add(z.x * z.x, z.z, z.z)), splat<L>(1e-6f)), inverse_x = one / across_x;
+    value[translations] = choose(hooke, angle_of(zero - z.y, across_x), twist + twist);
+    const L bisector = one / larger(one + x.x, splat<L>(0.01f));
+    const L side = choose(both_swings * is_less(x.x, zero), splat<L>(-1.0f), one);
+    const L least = splat<L>(1e-6f);
+    const L across_y = larger(root(mul_add(x.x * x.x, x.y, x.y)), least) * side;
+    const L across_z = larger(root(mul_add(x.x * x.x, x.z, x.z)), least) * side;
+    const L off = root(mul_add(x.y * x.y, x.z, x.z)), inverse_off = inverse_or_zero(off);
+    const VecOf<L> swing_y{zero - x.y / across_y, x.x / across_y, zero};
+    const VecOf<L> swing_z{zero - x.z / across_z, zero, x.x / across_z};
+    value[translations + 1] = choose(row.cone, angle_of(off, x.x), angle_of(zero - x.z, across_y));
+    value[translations + 2] = angle_of(x.y, across_z);
+    about[0] = turned_by(frame, VecOf<L>{choose(hooke, z.z * inverse_x, one), choose(hooke, zero, x.y * bisector),
+                                         choose(hooke, (zero - z.x) * inverse_x, x.z * bisector)});
+    about[1] = turned_by(
+        frame, VecOf<L>{choose(row.cone, zero, swing_y.x), choose(row.cone, (zero - x.z) * inverse_off, swing_y.y),
+                        choose(row.cone, x.y * inverse_off, zero)});
+    about[2] = turned_by(frame, swing_z);
+  }
+};
+
+/// Frames, arms, gap and the impulses to start from, of bodies with orientations `q_a` and `q_b` whose centres are
+/// `between` apart (m, from A's to B's), and frames on them.
+template <class L>
+FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
+                                                const UnitQuat<L>& on_a, const UnitQuat<L>& on_b, VecOf<L> anchor_a,
+                                                VecOf<L> anchor_b, GenericJointRow<L>& row) {
+  row.frame_a = product(q_a, on_a), row.frame_b = product(q_b, on_b);
+  row.arm_a = turned_by(q_a, anchor_a), row.arm_b = turned_by(q_b, anchor_b);
+  row.gap = between + (row.arm_b - row.arm_a);
+  const L zero = splat<L>(0.0f);
+  row.given = row.moment_a = row.moment_b = row.force = row.torque = row.pull = {zero, zero, zero};
+  row.pulled = row.pulled_a = row.pulled_b = {zero, zero, zero};
+}
