@@ -242,6 +242,7 @@ struct FindSupports {
     if (!is_pushable(bodies, i)) return;
     BodySupport& s = bodies.support[i];
     Structure& structure = bodies.structures[s.structure];
+    s.heaviest = __builtin_bit_cast(float, structure.heaviest);
     if (is_anew() ? structure.overloaded == 0 : s.level == 0) {
       s.level = 0;
       s.held = 0;

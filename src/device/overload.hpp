@@ -58,8 +58,7 @@ struct MarkOverload {
   FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
     const BodySupport& s = bodies.support[i];
     if (s.level == 0) return 1;
-    const float heaviest = __builtin_bit_cast(float, bodies.structures[s.structure].heaviest);
-    return wanted_inertia(ratio, inverse_mass, inverse_sum, heaviest);
+    return wanted_inertia(ratio, inverse_mass, inverse_sum, s.heaviest);
   }
   FATHOM_HD void mark(std::uint32_t i, std::uint32_t step, float wanted) const {
     BodySupport& s = bodies.support[i];

@@ -29,7 +29,7 @@ struct alignas(16) BodySupport {
   std::uint32_t level = 0;      ///< pressing contacts on the shortest way to what cannot be pushed; 0: none is known
   std::uint32_t structure = 0;  ///< least index among the bodies that press on each other, within a step
   float held = 0;               ///< part of the last direct solution, 0 where there was none
-  float pad = 0;
+  float heaviest = 0;           ///< kg, of the structure's bodies when one was last looked for
 };
 
 /// A body's node in the graph of supports, within a step.

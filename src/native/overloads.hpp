@@ -27,10 +27,10 @@ class Overloads {
     float now = most.load(std::memory_order_relaxed);
     while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
     }
-    any_.store(true, std::memory_order_relaxed);
+    std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
   }
   /// Some body was overloaded in the last step.
-  bool any() const { return any_.load(std::memory_order_relaxed); }
+  bool any() const { return any_; }
   /// The body was, and in the step before.
   bool lasts(std::uint32_t slot) const { return slot < loads_.size() && loads_[slot].lasting() > 0; }
   /// Some body has more than its own inertia in this step.
@@ -43,8 +43,7 @@ class Overloads {
   void advance(const IsAwake& is_awake) {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
     had_any_ = any();
-    any_.store(false, std::memory_order_relaxed);
-    any_scaled_ = any_asleep_ = false;
+    any_ = any_scaled_ = any_asleep_ = false;
     for (std::uint32_t slot = 0; slot < loads_.size(); ++slot) {
       Load& load = loads_[slot];
       if (!is_awake(slot)) {
@@ -61,11 +60,7 @@ class Overloads {
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
-    a(s.loads_);
-  }
-  void restored() {
-    had_any_ = true;
-    any_ = std::any_of(loads_.begin(), loads_.end(), [](const Load& load) { return load.now > 0; });
+    a(s.loads_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
   }
 
  private:
@@ -77,8 +72,7 @@ class Overloads {
     float lasting() const { return std::min(now, before); }
   };
   std::vector<Load> loads_;
-  std::atomic<bool> any_ = false;
-  bool had_any_ = false, any_scaled_ = false;
+  bool any_ = false, had_any_ = false, any_scaled_ = false;
   bool any_asleep_ = false;  ///< with more than its own inertia
 };
 

@@ -36,7 +36,8 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   const bool is_new = support_graph_.update(in_contact, overloads_, stiffness(), step);
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
   if (support_graph_.empty()) {
-    if (!structures_.empty() || !order_.empty()) std::fill(held_.begin(), held_.end(), not_a_member);
+    if (had_members_) std::fill(held_.begin(), held_.end(), not_a_member);
+    had_members_ = false;
     structures_.clear();
     order_.clear();
     return;
@@ -49,6 +50,7 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_by_group(layout);
   }
   choose_held(step);
+  had_members_ = true;
 }
 
 // What becomes part of a structure counts as held at once: springs that gave way under the load that a solution gave
@@ -348,8 +350,8 @@ void SupportSolver::end_step(std::uint64_t step, bool any_isolated) {
 void SupportSolver::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);
   in.require(held_.size() <= slots);
+  had_members_ = true;
   support_graph_.restored(in, slots);
-  overloads_.restored();
 }
 
 std::size_t SupportSolver::memory_bytes() const {

@@ -108,7 +108,8 @@ class SupportSolver {
   Overloads overloads_;
   SupportGraph support_graph_;
   std::vector<float> last_held_;
-  std::vector<float> held_;  // by slot
+  std::vector<float> held_;   // by slot
+  bool had_members_ = false;  // some `held_` may be of a member
   struct StructureState {
     bool is_held = false;
     float part = 0;  ///< of the last solution that was possible
