@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <array>
+#include <fstream>
 #include <random>
 
 #include "program.hpp"
@@ -22,21 +23,20 @@ Words operator+(Words a, const Words& b) {
 // Builds that check themselves take their time.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 constexpr std::chrono::seconds soon{1};
-constexpr std::chrono::milliseconds started{60};  // the program looks out for signals by then
 #else
 constexpr std::chrono::seconds soon{15};
-constexpr std::chrono::milliseconds started{300};
 #endif
 constexpr int signals[] = {SIGINT, SIGTERM};
 constexpr std::chrono::milliseconds moments[] = {std::chrono::milliseconds(0), std::chrono::milliseconds(60)};
 
 class Interrupts : public fathom::test::Program {
  protected:
-  /// Starts a command that would take forever, waits until it has begun `file`, then for so long, and sends the
-  /// signal, twice as `timeout` does.
+  /// Starts a command that would take forever, waits until it has begun `file` and catches the signal, then for so
+  /// long, and sends the signal, twice as `timeout` does.
   Outcome interrupt(const Words& words, const std::string& file, int signal, std::chrono::milliseconds moment) {
     const pid_t child = start(words);
-    for (int i = 0; i < 500 && !has_begun(file); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    for (int i = 0; i < 500 && !(has_begun(file) && catches(child, signal)); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
     std::this_thread::sleep_for(moment);
     const Clock::time_point sent = Clock::now();
     kill(child, signal);
@@ -48,6 +48,14 @@ class Interrupts : public fathom::test::Program {
     for (const std::string& name : files())
       EXPECT_EQ(name.find(".part"), name.npos) << testing::PrintToString(words) << " leaves " << name;
     return outcome;
+  }
+  /// proc_pid_status(5)
+  static bool catches(pid_t child, int signal) {
+    std::ifstream status("/proc/" + std::to_string(child) + "/status");
+    for (std::string name; status >> name; std::getline(status, name))
+      if (std::uint64_t caught = 0; name == "SigCgt:" && status >> std::hex >> caught)
+        return caught >> (signal - 1) & 1;
+    return false;
   }
   /// Also under its temporary name.
   bool has_begun(const std::string& file) const {
@@ -152,7 +160,7 @@ TEST_F(Interrupts, EndReplays) {
   ASSERT_EQ(fathom({"run", "drift", "--bodies", "100", "--steps", "6000", "--quiet", "--record", path("run.fathom")})
                 .exit_code,
             0);
-  const Outcome outcome = interrupt({"replay", path("run.fathom"), "--threads", "1"}, "out", SIGINT, started);
+  const Outcome outcome = interrupt({"replay", path("run.fathom"), "--threads", "1"}, "out", SIGINT, moments[0]);
   EXPECT_THAT(outcome.err, HasSubstr("interrupted at step "));
 }
 
