@@ -174,7 +174,7 @@ TEST_P(Couplings, ASlackRopeLetsFall) {
 
 // Wheels of a pulley and the way of a rack move with the origin.
 TEST_P(Couplings, AShiftOfTheOriginDisturbsNone) {
-  const auto at_end = [this](bool shifts) {
+  const auto at_end = [](bool shifts) {
     World world(GetParam().quiet());
     const BodyId a = world.add(dynamic(sphere(0.1f), {-1, 0, 0}, 3)),
                  b = world.add(dynamic(sphere(0.1f), {1, 0, 0}, 9));

@@ -8,12 +8,15 @@
 
 #include "dynamics/time_of_impact.hpp"
 #include "random.hpp"
+#include "validate/bodies.hpp"
 #include "validate/exact_overlap.hpp"
 #include "validate/shots.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test {
 namespace {
+
+using validate::wide;
 
 using Where = validate::Setup;
 
@@ -124,9 +127,9 @@ TEST(FastPairs, HitsOnFreeBodiesKeepMomentumAndAddNoEnergy) {
         const Velocity v = range.world.velocity(id);
         const MassProperties mass = range.world.mass_properties(id);
         const Vec3 spin = inverse_rotate(range.world.pose(id).rotation, v.angular);
-        energy += 0.5 * (double{mass.mass} * double{length_squared(v.linear)} + double{dot(spin, mass.inertia * spin)});
-        momentum = momentum + double{mass.mass} * to_double(v.linear);
-        if (step == 0) scale += double{mass.mass} * double{length(v.linear)};
+        energy += 0.5 * (wide(mass.mass) * wide(length_squared(v.linear)) + wide(dot(spin, mass.inertia * spin)));
+        momentum = momentum + wide(mass.mass) * to_double(v.linear);
+        if (step == 0) scale += wide(mass.mass) * wide(length(v.linear));
       }
       if (step == 0) start = momentum, energy_at_first = energy;
       EXPECT_LE(energy, (1 + 1e-5) * energy_at_first) << "seed " << seed << " step " << step;
@@ -301,14 +304,14 @@ TEST(FastPairs, TheGapOfAPointAndABoxIsItsDistance) {
     const Vec3 half{side(), side(), side()};
     const auto place = [&] { return static_cast<float>(4 * size * unit(random)); };
     const Vec3 p{place(), place(), place()};
-    const auto beyond = [](float x, float h) { return std::max(std::abs(double{x}) - double{h}, 0.0); };
+    const auto beyond = [](float x, float h) { return std::max(std::abs(wide(x)) - wide(h), 0.0); };
     const double distance = std::hypot(beyond(p.x, half.x), beyond(p.y, half.y), beyond(p.z, half.z));
     if (distance < 0.01 * size) continue;
     const Core a = core_of(Geometry{ShapeType::box, 0, half, {}}),
                b = core_of(Geometry{ShapeType::sphere, 0.1f, {}, {}});
     const Gap gap = gap_between(a, b, make_frame({p, 0, {}}), p, 1e-5f * static_cast<float>(size));
-    EXPECT_LE(double{gap.distance}, distance + 1e-5 * size);
-    EXPECT_GE(double{gap.distance}, 0.998 * distance - 3e-5 * size);
+    EXPECT_LE(wide(gap.distance), distance + 1e-5 * size);
+    EXPECT_GE(wide(gap.distance), 0.998 * distance - 3e-5 * size);
   }
 }
 

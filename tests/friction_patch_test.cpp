@@ -58,7 +58,7 @@ TEST_P(FrictionPatch, ALoadOnOneEndDoesNotTurnAPlank) {
     for (const BodyId id : ids) world.set_velocity(id, velocity, {});
     const int steps = static_cast<int>(1.2f * speed / (mu * 9.81f * def.dt)) + 20;
     for (int i = 0; i < steps; ++i) world.step();
-    const double way = speed * speed / (2 * mu * 9.81f);
+    const auto way = static_cast<double>(speed * speed / (2 * mu * 9.81f));
     // A substep's error at the start and at the end.
     const double slack = 0.04 * way + static_cast<double>(speed * def.dt);
     EXPECT_NEAR(length(world.pose(ids[0]).position - start), way, slack) << "trial " << trial;
@@ -111,7 +111,7 @@ TEST_P(FrictionPatch, SlidingAndSpinningShareTheCone) {
       last = now;
     }
     const auto [way, turn] = slid_and_spun(0.5, speed, spin, mu);
-    const double got = length(world.pose(id).position - start);
+    const auto got = static_cast<double>(length(world.pose(id).position - start));
     EXPECT_NEAR(got, way, (spin == 0 ? 0.01 : 0.18) * way + 0.01) << speed << " m/s, " << spin << " rad/s";
     EXPECT_LT(angle, 1.02 * turn + 0.01) << speed << " m/s, " << spin << " rad/s";
   }

@@ -40,7 +40,7 @@ double pendulum_error(const WorldDef& def, const Shape& shape, float arm, double
   bob.pose.rotation = axis_angle({0, -1, 0}, static_cast<float>(amplitude));
   const BodyId id = world.add(bob);
   world.add_joint(ball_joint(top, id, {}, {0, 0, arm}));
-  const double m = 2, inertia = static_cast<double>(world.mass_properties(id).inertia.yy), l = arm;
+  const double m = 2, inertia = static_cast<double>(world.mass_properties(id).inertia.yy), l = static_cast<double>(arm);
   ExactPendulum exact{m * 9.81 * l / (inertia + m * l * l), amplitude};
   const int steps = static_cast<int>(10 * 2 * std::numbers::pi / std::sqrt(exact.k) / static_cast<double>(def.dt));
   double worst = 0;

@@ -45,7 +45,7 @@ TEST(MoveBodies, BoundsAreThoseOfOneBody) {
   for (int step = 0; step < 5; ++step) {
     const std::vector<BodyBounds> before = state.bounds;
     for (const std::uint32_t slot : slots) state.flags[slot] = awake;
-    ASSERT_EQ(move_bodies<false>(slots, bodies, state, {{0, 0, -9.81f}, dt, 4, 1000}), 0u);
+    ASSERT_EQ(move_bodies<false>(slots, bodies, state, {{0, 0, -9.81f}, dt, 4, {1000}}), 0u);
     for (const std::uint32_t slot : slots) {
       const BodyBounds& now = state.bounds[slot];
       const Velocity& velocity = state.velocities[slot];

@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-constexpr float dt = 1.0f / 60, g = 9.81f;
+constexpr float g = 9.81f;
 
 /// A ball of radius 0.5 m that rolls along x over the ground, or about an axis in the ground.
 BodyDef ball(float speed, float resistance) {

@@ -210,7 +210,8 @@ TEST(World, RefusesBadForces) {
   BodyDef moving = cube({0, 0, 9});
   moving.motion = MotionType::kinematic;
   const BodyId kinematic = world.add(moving);
-  for (const auto& [body, motion] : {std::pair{fixed, "the body is fixed"}, {kinematic, "the body is kinematic"}}) {
+  for (const BodyId body : {fixed, kinematic}) {
+    const char* const motion = body == fixed ? "the body is fixed" : "the body is kinematic";
     expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_force(body, {1, 0, 0}); });
     expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_force_at(body, {1, 0, 0}, {}); });
     expect_error(ErrorCode::invalid_argument, motion, [&] { world.apply_torque(body, {1, 0, 0}); });

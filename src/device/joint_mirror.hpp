@@ -55,8 +55,7 @@ class ApartPairs {
   /// What has changed since the last call.
   std::vector<ApartEdit> take_edits() {
     std::ranges::sort(changed_);
-    const auto [first, last] = std::ranges::unique(changed_);
-    changed_.erase(first, last);
+    changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
     std::vector<ApartEdit> edits;
     for (const std::uint32_t slot : changed_) edits.push_back({pairs_[slot], slot});
     changed_.clear();

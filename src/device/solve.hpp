@@ -441,8 +441,9 @@ struct SolveConstraints {
   }
 
   template <What what, class Inertia>
-  FATHOM_HD static JointBodies<Inertia>::Side joint_side(const auto& bodies, std::uint32_t i, const SolverQuads& quads,
-                                                         float inverse_mass, float inverse_inertia) {
+  FATHOM_HD static typename JointBodies<Inertia>::Side joint_side(const auto& bodies, std::uint32_t i,
+                                                                  const SolverQuads& quads, float inverse_mass,
+                                                                  float inverse_inertia) {
     typename JointBodies<Inertia>::Side side;
     side.linear = quads.linear.xyz(), side.angular = quads.angular.xyz();
     if constexpr (moves_matter(what)) side.moved = quads.moved.xyz(), side.turned = quads.turned.xyz();

@@ -80,7 +80,7 @@ class Patience {
 
  private:
   static constexpr std::uint32_t max_looks = 1u << 22;
-  std::uint32_t looks_ = 0;
+  [[maybe_unused]] std::uint32_t looks_ = 0;  // on GPUs
 };
 
 template <class Quad>

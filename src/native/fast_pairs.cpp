@@ -130,8 +130,8 @@ void NativeSimulator::hold_back_strays() {
   if (strays_.list.empty()) return;
   std::ranges::sort(strays_.list, {}, &Strays::Stray::slot);
   // Those listed twice are listed alike, so it does not matter which thread came first.
-  const auto twice = std::ranges::unique(strays_.list, {}, &Strays::Stray::slot);
-  strays_.list.erase(twice.begin(), twice.end());
+  const auto is_same = [](const Strays::Stray& x, const Strays::Stray& y) { return x.slot == y.slot; };
+  strays_.list.erase(std::unique(strays_.list.begin(), strays_.list.end(), is_same), strays_.list.end());
   tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
   std::vector<std::uint32_t> kinematic_bodies;
   for (const std::uint32_t slot : active_.active())

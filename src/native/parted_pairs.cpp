@@ -241,9 +241,10 @@ class PartedPair {
   // --- which contact it is -----------------------------------------------------------------------------------
 
   std::span<Part> parts_of(Children children) const {
-    const auto same = std::ranges::equal_range(scratch_.parts, std::tuple(children.a, children.b), {},
-                                               [](const Part& p) { return std::tuple(p.children.a, p.children.b); });
-    return {same.begin(), same.end()};
+    const std::tuple same(children.a, children.b);
+    const auto children_of = [](const Part& p) { return std::tuple(p.children.a, p.children.b); };
+    return {std::ranges::lower_bound(scratch_.parts, same, {}, children_of),
+            std::ranges::upper_bound(scratch_.parts, same, {}, children_of)};
   }
 
   const Part* touching_part(Children children) const {

@@ -30,7 +30,7 @@ void NativeSimulator::report_parts(TouchChanges& changes) {
                 [&](std::uint32_t index, std::uint64_t&, std::uint64_t) { pairs.push_back(graph_.first_part(index)); });
   if (pairs.empty()) return;
   std::ranges::sort(pairs);
-  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   const auto touches = [&](std::uint32_t first) {
     bool any = false;
     graph_.for_each_in_ring(first, [&](std::uint32_t part) { any |= graph_[part].in_touch; });

@@ -220,7 +220,7 @@ class HeapRun {
   int lost() {
     if (!all_finite(world_)) lost_.push_back(BodyId{}.index);
     std::ranges::sort(lost_);
-    lost_.erase(std::ranges::unique(lost_).begin(), lost_.end());
+    lost_.erase(std::unique(lost_.begin(), lost_.end()), lost_.end());
     return static_cast<int>(lost_.size());
   }
   bool has_lost_bodies() const { return !lost_.empty(); }

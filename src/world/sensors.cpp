@@ -116,10 +116,9 @@ bool Sensors::was_inside(const Presence& presence) const {
 }
 
 std::span<const Presence> Sensors::inside(BodyId sensor) const {
-  const auto own =
-      std::ranges::equal_range(inside_, std::pair(sensor.index, sensor.generation), {},
-                               [](const Presence& p) { return std::pair(p.sensor.index, p.sensor.generation); });
-  return {own.begin(), own.end()};
+  const std::pair own(sensor.index, sensor.generation);
+  const auto sensor_of = [](const Presence& p) { return std::pair(p.sensor.index, p.sensor.generation); };
+  return {std::ranges::lower_bound(inside_, own, {}, sensor_of), std::ranges::upper_bound(inside_, own, {}, sensor_of)};
 }
 
 void Sensors::save(ByteWriter& write, std::uint64_t step) const {
