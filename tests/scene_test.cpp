@@ -493,6 +493,8 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
                           "can_sleep",
                           "sensor",
                           "bullet",
+                          "pre_solve",
+                          "custom_filter",
                           "angular_damping",
                           "filter",
                           "category",

@@ -75,6 +75,11 @@ struct BodyDef {
   /// Swept against all bodies when it is fast, where others are swept only against those that cannot be pushed (as in
   /// Box2D and Box3D). For shots and other small, fast bodies: it costs a search per fast pair and step.
   bool bullet = false;
+  /// The application is asked about its contacts before they are solved (`World::set_pre_solve_callback`). Not on the
+  /// device simulator.
+  bool pre_solve = false;
+  /// And about its pairs before they become contacts (`World::set_filter_callback`). Not on the device simulator.
+  bool custom_filter = false;
   std::uint64_t user_data = 0;  ///< belongs to the application
 };
 

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <fathom/body.hpp>
+#include <fathom/contact.hpp>
 #include <fathom/device_poses.hpp>
 #include <fathom/error.hpp>
 #include <fathom/export.hpp>
@@ -124,28 +125,6 @@ enum class Preset : std::uint8_t {
 /// Sets in `def` what a preset decides, for the simulator that it names.
 FATHOM_API void apply(Preset preset, WorldDef& def);
 
-/// Two bodies, in ascending order of index, that began or ceased to touch in a step. They touch from the step in which
-/// their contact carries an impulse, or which they begin nearer to each other than 1 mm (for small bodies less, by
-/// halves, down to a hundredth of the smaller one's bounding radius), until a step in which it carries none and which
-/// they begin farther apart than twice that. Falling asleep and waking do not change it.
-struct ContactEvent {
-  BodyId a;                ///< the one of the lower index
-  BodyId b;                ///< the other
-  std::uint64_t step = 0;  ///< `World::step_count()` after it
-};
-/// Two bodies that met faster than `SolverSettings::restitution_threshold`: a point of their contact approached faster
-/// as the step began, and the contact stopped it or threw it back, whether they already touched elsewhere (a post that
-/// falls over) or not. Each such impact is reported once, by its fastest point.
-struct HitEvent {
-  BodyId a;                    ///< the one of the lower index
-  BodyId b;                    ///< the other
-  Vec3 point;                  ///< m, world, where they met
-  Vec3 normal;                 ///< unit, from a to b
-  float approach_speed;        ///< m/s, as the step began
-  std::uint32_t reserved = 0;  ///< padding
-  std::uint64_t step = 0;      ///< `World::step_count()` after it
-};
-
 /// A joint that broke (see `JointDef::break_force`) and is gone; its bodies are awake.
 struct JointBreak {
   JointId joint;                ///< its id, which names no joint any more
@@ -155,25 +134,6 @@ struct JointBreak {
   Vec3 torque;                  ///< N·m
   std::uint64_t user_data = 0;  ///< of its definition
   std::uint64_t step = 0;       ///< `World::step_count()` after it
-};
-
-/// One contact point as solved in the last step.
-struct ContactPointInfo {
-  Vec3 position;     ///< m, world
-  float separation;  ///< m, negative where the bodies overlap
-  float impulse;     ///< N·s along the normal over the step; divided by dt the mean force (see ContactInfo)
-};
-/// A contact as solved in the last step. The points' impulses sum to the contact's impulse over the step; their shares
-/// are those of the last substep.
-struct ContactInfo {
-  BodyId a;                    ///< the one of the lower index
-  BodyId b;                    ///< the other
-  Vec3 normal;                 ///< unit, from a to b
-  int point_count = 0;         ///< how many of `points` count
-  ContactPointInfo points[4];  ///< the contact points
-  int colour = -1;             ///< of the constraint graph; −1 where the pair has none (asleep, or solved one by one)
-  std::uint32_t child_a = 0;   ///< of a compound a: which child, see `Compound::children`
-  std::uint32_t child_b = 0;   ///< of a compound b
 };
 
 /// A body taken out of the simulation because its state was not finite after a step. Its pose is that before the step,
@@ -273,9 +233,15 @@ class FATHOM_API World {
   void set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia = {});
   /// Whether it is a sensor (sensor.hpp).
   void set_sensor(BodyId id, bool sensor);
-  bool is_sensor(BodyId id) const;                           ///< see `BodyDef::sensor`
-  void set_bullet(BodyId id, bool bullet);                   ///< see `BodyDef::bullet`; from the next step on
-  bool is_bullet(BodyId id) const;                           ///< see `BodyDef::bullet`
+  bool is_sensor(BodyId id) const;                ///< see `BodyDef::sensor`
+  void set_bullet(BodyId id, bool bullet);        ///< see `BodyDef::bullet`; from the next step on
+  bool is_bullet(BodyId id) const;                ///< see `BodyDef::bullet`
+  void set_pre_solve(BodyId id, bool pre_solve);  ///< see `BodyDef::pre_solve`; throws what `add` throws on it
+  bool has_pre_solve(BodyId id) const;            ///< see `BodyDef::pre_solve`
+  /// See `BodyDef::custom_filter`. Throws what `add` throws on it. Its contacts end, and begin again where the callback
+  /// lets them.
+  void set_custom_filter(BodyId id, bool custom_filter);
+  bool has_custom_filter(BodyId id) const;                   ///< see `BodyDef::custom_filter`
   void set_gravity_scale(BodyId id, float scale);            ///< factor on the world's gravity
   void set_damping(BodyId id, float linear, float angular);  ///< 1/s, ≥ 0
   bool is_awake(BodyId id) const;                            ///< false while it sleeps
@@ -320,6 +286,21 @@ class FATHOM_API World {
   JointReaction reaction(JointId id) const;
   /// The current positions of its axes; zeros for a ball joint. Throws `stale_id`.
   JointPositions joint_positions(JointId id) const;
+
+  // Callbacks -----------------------------------------------------------------------------------------------
+  // They are called by the thread that calls `step`, one pair after the other, in an order that does not depend on the
+  // number of threads. They may read the world but not change, save or query it: that throws `invalid_argument`. What a
+  // callback throws, `step` throws when the step is over, the first one; the pair is then as without the callback.
+  // `restore` keeps them, snapshots and recordings do not hold them: the same steps follow if their answers do, so these
+  // should be a function of the world. The native and the hybrid simulator have them.
+
+  /// Before contacts are solved, of bodies with `BodyDef::pre_solve`; see PreSolveContact. An empty one ends it.
+  void set_pre_solve_callback(std::function<void(PreSolveContact&)> callback);
+  /// Whether two bodies may collide, of which one at least has `BodyDef::custom_filter` and which their filters let.
+  /// Asked when their boxes begin to overlap, again when they begin anew or one of them gets another filter, and, as
+  /// long as the answer is false, whenever one of them has moved on by the margin of its box. Not asked for queries and
+  /// sensors.
+  void set_filter_callback(std::function<bool(BodyId a, BodyId b)> callback);
 
   // Forces act during the next step only; impulses act at once. A force moves the body as symplectic Euler over the
   // whole step does, so a spring or a controller that computes its force once per step is stable up to ω dt < 2
@@ -411,9 +392,9 @@ class FATHOM_API World {
   /// little-endian machines. Waits for the steps in flight.
   void save(std::vector<std::byte>& out) const;
   /// Makes this world the saved one: simulator, definition, bodies with their ids, contacts, pending forces, step
-  /// count. It then takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead` and `log` stay
-  /// this world's own. Throws `file` for bytes that are truncated, altered or of another version, `unavailable` where
-  /// the saved world's device simulator finds no device; the world is then as it was.
+  /// count. It then takes the same steps as the saved one, bit for bit. `threads`, `device`, `ahead`, `log` and the
+  /// callbacks stay this world's own. Throws `file` for bytes that are truncated, altered or of another version,
+  /// `unavailable` where the saved world's device simulator finds no device; the world is then as it was.
   void restore(std::span<const std::byte> bytes);
 
   /// XXH3 of all living bodies' poses and velocities in ascending order of index. Equal for any number of threads.

@@ -49,6 +49,7 @@ void NativeSimulator::apply_changes() {
       state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
   });
   if (wakes_any) begin_one_by_one();
+  pre_solve_.give_materials(changes_.first_manifolds());
 }
 
 void NativeSimulator::make_first_manifolds(std::size_t part, std::size_t parts, bool wakes_any) {

@@ -70,7 +70,8 @@ struct alignas(32) Contact {
   bool in_parts : 1 = false;
   bool is_part : 1 = false;            ///< one of these after the first: looked at with that one
   bool on_moving_surface : 1 = false;  ///< a body's surface moves against it; known of those that have touched
-  std::uint8_t unused_bits : 4 = 0;
+  bool own_slide : 1 = false;          ///< the application has chosen how its surfaces move (`ContactGraph::give`)
+  std::uint8_t unused_bits : 3 = 0;
   bool round : 1 = false;  ///< a body is a sphere or a capsule; known of those that have touched
   /// The manifold was made where the bodies will meet (dynamics/look_ahead.hpp), at a time that is in its
   /// `step_impulse` until the step has one.

@@ -4,6 +4,7 @@
 // of their own, which one thread looks through; then all threads gather what the blocks list, in the order of contacts.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -41,6 +42,29 @@ class ContactChanges {
   Block& begin_block(std::size_t first_contact);
   /// Counts what it lists now.
   void end_block(std::size_t first_contact);
+
+  // Before they are gathered, by one thread.
+
+  /// Whether the contact ends touch.
+  bool ends(std::uint32_t contact) const {
+    const std::vector<std::uint32_t>& ended = blocks_[contact / block_size_].ended;
+    return std::ranges::find(ended, contact) != ended.end();
+  }
+  /// A contact that touched ends that, whatever it has met.
+  void end(std::uint32_t contact) {
+    blocks_[contact / block_size_].ended.push_back(contact);
+    ++counts_[contact / block_size_].ended;
+  }
+  /// Of what begins nothing is left but what act(manifold) lets begin, called in the order of contacts.
+  template <class Act>
+  void for_each_begun(const Act& lets_begin) {
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i].begun == 0) continue;
+      std::vector<NewManifold>& begun = blocks_[i].begun;
+      std::erase_if(begun, [&](NewManifold& fresh) { return !lets_begin(fresh); });
+      counts_[i].begun = static_cast<std::uint16_t>(begun.size());
+    }
+  }
 
   /// Gathers what all blocks list, in the order of contacts: parts of pairs are made, contacts that end give up their
   /// edges, and pairs that are gone leave the graph.

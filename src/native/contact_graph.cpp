@@ -204,6 +204,7 @@ void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
   m.friction = combine(a.friction, b.friction, a.friction_rule, b.friction_rule);
   m.restitution = combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule);
   if (m.restitution > 0) std::atomic_ref(may_bounce_).store(true, std::memory_order_relaxed);
+  c.own_slide = false;
   c.on_moving_surface = !(a.surface_velocity == Vec3{} && b.surface_velocity == Vec3{});
   if (c.on_moving_surface) std::atomic_ref(any_moving_surface_).store(true, std::memory_order_relaxed);
   if (!c.round) return;
@@ -212,11 +213,40 @@ void ContactGraph::mix_materials(Contact& c, ContactManifold& m) {
   if (m.rolling_length() > 0) std::atomic_ref(may_roll_).store(true, std::memory_order_relaxed);
 }
 
+ContactMaterials ContactGraph::mixed_materials(std::uint32_t slot_a, std::uint32_t slot_b, Children children) const {
+  const BodyInfo &body_a = bodies_[slot_a], &body_b = bodies_[slot_b];
+  const Material &a = piece_of(body_a, children.a).material, &b = piece_of(body_b, children.b).material;
+  return {combine(a.friction, b.friction, a.friction_rule, b.friction_rule),
+          combine(a.restitution, b.restitution, a.restitution_rule, b.restitution_rule),
+          rotate(state_.poses[slot_b].rotation, surface_velocity(body_b, children.b)) -
+              rotate(state_.poses[slot_a].rotation, surface_velocity(body_a, children.a))};
+}
+
+void ContactGraph::give(std::uint32_t index, const ContactMaterials& materials) {
+  Contact& c = contacts_[index];
+  ContactManifold& m = manifold(c);
+  m.friction = materials.friction, m.restitution = materials.restitution;
+  may_bounce_ = may_bounce_ || m.restitution > 0;
+  c.own_slide = c.on_moving_surface = !(materials.slide == Vec3{});
+  if (!c.own_slide) return;
+  any_moving_surface_ = true;
+  const auto entry = std::ranges::lower_bound(own_slides_, index, {}, &OwnSlide::contact);
+  if (entry != own_slides_.end() && entry->contact == index)
+    entry->slide = materials.slide;
+  else
+    own_slides_.insert(entry, {index, materials.slide});
+}
+
+void ContactGraph::drop_old_slides() {
+  std::erase_if(own_slides_, [this](const OwnSlide& own) {
+    return !contacts_[own.contact].in_use || !contacts_[own.contact].own_slide;
+  });
+}
+
 Vec3 ContactGraph::surface_slide(std::uint32_t index) const {
   const Contact& c = contacts_[index];
-  const Children children = this->children(index);
-  return rotate(state_.poses[c.b].rotation, surface_velocity(bodies_[c.b], children.b)) -
-         rotate(state_.poses[c.a].rotation, surface_velocity(bodies_[c.a], children.a));
+  if (c.own_slide) return std::ranges::lower_bound(own_slides_, index, {}, &OwnSlide::contact)->slide;
+  return mixed_materials(c.a, c.b, children(index)).slide;
 }
 
 Vec3 surface_slide(const ContactGraph& graph, std::uint32_t contact) { return graph.surface_slide(contact); }

@@ -45,6 +45,12 @@ struct GraphEdge {
   }
 };
 
+/// What a contact's two surfaces are to each other.
+struct ContactMaterials {
+  float friction = 0, restitution = 0;
+  Vec3 slide;  ///< what moving surfaces add to the sliding velocity of B against A (m/s, world axes)
+};
+
 /// How many parts so many contacts or pairs are changed in.
 inline std::size_t parts_for(const ThreadPool& pool, std::size_t items) {
   return items < min_to_share ? 1 : static_cast<std::size_t>(pool.thread_count());
@@ -89,6 +95,12 @@ class ContactGraph {
   bool any_moving_surface() const { return any_moving_surface_; }
   /// What moving surfaces add to the sliding velocity of B against A (m/s, world axes), as the step began.
   Vec3 surface_slide(std::uint32_t index) const;
+  /// What the materials of two bodies' pieces make of their contact.
+  ContactMaterials mixed_materials(std::uint32_t a, std::uint32_t b, Children children) const;
+  /// Others for a contact that touches, until its materials are mixed again. By one thread.
+  void give(std::uint32_t index, const ContactMaterials& materials);
+  /// Forgets what contacts no longer have of that.
+  void drop_old_slides();
 
   /// Appends the contacts made to `added`, where it is given. Pairs that are there already are left out.
   void add(std::span<const Pair> pairs, std::vector<std::uint32_t>* added = nullptr);
@@ -256,7 +268,8 @@ class ContactGraph {
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.contacts_, s.contacts_made_, s.free_, s.manifolds_, s.free_manifolds_, s.may_bounce_, s.may_roll_,
-      s.any_moving_surface_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_, s.parts_);
+      s.any_moving_surface_, s.own_slides_, s.colours_, s.colouring_, s.joints_, s.joint_impulses_, s.generic_impulses_,
+      s.parts_);
   }
   /// Into an empty graph whose bodies are there.
   void restore(ByteReader& in);
@@ -301,6 +314,11 @@ class ContactGraph {
   std::vector<std::uint32_t> free_manifolds_;
   TouchChanges touch_changes_;
   bool may_bounce_ = false, may_roll_ = false, any_moving_surface_ = false;
+  struct OwnSlide {
+    std::uint32_t contact = none;
+    Vec3 slide;
+  };
+  std::vector<OwnSlide> own_slides_;  // ascending; those of contacts without `own_slide` are of no use any more
   PairSet pairs_;
   std::vector<std::uint32_t> new_manifolds_;
   std::size_t first_ended_ = 0, first_gone_ = 0;  // of those expected, among what is free

@@ -89,7 +89,7 @@ void NativeSimulator::hold_back_free(const FastPair& pair, bool heavier) {
   const Pose end_of_a = a.is_child ? end_a * a.pose : end_a, end_of_b = b.is_child ? end_b * b.pose : end_b;
   const float half = min(a.half, b.half);
   const FreeWay way = free_way(on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
-  if (way.is_free) return;
+  if (way.is_free || !pre_solve_.may_stop(seen, seen.first.normal)) return;
   Pose pose = end_beside(way, on_a, on_b, end_of_a, end_of_b, seen.first, half, def.dt);
   if (b.is_child) pose = pose * relative(b.pose, {});
   pose.reserved = end_b.reserved;
@@ -110,7 +110,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   const Pose end_a = a.is_child ? state_.poses[pair.a] * a.pose : state_.poses[pair.a];
   const FreeWay way =
       free_way(on_a, on_b, end_a, b.is_child ? end * b.pose : end, pair.first, min(a.half, b.half), def.dt);
-  if (way.is_free) return false;
+  if (way.is_free || !pre_solve_.may_stop(pair, pair.first.normal)) return false;
   const SpeedLimits limits =
       speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
   v.linear = limited(b.is_child ? v.linear + (way.linear - on_b.velocity.linear) : way.linear, limits.linear);
@@ -153,7 +153,7 @@ void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vec
 
 /// What is fixed or kinematic near the stray's way, ascending.
 std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& stray,
-                                                         const std::vector<std::uint32_t>& kinematic_bodies) const {
+                                                         const std::vector<std::uint32_t>& kinematic_bodies) {
   const BodyInfo& info = bodies[stray.slot];
   const Vec3 begin = stray.begin.position, way = state_.poses[stray.slot].position - begin;
   const Vec3 reach{info.radius, info.radius, info.radius};
@@ -170,7 +170,7 @@ std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& st
     if (overlaps(state_.bounds[slot].fat_box, box)) found.slots.push_back(slot);
   std::erase_if(found.slots, [&](std::uint32_t slot) {
     return !may_collide(bodies[slot], info) || joints.keeps_apart(slot, stray.slot) ||
-           excluded.contains(slot, stray.slot);
+           excluded.contains(slot, stray.slot) || !lets_collide(slot, stray.slot);
   });
   std::ranges::sort(found.slots);
   return found.slots;

@@ -29,6 +29,7 @@ struct NewManifold {
   Manifold manifold;
   Children children{};  ///< of a new part
   AxisCache axis{};
+  std::uint32_t answer = none;  ///< of the application (native/pre_solve.hpp), where it was asked
 };
 
 /// A pair of which a body moves fast for its size, as the step began. Where only one can be pushed it is B.

@@ -50,7 +50,8 @@ NativeSimulator::NativeSimulator(const WorldDef& definition, std::unique_ptr<Bro
       pool_(thread_count(def)),
       broad_phase_(std::move(broad_phase)),
       solver_(def, bodies, joints, state_, graph_, pool_),
-      islands_(def, bodies, joints, state_, graph_) {
+      islands_(def, bodies, joints, state_, graph_),
+      pre_solve_(bodies, state_, graph_, callbacks) {
   state_.resize(0);
   if (def.partition == Partition::cells) cell_solver_.emplace(def, bodies, state_, graph_, pool_, solver_);
 }
@@ -61,7 +62,10 @@ void NativeSimulator::step() {
   pool_.use(threads_worth_while());
   StageTimes& times = profile.times;
   times.find_pairs = timed([&] { find_pairs(); });
-  times.update_manifolds = timed([&] { update_manifolds(); });
+  times.update_manifolds = timed([&] {
+    update_manifolds();
+    pre_solve_.ask(changes_);
+  });
   times.build_constraints = timed([&] { build_constraints(); });
   times.solve = timed([&] { solve(); });
   times.finish = timed([&] { finish(); });
@@ -99,7 +103,7 @@ void NativeSimulator::find_pairs() {
   changed_.collect(state_.flags, pool_);
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
   set_changed_ = false;
-  const std::span<const Pair> pairs = joined(std::span(new_pairs_).first(lists));
+  const std::span<const Pair> pairs = let_collide(joined(std::span(new_pairs_).first(lists)));
   added_.clear();
   std::vector<std::uint32_t>* const added = lists_added_ ? &added_ : nullptr;
   if (broad_phase_->lists_pairs_once())
@@ -117,6 +121,20 @@ std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>>
   make_room(pairs_to_add_, count);
   for (const std::vector<Pair>& list : lists) pairs_to_add_.insert(pairs_to_add_.end(), list.begin(), list.end());
   return pairs_to_add_;
+}
+
+bool NativeSimulator::lets_collide(std::uint32_t a, std::uint32_t b) {
+  if (!callbacks.filter || !(bodies[a].custom_filter || bodies[b].custom_filter)) return true;
+  return callbacks.lets_collide(bodies.id(std::min(a, b)), bodies.id(std::max(a, b)));
+}
+
+std::span<const Pair> NativeSimulator::let_collide(std::span<const Pair> pairs) {
+  if (!callbacks.filter || !bodies.any_custom_filter()) return pairs;
+  pairs_let_.clear();
+  make_room(pairs_let_, pairs.size());
+  for (const Pair pair : pairs)
+    if (graph_.pairs().contains(pair.a, pair.b) || lets_collide(pair.a, pair.b)) pairs_let_.push_back(pair);
+  return pairs_let_;
 }
 
 void NativeSimulator::update_manifolds() {
@@ -309,8 +327,9 @@ void NativeSimulator::isolate_moved() {
 std::size_t NativeSimulator::list_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.begin()))); };
   const std::size_t of_pairs = new_pairs_.empty() ? 0 : bytes_of(new_pairs_[0]);
-  return of_pairs + bytes_of(begun_, ended_, hits_, pairs_to_add_, forced_, added_) + changes_.memory_bytes() +
-         active_.memory_bytes() + changed_.memory_bytes() + neighbourhood_.memory_bytes();
+  return of_pairs + bytes_of(begun_, ended_, hits_, pairs_to_add_, pairs_let_, forced_, added_) +
+         pre_solve_.memory_bytes() + changes_.memory_bytes() + active_.memory_bytes() + changed_.memory_bytes() +
+         neighbourhood_.memory_bytes();
 }
 
 void NativeSimulator::count() {

@@ -18,6 +18,7 @@
 #include "native/move_bodies.hpp"
 #include "native/narrow_phase.hpp"
 #include "native/neighbourhood.hpp"
+#include "native/pre_solve.hpp"
 #include "native/solver.hpp"
 #include "native/thread_budget.hpp"
 #include "threads/thread_pool.hpp"
@@ -106,6 +107,9 @@ class NativeSimulator : public Simulator {
   void note_moved(MotionType motion);
   void note_set(std::uint32_t slot);
   std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
+  /// Those of the new pairs that the application lets collide, where it is asked.
+  std::span<const Pair> let_collide(std::span<const Pair> pairs);
+  bool lets_collide(std::uint32_t a, std::uint32_t b);
   /// apply_changes.cpp
   void apply_changes();
   void begin_one_by_one();
@@ -132,7 +136,7 @@ class NativeSimulator : public Simulator {
   void hold_back_strays();
   void hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies);
   std::vector<std::uint32_t> obstacles_of(const Strays::Stray& stray,
-                                          const std::vector<std::uint32_t>& kinematic_bodies) const;
+                                          const std::vector<std::uint32_t>& kinematic_bodies);
   bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
   bool hold_back(const FastPair& pair);
   void put_back(std::uint32_t slot, const Pose& pose, Velocity v);
@@ -169,6 +173,7 @@ class NativeSimulator : public Simulator {
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;
+  PreSolve pre_solve_;
 
   ActiveSet active_;
   ChangedBodies changed_;
@@ -186,7 +191,7 @@ class NativeSimulator : public Simulator {
   std::vector<Target> targets_;               // the last one of a body counts
   std::vector<std::uint32_t> forced_;         // bodies with a force
   std::vector<std::vector<Pair>> new_pairs_;  // per chunk of the broad phase
-  std::vector<Pair> pairs_to_add_;
+  std::vector<Pair> pairs_to_add_, pairs_let_;
 
   std::vector<ContactEvent> ended_by_removal_;
   LargeArray<ContactEvent> begun_, ended_;

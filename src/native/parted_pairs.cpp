@@ -332,7 +332,7 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
-  if (way.stops == 0) return false;
+  if (way.stops == 0 || !pre_solve_.may_stop(pair, way.normals[0])) return false;
   end.position = b.is_child ? end.position + (way.end - end_of_piece.position) : way.end;
   const Vec3 of_point = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
   const Vec3 of_piece = cross(v.angular, way.end - end.position);

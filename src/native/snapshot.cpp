@@ -55,6 +55,8 @@ void ContactGraph::restore(ByteReader& in) {
       list_positions_[list[index]] = index;
     }
   }
+  for (const OwnSlide& own : own_slides_) in.require(own.contact < contacts && is_finite(own.slide));
+  in.require(std::ranges::is_sorted(own_slides_, {}, &OwnSlide::contact));
   std::size_t in_use = 0, coloured = 0;
   std::vector<std::uint32_t> colours(slots, 0), overflow(slots, 0);
   for (const Contact& c : contacts_) {
@@ -68,11 +70,13 @@ void ContactGraph::restore(ByteReader& in) {
       pairs_.insert(c.a, c.b);
     }
     in.require(c.in_parts == !(bodies_[c.a].geometry.is_convex() && bodies_[c.b].geometry.is_convex()));
-    if (c.in_parts) check_ring(in, static_cast<std::uint32_t>(&c - contacts_.data()));
+    const auto number = static_cast<std::uint32_t>(&c - contacts_.data());
+    if (c.in_parts) check_ring(in, number);
+    in.require(!c.own_slide || std::ranges::binary_search(own_slides_, number, {}, &OwnSlide::contact));
     if (c.colour == no_colour) continue;
     ++coloured;
     in.require(c.touching() && c.colour <= overflow_colour);
-    const GraphEdge edge = edge_of(static_cast<std::uint32_t>(&c - contacts_.data()));
+    const GraphEdge edge = edge_of(number);
     const std::vector<std::uint32_t>& list = list_of(edge);
     in.require(list_positions_[edge.contact] < list.size() && list[list_positions_[edge.contact]] == edge.contact);
     edge.for_each_body([&](std::uint32_t slot) {

@@ -283,11 +283,10 @@ class BodyReader {
 
   void read(const toml::table& node) {
     const TomlTable table(node, "[[body]]", root_.file(),
-                          {"name",           "motion",          "shape",     "material",
-                           "position",       "rotation",        "velocity",  "angular_velocity",
-                           "mass",           "density",         "inertia",   "gravity_scale",
-                           "linear_damping", "angular_damping", "can_sleep", "sensor",
-                           "bullet",         "filter",          "user_data", "repeat"});
+                          {"name",           "motion",           "shape",     "material", "position", "rotation",
+                           "velocity",       "angular_velocity", "mass",      "density",  "inertia",  "gravity_scale",
+                           "linear_damping", "angular_damping",  "can_sleep", "sensor",   "bullet",   "pre_solve",
+                           "custom_filter",  "filter",           "user_data", "repeat"});
     BodyDef body;
     read_shape_of(table, body);
     read_placement(table, body);
@@ -368,6 +367,8 @@ class BodyReader {
     table.read("can_sleep", body.can_sleep);
     table.read("sensor", body.sensor);
     table.read("bullet", body.bullet);
+    table.read("pre_solve", body.pre_solve);
+    table.read("custom_filter", body.custom_filter);
     table.read("user_data", body.user_data);
     if (const toml::node* node = table.find("filter")) body.filter = read_filter(table, *node);
   }

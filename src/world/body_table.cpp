@@ -44,6 +44,8 @@ BodyInfo make_info(const BodyDef& def) {
   info.can_sleep = def.can_sleep;
   info.is_sensor = def.sensor;
   info.is_bullet = def.bullet;
+  info.pre_solve = def.pre_solve;
+  info.custom_filter = def.custom_filter;
   info.set_shape(def.shape);
   info.radius = bounding_radius(info.geometry);
   info.gravity_scale = def.gravity_scale;
@@ -106,12 +108,29 @@ void BodyTable::note(const BodyInfo& info) {
   note_thickness(info);
 }
 
-void BodyTable::note_sensor(std::uint32_t slot, bool is_sensor) {
-  if (!is_sensor && sensors_.empty()) return;
-  const auto entry = std::ranges::lower_bound(sensors_, slot);
-  const bool was_one = entry != sensors_.end() && *entry == slot;
-  if (is_sensor && !was_one) sensors_.insert(entry, slot);
-  if (!is_sensor && was_one) sensors_.erase(entry);
+/// Puts the slot into a list in ascending order, or takes it out.
+static void list_in(std::vector<std::uint32_t>& list, std::uint32_t slot, bool belongs) {
+  if (!belongs && list.empty()) return;
+  const auto entry = std::ranges::lower_bound(list, slot);
+  const bool was_there = entry != list.end() && *entry == slot;
+  if (belongs && !was_there) list.insert(entry, slot);
+  if (!belongs && was_there) list.erase(entry);
+}
+
+void BodyTable::list(std::uint32_t slot, const BodyInfo& info) {
+  list_in(sensors_, slot, info.is_sensor);
+  list_in(pre_solvers_, slot, info.pre_solve);
+  any_custom_filter_ = any_custom_filter_ || info.custom_filter;
+}
+
+void BodyTable::set_pre_solve(std::uint32_t slot, bool pre_solve) {
+  infos_[slot].pre_solve = pre_solve;
+  list(slot, infos_[slot]);
+}
+
+void BodyTable::set_custom_filter(std::uint32_t slot, bool custom_filter) {
+  infos_[slot].custom_filter = custom_filter;
+  list(slot, infos_[slot]);
 }
 
 BodyDef BodyTable::definition(std::uint32_t slot) const {
@@ -128,6 +147,8 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
   def.can_sleep = info.can_sleep;
   def.sensor = info.is_sensor;
   def.bullet = info.is_bullet;
+  def.pre_solve = info.pre_solve;
+  def.custom_filter = info.custom_filter;
   def.user_data = user_data_[slot];
   return def;
 }
@@ -135,7 +156,7 @@ BodyDef BodyTable::definition(std::uint32_t slot) const {
 void BodyTable::change(std::uint32_t slot, const BodyDef& def) {
   BodyInfo info = make_info(def);
   note(info);
-  note_sensor(slot, info.is_sensor);
+  list(slot, info);
   infos_[slot] = std::move(info);
   user_data_[slot] = def.user_data;
 }
@@ -144,7 +165,7 @@ BodyId BodyTable::add(const BodyDef& def) {
   BodyInfo info = make_info(def);
   note(info);
   const std::uint32_t slot = next_slot();
-  note_sensor(slot, info.is_sensor);
+  list(slot, info);
   if (slot == slot_count()) {
     make_room(infos_, infos_.size() + 1);
     infos_.push_back(std::move(info));
@@ -166,8 +187,8 @@ BodyId BodyTable::add(const BodyDef& def) {
 }
 
 void BodyTable::remove(BodyId id) {
-  note_sensor(id.index, false);
   infos_[id.index] = {};
+  list(id.index, infos_[id.index]);
   ++generations_[id.index];
   free_slots_.push_back(id.index);
   --count_;

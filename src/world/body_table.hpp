@@ -24,8 +24,10 @@ struct alignas(64) BodyInfo {
   bool isotropic = true;
   bool is_sensor : 1 = false;
   bool is_bullet : 1 = false;
-  float radius = 0;        ///< of the bounding sphere about the centre of mass (m)
-  float inverse_mass = 0;  ///< 1/kg, 0 unless dynamic
+  bool pre_solve : 1 = false;      ///< see BodyDef
+  bool custom_filter : 1 = false;  ///< see BodyDef
+  float radius = 0;                ///< of the bounding sphere about the centre of mass (m)
+  float inverse_mass = 0;          ///< 1/kg, 0 unless dynamic
   float gravity_scale = 1;
   float linear_damping = 0;   ///< 1/s
   float angular_damping = 0;  ///< 1/s
@@ -90,8 +92,14 @@ class BodyTable {
   bool any_anisotropic() const { return any_anisotropic_; }
   /// True once any body was a mesh, a height field or a compound: it touches others in several parts.
   bool any_in_parts() const { return any_in_parts_; }
+  /// True once any body had a `custom_filter`.
+  bool any_custom_filter() const { return any_custom_filter_; }
+  void set_custom_filter(std::uint32_t slot, bool custom_filter);
   /// Slots of the bodies that are sensors, ascending.
   std::span<const std::uint32_t> sensors() const { return sensors_; }
+  /// Slots of the bodies with `pre_solve`, ascending.
+  std::span<const std::uint32_t> pre_solvers() const { return pre_solvers_; }
+  void set_pre_solve(std::uint32_t slot, bool pre_solve);
   /// Of the thinnest dynamic body so far (m).
   float min_half_thickness() const { return min_half_thickness_; }
   /// Living bodies in ascending order of slot.
@@ -111,16 +119,16 @@ class BodyTable {
 
  private:
   void note(const BodyInfo& info);
-  void note_sensor(std::uint32_t slot, bool is_sensor);
+  void list(std::uint32_t slot, const BodyInfo& info);
   void note_thickness(const BodyInfo& info);
 
   std::vector<BodyInfo> infos_;
   std::vector<std::uint64_t> user_data_;
   std::vector<std::uint32_t> generations_;  // odd: alive
   std::vector<std::uint32_t> free_slots_;
-  std::vector<std::uint32_t> sensors_;
+  std::vector<std::uint32_t> sensors_, pre_solvers_;
   std::uint32_t count_ = 0;
-  bool any_anisotropic_ = false, any_in_parts_ = false;
+  bool any_anisotropic_ = false, any_in_parts_ = false, any_custom_filter_ = false;
   float min_half_thickness_ = std::numeric_limits<float>::max();
   mutable std::vector<BodyId> living_;
   mutable bool living_is_current_ = true;

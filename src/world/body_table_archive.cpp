@@ -9,10 +9,13 @@ namespace {
 
 template <class Archive, class Info>
 void archive_info(Archive& a, Info& i) {
-  bool is_sensor = i.is_sensor, is_bullet = i.is_bullet;
-  a(i.motion, i.can_sleep, i.isotropic, is_sensor, is_bullet, i.radius, i.inverse_mass, i.gravity_scale,
-    i.linear_damping, i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter);
-  if constexpr (Archive::reading) i.is_sensor = is_sensor, i.is_bullet = is_bullet;
+  bool is_sensor = i.is_sensor, is_bullet = i.is_bullet, pre_solve = i.pre_solve, custom_filter = i.custom_filter;
+  a(i.motion, i.can_sleep, i.isotropic, is_sensor, is_bullet, pre_solve, custom_filter, i.radius, i.inverse_mass,
+    i.gravity_scale, i.linear_damping, i.angular_damping, i.inertia, i.inverse_inertia, i.mass, i.filter);
+  if constexpr (Archive::reading) {
+    i.is_sensor = is_sensor, i.is_bullet = is_bullet;
+    i.pre_solve = pre_solve, i.custom_filter = custom_filter;
+  }
   archive_material(a, i.material);
 }
 
@@ -47,7 +50,7 @@ void BodyTable::restore(ByteReader& in) {
     in.require(!info.geometry.is_surface() || info.motion != MotionType::dynamic);
     any_in_parts_ = any_in_parts_ || !info.geometry.is_convex();
     note_thickness(info);
-    if (info.is_sensor) sensors_.push_back(body.index);
+    list(body.index, info);
   }
 }
 

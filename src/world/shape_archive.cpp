@@ -236,7 +236,8 @@ void write_body(ByteWriter& out, ShapeWriter& shapes, const BodyDef& def) {
   out(def.density);
   write_optional(out, def.inertia);
   out(def.gravity_scale, def.linear_damping, def.angular_damping, static_cast<std::uint8_t>(def.can_sleep),
-      static_cast<std::uint8_t>(def.sensor), static_cast<std::uint8_t>(def.bullet), def.user_data);
+      static_cast<std::uint8_t>(def.sensor), static_cast<std::uint8_t>(def.bullet),
+      static_cast<std::uint8_t>(def.pre_solve), static_cast<std::uint8_t>(def.custom_filter), def.user_data);
 }
 
 BodyDef read_body(ByteReader& in, ShapeReader& shapes) {
@@ -253,6 +254,8 @@ BodyDef read_body(ByteReader& in, ShapeReader& shapes) {
   def.can_sleep = in.read<std::uint8_t>() != 0;
   def.sensor = in.read<std::uint8_t>() != 0;
   def.bullet = in.read<std::uint8_t>() != 0;
+  def.pre_solve = in.read<std::uint8_t>() != 0;
+  def.custom_filter = in.read<std::uint8_t>() != 0;
   in(def.user_data);
   return def;
 }

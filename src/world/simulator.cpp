@@ -34,6 +34,7 @@ void Simulator::for_each_contact_of(std::uint32_t slot, const std::function<void
 
 // The first thread refreshes, the others wait: a thread that sees the flag sees what was refreshed.
 std::span<const Pose> Simulator::prepare_queries() const {
+  callbacks.check_not_called("query");
   if (!queries_are_current_.load(std::memory_order_acquire)) {
     const std::lock_guard lock(refreshing_);
     if (!queries_are_current_.load(std::memory_order_relaxed)) {

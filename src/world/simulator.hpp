@@ -8,6 +8,7 @@
 
 #include "world/body_table.hpp"
 #include "world/body_visitor.hpp"
+#include "world/callbacks.hpp"
 #include "world/event_list.hpp"
 #include "world/excluded_pairs.hpp"
 #include "world/joint_table.hpp"
@@ -33,6 +34,7 @@ class Simulator {
   Profile profile;
   EventList<JointBreak> broken;
   Sensors sensors;
+  Callbacks callbacks;
   bool told_of_limits = false;  ///< `def.log` was, that velocities are cut
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.

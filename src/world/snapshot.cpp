@@ -17,7 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 24;
+constexpr std::uint32_t version = 25;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
@@ -51,6 +51,7 @@ ByteReader checked(std::span<const std::byte> bytes) {
 }  // namespace
 
 void World::save(std::vector<std::byte>& out) const {
+  simulator_->callbacks.check_not_called("save");
   out.clear();
   ByteWriter write(out);
   write(magic, version, std::uint32_t{0}, std::uint64_t{0}, std::uint64_t{0});
@@ -69,6 +70,7 @@ void World::save(std::vector<std::byte>& out) const {
 }
 
 void World::restore(std::span<const std::byte> bytes) {
+  simulator_->callbacks.check_not_called("restore");
   ByteReader in = checked(bytes);
   WorldDef def = simulator_->def;
   archive_definition(in, def);
@@ -91,6 +93,7 @@ void World::restore(std::span<const std::byte> bytes) {
   fresh->sensors.restore(in);
   fresh->restore(in);
   in.require(in.left() == 0);
+  fresh->callbacks = std::move(simulator_->callbacks);
   simulator_ = std::move(fresh);
 }
 

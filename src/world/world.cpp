@@ -26,9 +26,19 @@ WorldDef normalised(WorldDef def) {
   return def;
 }
 
+/// The slot of a body, for what a callback must not do.
+std::uint32_t slot_to_change(const Simulator& simulator, BodyId id, const char* action) {
+  simulator.callbacks.check_not_called(action);
+  return simulator.bodies.slot(id, action);
+}
+std::uint32_t slot_to_change(const Simulator& simulator, JointId id, const char* action) {
+  simulator.callbacks.check_not_called(action);
+  return simulator.joints.slot(id, action);
+}
+
 /// The slot of a body that forces move.
 std::uint32_t dynamic_slot(const Simulator& simulator, BodyId id, const char* action) {
-  const std::uint32_t slot = simulator.bodies.slot(id, action);
+  const std::uint32_t slot = slot_to_change(simulator, id, action);
   check_dynamic(simulator.bodies[slot].motion, action);
   return slot;
 }
@@ -73,17 +83,24 @@ void tell_of_limits(Simulator& sim, std::uint32_t slot, Vec3 linear, Vec3 angula
 
 }  // namespace
 
-static void check_available(const Shape& shape, SimulatorKind simulator) {
-  if (!shape.is_convex() && simulator == SimulatorKind::device)
+static void check_available(const BodyDef& def, SimulatorKind simulator, const std::string& action = "add body") {
+  if (simulator != SimulatorKind::device) return;
+  if (def.pre_solve || def.custom_filter)
+    throw Error(ErrorCode::unavailable, action + ": the device simulator asks no callbacks, so no body can have " +
+                                            (def.pre_solve ? "pre_solve" : "custom_filter") +
+                                            "; take the native or the hybrid one");
+  if (!def.shape.is_convex())
     throw Error(ErrorCode::unavailable,
-                "add body: the device simulator has no meshes, height fields and compounds yet; take the native or the "
-                "hybrid one");
+                action +
+                    ": the device simulator has no meshes, height fields and compounds yet; take the native or the "
+                    "hybrid one");
 }
 
 BodyId World::add(const BodyDef& def) {
-  check_body(def);
   Simulator& sim = *simulator_;
-  check_available(def.shape, sim.def.simulator);
+  sim.callbacks.check_not_called("add body");
+  check_body(def);
+  check_available(def, sim.def.simulator);
   if (sim.bodies.count() >= sim.def.max_bodies)
     throw Error(ErrorCode::capacity, "add body: the world already holds its limit of " +
                                          std::to_string(sim.def.max_bodies) + " bodies; raise WorldDef::max_bodies");
@@ -123,6 +140,7 @@ std::vector<BodyId> World::add_bodies(std::span<const BodyDef> defs) {
 }
 
 void World::reserve(std::uint32_t count) {
+  simulator_->callbacks.check_not_called("reserve");
   const std::uint32_t limit = simulator_->def.max_bodies;
   if (count > limit)
     throw Error(ErrorCode::capacity, "reserve: " + std::to_string(count) +
@@ -137,7 +155,7 @@ void World::reserve(std::uint32_t count) {
 }
 
 void World::remove(BodyId id) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "remove body");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "remove body");
   while (!simulator_->joints.of(slot).empty()) remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
   while (!simulator_->excluded.of(slot).empty())
     include(id, simulator_->bodies.id(simulator_->excluded.of(slot).back()));
@@ -155,7 +173,7 @@ std::span<const Velocity> World::velocities() const { return simulator_->velocit
 const Pose& World::pose(BodyId id) const { return simulator_->poses()[simulator_->bodies.slot(id, "read pose")]; }
 
 void World::set_pose(BodyId id, const Pose& pose) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set pose");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set pose");
   check_pose(pose, "set pose");
   simulator_->set_pose(slot, {pose.position, 0, normalize(pose.rotation)});
 }
@@ -165,7 +183,7 @@ const Velocity& World::velocity(BodyId id) const {
 }
 
 void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set velocity");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set velocity");
   check_finite(linear, "set velocity", "the linear velocity");
   check_finite(angular, "set velocity", "the angular velocity");
   if (simulator_->bodies[slot].motion == MotionType::fixed)
@@ -175,7 +193,7 @@ void World::set_velocity(BodyId id, Vec3 linear, Vec3 angular) {
 }
 
 void World::add_velocity(BodyId id, Vec3 linear, Vec3 angular) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "add velocity");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "add velocity");
   check_finite(linear, "add velocity", "the change of linear velocity");
   check_finite(angular, "add velocity", "the change of angular velocity");
   if (simulator_->bodies[slot].motion == MotionType::fixed)
@@ -184,7 +202,7 @@ void World::add_velocity(BodyId id, Vec3 linear, Vec3 angular) {
 }
 
 void World::move_to(BodyId id, const Pose& pose) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "move to");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "move to");
   check_pose(pose, "move to");
   const MotionType motion = simulator_->bodies[slot].motion;
   if (motion != MotionType::kinematic)
@@ -213,11 +231,11 @@ std::uint64_t World::user_data(BodyId id) const {
 }
 
 void World::set_user_data(BodyId id, std::uint64_t data) {
-  simulator_->bodies.set_user_data(simulator_->bodies.slot(id, "set user data"), data);
+  simulator_->bodies.set_user_data(slot_to_change(*simulator_, id, "set user data"), data);
 }
 
 void World::set_material(BodyId id, const Material& material) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set material");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set material");
   check_material(material, "set material");
   simulator_->bodies[slot].material = material;
   simulator_->material_changed(slot);
@@ -228,7 +246,7 @@ const Material& World::material(BodyId id) const {
 }
 
 void World::set_filter(BodyId id, Filter filter) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set filter");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set filter");
   simulator_->bodies[slot].filter = filter;
   simulator_->filter_changed(slot);
 }
@@ -236,13 +254,15 @@ void World::set_filter(BodyId id, Filter filter) {
 Filter World::filter(BodyId id) const { return simulator_->bodies[simulator_->bodies.slot(id, "read filter")].filter; }
 
 void World::exclude(BodyId a, BodyId b) {
-  const std::uint32_t slot_a = simulator_->bodies.slot(a, "exclude"), slot_b = simulator_->bodies.slot(b, "exclude");
+  const std::uint32_t slot_a = slot_to_change(*simulator_, a, "exclude");
+  const std::uint32_t slot_b = slot_to_change(*simulator_, b, "exclude");
   if (a == b) refuse("exclude: both bodies are the same one; exclude two different bodies from each other");
   if (simulator_->excluded.add(slot_a, slot_b)) simulator_->pair_excluded(slot_a, slot_b);
 }
 
 void World::include(BodyId a, BodyId b) {
-  const std::uint32_t slot_a = simulator_->bodies.slot(a, "include"), slot_b = simulator_->bodies.slot(b, "include");
+  const std::uint32_t slot_a = slot_to_change(*simulator_, a, "include");
+  const std::uint32_t slot_b = slot_to_change(*simulator_, b, "include");
   if (simulator_->excluded.remove(slot_a, slot_b)) simulator_->pair_included(slot_a, slot_b);
 }
 
@@ -255,7 +275,7 @@ bool World::is_excluded(BodyId a, BodyId b) const {
 static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, const char* action) {
   try {
     check_body(def);
-    check_available(def.shape, sim.def.simulator);
+    check_available(def, sim.def.simulator);
     BodyTable().add(def);  // throws what the table would, while nothing has changed
   } catch (const Error& error) {
     constexpr std::string_view adding = "add body";
@@ -281,7 +301,7 @@ static void change_body(Simulator& sim, std::uint32_t slot, const BodyDef& def, 
 
 void World::set_motion(BodyId id, MotionType motion) {
   Simulator& sim = *simulator_;
-  const std::uint32_t slot = sim.bodies.slot(id, "set motion");
+  const std::uint32_t slot = slot_to_change(sim, id, "set motion");
   BodyDef def = sim.bodies.definition(slot);
   if (def.motion == motion) return;
   if (def.motion == MotionType::dynamic)
@@ -296,7 +316,7 @@ void World::set_motion(BodyId id, MotionType motion) {
 }
 
 void World::set_shape(BodyId id, const Shape& shape) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set shape");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set shape");
   BodyDef def = simulator_->bodies.definition(slot);
   def.shape = shape;
   def.inertia.reset();
@@ -304,7 +324,7 @@ void World::set_shape(BodyId id, const Shape& shape) {
 }
 
 void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inertia) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set mass");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set mass");
   BodyDef def = simulator_->bodies.definition(slot);
   if (def.motion != MotionType::dynamic) refuse("set mass: the body is not dynamic; only dynamic bodies have a mass");
   def.mass = mass;
@@ -313,7 +333,7 @@ void World::set_mass(BodyId id, float mass, const std::optional<SymMat3>& inerti
 }
 
 void World::set_sensor(BodyId id, bool sensor) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set sensor");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set sensor");
   BodyDef def = simulator_->bodies.definition(slot);
   if (def.sensor == sensor) return;
   def.sensor = sensor;
@@ -324,8 +344,30 @@ bool World::is_sensor(BodyId id) const {
   return simulator_->bodies[simulator_->bodies.slot(id, "read whether it is a sensor")].is_sensor;
 }
 
+void World::set_pre_solve(BodyId id, bool pre_solve) {
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set pre_solve");
+  if (pre_solve) check_available({.pre_solve = true}, simulator_->def.simulator, "set pre_solve");
+  simulator_->bodies.set_pre_solve(slot, pre_solve);
+  simulator_->material_changed(slot);  // what the callback has made of its contacts is mixed anew
+}
+
+bool World::has_pre_solve(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read pre_solve")].pre_solve;
+}
+
+void World::set_custom_filter(BodyId id, bool custom_filter) {
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set custom_filter");
+  if (custom_filter) check_available({.custom_filter = true}, simulator_->def.simulator, "set custom_filter");
+  simulator_->bodies.set_custom_filter(slot, custom_filter);
+  simulator_->filter_changed(slot);
+}
+
+bool World::has_custom_filter(BodyId id) const {
+  return simulator_->bodies[simulator_->bodies.slot(id, "read custom_filter")].custom_filter;
+}
+
 void World::set_bullet(BodyId id, bool bullet) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set bullet");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set bullet");
   simulator_->bodies[slot].is_bullet = bullet;
   simulator_->info_changed(slot);
 }
@@ -335,14 +377,14 @@ bool World::is_bullet(BodyId id) const {
 }
 
 void World::set_gravity_scale(BodyId id, float scale) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set gravity scale");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set gravity scale");
   check_finite({scale, 0, 0}, "set gravity scale", "the scale");
   simulator_->bodies[slot].gravity_scale = scale;
   simulator_->info_changed(slot);
 }
 
 void World::set_damping(BodyId id, float linear, float angular) {
-  const std::uint32_t slot = simulator_->bodies.slot(id, "set damping");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set damping");
   check_damping(linear, angular, "set damping");
   simulator_->bodies[slot].linear_damping = linear;
   simulator_->bodies[slot].angular_damping = angular;
@@ -350,7 +392,7 @@ void World::set_damping(BodyId id, float linear, float angular) {
 }
 
 bool World::is_awake(BodyId id) const { return simulator_->is_awake(simulator_->bodies.slot(id, "read sleep state")); }
-void World::wake(BodyId id) { simulator_->wake(simulator_->bodies.slot(id, "wake")); }
+void World::wake(BodyId id) { simulator_->wake(slot_to_change(*simulator_, id, "wake")); }
 
 // Joints ----------------------------------------------------------------------------------------------------
 
@@ -361,6 +403,7 @@ static void apply_change(Simulator& sim, std::uint32_t slot, const JointDef& def
 
 JointId World::add_joint(const JointDef& def) {
   Simulator& sim = *simulator_;
+  sim.callbacks.check_not_called("add joint");
   check_joint(def);
   if (sim.def.partition == Partition::cells)
     refuse("add joint: the partition `cells` is for contacts alone; create the world with Partition::colours");
@@ -378,7 +421,7 @@ JointId World::add_joint(const JointDef& def) {
 }
 
 void World::remove_joint(JointId id) {
-  const std::uint32_t slot = simulator_->joints.slot(id, "remove joint");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "remove joint");
   simulator_->joint_removed(slot);
   simulator_->joints.remove(slot);
 }
@@ -392,7 +435,7 @@ const JointDef& World::joint(JointId id) const {
 }
 
 void World::set_joint_spring(JointId id, float hertz, float damping_ratio) {
-  const std::uint32_t slot = simulator_->joints.slot(id, "set joint spring");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set joint spring");
   check_joint_spring(hertz, damping_ratio, "set joint spring");
   JointDef def = simulator_->joints[slot].def;
   def.hertz = hertz, def.damping_ratio = damping_ratio;
@@ -401,7 +444,7 @@ void World::set_joint_spring(JointId id, float hertz, float damping_ratio) {
 }
 
 void World::set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis) {
-  const std::uint32_t slot = simulator_->joints.slot(id, "set joint axis");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set joint axis");
   JointDef def = simulator_->joints[slot].def;
   if (def.type == JointType::ball) refuse("set joint axis: a ball joint has none; create a generic one");
   check_joint_axis(def, name, axis, "set joint axis");
@@ -411,7 +454,7 @@ void World::set_joint_axis(JointId id, JointAxisName name, const JointAxis& axis
 }
 
 void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_b) {
-  const std::uint32_t slot = simulator_->joints.slot(id, "set joint frames");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set joint frames");
   JointDef def = simulator_->joints[slot].def;
   def.frame_a = frame_a, def.frame_b = frame_b;
   check_joint(def, "set joint frames");
@@ -421,7 +464,7 @@ void World::set_joint_frames(JointId id, const Pose& frame_a, const Pose& frame_
 void World::set_joint_target(JointId id, Vec3 target) {
   const char* const action = "set joint target";
   Simulator& sim = *simulator_;
-  const std::uint32_t slot = sim.joints.slot(id, action);
+  const std::uint32_t slot = slot_to_change(sim, id, action);
   check_finite(target, action, "the target");
   JointDef def = sim.joints[slot].def;
   const std::uint32_t a = sim.bodies.slot(def.a, action), b = sim.bodies.slot(def.b, action);
@@ -437,7 +480,7 @@ void World::set_joint_target(JointId id, Vec3 target) {
 }
 
 void World::set_joint_break(JointId id, float force, float torque) {
-  const std::uint32_t slot = simulator_->joints.slot(id, "set joint break");
+  const std::uint32_t slot = slot_to_change(*simulator_, id, "set joint break");
   check_joint_break(force, torque, "set joint break");
   JointDef def = simulator_->joints[slot].def;
   def.break_force = force, def.break_torque = torque;
@@ -446,7 +489,7 @@ void World::set_joint_break(JointId id, float force, float torque) {
 
 void World::change_joint(JointId id, const JointDef& definition) {
   const char* const action = "change joint";
-  const std::uint32_t slot = simulator_->joints.slot(id, action);
+  const std::uint32_t slot = slot_to_change(*simulator_, id, action);
   const JointDef& last = simulator_->joints[slot].def;
   if (definition.type != last.type || definition.collide_connected != last.collide_connected)
     refuse("change joint: its type and `collide_connected` stay as they are; remove it and add another");
@@ -480,6 +523,21 @@ JointPositions World::joint_positions(JointId id) const {
   simulator_->synchronise();
   return joint_axis_positions(info.def, simulator_->poses()[info.def.a.index], simulator_->poses()[info.def.b.index],
                               info.swapped);
+}
+
+// Callbacks --------------------------------------------------------------------------------------------------
+
+void World::set_pre_solve_callback(std::function<void(PreSolveContact&)> callback) {
+  Simulator& sim = *simulator_;
+  sim.callbacks.check_not_called("set pre-solve callback");
+  sim.callbacks.pre_solve = std::move(callback);
+  if (sim.callbacks.pre_solve) return;
+  for (const std::uint32_t slot : sim.bodies.pre_solvers()) sim.material_changed(slot);
+}
+
+void World::set_filter_callback(std::function<bool(BodyId, BodyId)> callback) {
+  simulator_->callbacks.check_not_called("set filter callback");
+  simulator_->callbacks.filter = std::move(callback);
 }
 
 // Forces and impulses ---------------------------------------------------------------------------------------
@@ -530,15 +588,17 @@ void World::apply_angular_impulse(BodyId id, Vec3 impulse) {
 
 void World::step() {
   if constexpr (check::asserts) check::current_step = simulator_->steps + 1;
+  simulator_->callbacks.check_not_called("step");
   simulator_->sensors.begin_step(*simulator_);
   simulator_->step();
   simulator_->sensors.end_step(*simulator_);
   simulator_->break_joints();
-  if (!simulator_->def.log) return;
   for (const Quarantine& q : simulator_->quarantined())
-    simulator_->def.log("step " + std::to_string(q.step) + ": the state of body {index " +
-                        std::to_string(q.body.index) + ", generation " + std::to_string(q.body.generation) +
-                        "} was not finite; it stays where it was until its pose or velocity is set");
+    if (simulator_->def.log)
+      simulator_->def.log("step " + std::to_string(q.step) + ": the state of body {index " +
+                          std::to_string(q.body.index) + ", generation " + std::to_string(q.body.generation) +
+                          "} was not finite; it stays where it was until its pose or velocity is set");
+  simulator_->callbacks.rethrow();
 }
 
 void World::wait() const { simulator_->synchronise(); }
@@ -548,6 +608,7 @@ double World::time() const { return static_cast<double>(simulator_->steps) * sta
 
 void World::shift_origin(Vec3 new_origin) {
   const char* const action = "shift the origin";
+  simulator_->callbacks.check_not_called(action);
   check_finite(new_origin, action, "the new origin");
   std::vector<Pose> poses(simulator_->poses().begin(), simulator_->poses().end());
   for (const BodyId id : bodies()) {
@@ -568,6 +629,7 @@ void World::shift_origin(Vec3 new_origin) {
 }
 
 void World::set_gravity(Vec3 gravity) {
+  simulator_->callbacks.check_not_called("set gravity");
   check_finite(gravity, "set gravity", "the gravity");
   if (gravity == simulator_->def.gravity) return;
   simulator_->def.gravity = gravity;

@@ -1,0 +1,60 @@
+// What the application says of contacts before they are solved (PreSolveContact).
+//
+// One thread asks it between the narrow phase and the graph. What it refuses ends there, or does not begin: neither
+// solver nor events, islands or snapshots know of contacts that are disabled. Its friction and restitution go to the
+// manifold, the slide of surfaces to the graph, and hold until the contact is asked about again or its materials are
+// mixed anew.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "native/body_state.hpp"
+#include "native/contact_changes.hpp"
+#include "native/contact_graph.hpp"
+#include "world/body_table.hpp"
+#include "world/callbacks.hpp"
+
+namespace fathom::native {
+
+class PreSolve {
+ public:
+  PreSolve(const BodyTable& bodies, const BodyState& state, ContactGraph& graph, Callbacks& callbacks)
+      : bodies_(bodies), state_(state), graph_(graph), callbacks_(callbacks) {}
+
+  /// After the narrow phase: of contacts that touch, then of those that begin to.
+  void ask(ContactChanges& changes);
+  /// What it has said of those that have begun since.
+  void give_materials(std::span<const NewManifold* const> begun);
+  /// Whether B, which is fast, may be stopped by A. `normal` (world axes, from A to B) is for a pair that the
+  /// application has not been asked about in this step.
+  bool may_stop(const FastPair& pair, Vec3 normal);
+
+  std::size_t memory_bytes() const {
+    return answers_.capacity() * sizeof(Answer) + touching_.capacity() * sizeof(std::uint32_t);
+  }
+
+ private:
+  struct Answer {
+    std::uint32_t a, b;
+    Children children;
+    bool enabled;
+    ContactMaterials materials;
+  };
+
+  bool asks(std::uint32_t a, std::uint32_t b) const { return bodies_[a].pre_solve || bodies_[b].pre_solve; }
+  void list_touching();
+  void begin_contact(PreSolveContact& contact, const Answer& pair, Vec3 normal) const;
+  Answer& answered(PreSolveContact& contact, Answer pair);
+  bool keeps(std::uint32_t index);
+  bool lets_begin(NewManifold& fresh);
+
+  const BodyTable& bodies_;
+  const BodyState& state_;
+  ContactGraph& graph_;
+  Callbacks& callbacks_;
+  std::vector<Answer> answers_;  // of this step
+  std::vector<std::uint32_t> touching_;
+};
+
+}  // namespace fathom::native
