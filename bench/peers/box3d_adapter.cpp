@@ -1,6 +1,10 @@
 // Box3D: soft step, 4 substeps, its own threads.
 #include <box3d/box3d.h>
 
+#include <algorithm>
+#include <fathom/compound.hpp>
+#include <fathom/mesh.hpp>
+
 #include "engine.hpp"
 
 namespace fathom::peers {
@@ -26,7 +30,11 @@ class Box3dEngine final : public Engine {
     for (const SceneJoint& joint : scene.joints) add(joint);
   }
 
-  ~Box3dEngine() override { b3DestroyWorld(world_); }
+  ~Box3dEngine() override {
+    b3DestroyWorld(world_);
+    for (b3MeshData* const mesh : meshes_) b3DestroyMesh(mesh);
+    for (b3HeightFieldData* const field : fields_) b3DestroyHeightField(field);
+  }
 
   void step() override { b3World_Step(world_, dt_, substeps); }
 
@@ -58,14 +66,14 @@ class Box3dEngine final : public Engine {
     body.enableSleep = false;
     bodies_.push_back(b3CreateBody(world_, &body));
     b3ShapeDef shape = b3DefaultShapeDef();
-    shape.density = mass_of(def) / volume(def.shape);
+    shape.density = def.motion == MotionType::dynamic ? mass_of(def) / volume(def.shape) : 1;
     shape.baseMaterial.friction = def.material.friction;
     shape.baseMaterial.restitution = def.material.restitution;
     if (def.filter.category != Filter{}.category || def.filter.mask != Filter{}.mask) {
       shape.filter.categoryBits = def.filter.category;
       shape.filter.maskBits = def.filter.mask;
     }
-    add_shape(shape, def.shape);
+    add_shape(shape, def.shape, def.pose);
   }
 
   void add(const SceneJoint& joint) {
@@ -100,7 +108,7 @@ class Box3dEngine final : public Engine {
     def.localFrameB = {vector(joint.def.frame_b.position), quaternion(normalize(joint.def.frame_b.rotation * z_to_x))};
   }
 
-  void add_shape(const b3ShapeDef& def, const Shape& shape) {
+  void add_shape(const b3ShapeDef& def, const Shape& shape, const Pose& pose) {
     const Vec3 half = shape.half_extents;
     switch (shape.type) {
       case ShapeType::sphere: {
@@ -119,14 +127,23 @@ class Box3dEngine final : public Engine {
         return;
       }
       case ShapeType::mesh:
+        return add_mesh(def, static_cast<const TriangleMesh&>(*shape.surface));
       case ShapeType::height_field:
+        return add_field(def, static_cast<const HeightField&>(*shape.surface), pose);
       case ShapeType::compound:
-        refuse_shape("Box3D");
+        for (const ChildShape& child : shape.compound->children()) {
+          if (child.shape.type != ShapeType::hull) refuse_scene("Box3D", "compounds of other shapes than hulls");
+          add_hull(def, *child.shape.hull, child.pose);
+        }
+        return;
       case ShapeType::hull:
-        break;
+        return add_hull(def, *shape.hull, {});
     }
+  }
+
+  void add_hull(const b3ShapeDef& def, const Hull& of, const Pose& pose) {
     std::vector<b3Vec3> points;
-    for (const Vec3 vertex : shape.hull->vertices()) points.push_back(vector(vertex));
+    for (const Vec3 vertex : of.vertices()) points.push_back(vector(transform(pose, vertex)));
     const auto count = static_cast<int>(points.size());
     b3HullData* const hull = b3CreateHull(points.data(), count, count);
     if (hull == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no hull of these points");
@@ -134,9 +151,44 @@ class Box3dEngine final : public Engine {
     b3DestroyHull(hull);
   }
 
+  void add_mesh(const b3ShapeDef& def, const TriangleMesh& of) {
+    std::vector<b3Vec3> vertices;
+    for (const Vec3 vertex : of.vertices()) vertices.push_back(vector(vertex));
+    std::vector<std::int32_t> indices(of.indices().begin(), of.indices().end());
+    b3MeshDef mesh{};
+    mesh.vertices = vertices.data(), mesh.vertexCount = static_cast<int>(vertices.size());
+    mesh.indices = indices.data(), mesh.triangleCount = static_cast<int>(of.triangle_count());
+    mesh.identifyEdges = true;
+    meshes_.push_back(b3CreateMesh(&mesh, nullptr, 0));
+    if (meshes_.back() == nullptr) throw Error(ErrorCode::unavailable, "Box3D makes no mesh of these triangles");
+    b3CreateMeshShape(bodies_.back(), &def, meshes_.back(), b3Vec3_one);
+  }
+
+  /// Its fields are of x and z, and rise along y: the body lies on its side, and our rows go backwards.
+  void add_field(const b3ShapeDef& def, const HeightField& of, const Pose& pose) {
+    const std::uint32_t columns = of.columns(), rows = of.rows();
+    std::vector<float> heights;
+    for (std::uint32_t row = rows; row-- > 0;)
+      for (std::uint32_t i = 0; i < columns; ++i) heights.push_back(of.heights()[row * columns + i]);
+    std::vector<std::uint8_t> materials(std::size_t{columns - 1} * (rows - 1), 0);
+    b3HeightFieldDef field{};
+    field.heights = heights.data(), field.materialIndices = materials.data();
+    field.scale = {of.cell_x(), 1, of.cell_y()};
+    field.countX = static_cast<int>(columns), field.countZ = static_cast<int>(rows);
+    field.globalMinimumHeight = *std::ranges::min_element(heights);
+    field.globalMaximumHeight = *std::ranges::max_element(heights);
+    fields_.push_back(b3CreateHeightField(&field));
+    const Quat on_its_side{0.70710678f, 0.70710678f, 0, 0};
+    const Vec3 last_row = transform(pose, {0, of.cell_y() * static_cast<float>(rows - 1), 0});
+    b3Body_SetTransform(bodies_.back(), {last_row.x, last_row.y, last_row.z}, quaternion(pose.rotation * on_its_side));
+    b3CreateHeightFieldShape(bodies_.back(), &def, fields_.back());
+  }
+
   float dt_;
   b3WorldId world_;
   std::vector<b3BodyId> bodies_;
+  std::vector<b3MeshData*> meshes_;
+  std::vector<b3HeightFieldData*> fields_;
 };
 
 }  // namespace

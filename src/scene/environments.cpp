@@ -53,7 +53,7 @@ Scene pyramid_of_bodies(std::int64_t bodies) {
   return pyramid(pyramid_layers(bodies));
 }
 
-constexpr std::array<Environment, 20> table{{
+constexpr std::array<Environment, 25> table{{
     {"drift", "adrift without gravity: random poses in a cube of n·(4 m)³, a random kick every 30 steps", 1000, nullptr,
      drift},
     {"layers", "a tower of 10 × 10 layers that fall on each other: a pile", 1000, layers_bodies, layers},
@@ -78,6 +78,13 @@ constexpr std::array<Environment, 20> table{{
     {"ragdolls", "ragdolls of 14 capsules with limited joints that fall from 20 m, 3 in a cell (after Box3D's rain)",
      4200, nullptr, ragdolls},
     {"rain", "the same on triangle meshes: a square and a torus in each cell (after Box3D's)", 4200, nullptr, rain},
+    {"trees100", "trees of 22 hulls that fall over on a mesh of 1 m cells (Box3D's)", 50, nullptr, trees100},
+    {"trees50", "the same on a mesh of 0.5 m cells", 50, nullptr, trees50},
+    {"trees25", "and of 0.25 m cells, 960,000 triangles", 50, nullptr, trees25},
+    {"large_world", "fixed boxes of 10 m in a square field, and 100 balls that fall on them (after Box3D's)", 1'000'000,
+     nullptr, large_world},
+    {"terrain", "bodies of all shapes that roll into the valley of a height field of 1,000 × 1,000 samples", 10'000,
+     nullptr, terrain},
     {"rocks", "hulls of 16 points of many forms that fall into a bin", 3000, nullptr, rocks},
     {"spheres", "balls that fall into a bin", 3000, nullptr, spheres},
     {"capsules", "capsules that fall into a bin", 3000, nullptr, capsules},

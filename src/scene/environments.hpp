@@ -1,5 +1,5 @@
 // Built-in scenes of any size: the four published environments, whose bodies are unit cubes of 1 kg, two of bricks,
-// nine of Box3D's benchmark, chains and four heaps of other shapes. Sleeping is off.
+// 13 of Box3D's benchmark, chains, a landscape and four heaps of other shapes. Sleeping is off.
 #pragma once
 
 #include <cstdint>
@@ -55,6 +55,16 @@ Scene chains(std::int64_t bodies);
 Scene ragdolls(std::int64_t bodies);
 /// The same on a square mesh of 8 × 8 cells and a torus of 512 triangles a cell.
 Scene rain(std::int64_t bodies);
+
+/// Trees, compounds of 22 hulls, that fall over on a mesh of 150 × 200 m with waves; its cells are 1, 0.5 or 0.25 m
+/// wide.
+Scene trees100(std::int64_t bodies);
+Scene trees50(std::int64_t bodies);
+Scene trees25(std::int64_t bodies);
+/// ⌊√n⌋ × ⌊√n⌋ fixed boxes of 10 m side by side, and 100 balls of 1 m that fall on them.
+Scene large_world(std::int64_t bodies);
+/// Bodies of all shapes, from 0.1 to 1 m, on the side of a valley: a height field of 1,000 × 1,000 samples, 500 m wide.
+Scene terrain(std::int64_t bodies);
 
 // Heaps of bodies of 1,000 kg/m³ that fall into a bin, about ten layers.
 

@@ -10,6 +10,9 @@ namespace fathom {
 /// Uniform in its logarithm over [low, high]. Made of square roots, which are the same on every machine.
 double log_uniform(Random& random, double low, double high);
 
+/// A ball, a capsule, a box or a hull, in turn, from 0.1 to 1 m.
+Shape mixed_shape(Random& random, std::int64_t number);
+
 /// What the bodies of one heap have in common.
 struct HeapRecipe {
   unsigned shapes = 15;      ///< a bit a ShapeType

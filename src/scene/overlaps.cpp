@@ -76,7 +76,7 @@ std::vector<Pair> kept_apart(const Scene& scene) {
   return pairs;
 }
 
-/// Bodies by the cells of a grid; those larger than a cell have none.
+/// Bodies by the cells of a grid; those larger than a cell have none. None of these is dynamic, so no two of them touch.
 class Grid {
  public:
   Grid(const std::vector<Placed>& bodies, float cell) : bodies_(bodies), cell_(cell) {
@@ -98,10 +98,8 @@ class Grid {
       if (std::binary_search(apart.begin(), apart.end(), ordered(a.body, b.body))) return;
       deepest = std::max(deepest, overlap_of(a, b));
     };
-    for (std::size_t i = 0; i < large_.size(); ++i) {
-      for (std::size_t k = i + 1; k < large_.size(); ++k) look_at(large_[i], large_[k]);
-      for (const Entry& entry : entries_) look_at(large_[i], entry.body);
-    }
+    for (const std::uint32_t large : large_)
+      for (const Entry& entry : entries_) look_at(large, entry.body);
     for (const Entry& entry : entries_) {
       const Cell own = at(bodies_[entry.body].box.lower);
       for (int n = 0; n < 27; ++n) {

@@ -91,6 +91,8 @@ const Shape& one_of_rocks(std::int64_t number) {
   return rocks[static_cast<std::size_t>(number) % rocks.size()];
 }
 
+}  // namespace
+
 Shape mixed_shape(Random& random, std::int64_t number) {
   const double size = log_uniform(random, 0.1, 1), thin = size / log_uniform(random, 1, 2);
   const auto half = static_cast<float>(0.5 * size), half_thin = static_cast<float>(0.5 * thin);
@@ -105,8 +107,6 @@ Shape mixed_shape(Random& random, std::int64_t number) {
       return rock(random, size);
   }
 }
-
-}  // namespace
 
 Scene rocks(std::int64_t bodies) {
   return heap_in_bin("rocks", bodies, 1, 0.5f,
