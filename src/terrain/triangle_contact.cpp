@@ -74,32 +74,39 @@ BestFace best_face(const HullView& shape, const TriangleHull& t) {
   return best;
 }
 
+/// An edge of the triangle.
+struct TriangleEdge {
+  Vec3 from, along, inward;
+};
+
 /// An edge of a triangle has all normals across it that do not point into the triangle, an edge of a hull those
-/// between its faces'.
-EdgesAxis edges_axis(const TriangleHull& t, int k, const EdgeView& of_shape, float noise) {
-  const Vec3 from = t.vertices[k], along = t.vertices[(k + 1) % 3] - from, inward = cross(t.normal(), along);
-  const Vec3 axis = cross(along, of_shape.along);
+/// between its faces'. Most pairs have none in common, which their signs tell before there is a root.
+EdgesAxis edges_axis(const TriangleEdge& e, const EdgeArc& of_shape, float noise) {
+  const Vec3 across = cross(e.along, of_shape.along);
+  const Vec3 axis = dot(across, e.inward) > 0 ? -across : across;
+  // Into the shape: between the normals of the faces beside its edge.
+  if (dot(axis, of_shape.of_left) * dot(axis, of_shape.of_right) > 0 || dot(axis, of_shape.middle) >= 0) return {};
   const float l = length(axis);
   if (!(l > min_cross)) return {};
-  const float sign = dot(axis, inward) > 0 ? -1.0f : 1.0f;
-  const Vec3 normal = (sign / l) * axis;
-  // Into the shape: between the normals of the faces beside its edge, which are across the edge as this is.
-  const Vec3 into = -normal, of_left = cross(of_shape.left, of_shape.along),
-             of_right = cross(of_shape.right, of_shape.along);
-  const float left = dot(into, of_left), right = dot(into, of_right);
-  if (!(left * right <= 0) || dot(into, of_shape.left + of_shape.right) <= 0) return {};
-  const float scaled_noise = noise * fathom::sqrt(length_squared(along) * length_squared(of_shape.along)) / l;
-  return {0, 0, dot(normal, of_shape.from - from) - scaled_noise, normal};
+  const Vec3 normal = (1 / l) * axis;
+  const float scaled_noise = noise * fathom::sqrt(length_squared(e.along) * length_squared(of_shape.along)) / l;
+  return {0, 0, dot(normal, of_shape.from - e.from) - scaled_noise, normal};
 }
 
-EdgesAxis best_edges(const TriangleHull& t, const HullView& shape, float threshold, float noise) {
+EdgesAxis best_edges(const TriangleHull& t, const TurnedShape& shape, float threshold, float noise) {
+  TriangleEdge edges[3];
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 from = t.vertices[k], along = t.vertices[(k + 1) % 3] - from;
+    edges[k] = {from, along, cross(t.normal(), along)};
+  }
   BestEdges found(threshold);
-  for (int e = 0; 2 * e < shape.edge_count; ++e) {
-    const EdgeView edge = edge_view(shape, e);
+  int number = 0;
+  for (const EdgeArc& arc : shape.edges()) {
     for (int k = 0; k < 3; ++k) {
-      const EdgesAxis axis = edges_axis(t, k, edge, noise);
-      if (axis.separation > found.best.separation) found.offer(axis, k, e);
+      const EdgesAxis axis = edges_axis(edges[k], arc, noise);
+      if (axis.separation > found.best.separation) found.offer(axis, k, number);
     }
+    ++number;
   }
   return found.best;
 }
@@ -133,7 +140,7 @@ TriangleContact collide_polyhedron(const TriangleHull& t, const TurnedShape& sha
   Tolerance& tolerance = pair.tolerance;
   tolerance.side = tolerance.noise;  // sides put outward would meet far beyond a sharp corner
   const float of_faces = max(of_normal, face.separation);
-  const EdgesAxis edges = best_edges(t, b, of_faces + tolerance.axis, tolerance.noise);
+  const EdgesAxis edges = best_edges(t, shape, of_faces + tolerance.axis, tolerance.noise);
   if (edges.a >= 0 && edges.separation > margin) return contact;
 
   if (edges.a >= 0 && may_push(t, edges.normal, tips_of_edge(edges.a), around)) {
@@ -231,11 +238,19 @@ TurnedShape::TurnedShape(const Geometry& shape, Quat rotation)
   inner_ = size.inner, outer_ = size.outer;
   hull_.inner = inner_, hull_.outer = outer_;
   const Mat3 turn = to_matrix(rotation);
+  vertices_.reserve(static_cast<std::size_t>(hull_.vertex_count));
+  planes_.reserve(static_cast<std::size_t>(hull_.face_count));
+  edges_.reserve(static_cast<std::size_t>(hull_.edge_count / 2));
   for (int i = 0; i < hull_.vertex_count; ++i) vertices_.push_back(turn * hull_.vertices[i]);
   for (int i = 0; i < hull_.face_count; ++i) planes_.push_back({turn * hull_.planes[i].normal, hull_.planes[i].offset});
   turned_ = hull_;
   turned_.vertices = vertices_.data(), turned_.planes = planes_.data();
   turned_.vertex_eights = turned_.plane_eights = nullptr;
+  for (int e = 0; 2 * e < turned_.edge_count; ++e) {
+    const EdgeView edge = edge_view(turned_, e);
+    edges_.push_back(
+        {edge.from, edge.along, cross(edge.left, edge.along), cross(edge.right, edge.along), edge.left + edge.right});
+  }
 }
 
 TriangleContact collide_triangle(const TriangleHull& triangle, const TurnedShape& shape, float margin,

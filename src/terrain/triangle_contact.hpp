@@ -29,6 +29,13 @@ struct TriangleHull {
   Vec3 normal() const { return planes[0].normal; }
 };
 
+/// An edge of a polyhedron and the arc of normals across it, between those of its faces.
+struct EdgeArc {
+  Vec3 from, along;
+  Vec3 of_left, of_right;  ///< across the edge, as its arc is: a normal between the faces' lies between these
+  Vec3 middle;             ///< sum of the faces' normals
+};
+
 /// A convex shape that is met by triangles, turned into the surface's axes; its centre is the origin.
 class TurnedShape {
  public:
@@ -41,6 +48,7 @@ class TurnedShape {
   /// Of a box or a hull: in its own axes and turned.
   const HullView& hull() const { return hull_; }
   const HullView& turned() const { return turned_; }
+  const std::vector<EdgeArc>& edges() const { return edges_; }  ///< of a box or a hull, turned
   Quat rotation() const { return rotation_; }
   float inner() const { return inner_; }  ///< m, half the least thickness
   float outer() const { return outer_; }  ///< m, largest coordinate
@@ -52,6 +60,7 @@ class TurnedShape {
   HullView hull_, turned_;
   std::vector<Vec3> vertices_;
   std::vector<Hull::Plane> planes_;
+  std::vector<EdgeArc> edges_;
   float inner_ = 0, outer_ = 0;
 };
 
