@@ -60,3 +60,9 @@ function(fathom_target target)
     endif()
   endif()
 endfunction()
+
+# fathom_cold(<target>): its code runs once or seldom, and takes a quarter to a third less to build without what -O3
+# does for loops.
+function(fathom_cold target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
