@@ -53,7 +53,7 @@ Scene chains(std::int64_t bodies);
 /// Ragdolls of 14 capsules, ball joints with cones and hinges with limits, that fall from 20 m, three in a cell of 15 m
 /// (after Box3D's `rain`); the last may lack limbs.
 Scene ragdolls(std::int64_t bodies);
-/// The same on a square mesh of 8 × 8 cells and a torus of 512 triangles a cell.
+/// The same on a square mesh of 8 × 8 cells and a torus of 512 triangles a cell, and in a rim of such cells around.
 Scene rain(std::int64_t bodies);
 
 /// Trees, compounds of 22 hulls, that fall over on a mesh of 150 × 200 m with waves; its cells are 1, 0.5 or 0.25 m

@@ -177,16 +177,18 @@ Scene ragdolls(std::int64_t bodies) {
 Scene rain(std::int64_t bodies) {
   check_size("rain", "bodies", bodies, max_environment_bodies / 2);
   const Cells cells(bodies);
-  Scene scene = empty_scene("rain", bodies + 2 * cells.across * cells.across);
+  Cells ground = cells;
+  ground.across += 2;  // what tumbles over the last cells' sides stays on the ground
+  Scene scene = empty_scene("rain", bodies + 2 * ground.across * ground.across);
   scene.world.gravity = {0, 0, -10};
   BodyDef body;
   body.motion = MotionType::fixed;
   body.material.friction = 0.6f;
   const Shape parts[] = {square_mesh(), torus_mesh()};
-  for (std::int64_t i = 0; i < cells.across * cells.across; ++i)
+  for (std::int64_t i = 0; i < ground.across * ground.across; ++i)
     for (const Shape& part : parts) {
       body.shape = part;
-      body.pose.position = cells.middle_of(i);
+      body.pose.position = ground.middle_of(i);
       scene.bodies.push_back(body);
     }
   add_ragdolls(scene, cells, bodies, 0);

@@ -140,7 +140,7 @@ Scene large_world(std::int64_t bodies) {
   }
   scene.ground_height = 0.25f;
   body.motion = MotionType::dynamic;
-  body.shape = sphere(0.5f);
+  body.shape = sphere(across > 1 ? 0.5f : 0.3f);  // a hundred on a single box would overlap
   const double inside = 0.8 * half;
   for (int i = 0; i < balls; ++i) {
     const auto at = [&](int k) { return static_cast<float>(inside * ((k + 0.5) * 2 / side - 1)); };
