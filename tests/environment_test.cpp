@@ -207,7 +207,7 @@ TEST(Environment, SizesOutOfRangeAreOneClearError) {
 }
 
 TEST(Environment, AreFoundByName) {
-  EXPECT_EQ(environments().size(), 20u);
+  EXPECT_EQ(environments().size(), 25u);
   for (const Environment& environment : environments()) {
     EXPECT_EQ(find_environment(environment.name), &environment);
     EXPECT_EQ(environment.make(environment.default_bodies).name, environment.name);

@@ -37,6 +37,15 @@ void kick(Engine& engine, const Scene& scene, Random& random) {
   }
 }
 
+/// Engines make bodies at rest.
+void set_going(Engine& engine, const Scene& scene) {
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const Velocity& v = scene.bodies[i].velocity;
+    const bool is_at_rest = v.linear == Vec3{} && v.angular == Vec3{};
+    if (scene.bodies[i].motion == MotionType::dynamic && !is_at_rest) engine.set_velocity(i, v);
+  }
+}
+
 double timed_step(Engine& engine) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -61,6 +70,7 @@ Measurement measure(const EngineKind& kind, const Scene& scene, int threads, int
   double total_ms = 0;
   try {
     engine = kind.create(scene, threads);
+    set_going(*engine, scene);
     Random random(scene.kicks ? scene.kicks->seed : 0);
     std::optional<Orbiter> orbiter;
     if (scene.orbit) orbiter.emplace(scene);

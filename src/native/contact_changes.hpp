@@ -34,9 +34,10 @@ class ContactChanges {
     }
   };
 
-  /// Makes room for what so many contacts meet.
-  void make_room(std::size_t contacts);
-  /// Contacts of a block, a multiple of `contact_grain`.
+  /// Makes room for what so many contacts meet. A pair in parts may take a hundred times as long as another one: where
+  /// there are any, blocks are smaller, or a few trees on a mesh would all be one thread's.
+  void make_room(std::size_t contacts, bool any_in_parts);
+  /// Contacts of a block.
   std::size_t block_size() const { return block_size_; }
   /// The block that begins with this contact, empty.
   Block& begin_block(std::size_t first_contact);
