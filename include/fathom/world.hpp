@@ -291,7 +291,7 @@ class FATHOM_API World {
   // They are called by the thread that calls `step`, one pair after the other, in an order that does not depend on the
   // number of threads. They may read the world but not change, save or query it: that throws `invalid_argument`. What a
   // callback throws, `step` throws when the step is over, the first one; the pair is then as without the callback.
-  // `restore` keeps them, snapshots and recordings do not hold them: the same steps follow if their answers do, so these
+  // `restore` keeps them, snapshots and recordings do not hold them: the same steps follow if their answers do, which
   // should be a function of the world. The native and the hybrid simulator have them.
 
   /// Before contacts are solved, of bodies with `BodyDef::pre_solve`; see PreSolveContact. An empty one ends it.

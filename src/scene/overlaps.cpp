@@ -76,7 +76,7 @@ std::vector<Pair> kept_apart(const Scene& scene) {
   return pairs;
 }
 
-/// Bodies by the cells of a grid; those larger than a cell have none. None of these is dynamic, so no two of them touch.
+/// Bodies by the cells of a grid. Those larger than a cell have none; they are not dynamic, so no two of them touch.
 class Grid {
  public:
   Grid(const std::vector<Placed>& bodies, float cell) : bodies_(bodies), cell_(cell) {
