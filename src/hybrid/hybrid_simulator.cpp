@@ -72,7 +72,7 @@ void HybridSimulator::inspect_known() {
 }
 
 void HybridSimulator::update_manifolds() {
-  changes_.make_room(graph_.size(), bodies.any_in_parts());
+  changes_.make_room(graph_);
   grow_to(inspections_, graph_.size());
   grow_to(job_of_, graph_.size());
   // New contacts may lie in slots that were free.

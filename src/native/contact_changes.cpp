@@ -8,10 +8,11 @@
 
 namespace fathom::native {
 
-void ContactChanges::make_room(std::size_t contacts, bool any_in_parts) {
+void ContactChanges::make_room(const ContactGraph& graph) {
+  const std::size_t contacts = graph.size();
   const std::size_t chunks = (contacts + contact_grain - 1) / contact_grain;
   block_size_ = std::clamp<std::size_t>(chunks / max_blocks, 1, max_chunks_a_block) * contact_grain;
-  if (any_in_parts) block_size_ = std::clamp<std::size_t>(contacts / max_blocks, 1, block_size_);
+  if (graph.is_mostly_parts()) block_size_ = std::clamp<std::size_t>(contacts / max_blocks, 1, block_size_);
   const std::size_t blocks = (contacts + block_size_ - 1) / block_size_;
   grow_to(blocks_, blocks);
   grow_to(counts_, blocks);

@@ -34,9 +34,10 @@ class ContactChanges {
     }
   };
 
-  /// Makes room for what so many contacts meet. A pair in parts may take a hundred times as long as another one: where
-  /// there are any, blocks are smaller, or a few trees on a mesh would all be one thread's.
-  void make_room(std::size_t contacts, bool any_in_parts);
+  /// Makes room for what the graph's contacts meet. A pair in parts may take a hundred times as long as another one:
+  /// where most are, blocks are smaller, or a few trees on a mesh would all be one thread's. Pairs of boxes are tested
+  /// side by side, which takes large ones.
+  void make_room(const ContactGraph& graph);
   /// Contacts of a block.
   std::size_t block_size() const { return block_size_; }
   /// The block that begins with this contact, empty.
@@ -56,14 +57,18 @@ class ContactChanges {
     blocks_[contact / block_size_].ended.push_back(contact);
     ++counts_[contact / block_size_].ended;
   }
-  /// Of what begins nothing is left but what act(manifold) lets begin, called in the order of contacts.
-  template <class Act>
-  void for_each_begun(const Act& lets_begin) {
+  /// Of what begins nothing is left but what lets_begin(manifold), which may change it, is true of; asked in the order
+  /// of blocks.
+  template <class Predicate>
+  void filter_begun(const Predicate& lets_begin) {
     for (std::size_t i = 0; i < counts_.size(); ++i) {
       if (counts_[i].begun == 0) continue;
       std::vector<NewManifold>& begun = blocks_[i].begun;
-      std::erase_if(begun, [&](NewManifold& fresh) { return !lets_begin(fresh); });
-      counts_[i].begun = static_cast<std::uint16_t>(begun.size());
+      std::size_t left = 0;
+      for (NewManifold& fresh : begun)
+        if (lets_begin(fresh)) begun[left++] = fresh;
+      begun.resize(left);
+      counts_[i].begun = static_cast<std::uint16_t>(left);
     }
   }
 

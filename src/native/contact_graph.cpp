@@ -141,6 +141,17 @@ void ContactGraph::for_each_in_tables(std::span<const Pair> pairs, std::size_t p
   }
 }
 
+bool ContactGraph::is_mostly_parts() const {
+  if (!any_parts()) return false;
+  constexpr std::size_t sample = 512;  // all would take longer than is to be gained
+  std::size_t in_use = 0, in_parts = 0;
+  for (std::size_t i = 0; i < std::min(contacts_.size(), sample); ++i) {
+    const Contact& c = contacts_[i];
+    in_use += c.in_use, in_parts += c.in_use && c.in_parts;
+  }
+  return 2 * in_parts > in_use;
+}
+
 void ContactGraph::remove(std::uint32_t index) {
   Contact& c = contacts_[index];
   if (c.colour != no_colour) uncolour(index);

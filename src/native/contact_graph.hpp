@@ -123,6 +123,8 @@ class ContactGraph {
   void set_children(std::uint32_t index, Children children) { parts_[index].children = children; }
   /// Whether some pair was in parts.
   bool any_parts() const { return !parts_.empty(); }
+  /// Whether most contacts are of pairs in parts.
+  bool is_mostly_parts() const;
   /// The pair's first contact.
   std::uint32_t first_part(std::uint32_t index) const {
     while (contacts_[index].is_part) index = next_part(index);

@@ -139,7 +139,7 @@ std::span<const Pair> NativeSimulator::let_collide(std::span<const Pair> pairs) 
 
 void NativeSimulator::update_manifolds() {
   const auto size = static_cast<std::uint32_t>(graph_.size());
-  changes_.make_room(size, bodies.any_in_parts());
+  changes_.make_room(graph_);
   const Constrained constrained = graph_.constrained();
   pool_.for_each_chunk(size, changes_.block_size(), [&](std::size_t begin, std::size_t end) {
     ContactChanges::Block& block = changes_.begin_block(begin);

@@ -12,7 +12,7 @@ void PreSolve::ask(ContactChanges& changes) {
   list_touching();
   for (const std::uint32_t index : touching_)
     if (!changes.ends(index) && !keeps(index)) changes.end(index);
-  changes.for_each_begun([this](NewManifold& fresh) { return lets_begin(fresh); });
+  changes.filter_begun([this](NewManifold& fresh) { return lets_begin(fresh); });
 }
 
 void PreSolve::give_materials(std::span<const NewManifold* const> begun) {

@@ -97,7 +97,7 @@ Scene trees(std::string_view name, std::int64_t bodies, std::uint32_t cells_per_
 constexpr std::uint32_t samples = 1000;
 constexpr double field_cell = 0.5, field_half = 0.5 * field_cell * (samples - 1);  // m
 
-/// A valley along y with humps: up to 17° steep at its sides.
+/// A valley, up to 18° steep at its sides, with humps.
 double landscape(double x, double y) {
   const double valley = x * x / 1500 + y * y / 3000;
   return valley + 0.4 * sine(x / 20) * sine(y / 25) + 0.1 * sine(x / 5) * sine(y / 6);
