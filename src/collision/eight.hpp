@@ -1,134 +1,12 @@
-// Eight numbers side by side: of vertices or planes of a hull, in a register of the widest kind that the floor has, or
-// one with each work-item of a team (math/team.hpp).
-//
-// GCC and Clang map the vector types to what instructions there are, two of four on Arm. Every operation rounds as the
-// one of single numbers does, so what is found with eight has the same bits as what is found one by one.
+// Eight vertices or planes of a hull side by side (math/eight.hpp).
 #pragma once
 
 #include "geometry/geometry.hpp"
-
-#if !defined(FATHOM_SYCL_SOURCE)
-#define FATHOM_HAS_EIGHT 1
-#endif
+#include "math/eight.hpp"
 
 #if defined(FATHOM_HAS_EIGHT)
 
-#include <bit>
-
-#if defined(__CUDACC__)
-#include "math/team.hpp"
-#elif defined(__FMA__)
-#include <immintrin.h>
-#endif
-
 namespace fathom {
-
-#if defined(__CUDACC__)
-
-/// This work-item's number of the eight.
-struct Eight {
-  float lane;
-};
-/// Or a mask: all bits or none.
-struct EightInts {
-  std::int32_t lane;
-};
-
-FATHOM_HD Eight eight(float x) { return {x}; }
-FATHOM_HD EightInts eight(std::int32_t x) { return {x}; }
-FATHOM_HD Eight operator-(Eight a) { return {-a.lane}; }
-FATHOM_HD Eight operator-(Eight a, Eight b) { return {a.lane - b.lane}; }
-FATHOM_HD Eight operator*(Eight a, Eight b) { return {a.lane * b.lane}; }
-FATHOM_HD EightInts operator<(Eight a, Eight b) { return {a.lane < b.lane ? -1 : 0}; }
-FATHOM_HD EightInts operator<(EightInts a, EightInts b) { return {a.lane < b.lane ? -1 : 0}; }
-FATHOM_HD EightInts operator>(Eight a, Eight b) { return {a.lane > b.lane ? -1 : 0}; }
-FATHOM_HD EightInts operator&(EightInts a, EightInts b) { return {a.lane & b.lane}; }
-FATHOM_HD EightInts operator+(EightInts a, std::int32_t b) { return {a.lane + b}; }
-FATHOM_HD Eight fma(Eight a, Eight b, Eight c) { return {fathom::fma(a.lane, b.lane, c.lane)}; }
-FATHOM_HD Eight min(Eight a, Eight b) { return {a.lane < b.lane ? a.lane : b.lane}; }
-FATHOM_HD Eight select(EightInts mask, Eight a, Eight b) { return mask.lane != 0 ? a : b; }
-FATHOM_HD EightInts select(EightInts mask, EightInts a, EightInts b) { return mask.lane != 0 ? a : b; }
-
-// What follows asks the other work-items. Nothing of it is called on the host, which nvcc compiles it for, too.
-
-/// 0, 1, …, 7.
-FATHOM_HD EightInts lane_numbers() { return {static_cast<std::int32_t>(team::item())}; }
-/// A bit for each lane that is true.
-FATHOM_HD unsigned bits(EightInts mask) { return team::ballot(mask.lane != 0); }
-
-/// Eights in an array of single numbers, which the team's work-items share out: each has all of its own lane.
-FATHOM_HD Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first / 8]); }
-FATHOM_HD void set_number(float* numbers, int i, float value) {
-  if (i % 8 == lane_numbers().lane) numbers[i / 8] = value;
-}
-
-#else
-
-typedef float Eight __attribute__((vector_size(32)));  // a vector type cannot be named by `using` in GCC 12
-typedef std::int32_t EightInts __attribute__((vector_size(32)));
-
-inline Eight eight(float x) { return Eight{x, x, x, x, x, x, x, x}; }
-inline EightInts eight(std::int32_t x) { return EightInts{x, x, x, x, x, x, x, x}; }
-inline const Eight& eight(const float* aligned) { return *reinterpret_cast<const Eight*>(aligned); }
-
-/// a·b + c with one rounding.
-inline Eight fma(Eight a, Eight b, Eight c) {
-#if defined(__FMA__)
-  return (Eight)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
-#else
-  for (int i = 0; i < 8; ++i) c[i] = fathom::fma(a[i], b[i], c[i]);
-  return c;
-#endif
-}
-inline Eight min(Eight a, Eight b) { return a < b ? a : b; }
-inline EightInts min(EightInts a, EightInts b) { return a < b ? a : b; }
-inline Eight select(EightInts mask, Eight a, Eight b) { return mask ? a : b; }
-inline EightInts select(EightInts mask, EightInts a, EightInts b) { return mask ? a : b; }
-
-/// 0, 1, …, 7.
-inline EightInts lane_numbers() { return EightInts{0, 1, 2, 3, 4, 5, 6, 7}; }
-
-/// A bit for each lane that is true.
-inline unsigned bits(EightInts mask) {
-#if defined(__FMA__)
-  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
-#else
-  unsigned result = 0;
-  for (int i = 0; i < 8; ++i) result |= (mask[i] != 0 ? 1u : 0u) << i;
-  return result;
-#endif
-}
-
-/// The eight from number `first`, a multiple of eight, on.
-inline Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first]); }
-inline void set_number(float* numbers, int i, float value) { numbers[i] = value; }
-
-#endif
-
-/// The lowest bit that is set. nvcc compiles std::countr_zero, and its kernels get 32 whatever the word.
-FATHOM_HD int lowest_bit(unsigned word) {
-#if defined(__CUDACC__)
-  return std::popcount((word & (0u - word)) - 1);
-#else
-  return std::countr_zero(word);
-#endif
-}
-
-/// Three coordinates of eight vectors.
-struct EightVec3 {
-  Eight x, y, z;
-};
-FATHOM_HD EightVec3 eight(Vec3 v) { return {eight(v.x), eight(v.y), eight(v.z)}; }
-/// As fathom::dot.
-FATHOM_HD Eight dot(const EightVec3& a, const EightVec3& b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
-
-struct EightPlanes {
-  EightVec3 normals;
-  Eight offsets;
-};
-FATHOM_HD Eight plane_height(const EightPlanes& planes, const EightVec3& point) {
-  return dot(planes.normals, point) - planes.offsets;
-}
 
 /// Vertices or planes of a hull from number `first`, a multiple of eight, on; what is missing in the last eight is
 /// filled up with number 0.
@@ -150,39 +28,6 @@ inline EightVec3 vertices_at(const HullView& hull, int first) { return vectors(h
 inline EightPlanes planes_at(const HullView& hull, int first) {
   const Hull::Eight& block = hull.plane_eights[first / 8];
   return {vectors(block), eight(block.w)};
-}
-#endif
-
-/// The least of the lanes, of equals the one with the lowest index; index 0 where nothing is a number.
-struct LeastLane {
-  float value;
-  int index;
-};
-#if defined(__CUDACC__)
-FATHOM_HD LeastLane min_lane(Eight values, EightInts indices) {
-  float least = values.lane;
-  for (int bits = 4; bits > 0; bits /= 2) {
-    const float other = team::from_item_xor(least, bits);
-    least = least < other ? least : other;
-  }
-  int index = values.lane == least ? indices.lane : 0x7fffffff;
-  for (int bits = 4; bits > 0; bits /= 2) {
-    const int other = team::from_item_xor(index, bits);
-    index = index < other ? index : other;
-  }
-  index = team::from_item(index, 0);
-  return {team::from_item(least, 0), index == 0x7fffffff ? 0 : index};
-}
-#else
-inline LeastLane min_lane(Eight values, EightInts indices) {
-  Eight least = min(values, __builtin_shufflevector(values, values, 4, 5, 6, 7, 0, 1, 2, 3));
-  least = min(least, __builtin_shufflevector(least, least, 2, 3, 0, 1, 6, 7, 4, 5));
-  least = min(least, __builtin_shufflevector(least, least, 1, 0, 3, 2, 5, 4, 7, 6));
-  EightInts index = values == least ? indices : eight(0x7fffffff);
-  index = min(index, __builtin_shufflevector(index, index, 4, 5, 6, 7, 0, 1, 2, 3));
-  index = min(index, __builtin_shufflevector(index, index, 2, 3, 0, 1, 6, 7, 4, 5));
-  index = min(index, __builtin_shufflevector(index, index, 1, 0, 3, 2, 5, 4, 7, 6));
-  return {least[0], index[0] == 0x7fffffff ? 0 : index[0]};
 }
 #endif
 

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstring>
 #include <fathom/box_tree.hpp>
 #include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "math/eight.hpp"
 #include "math/vec3d.hpp"
 
 namespace fathom {
@@ -77,18 +79,50 @@ class BoxTreeBuilder {
   std::vector<Item> items_;
 };
 
+/// Whether boxes overlap a given one: six comparisons side by side, without a branch.
+class OverlapTest {
+ public:
+  explicit OverlapTest(const Aabb& box)
+      : limits_{box.upper.x, box.upper.y, box.upper.z, 0, -box.lower.x, -box.lower.y, -box.lower.z, 0} {}
+
+  bool overlaps(const BoxTreeNode& node) const {
+    Eight box;
+    static_assert(sizeof node == sizeof box && offsetof(BoxTreeNode, upper) == 4 * sizeof(float));
+    std::memcpy(&box, &node, sizeof box);
+    return is_within_limits(turned(box));
+  }
+  /// The bounds of three points.
+  bool overlaps(Vec3 a, Vec3 b, Vec3 c) const {
+    return is_within_limits(min(min(turned(twice(a)), turned(twice(b))), turned(twice(c))));
+  }
+
+ private:
+  static Eight twice(Vec3 v) { return Eight{v.x, v.y, v.z, 0, v.x, v.y, v.z, 0}; }
+  /// Upper bounds become lower ones.
+  static Eight turned(Eight box) {
+    constexpr std::int32_t sign = std::numeric_limits<std::int32_t>::min();
+    return (Eight)((EightInts)box ^ EightInts{0, 0, 0, 0, sign, sign, sign, sign});
+  }
+  bool is_within_limits(Eight turned_box) const {
+    constexpr unsigned coordinates = 0x77;
+    return (bits(turned_box <= limits_) & coordinates) == coordinates;
+  }
+
+  Eight limits_;
+};
+
 /// Second children that a search keeps, at most: a tree halves its parts.
 inline constexpr int deepest_box_tree = 64;
 
 /// Calls act(i) for the parts of leaves that the box meets, i being their number in the order of leaves.
 template <class Act>
-void search_box_tree(std::span<const BoxTreeNode> nodes, const Aabb& box, const Act& act) {
+void search_box_tree(std::span<const BoxTreeNode> nodes, const OverlapTest& box, const Act& act) {
   std::uint32_t waiting[deepest_box_tree];
   int count = 0;
   std::uint32_t node = 0;
   for (;;) {
     const BoxTreeNode& n = nodes[node];
-    if (overlaps({n.lower, n.upper}, box)) {
+    if (box.overlaps(n)) {
       if (n.count == 0) {
         waiting[count++] = n.next;
         ++node;

@@ -37,7 +37,7 @@ std::optional<SurfaceHit> first_child(const Compound& compound, const Pose& pose
 }  // namespace
 
 void find_children(const Compound& compound, const Aabb& box, std::vector<std::uint32_t>& found) {
-  search_box_tree(compound.nodes(), box, [&](std::uint32_t leaf) {
+  search_box_tree(compound.nodes(), OverlapTest(box), [&](std::uint32_t leaf) {
     const std::uint32_t child = compound.leaves()[leaf];
     if (overlaps(compound.bounds(child), box)) found.push_back(child);
   });

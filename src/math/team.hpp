@@ -1,6 +1,6 @@
 // A team: eight work-items of a GPU that run one item of a kernel side by side and share its searches.
 //
-// All of a team come to every line together and compute the same, but for what an `Eight` (collision/eight.hpp) holds,
+// All of a team come to every line together and compute the same, but for what an `Eight` (math/eight.hpp) holds,
 // which is a number a work-item. One of them, the leader, writes. Back ends without teams have one work-item an item,
 // which leads itself.
 #pragma once

@@ -14,10 +14,10 @@ Triangle TriangleMesh::triangle(std::uint32_t triangle) const {
 }
 
 void TriangleMesh::find(const Aabb& box, std::vector<std::uint32_t>& found) const {
-  search_box_tree(nodes_, box, [&](std::uint32_t t) {
-    const Vec3 a = vertices_[indices_[3 * std::size_t{t}]], b = vertices_[indices_[3 * std::size_t{t} + 1]],
-               c = vertices_[indices_[3 * std::size_t{t} + 2]];
-    if (overlaps({min(a, min(b, c)), max(a, max(b, c))}, box)) found.push_back(t);
+  const OverlapTest test(box);
+  search_box_tree(nodes_, test, [&](std::uint32_t t) {
+    const std::uint32_t* const corners = &indices_[3 * std::size_t{t}];
+    if (test.overlaps(vertices_[corners[0]], vertices_[corners[1]], vertices_[corners[2]])) found.push_back(t);
   });
 }
 

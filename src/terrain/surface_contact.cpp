@@ -1,6 +1,7 @@
 #include "terrain/surface_contact.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "collision/clip.hpp"
 #include "collision/reduce.hpp"
@@ -15,49 +16,42 @@ constexpr float same_normal = 0.996f;
 /// The triangles found, as each other's neighbours.
 class Found final : public Surroundings {
  public:
-  explicit Found(SurfaceScratch& scratch) : hulls_(scratch.hulls), corners_(scratch.corners) { corners_.clear(); }
+  explicit Found(const std::vector<EightTriangles>& eights) : eights_(eights) {}
 
-  bool rises(const TriangleHull& t, unsigned tips, Vec3 axis) const override {
-    constexpr float flat = 2e-5f;  // the sine of an angle that rounding may make
-    if (corners_.empty()) sort_corners();
+  bool rises(const SurfaceTriangle& t, unsigned tips, Vec3 axis) const override {
     std::uint32_t shared[3];
     int count = 0;
     for (unsigned k = 0; k < 3; ++k)
       if (tips >> k & 1) shared[count++] = t.names[k];
-    const auto is_shared = [&](std::uint32_t name) {
-      for (int i = 0; i < count; ++i)
-        if (shared[i] == name) return true;
-      return false;
-    };
-    using Corner = SurfaceScratch::Corner;
-    for (auto c = std::ranges::lower_bound(corners_, shared[0], {}, &Corner::name);
-         c != corners_.end() && c->name == shared[0]; ++c) {
-      const TriangleHull& other = hulls_[c->triangle];
-      if (&other == &t) continue;
-      int met = 0;
-      Vec3 at;
-      for (int k = 0; k < 3; ++k)
-        if (is_shared(other.names[k])) ++met, at = other.vertices[k];
-      if (met < count) continue;
-      for (int k = 0; k < 3; ++k) {
-        if (is_shared(other.names[k])) continue;
-        const Vec3 way = other.vertices[k] - at;
-        const float height = dot(way, axis);
-        if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
-      }
+    for (const EightTriangles& eight : eights_) {
+      unsigned beside = eight.having(shared[0]);
+      for (int i = 1; i < count; ++i) beside &= eight.having(shared[i]);
+      for (; beside != 0; beside &= beside - 1)
+        if (rises(t, eight.at(lowest_bit(beside)), {shared, static_cast<std::size_t>(count)}, axis)) return true;
     }
     return false;
   }
 
  private:
-  void sort_corners() const {
-    for (std::uint32_t t = 0; t < hulls_.size(); ++t)
-      for (const std::uint32_t name : hulls_[t].names) corners_.push_back({name, t});
-    std::ranges::sort(corners_, {}, &SurfaceScratch::Corner::name);
+  /// Whether another triangle with the shared corners does.
+  static bool rises(const SurfaceTriangle& t, const SurfaceTriangle& other, std::span<const std::uint32_t> shared,
+                    Vec3 axis) {
+    constexpr float flat = 2e-5f;  // the sine of an angle that rounding may make
+    if (std::ranges::equal(other.names, t.names)) return false;
+    const auto is_shared = [&](std::uint32_t name) { return std::ranges::find(shared, name) != shared.end(); };
+    Vec3 at;
+    for (int k = 0; k < 3; ++k)
+      if (is_shared(other.names[k])) at = other.corners[k];
+    for (int k = 0; k < 3; ++k) {
+      if (is_shared(other.names[k])) continue;
+      const Vec3 way = other.corners[k] - at;
+      const float height = dot(way, axis);
+      if (height > 0 && height * height > flat * flat * length_squared(way)) return true;
+    }
+    return false;
   }
 
-  const std::vector<TriangleHull>& hulls_;
-  std::vector<SurfaceScratch::Corner>& corners_;  // made when they are first asked for
+  const std::vector<EightTriangles>& eights_;
 };
 
 /// The points of a group, of which four stay.
@@ -176,25 +170,35 @@ int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surfa
 
 }  // namespace
 
+bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch) {
+  scratch.triangles.clear();
+  surface.find(box, scratch.triangles);
+  scratch.eights.clear();
+  for (const std::uint32_t t : scratch.triangles) {
+    if (scratch.eights.empty() || scratch.eights.back().count == 8) scratch.eights.emplace_back();
+    scratch.eights.back().add({surface.triangle(t), origin});
+  }
+  return !scratch.triangles.empty();
+}
+
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      SurfaceScratch& scratch, SurfaceContact& contact) {
-  auto& [triangles, hulls, corners, touches] = scratch;
+  auto& [triangles, eights, shape, touches] = scratch;
   contact.count = 0;
-  triangles.clear();
-  surface.find(grown(bounds(b, b_in_a), margin), triangles);
-  if (triangles.empty()) return;
-  hulls.clear();
-  for (const std::uint32_t t : triangles) hulls.emplace_back(surface.triangle(t), b_in_a.position);
-
-  const TurnedShape shape(b, b_in_a.rotation);
-  const Found found(scratch);
+  if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
+  shape.turn(b, b_in_a.rotation);
+  const Found found(eights);
   touches.clear();
   bool any_sound = false;
-  for (const TriangleHull& hull : hulls) {
-    const auto [m, is_deep] = collide_triangle(hull, shape, margin, found);
-    if (m.count == 0 || (is_deep && any_sound)) continue;
-    if (!is_deep && !any_sound) touches.clear(), any_sound = true;
-    touches.push_back({m, nearest_of(m), 0});
+  for (const EightTriangles& eight : eights) {
+    const TriangleAxes axes = axes_of(eight, shape, margin);
+    for (unsigned near = axes.near; near != 0; near &= near - 1) {
+      const int lane = lowest_bit(near);
+      const auto [m, is_deep] = collide_triangle(eight.at(lane), axes, lane, shape, margin, found);
+      if (m.count == 0 || (is_deep && any_sound)) continue;
+      if (!is_deep && !any_sound) touches.clear(), any_sound = true;
+      touches.push_back({m, nearest_of(m), 0});
+    }
   }
   if (touches.empty()) return;
   if (!any_sound) keep_shallowest(touches);

@@ -24,14 +24,15 @@ struct SurfaceScratch {
     float nearest;  ///< separation (m)
     int group;
   };
-  struct Corner {
-    std::uint32_t name, triangle;
-  };
   std::vector<std::uint32_t> triangles;  ///< found
-  std::vector<TriangleHull> hulls;       ///< of them, relative to the other shape's centre
-  std::vector<Corner> corners;           ///< of them, by name
+  std::vector<EightTriangles> eights;    ///< of them, relative to the other shape's centre
+  TurnedShape shape;                     ///< the other one
   std::vector<Touch> touches;
 };
+
+/// Overwrites `eights` with the triangles whose bounds meet `box` (m, the surface's frame), as seen from `origin`;
+/// returns whether there are any.
+bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch);
 
 /// Manifolds in the surface's frame, normals from the surface to the shape `b`, where they are nearer than `margin`
 /// (m), those with the deepest points first.

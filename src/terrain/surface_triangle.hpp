@@ -1,0 +1,56 @@
+// Triangles of a surface as a convex shape meets them: relative to its centre, so that surfaces of kilometres cost no
+// precision, one by one and eight side by side.
+#pragma once
+
+#include <fathom/mesh.hpp>
+
+#include "collision/eight.hpp"
+
+namespace fathom {
+
+struct SurfaceTriangle {
+  Vec3 corners[3];         ///< m, counter-clockwise seen from outside
+  Vec3 normal;             ///< unit, outward
+  float offset;            ///< m, of its plane along the normal
+  std::uint32_t names[3];  ///< of its corners
+
+  /// `origin`: where the other shape is, in the surface's frame.
+  SurfaceTriangle(const Triangle& triangle, Vec3 origin);
+  SurfaceTriangle() = default;
+};
+
+/// Up to eight of them.
+struct EightTriangles {
+  Hull::Eight corners[3] = {};
+  Hull::Eight planes = {};  ///< with offsets in w
+  alignas(32) std::uint32_t names[3][8] = {};
+  int count = 0;
+
+  void add(const SurfaceTriangle& t) {
+    for (int k = 0; k < 3; ++k) {
+      corners[k].x[count] = t.corners[k].x, corners[k].y[count] = t.corners[k].y, corners[k].z[count] = t.corners[k].z;
+      names[k][count] = t.names[k];
+    }
+    planes.x[count] = t.normal.x, planes.y[count] = t.normal.y, planes.z[count] = t.normal.z;
+    planes.w[count++] = t.offset;
+  }
+  SurfaceTriangle at(int lane) const {
+    SurfaceTriangle t;
+    for (int k = 0; k < 3; ++k) {
+      t.corners[k] = {corners[k].x[lane], corners[k].y[lane], corners[k].z[lane]};
+      t.names[k] = names[k][lane];
+    }
+    t.normal = {planes.x[lane], planes.y[lane], planes.z[lane]}, t.offset = planes.w[lane];
+    return t;
+  }
+  /// A bit for each triangle that has a corner of this name.
+  unsigned having(std::uint32_t name) const {
+    const EightInts wanted = eight(static_cast<std::int32_t>(name));
+    const auto same = [&](int k) { return *reinterpret_cast<const EightInts*>(names[k]) == wanted; };
+    return bits(same(0) | same(1) | same(2)) & present();
+  }
+  /// A bit for each triangle.
+  unsigned present() const { return (1u << count) - 1; }
+};
+
+}  // namespace fathom

@@ -1,0 +1,96 @@
+#include "terrain/triangle_axes.hpp"
+
+#include "terrain/triangle_lanes.hpp"
+
+namespace fathom {
+namespace {
+
+void store(Eight from, float (&to)[8]) { *reinterpret_cast<Eight*>(to) = from; }
+void store(EightInts from, std::int32_t (&to)[8]) { *reinterpret_cast<EightInts*>(to) = from; }
+
+/// Edges with the largest separation, if that is above a threshold.
+struct EdgesOfEight {
+  Eight separations;
+  EightInts of_triangle = eight(-1), of_shape = eight(-1);
+};
+
+/// An edge of a triangle has all normals across it that do not point into the triangle, an edge of a hull those
+/// between its faces'. Most pairs have none in common, which their signs tell before there is a root. Returns the
+/// triangles that are not farther away than the margin.
+EightInts find_edges(const Triangles& t, const TurnedShape& shape, Eight noise, Eight margin, EightInts near,
+                     EdgesOfEight& best) {
+  const Eight zero = eight(0.0f), one = eight(1.0f), shortest = eight(min_cross);
+  int number = 0;
+  for (const EdgeArc& arc : shape.edges()) {
+    const EightVec3 along = eight(arc.along), left = eight(arc.of_left), right = eight(arc.of_right);
+    for (int k = 0; k < 3; ++k) {
+      const EightVec3 across = cross(t.along[k], along);
+      const EightVec3 axis = negated_where(dot(across, t.inward[k]) > zero, across);
+      // Into the shape: between the normals of the faces beside its edge.
+      const EightInts between = (dot(axis, left) * dot(axis, right) <= zero) & (dot(axis, eight(arc.middle)) < zero);
+      if (bits(between & near) == 0) continue;
+      const Eight l = sqrt(length_squared(axis));
+      const EightVec3 normal = (one / l) * axis;
+      const Eight scaled_noise = noise * sqrt(t.squared_lengths[k] * eight(length_squared(arc.along))) / l;
+      const Eight separation = dot(normal, eight(arc.from) - t.corners[k]) - scaled_noise;
+      const EightInts better = between & (l > shortest) & (separation > best.separations);
+      best.separations = select(better, separation, best.separations);
+      best.of_triangle = select(better, eight(k), best.of_triangle);
+      best.of_shape = select(better, eight(number), best.of_shape);
+      near = near & ~(better & (separation > margin));
+    }
+    if (bits(near) == 0) break;
+    ++number;
+  }
+  return near;
+}
+
+/// Of these, a bit for each that the round shape is not farther away from than the margin: over its plane, and beyond
+/// its sides.
+unsigned near_of_round(const EightTriangles& triangles, const EightPlanes& planes, const RoundShape& round,
+                       float margin, EightInts near) {
+  const EightVec3 from = eight(round.core.from), end = eight(end_of(round.core));
+  const Eight reach = eight(round.radius + margin);
+  near = near & (min(plane_height(planes, from), plane_height(planes, end)) <= reach);
+  if (bits(near) == 0) return 0;
+  const Triangles t(triangles);
+  const Eight beyond_rounding = eight(1.0001f) * reach;
+  for (int k = 0; k < 3; ++k) {
+    const Eight inside = max(dot(t.inward[k], from - t.corners[k]), dot(t.inward[k], end - t.corners[k]));
+    near = near &
+           ((inside >= eight(0.0f)) | (inside * inside <= beyond_rounding * beyond_rounding * t.squared_lengths[k]));
+  }
+  return bits(near);
+}
+
+}  // namespace
+
+TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin) {
+  TriangleAxes axes;
+  const EightPlanes planes{vectors(triangles.planes), eight(triangles.planes.w)};
+  EightInts near = (lane_numbers() < eight(triangles.count)) & (planes.offsets <= eight(0.5f * shape.inner()));
+  if (shape.is_round()) {
+    axes.near = near_of_round(triangles, planes, shape.round(), margin, near);
+    return axes;
+  }
+  const Eight of_normal = lowest_along(shape.turned(), planes.normals) - planes.offsets;
+  near = near & (of_normal <= eight(margin));
+  if (bits(near) == 0) return axes;
+
+  const Triangles t(triangles);
+  const FacesOfEight faces = best_faces(shape.turned(), t);
+  near = near & (faces.separations <= eight(margin));
+  // As make_tolerance.
+  const Eight reach = t.reach + eight(shape.outer());
+  const Eight tolerance =
+      min(eight(max_axis_tolerance), eight(axis_tolerance_share) * min(t.reach, eight(shape.inner()))) +
+      eight(axis_rounding) * reach;
+  EdgesOfEight edges{max(of_normal, faces.separations) + tolerance};
+  if (bits(near) != 0) near = find_edges(t, shape, eight(separation_rounding) * reach, eight(margin), near, edges);
+  axes.near = bits(near);
+  store(of_normal, axes.of_normal), store(faces.separations, axes.of_face), store(faces.faces, axes.face);
+  store(edges.of_triangle, axes.edge), store(edges.of_shape, axes.edge_of_shape);
+  return axes;
+}
+
+}  // namespace fathom

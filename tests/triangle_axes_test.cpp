@@ -1,0 +1,141 @@
+// The axes that separate eight triangles from a shape, beside exact distances (geometry/separation.hpp).
+#include "terrain/triangle_axes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "geometry/separation.hpp"
+#include "random.hpp"
+#include "shape_fixture.hpp"
+#include "terrain/triangles_ahead.hpp"
+
+namespace fathom {
+namespace {
+
+using test::Random;
+using test::uniform;
+
+std::vector<Shape> shapes() {
+  return {box({0.5f, 0.3f, 0.2f}),          box({1, 1, 0.005f}), test::cylinder_hull(0.4f, 0.3f, 20),
+          test::cylinder_hull(0.02f, 1, 6), sphere(0.4f),        capsule(0.2f, 0.5f),
+          test::box_hull({0.3f, 0.3f, 2})};
+}
+
+/// Around the origin, from thin ones to wide ones.
+Triangle any_triangle(Random& random) {
+  const Vec3 centre = 1.5f * test::in_cube(random);
+  const float size = uniform(random, 0.02f, 2), thin = random() % 4 == 0 ? 0.01f : 1.0f;
+  const Vec3 along = size * test::on_sphere(random), across = size * thin * test::on_sphere(random);
+  return {{centre, centre + along, centre + uniform(random, 0, 1) * along + across}, {0, 1, 2}};
+}
+
+double distance(const SurfaceTriangle& t, const Geometry& shape, Quat rotation, Vec3 position = {}) {
+  Geometry triangle;
+  triangle.type = ShapeType::hull;
+  triangle.hull.vertices = t.corners;
+  triangle.hull.vertex_count = 3;
+  return separation(PlacedShape(triangle, {}), PlacedShape(shape, {position, 0, rotation})).distance;
+}
+
+bool same_lane(const TriangleAxes& a, int i, const TriangleAxes& b, int j) {
+  return a.of_normal[i] == b.of_normal[j] && a.of_face[i] == b.of_face[j] && a.face[i] == b.face[j] &&
+         a.edge[i] == b.edge[j] && a.edge_of_shape[i] == b.edge_of_shape[j];
+}
+
+TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
+  Random random(1);
+  int far = 0, kept = 0;
+  for (const Shape& shape : shapes()) {
+    const Geometry g = geometry(shape);
+    for (int run = 0; run < 1500; ++run) {
+      const TurnedShape turned(g, test::any_rotation(random));
+      const float margin = uniform(random, 0, 0.1f);
+      EightTriangles triangles;
+      for (unsigned k = 0; k <= random() % 8; ++k) triangles.add({any_triangle(random), {}});
+      const TriangleAxes axes = axes_of(triangles, turned, margin);
+      ASSERT_EQ(axes.near & ~triangles.present(), 0u);
+      for (int i = 0; i < triangles.count; ++i) {
+        const SurfaceTriangle t = triangles.at(i);
+        const bool near = axes.near >> i & 1;
+        if (t.offset > 0.5f * turned.inner()) {
+          ASSERT_FALSE(near) << "the centre is behind it";
+          continue;
+        }
+        const double d = distance(t, g, turned.rotation()), rounding = 1e-5;
+        if (d < to_double(margin) - rounding) {
+          ASSERT_TRUE(near) << d << " m is within " << margin << " m";
+        }
+        if (near && !turned.is_round()) {
+          EXPECT_LE(to_double(axes.of_normal[i]), d + rounding);
+          EXPECT_LE(to_double(axes.of_face[i]), d + rounding);
+        }
+        if (d > to_double(margin) + 0.1) ++far, kept += near;
+      }
+    }
+  }
+  EXPECT_GT(far, 10000);
+  EXPECT_LT(kept, far / 20);
+}
+
+TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
+  Random random(2);
+  for (const Shape& shape : shapes()) {
+    const Geometry g = geometry(shape);
+    for (int run = 0; run < 200; ++run) {
+      const TurnedShape turned(g, test::any_rotation(random));
+      EightTriangles together;
+      for (int k = 0; k < 8; ++k) together.add({any_triangle(random), {}});
+      const TriangleAxes axes = axes_of(together, turned, 0.05f);
+      for (int i = 0; i < 8; ++i) {
+        EightTriangles alone;
+        alone.add(together.at(i));
+        const TriangleAxes of_one = axes_of(alone, turned, 0.05f);
+        ASSERT_EQ(axes.near >> i & 1, of_one.near);
+        if (of_one.near && !turned.is_round()) {
+          ASSERT_TRUE(same_lane(axes, i, of_one, 0));
+        }
+      }
+    }
+  }
+}
+
+TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
+  Random random(3);
+  int passed = 0, kept = 0;
+  for (const Shape& shape : shapes()) {
+    const Geometry g = geometry(shape);
+    for (int run = 0; run < 300; ++run) {
+      const TurnedShape turned(g, test::any_rotation(random));
+      const Vec3 way = uniform(random, 0, 1) * test::in_cube(random);
+      const float around = uniform(random, 0, 0.1f);
+      EightTriangles triangles;
+      for (int k = 0; k < 8; ++k) triangles.add({any_triangle(random), {}});
+      const unsigned met = met_on_way(triangles, turned, way, around);
+      for (int i = 0; i < 8; ++i) {
+        double nearest = 1e9;
+        for (int at = 0; at <= 16; ++at)
+          nearest = std::min(nearest,
+                             distance(triangles.at(i), g, turned.rotation(), 0.0625f * static_cast<float>(at) * way));
+        if (nearest < to_double(around) - 1e-5) {
+          ASSERT_TRUE(met >> i & 1) << "comes as near as " << nearest << " m";
+        }
+        if (nearest > to_double(around) + 0.1) ++passed, kept += met >> i & 1;
+      }
+    }
+  }
+  EXPECT_GT(passed, 4000);
+  EXPECT_LT(kept, passed / 5);
+}
+
+TEST(EightTriangles, NamesWhoHasACorner) {
+  EightTriangles triangles;
+  for (std::uint32_t k = 0; k < 5; ++k) triangles.add({{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {k, k + 1, 7}}, {}});
+  EXPECT_EQ(triangles.having(7), 0b11111u);
+  EXPECT_EQ(triangles.having(2), 0b00110u);
+  EXPECT_EQ(triangles.having(0), 0b00001u) << "what is missing has no names";
+  EXPECT_EQ(triangles.at(3).names[1], 4u);
+}
+
+}  // namespace
+}  // namespace fathom
