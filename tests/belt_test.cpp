@@ -11,7 +11,7 @@
 #include "test_surfaces.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::belt_test {
 namespace {
 
 constexpr float dt = 1.0f / 60, g = 9.81f, mu = 0.5f;
@@ -426,4 +426,4 @@ TEST_P(Belts, RefuseWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::belt_test

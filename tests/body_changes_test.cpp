@@ -7,7 +7,7 @@
 #include "test_compounds.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::body_changes_test {
 namespace {
 
 class BodyChanges : public testing::TestWithParam<SimulatorKind> {
@@ -175,4 +175,4 @@ TEST_P(BodyChanges, WhatIsRefusedChangesNothing) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::body_changes_test

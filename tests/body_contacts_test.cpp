@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace fathom::native {
+namespace fathom::native::body_contacts_test {
 namespace {
 
 using Indices = std::vector<std::uint32_t>;
@@ -76,4 +76,4 @@ TEST(BodyContacts, AsASearchThroughAllWouldFindThem) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::body_contacts_test

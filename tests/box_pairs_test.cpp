@@ -9,7 +9,7 @@
 #include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
 
-namespace fathom::native {
+namespace fathom::native::box_pairs_test {
 namespace {
 
 struct Bodies {
@@ -81,4 +81,4 @@ TEST(BoxPairs, AreSeparatedAsOneByOne) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::box_pairs_test

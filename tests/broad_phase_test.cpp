@@ -11,7 +11,7 @@
 #include "native/radix_sort.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::native {
+namespace fathom::native::broad_phase_test {
 namespace {
 
 using Found = std::set<std::pair<std::uint32_t, std::uint32_t>>;
@@ -212,4 +212,4 @@ TEST(PairSet, HoldsWhatASetWouldHold) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::broad_phase_test

@@ -16,7 +16,7 @@
 #include "scene/environments.hpp"
 #include "test_folder.hpp"
 
-namespace fathom::campaign {
+namespace fathom::campaign::campaign_test {
 namespace {
 
 using testing::DoubleNear;
@@ -331,4 +331,4 @@ TEST(CampaignCompare, HoldsCountsAgainstTheirTolerance) {
 }
 
 }  // namespace
-}  // namespace fathom::campaign
+}  // namespace fathom::campaign::campaign_test

@@ -9,7 +9,7 @@
 #include "exec/host/host_device.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::check_test {
 namespace {
 
 std::vector<check::Failure> failures;
@@ -72,4 +72,4 @@ TEST_F(Checks, MoreItemsThanWereLaunchedForAreReported) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::check_test

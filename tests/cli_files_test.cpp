@@ -7,16 +7,16 @@
 
 #include "program.hpp"
 
+namespace fathom::cli_files_test {
 namespace {
 
-using fathom::test::Outcome;
-using fathom::test::read_text;
 using nlohmann::json;
+using test::Outcome;
+using test::read_text;
+using test::Words;
 using testing::ElementsAre;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-using Words = std::vector<std::string>;
 
 /// A command that writes one file, whose name follows.
 struct Writer {
@@ -343,3 +343,4 @@ TEST_F(ProgramFiles, CampaignsInOneFolderDoNotMix) {
 #endif
 
 }  // namespace
+}  // namespace fathom::cli_files_test

@@ -7,18 +7,15 @@
 
 #include "program.hpp"
 
+namespace fathom::cli_interrupts_test {
 namespace {
 
-using fathom::test::Outcome;
-using fathom::test::read_text;
+using test::operator+;
+using test::Outcome;
+using test::read_text;
+using test::Words;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
-using Words = std::vector<std::string>;
-
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 // Builds that check themselves take their time.
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -190,3 +187,4 @@ TEST_F(Interrupts, EndCampaignsThatGoOnLater) {
 #endif
 
 }  // namespace
+}  // namespace fathom::cli_interrupts_test

@@ -7,12 +7,14 @@
 
 #include "program.hpp"
 
+namespace fathom::cli_settings_test {
 namespace {
 
-using fathom::test::Outcome;
-using fathom::test::read_text;
+using test::operator+;
+using test::Outcome;
+using test::read_text;
+using test::Words;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 // A wedge of overlapping boxes, a ball that is too fast, balls that bounce, boxes that fall asleep, two that a
 // joint may connect.
@@ -105,11 +107,6 @@ class Settings : public fathom::test::Program {
     return at == std::string::npos ? "none: " + outcome.out : outcome.out.substr(at + 10, 30);
   }
 };
-
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 TEST_F(Settings, GiveTheSameStatesInEveryCommandWhereverTheyAreMade) {
   for (const Setting& s : settings) {
@@ -286,3 +283,4 @@ TEST_F(Settings, AConfigurationsDeviceThatIsNotThereFallsBackInEveryCommand) {
 }
 
 }  // namespace
+}  // namespace fathom::cli_settings_test

@@ -14,12 +14,13 @@
 #include "program.hpp"
 #include "trace_reader.hpp"
 
+namespace fathom::cli_test {
 namespace {
 
-using fathom::test::Outcome;
-using fathom::test::Program;
-using fathom::test::read_text;
 using nlohmann::json;
+using test::Outcome;
+using test::Program;
+using test::read_text;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -584,3 +585,4 @@ TEST_F(Program, ProgressStaysOnOneLineOfATerminal) {
 }
 
 }  // namespace
+}  // namespace fathom::cli_test

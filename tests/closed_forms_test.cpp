@@ -8,7 +8,7 @@
 #include "shape_fixture.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::closed_forms_test {
 namespace {
 
 using namespace test;
@@ -282,7 +282,7 @@ TEST(ClosedForms, WhatTumblesGainsNoEnergy) {
     for (unsigned seed = 1; seed <= 40; ++seed) {
       World world(quiet_world());
       world.add(floor_with({0.4f, 0}));
-      Random random(seed);
+      Generator random(seed);
       BodyDef thrown = with_friction(dynamic(shape, {0, 0, 1.3f}), 0.4f);
       thrown.pose.rotation = any_rotation(random);
       thrown.velocity = {2 * in_cube(random), 0, 30 * in_cube(random), 0};
@@ -301,4 +301,4 @@ TEST(ClosedForms, WhatTumblesGainsNoEnergy) {
     }
 }
 
-}  // namespace fathom
+}  // namespace fathom::closed_forms_test

@@ -9,7 +9,7 @@
 #include "collision/tolerance.hpp"
 #include "collision_oracle.hpp"
 
-namespace fathom::test {
+namespace fathom::test::collision_box_test {
 namespace {
 
 Geometry box_geometry(Vec3 h) { return {ShapeType::box, 0, h, {}}; }
@@ -27,7 +27,7 @@ double axis_tolerance(const BoxCase& c) {
 
 /// Pairs about as far apart as their sizes, and every degeneracy that stacks of boxes are made of.
 std::vector<BoxCase> box_cases(int count) {
-  Random random(7);
+  Sampler random(7);
   std::vector<BoxCase> cases;
   const auto half = [&](float lo, float hi) {
     return Vec3{random.uniform(lo, hi), random.uniform(lo, hi), random.uniform(lo, hi)};
@@ -132,7 +132,7 @@ TEST(CollisionBox, SymmetricUnderSwap) {
 }
 
 TEST(CollisionBox, FourPointsForBoxOnBox) {
-  Random random(3);
+  Sampler random(3);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 ha{0.5f, 0.5f, 0.5f}, hb{random.uniform(0.3f, 0.6f), random.uniform(0.3f, 0.6f), 0.5f};
     const float turn = i % 2 == 0 ? 0 : random.uniform(-3, 3);
@@ -147,7 +147,7 @@ TEST(CollisionBox, FourPointsForBoxOnBox) {
 }
 
 TEST(CollisionBox, NoFlickerUnderSmallMotion) {
-  Random random(5);
+  Sampler random(5);
   int points = 0, matched = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 h{0.5f, 0.5f, 0.5f};
@@ -174,7 +174,7 @@ TEST(CollisionBox, NoFlickerUnderSmallMotion) {
 
 TEST(CollisionBox, AlignedStackKeepsItsVertices) {
   // Equal boxes on top of each other, off by less than a tolerance: cuts that come and go would lose the impulses.
-  Random random(11);
+  Sampler random(11);
   const Vec3 h{0.5f, 0.5f, 0.5f};
   std::set<std::uint32_t> features;
   AxisCache cache;
@@ -235,4 +235,4 @@ TEST(CollisionBox, DISABLED_Timing) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::collision_box_test

@@ -9,10 +9,10 @@
 #include "collision/polyhedra.hpp"
 #include "collision_oracle.hpp"
 
-namespace fathom::test {
+namespace fathom::test::collision_hull_test {
 namespace {
 
-std::vector<TestHull> some_hulls(Random& random) {
+std::vector<TestHull> some_hulls(Sampler& random) {
   std::vector<TestHull> hulls;
   hulls.push_back(make_hull(box_points({0.5f, 0.4f, 0.3f})));
   hulls.push_back(make_hull(box_points({1, 1, 0.005f})));
@@ -35,7 +35,7 @@ struct HullCase {
   float margin;
 };
 
-std::vector<HullCase> hull_cases(const std::vector<TestHull>& hulls, Random& random, int count) {
+std::vector<HullCase> hull_cases(const std::vector<TestHull>& hulls, Sampler& random, int count) {
   std::vector<HullCase> cases;
   for (int i = 0; i < count; ++i) {
     const auto any = [&] { return &hulls[static_cast<std::size_t>(random.integer(static_cast<int>(hulls.size())))]; };
@@ -78,7 +78,7 @@ double axis_tolerance(const HullCase& c) {
 }
 
 TEST(CollisionHull, MatchesExactSeparation) {
-  Random random(17);
+  Sampler random(17);
   const std::vector<TestHull> hulls = some_hulls(random);
   int touching = 0;
   for (const HullCase& c : hull_cases(hulls, random, 8000)) {
@@ -139,7 +139,7 @@ EdgesAxis best_edges_of_all(const HullPair& p) {
 }
 
 TEST(CollisionHull, WhatBoundsLeaveOutIsNeverTheBest) {
-  Random random(27);
+  Sampler random(27);
   const std::vector<TestHull> hulls = some_hulls(random);
   constexpr float no_margin = 3e38f;
   for (const HullCase& c : hull_cases(hulls, random, 8000)) {
@@ -181,7 +181,7 @@ void expect_same_bits(const Manifold& m, const Manifold& s) {
 }
 
 TEST(CollisionHull, VectorInstructionsGiveTheBitsOfSingleNumbers) {
-  Random random(31);
+  Sampler random(31);
   std::vector<Shape> shapes{sphere(0.4f), capsule(0.2f, 0.4f), box({0.5f, 0.4f, 0.3f})};
   for (int corners : {4, 5, 8, 9, 16, 17, 32, 100})
     shapes.push_back(hull(ellipsoid_points(random, corners, {0.8f, 0.6f, 0.5f})));
@@ -208,7 +208,7 @@ TEST(CollisionHull, VectorInstructionsGiveTheBitsOfSingleNumbers) {
 }
 
 TEST(CollisionHull, SymmetricUnderSwap) {
-  Random random(19);
+  Sampler random(19);
   const std::vector<TestHull> hulls = some_hulls(random);
   for (const HullCase& c : hull_cases(hulls, random, 4000)) {
     AxisCache forward, backward;
@@ -226,7 +226,7 @@ TEST(CollisionHull, SymmetricUnderSwap) {
 }
 
 TEST(CollisionHull, BoxesAsHullsGiveWhatBoxesGive) {
-  Random random(23);
+  Sampler random(23);
   const auto half = [&] { return Vec3{random.uniform(0.2f, 1), random.uniform(0.2f, 1), random.uniform(0.2f, 1)}; };
   int same_count = 0, compared = 0;
   for (int i = 0; i < 4000; ++i) {
@@ -254,7 +254,7 @@ TEST(CollisionHull, BoxesAsHullsGiveWhatBoxesGive) {
 }
 
 TEST(CollisionHull, ReductionKeepsTheDeepestAndTheArea) {
-  Random random(29);
+  Sampler random(29);
   for (int n = 5; n <= 16; ++n) {
     for (int trial = 0; trial < 200; ++trial) {
       std::vector<FacePoint> points;
@@ -311,7 +311,7 @@ TEST(CollisionHull, ManySidedFacesFitTheBuffers) {
 }
 
 TEST(CollisionHull, FeaturesSurviveSmallMotion) {
-  Random random(31);
+  Sampler random(31);
   const TestHull a = make_hull(prism_points(6, 0.6f, 0.4f)), b = make_hull(prism_points(5, 0.5f, 0.3f));
   int points = 0, matched = 0;
   for (int i = 0; i < 500; ++i) {
@@ -337,7 +337,7 @@ TEST(CollisionHull, FeaturesSurviveSmallMotion) {
 }
 
 TEST(CollisionHull, CacheChangesNothingWhereSeparated) {
-  Random random(37);
+  Sampler random(37);
   const std::vector<TestHull> hulls = some_hulls(random);
   int separated = 0;
   for (HullCase c : hull_cases(hulls, random, 4000)) {
@@ -360,7 +360,7 @@ TEST(CollisionHull, CacheChangesNothingWhereSeparated) {
 }
 
 TEST(CollisionHull, DISABLED_Timing) {
-  Random random(41);
+  Sampler random(41);
   const auto time = [](const char* name, const TestHull& a, const TestHull& b, Pose pose, bool keep_cache) {
     AxisCache cache;
     int points = 0;
@@ -385,4 +385,4 @@ TEST(CollisionHull, DISABLED_Timing) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::collision_hull_test

@@ -5,36 +5,27 @@
 #include <vector>
 
 #include "collision/manifold.hpp"
+#include "math/vec3d.hpp"
 #include "test_hulls.hpp"
 
 namespace fathom::test {
 
-struct DVec {
-  double x = 0, y = 0, z = 0;
-};
-inline DVec operator+(DVec a, DVec b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline DVec operator-(DVec a, DVec b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline DVec operator*(double s, DVec a) { return {s * a.x, s * a.y, s * a.z}; }
-inline double dot(DVec a, DVec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline DVec cross(DVec a, DVec b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline double length(DVec a) { return std::sqrt(dot(a, a)); }
-inline DVec to_double(Vec3 a) { return {double(a.x), double(a.y), double(a.z)}; }
-inline DVec rotate(Quat q, DVec v) {
-  const DVec u{double(q.x), double(q.y), double(q.z)};
+inline Vec3d rotate(Quat q, Vec3d v) {
+  const Vec3d u{double(q.x), double(q.y), double(q.z)};
   const double norm = double(q.w) * double(q.w) + dot(u, u);
-  const DVec t = (2 / norm) * cross(u, v);
+  const Vec3d t = (2 / norm) * cross(u, v);
   return v + double(q.w) * t + cross(u, t);
 }
 
 /// A convex polyhedron placed in A's frame.
 struct Solid {
   struct Plane {
-    DVec normal;
+    Vec3d normal;
     double offset;
   };
-  std::vector<DVec> vertices;
+  std::vector<Vec3d> vertices;
   std::vector<Plane> planes;
-  std::vector<DVec> edges;  ///< unit directions
+  std::vector<Vec3d> edges;  ///< unit directions
 };
 
 inline Solid place(const TestHull& hull, const Pose& pose) {
@@ -44,23 +35,23 @@ inline Solid place(const TestHull& hull, const Pose& pose) {
     const auto& first = hull.edges[hull.face_edges[f]];
     const auto& second = hull.edges[first.next];
     const auto& third = hull.edges[second.next];
-    const DVec a = solid.vertices[first.origin], b = solid.vertices[second.origin], c = solid.vertices[third.origin];
-    DVec n = cross(b - a, c - a);
+    const Vec3d a = solid.vertices[first.origin], b = solid.vertices[second.origin], c = solid.vertices[third.origin];
+    Vec3d n = cross(b - a, c - a);
     n = (1 / length(n)) * n;
     solid.planes.push_back({n, dot(n, a)});
   }
   for (std::size_t e = 0; e < hull.edges.size(); e += 2) {
-    const DVec d = solid.vertices[hull.edges[e + 1].origin] - solid.vertices[hull.edges[e].origin];
+    const Vec3d d = solid.vertices[hull.edges[e + 1].origin] - solid.vertices[hull.edges[e].origin];
     solid.edges.push_back((1 / length(d)) * d);
   }
   return solid;
 }
 
 /// Gap between the projections of b and a on the axis, b lying on its positive side.
-inline double gap(const Solid& a, const Solid& b, DVec axis) {
+inline double gap(const Solid& a, const Solid& b, Vec3d axis) {
   double highest = -1e300, lowest = 1e300;
-  for (DVec v : a.vertices) highest = std::max(highest, dot(axis, v));
-  for (DVec v : b.vertices) lowest = std::min(lowest, dot(axis, v));
+  for (Vec3d v : a.vertices) highest = std::max(highest, dot(axis, v));
+  for (Vec3d v : b.vertices) lowest = std::min(lowest, dot(axis, v));
   return lowest - highest;
 }
 
@@ -69,9 +60,9 @@ inline double sat_separation(const Solid& a, const Solid& b) {
   double best = -1e300;
   for (const auto& p : a.planes) best = std::max(best, gap(a, b, p.normal));
   for (const auto& p : b.planes) best = std::max(best, gap(a, b, -1.0 * p.normal));
-  for (DVec ea : a.edges) {
-    for (DVec eb : b.edges) {
-      DVec axis = cross(ea, eb);
+  for (Vec3d ea : a.edges) {
+    for (Vec3d eb : b.edges) {
+      Vec3d axis = cross(ea, eb);
       const double l = length(axis);
       if (l < 1e-6) continue;
       axis = (1 / l) * axis;
@@ -82,7 +73,7 @@ inline double sat_separation(const Solid& a, const Solid& b) {
 }
 
 /// How far the point is outside the solid's planes; negative inside.
-inline double height_over(const Solid& solid, DVec point) {
+inline double height_over(const Solid& solid, Vec3d point) {
   double h = -1e300;
   for (const auto& p : solid.planes) h = std::max(h, dot(p.normal, point) - p.offset);
   return h;

@@ -6,7 +6,7 @@
 #include "collision/manifold.hpp"
 #include "collision_oracle.hpp"
 
-namespace fathom::test {
+namespace fathom::test::collision_round_test {
 namespace {
 
 Geometry sphere_geometry(float r) { return {ShapeType::sphere, r, {0, 0, 0}, {}}; }
@@ -14,14 +14,14 @@ Geometry capsule_geometry(float r, float l) { return {ShapeType::capsule, r, {0,
 Geometry box_geometry(Vec3 h) { return {ShapeType::box, 0, h, {}}; }
 
 /// Distance of a point to a convex solid, by alternating projections onto its half spaces (Dykstra): slow, sure.
-double distance_to(const Solid& solid, DVec point) {
+double distance_to(const Solid& solid, Vec3d point) {
   if (height_over(solid, point) <= 0) return 0;
-  std::vector<DVec> corrections(solid.planes.size());
-  DVec x = point;
+  std::vector<Vec3d> corrections(solid.planes.size());
+  Vec3d x = point;
   for (int sweep = 0; sweep < 4000; ++sweep) {
-    DVec before = x;
+    Vec3d before = x;
     for (std::size_t i = 0; i < solid.planes.size(); ++i) {
-      const DVec y = x + corrections[i];
+      const Vec3d y = x + corrections[i];
       const double h = dot(solid.planes[i].normal, y) - solid.planes[i].offset;
       x = h > 0 ? y - h * solid.planes[i].normal : y;
       corrections[i] = y - x;
@@ -32,7 +32,7 @@ double distance_to(const Solid& solid, DVec point) {
 }
 
 /// Least distance from points of the segment, by golden section: the distance is convex along it.
-double distance_to(const Solid& solid, DVec from, DVec to) {
+double distance_to(const Solid& solid, Vec3d from, Vec3d to) {
   double lo = 0, hi = 1;
   const double g = 0.6180339887498949;
   const auto at = [&](double t) { return distance_to(solid, from + t * (to - from)); };
@@ -48,17 +48,17 @@ double distance_to(const Solid& solid, DVec from, DVec to) {
 }
 
 /// The core of a capsule as a solid without planes, for separations by axes.
-double core_overlap(const Solid& solid, DVec from, DVec to) {
+double core_overlap(const Solid& solid, Vec3d from, Vec3d to) {
   double best = -1e300;
-  const auto low = [&](DVec n) { return std::min(dot(n, from), dot(n, to)); };
-  const auto high = [&](DVec n) {
+  const auto low = [&](Vec3d n) { return std::min(dot(n, from), dot(n, to)); };
+  const auto high = [&](Vec3d n) {
     double h = -1e300;
-    for (DVec v : solid.vertices) h = std::max(h, dot(n, v));
+    for (Vec3d v : solid.vertices) h = std::max(h, dot(n, v));
     return h;
   };
   for (const auto& p : solid.planes) best = std::max(best, low(p.normal) - p.offset);
-  for (DVec e : solid.edges) {
-    DVec n = cross(e, to - from);
+  for (Vec3d e : solid.edges) {
+    Vec3d n = cross(e, to - from);
     if (length(n) < 1e-6) continue;
     n = (1 / length(n)) * n;
     best = std::max(best, std::max(low(n) - high(n), low(-1.0 * n) - high(-1.0 * n)));
@@ -67,10 +67,10 @@ double core_overlap(const Solid& solid, DVec from, DVec to) {
 }
 
 struct Ends {
-  DVec from, to;
+  Vec3d from, to;
 };
 Ends ends(const Geometry& g, const Pose& pose) {
-  const DVec h{0, 0, double(g.half_extents.z)};
+  const Vec3d h{0, 0, double(g.half_extents.z)};
   return {rotate(pose.rotation, -1.0 * h) + to_double(pose.position),
           rotate(pose.rotation, h) + to_double(pose.position)};
 }
@@ -84,7 +84,7 @@ void expect_sound(const Manifold& m, float margin) {
 }
 
 TEST(CollisionRound, SphereSphere) {
-  Random random(1);
+  Sampler random(1);
   for (int i = 0; i < 2000; ++i) {
     const float ra = random.uniform(0.1f, 1), rb = random.uniform(0.1f, 1), margin = 0.05f;
     const Pose pose{random.in_cube(1.2f), 0, random.rotation()};
@@ -109,7 +109,7 @@ TEST(CollisionRound, SphereSphere) {
 }
 
 TEST(CollisionRound, CapsulesMatchSampledDistance) {
-  Random random(2);
+  Sampler random(2);
   int two = 0;
   for (int i = 0; i < 2000; ++i) {
     const Geometry a = capsule_geometry(0.3f, random.uniform(0, 1)), b = capsule_geometry(0.2f, random.uniform(0, 1));
@@ -121,7 +121,7 @@ TEST(CollisionRound, CapsulesMatchSampledDistance) {
     const Ends ea = ends(a, {}), eb = ends(b, pose);
     double exact = 1e300;
     for (int k = 0; k <= 1000; ++k) {
-      const DVec p = ea.from + (k / 1000.0) * (ea.to - ea.from), d = eb.to - eb.from;
+      const Vec3d p = ea.from + (k / 1000.0) * (ea.to - ea.from), d = eb.to - eb.from;
       const double t = dot(d, d) > 0 ? std::clamp(dot(d, p - eb.from) / dot(d, d), 0.0, 1.0) : 0;
       exact = std::min(exact, length(p - eb.from - t * d));
     }
@@ -157,7 +157,7 @@ struct Polyhedron {
   TestHull hull;
   Geometry geometry;
 };
-std::vector<Polyhedron> polyhedra(Random& random) {
+std::vector<Polyhedron> polyhedra(Sampler& random) {
   std::vector<Polyhedron> all;
   for (Vec3 h : {Vec3{0.5f, 0.6f, 0.7f}, Vec3{1, 1, 0.01f}}) all.push_back({make_hull(box_points(h)), box_geometry(h)});
   for (const auto& points :
@@ -173,7 +173,7 @@ std::vector<Polyhedron> polyhedra(Random& random) {
 }
 
 TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
-  Random random(3);
+  Sampler random(3);
   const std::vector<Polyhedron> all = polyhedra(random);
   int outside = 0, inside = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -205,7 +205,7 @@ TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
       EXPECT_NEAR(lowest_separation(m), exact - double(r), is_sphere ? 1e-4 : tolerance);
     }
     // Moved out along the normal by the overlap, the shapes are apart.
-    const DVec out = (-std::min(overlap, 0.0) + 2 * tolerance) * to_double(m.normal);
+    const Vec3d out = (-std::min(overlap, 0.0) + 2 * tolerance) * to_double(m.normal);
     if (overlap <= 0) {
       EXPECT_GT(core_overlap(solid, e.from + out, e.to + out), 0) << "the normal must point from A to B";
     }
@@ -225,7 +225,7 @@ TEST(CollisionRound, SpheresAndCapsulesOnPolyhedraMatchTheOracle) {
 }
 
 TEST(CollisionRound, CapsuleLyingOnAFaceTouchesInTwoPoints) {
-  Random random(4);
+  Sampler random(4);
   const Quat lying{std::sqrt(0.5f), 0, std::sqrt(0.5f), 0};
   const TestHull slab = make_hull(prism_points(6, 2, 0.5f));
   for (int i = 0; i < 500; ++i) {
@@ -250,7 +250,7 @@ TEST(CollisionRound, CapsuleLyingOnAFaceTouchesInTwoPoints) {
 }
 
 TEST(CollisionRound, BoxAndHullAgreeOnSpheres) {
-  Random random(5);
+  Sampler random(5);
   const Vec3 h{0.5f, 0.6f, 0.7f};
   const TestHull hull = make_hull(box_points(h));
   for (int i = 0; i < 2000; ++i) {
@@ -299,4 +299,4 @@ TEST(CollisionRound, DISABLED_Timing) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::collision_round_test

@@ -5,7 +5,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::columns_test {
 namespace {
 
 double energy(const World& world, const std::vector<BodyId>& ids) {
@@ -179,4 +179,4 @@ TEST(Columns, ContinueBitForBitFromASnapshot) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::columns_test

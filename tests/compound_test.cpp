@@ -9,7 +9,7 @@
 #include "validate/exact_overlap.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::compound_test {
 namespace {
 
 WorldDef world_of(int threads = 1, bool sleep = true) {
@@ -202,7 +202,7 @@ std::vector<ChildShape> plates() {
 
 /// Shots inside, of which so many get out. They go from wall to wall within a step: nothing foretold where to look.
 int shots_out(int shots, float fastest, bool as_compound, bool turning) {
-  Random random(5);
+  Generator random(5);
   int out = 0;
   for (int shot = 0; shot < shots; ++shot) {
     WorldDef def = world_of(1, false);
@@ -260,7 +260,7 @@ Heap heap_of(std::uint32_t seed, const WorldDef& def, int bodies = 40) {
     heap.world.add(fixed(box({0.5f, 3, 20}), {side, 0, 0}));
     heap.world.add(fixed(box({3, 0.5f, 20}), {0, side, 0}));
   }
-  Random random(seed);
+  Generator random(seed);
   for (int i = 0; i < bodies; ++i) {
     const float size = uniform(random, 0.08f, 0.3f);
     const Shape shape = i % 4 == 3 ? shapes_of(size)[random() % 4] : random_compound(random, size);
@@ -335,7 +335,7 @@ TEST(Compound, HeapsGoOnFromSnapshots) {
     ASSERT_EQ(heap.world.state_hash(), copy.state_hash()) << i;
   }
   // Whatever is altered is refused or harmless.
-  Random random(1);
+  Generator random(1);
   for (int i = 0; i < 300; ++i) {
     std::vector<std::byte> altered = bytes;
     altered[random() % altered.size()] ^= static_cast<std::byte>(1 + random() % 255);
@@ -375,7 +375,7 @@ TEST(Compound, LiesOnSurfaces) {
   for (const bool field : {false, true}) {
     World world(world_of());
     world.add(field ? fixed(wavy_field(61), {-5, -5, 0}) : fixed(wavy_mesh(60)));
-    Random random(3);
+    Generator random(3);
     std::vector<BodyId> ids;
     for (int i = 0; i < 30; ++i) {
       BodyDef body =
@@ -395,7 +395,7 @@ TEST(Compound, LiesOnSurfaces) {
 }
 
 TEST(Compound, IsFoundByQueriesAsItsChildrenAre) {
-  Random random(11);
+  Generator random(11);
   for (int round = 0; round < 60; ++round) {
     const Shape shape = random_compound(random, 0.5f);
     World whole(world_of()), parts(world_of());
@@ -456,4 +456,4 @@ TEST(Compound, CostsWhatItsTouchedPartsCost) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::compound_test

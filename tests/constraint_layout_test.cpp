@@ -10,7 +10,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::native {
+namespace fathom::native::constraint_layout_test {
 namespace {
 
 /// Cubes in a row of rows on a ground, with contacts between those that are asked for.
@@ -117,7 +117,7 @@ TEST(ConstraintLayout, ManyIslandsMakeGroupsThatShareNoBody) {
 
 TEST(ConstraintLayout, OneLargeIslandIsSharedByAllThreads) {
   Contacts c(600);
-  test::Random random(7);
+  test::Generator random(7);
   for (std::uint32_t i = 1; i < 600; ++i) c.touch(i, i + 1);
   for (int i = 0; i < 900; ++i) {
     const auto a = 1 + static_cast<std::uint32_t>(random() % 600), b = 1 + static_cast<std::uint32_t>(random() % 600);
@@ -207,4 +207,4 @@ TEST(ConstraintLayout, ALargeHeapIsDividedIntoDomainsThatShareNoBody) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::constraint_layout_test

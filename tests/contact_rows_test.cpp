@@ -10,12 +10,12 @@
 #include "dynamics/manifold_update.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::contact_rows_test {
 namespace {
 
 class RowsOfContacts : public testing::Test {
  protected:
-  Random random_{11};
+  Generator random_{11};
 
   float uniform(float lo, float hi) { return test::uniform(random_, lo, hi); }
   float magnitude(float from, float to) { return std::pow(10.0f, uniform(from, to)); }
@@ -66,7 +66,8 @@ TEST_F(RowsOfContacts, SweepsStayFiniteInTheirConesAndPassive) {
     Solid a = solid(size, {}), b = solid(size * magnitude(-1, 1), {});
     // B where a corner of its is about at a point of A.
     const auto on = [&](const Solid& s) {
-      return rotate(s.pose.rotation, {uniform(-1, 1) * s.half.x, uniform(-1, 1) * s.half.y, uniform(-1, 1) * s.half.z});
+      return rotate(s.pose.rotation,
+                    Vec3{uniform(-1, 1) * s.half.x, uniform(-1, 1) * s.half.y, uniform(-1, 1) * s.half.z});
     };
     b.pose.position = on(a) - on(b);
     const Pose b_in_a = relative(a.pose, b.pose);
@@ -130,4 +131,4 @@ TEST_F(RowsOfContacts, WhatIsNotFiniteIsNotSound) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::contact_rows_test

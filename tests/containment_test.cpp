@@ -10,7 +10,7 @@
 #include "dynamics/body_fault.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::containment_test {
 namespace {
 
 constexpr std::uint32_t failing = 2;  // category
@@ -243,4 +243,4 @@ TEST(ContainmentInDomains, OthersGoOnAsIfItHadBeenTakenOut) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::containment_test

@@ -6,7 +6,7 @@
 #include "coupled_mass.hpp"
 #include "dynamics/generic_joint.hpp"
 
-namespace fathom::test {
+namespace fathom::test::coupled_joints_test {
 namespace {
 
 constexpr float h = 1 / 240.0f;
@@ -165,4 +165,4 @@ TEST_F(CoupledJointsTest, Coupling) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::coupled_joints_test

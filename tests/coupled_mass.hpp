@@ -48,7 +48,7 @@ inline double dot(const Vec6& a, const Vec6& b) {
 /// Makes masses of bodies in water.
 class CoupledMassTest : public testing::Test {
  protected:
-  Random random_{23};
+  Generator random_{23};
 
   float magnitude(float from, float to) { return std::pow(10.0f, uniform(random_, from, to)); }
   /// A dry body, and water that it carries along: another mass along each axis, centred somewhere else in it.

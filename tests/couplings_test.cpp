@@ -8,7 +8,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::couplings_test {
 namespace {
 
 class Couplings : public OfJointWorlds {
@@ -220,7 +220,7 @@ struct Train {
   std::vector<float> ratios;
 
   Train(const WorldDef& def, unsigned seed) : world(def) {
-    Random random(seed);
+    Generator random(seed);
     const auto part = [&] { return static_cast<float>(random() % 1000) / 1000; };
     for (int i = 0; i < 6; ++i) {
       const float radius = 0.1f + 0.3f * part(), mass = std::pow(10.0f, 3 * part() - 1);
@@ -361,4 +361,4 @@ TEST_P(Couplings, RefuseWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::couplings_test

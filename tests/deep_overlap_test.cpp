@@ -7,7 +7,7 @@
 #include "scene/heap_bodies.hpp"
 #include "validate/exact_overlap.hpp"
 
-namespace fathom {
+namespace fathom::deep_overlap_test {
 namespace {
 
 double deepest(const Manifold& manifold) {
@@ -77,4 +77,4 @@ TEST(DeepOverlap, ShowsWhereTheDeepestCornerIsBesideTheFace) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::deep_overlap_test

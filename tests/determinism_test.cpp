@@ -7,7 +7,7 @@
 #include "scene/environments.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::determinism_test {
 namespace {
 
 // A heap of all shapes with bouncing, spinning and sliding, and a few changes on the way.
@@ -176,4 +176,4 @@ TEST(Determinism, ImpulseSolverIsDeterministicToo) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::determinism_test

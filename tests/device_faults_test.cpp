@@ -7,7 +7,7 @@
 #include "scene/environments.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::device_faults_test {
 namespace {
 
 using exec::host_faults;
@@ -155,4 +155,4 @@ TEST_F(DeviceFaults, DestroyingAWorldOnALostDeviceIsQuiet) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::device_faults_test

@@ -8,7 +8,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::device_joints_test {
 namespace {
 
 using device::ApartEdit;
@@ -18,7 +18,7 @@ using device::ApartTable;
 // The device's table is what edits have made of it.
 TEST(ApartPairs, HoldWhatWasAddedMoreOftenThanRemoved) {
   for (unsigned seed = 0; seed < 200; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     ApartPairs pairs;
     pairs.begin();
     std::vector<std::uint64_t> on_device;
@@ -117,4 +117,4 @@ TEST(DeviceJoints, GoOnWhereMemoryRanOut) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::device_joints_test

@@ -9,7 +9,7 @@
 #include "dynamics/contact_rows.hpp"
 #include "random.hpp"
 
-namespace fathom::device {
+namespace fathom::device::device_rows_test {
 namespace {
 
 template <class T>
@@ -22,7 +22,7 @@ class DeviceRows : public testing::Test {
   using Bodies = JointBodies<SymMat3>;
   static constexpr float h = 1.0f / 240;
 
-  test::Random random_{23};
+  test::Generator random_{23};
   Quad rows_[row_count * tile_width]{};
 
   float uniform(float lo, float hi) { return test::uniform(random_, lo, hi); }
@@ -190,4 +190,4 @@ TEST_F(DeviceRows, OfContacts) {
 }
 
 }  // namespace
-}  // namespace fathom::device
+}  // namespace fathom::device::device_rows_test

@@ -9,7 +9,7 @@
 #include "scene/scene.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::device_simulator_test {
 namespace {
 
 WorldDef on_device(WorldDef def) {
@@ -219,4 +219,4 @@ TEST(DeviceSimulator, MemoryStaysInBounds) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::device_simulator_test

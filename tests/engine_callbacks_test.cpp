@@ -9,7 +9,7 @@
 #include "engine/recording.hpp"
 #include "engine_fixture.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_callbacks_test {
 namespace {
 
 using testing::ElementsAre;
@@ -606,4 +606,4 @@ TEST(EngineCallbacks, RandomSchedulesLeaveTheEngineSound) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_callbacks_test

@@ -9,7 +9,7 @@
 #include "engine_fixture.hpp"
 #include "random.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_command_test {
 namespace {
 
 using testing::HasSubstr;
@@ -101,7 +101,7 @@ TEST(EngineCommands, ChangesOfAJointThatIsNotThereAreNamed) {
 }
 
 TEST(EngineCommands, ManyBodiesHaveTheirOwnHandles) {
-  fathom::test::Random random(11);
+  fathom::test::Generator random(11);
   World world(fathom::test::quiet_world());
   CommandRunner runner(world);
   CommandList list;
@@ -130,4 +130,4 @@ TEST(EngineCommands, ARefusedBodyAmongManyIsNamed) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_command_test

@@ -5,7 +5,7 @@
 #include "engine/simulator_choice.hpp"
 #include "engine_fixture.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_config_test {
 namespace {
 
 using testing::HasSubstr;
@@ -154,4 +154,4 @@ TEST(EngineDevices, FallbackRules) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_config_test

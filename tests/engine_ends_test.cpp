@@ -7,7 +7,7 @@
 #include "engine/recording.hpp"
 #include "engine_fixture.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_ends_test {
 namespace {
 
 using testing::HasSubstr;
@@ -154,4 +154,4 @@ TEST(EngineEnds, WaitingForWhatStandsStillIsRefused) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_ends_test

@@ -17,7 +17,7 @@
 #include "files/output_file.hpp"
 #include "trace_reader.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_files_test {
 namespace {
 
 using fathom::test::TestFolder;
@@ -293,4 +293,4 @@ TEST(EngineConfig, ItsFilesAreDifferentOnes) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_files_test

@@ -12,7 +12,7 @@
 #include "engine/trace.hpp"
 #include "engine_fixture.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_parts_test {
 namespace {
 
 using testing::ElementsAre;
@@ -337,4 +337,4 @@ TEST(EngineTrace, IsBounded) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_parts_test

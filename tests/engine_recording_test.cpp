@@ -6,7 +6,7 @@
 #include "engine_fixture.hpp"
 #include "scene/environments.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_recording_test {
 namespace {
 
 using testing::HasSubstr;
@@ -386,4 +386,4 @@ TEST(EngineRecording, AppearsCompleteOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_recording_test

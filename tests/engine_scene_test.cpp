@@ -4,7 +4,7 @@
 #include "scene/environments.hpp"
 #include "scene/heap.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_scene_test {
 namespace {
 
 constexpr int steps = 64;
@@ -80,4 +80,4 @@ TEST(EngineScenes, ABodyThatComesBackIsTheSameEntity) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_scene_test

@@ -8,7 +8,7 @@
 #include "scene/environments.hpp"
 #include "scene/scene_file.hpp"
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_settings_test {
 namespace {
 
 using testing::HasSubstr;
@@ -285,4 +285,4 @@ TEST(EngineSettings, ProgramsThatEditAreHeard) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_settings_test

@@ -14,7 +14,7 @@
 extern "C" std::size_t __sanitizer_get_current_allocated_bytes();  // of its allocator_interface.h, which gcc lacks
 #endif
 
-namespace fathom::engine::test {
+namespace fathom::engine::test::engine_test {
 namespace {
 
 using testing::ElementsAre;
@@ -598,4 +598,4 @@ TEST(EngineSoak, MemoryDoesNotGrow) {
 }
 
 }  // namespace
-}  // namespace fathom::engine::test
+}  // namespace fathom::engine::test::engine_test

@@ -8,7 +8,7 @@
 #include "engine/engine.hpp"
 #include "render/image.hpp"
 
-namespace fathom::viewer {
+namespace fathom::viewer::engine_window_test {
 namespace {
 
 TEST(EngineWindow, DrawsEntitiesWhereTheyAre) {
@@ -36,4 +36,4 @@ TEST(EngineWindow, DrawsEntitiesWhereTheyAre) {
 }
 
 }  // namespace
-}  // namespace fathom::viewer
+}  // namespace fathom::viewer::engine_window_test

@@ -5,7 +5,7 @@
 #include "scene/quality.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::environment_quality_test {
 namespace {
 
 Quality simulate(Scene scene, int steps) {
@@ -86,4 +86,4 @@ TEST(EnvironmentQuality, DriftersKeepTheirMomentumBetweenKicks) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::environment_quality_test

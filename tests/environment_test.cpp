@@ -7,7 +7,7 @@
 #include "scene/environments.hpp"
 #include "scene/quality.hpp"
 
-namespace fathom {
+namespace fathom::environment_test {
 namespace {
 
 constexpr std::int64_t world_capacity = std::int64_t{1} << 24;
@@ -318,4 +318,4 @@ TEST(Quality, LowestPointOfEachShape) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::environment_test

@@ -11,7 +11,7 @@
 #include "scene/scene_parts.hpp"
 #include "shape_fixture.hpp"
 
-namespace fathom::validate {
+namespace fathom::validate::exact_overlap_test {
 namespace {
 
 using test::box_hull;
@@ -110,4 +110,4 @@ TEST(ExactOverlap, NoDirectionOverlapsLess) {
 }
 
 }  // namespace
-}  // namespace fathom::validate
+}  // namespace fathom::validate::exact_overlap_test

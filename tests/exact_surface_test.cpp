@@ -7,7 +7,7 @@
 
 #include "test_surfaces.hpp"
 
-namespace fathom::validate {
+namespace fathom::validate::exact_surface_test {
 namespace {
 
 Pose at(Vec3 position, Quat rotation = {}) { return {position, 0, rotation}; }
@@ -111,4 +111,4 @@ TEST(ExactSurface, HeightsOverASlope) {
 }
 
 }  // namespace
-}  // namespace fathom::validate
+}  // namespace fathom::validate::exact_surface_test

@@ -13,7 +13,7 @@
 #include "validate/shots.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::fast_pairs_test {
 namespace {
 
 using validate::wide;
@@ -180,7 +180,7 @@ TEST(FastPairs, CubesShotAtTheEdgeOfACrateStayOutside) {
 
 /// Discs, plates and rods of 1 to 30 mm, some as thin as 20 µm, that come down spinning on a floor of 2 cm, which they
 /// could all pass within a step.
-BodyDef falling_disc(Random& random, int kind) {
+BodyDef falling_disc(Generator& random, int kind) {
   const float radius = 0.001f * std::pow(30.0f, uniform(random, 0, 1));
   const float half = radius * std::pow(50.0f, uniform(random, -1, 0));
   BodyDef body{.shape = kind == 0   ? cylinder(radius, half, 16)
@@ -199,7 +199,7 @@ TEST(FastPairs, SmallSpinningDiscsDoNotFallThroughAFloor) {
   constexpr float spacing = 0.19f;
   for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid})
     for (std::uint32_t seed = 1; seed <= 20; ++seed) {
-      Random random(seed);
+      Generator random(seed);
       WorldDef def = Range::definition(1, simulator);
       def.gravity = {0, -9.81f, 0};
       World world(def);
@@ -316,4 +316,4 @@ TEST(FastPairs, TheGapOfAPointAndABoxIsItsDistance) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::fast_pairs_test

@@ -7,7 +7,7 @@
 #include "scene/scene.hpp"
 #include "scene/scene_file.hpp"
 
-namespace fathom::test {
+namespace fathom::test::filter_test {
 namespace {
 
 using testing::ElementsAre;
@@ -236,4 +236,4 @@ TEST(FilterScene, TellsMistakes) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::filter_test

@@ -9,7 +9,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::friction_patch_test {
 namespace {
 
 /// Every simulator and solver by name.
@@ -36,7 +36,7 @@ double turned(const World& world, BodyId id) {
 // A plank that carries most of its load on one end and slides sideways does not turn: gravity and friction act at the
 // same place. It stops after v²/2µg with all that it carries.
 TEST_P(FrictionPatch, ALoadOnOneEndDoesNotTurnAPlank) {
-  Random random{5};
+  Generator random{5};
   for (int trial = 0; trial < 12; ++trial) {
     const float scale = std::pow(10.0f, uniform(random, -1, 1)), mu = uniform(random, 0.2f, 0.5f);
     const float load = std::pow(10.0f, uniform(random, -0.5f, 1)), end = uniform(random, 0.3f, 0.95f);
@@ -174,4 +174,4 @@ TEST_P(FrictionPatch, AGripHolds) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::friction_patch_test

@@ -8,7 +8,7 @@
 #include "native/solver_kernels.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::generic_joint_streams_test {
 namespace {
 
 class GenericJointStreams : public OfJointWorlds {};
@@ -16,7 +16,7 @@ INSTANTIATE_TEST_SUITE_P(Simulators, GenericJointStreams, testing::ValuesIn(join
 
 /// Pairs of bodies over the ground with joints of all types, some of which change with every step.
 struct GenericStream {
-  Random random;
+  Generator random;
   World world;
   std::vector<BodyId> bodies;
 
@@ -178,4 +178,4 @@ TEST_P(GenericJointStreams, SlotsAreUsedAgain) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::generic_joint_streams_test

@@ -7,7 +7,7 @@
 
 #include "joint_worlds.hpp"
 
-namespace fathom::test {
+namespace fathom::test::generic_joints_test {
 namespace {
 
 class GenericJoints : public OfJointWorlds {
@@ -335,4 +335,4 @@ TEST_P(GenericJoints, BadDefinitionsAreRefused) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::generic_joints_test

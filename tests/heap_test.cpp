@@ -16,7 +16,7 @@
 #include "validate/exact_surface.hpp"
 #include "validate/heap_checks.hpp"
 
-namespace fathom::validate {
+namespace fathom::validate::heap_test {
 namespace {
 
 std::uint64_t bits_of(const Scene& scene) {
@@ -275,4 +275,4 @@ TEST_P(HeapsOnTheDevice, AreSound) {
 INSTANTIATE_TEST_SUITE_P(Host, HeapsOnTheDevice, testing::Range(std::uint64_t{1}, std::uint64_t{13}, device_seeds));
 
 }  // namespace
-}  // namespace fathom::validate
+}  // namespace fathom::validate::heap_test

@@ -16,7 +16,7 @@
 #include "math/vec3d.hpp"
 #include "random.hpp"
 
-namespace fathom {
+namespace fathom::hull_test {
 namespace {
 
 using namespace test;
@@ -162,7 +162,7 @@ TEST(Hull, TetrahedronOfUnitAxes) {
 }
 
 TEST(Hull, CubeHasSixQuadsWhateverLiesOnItsFaces) {
-  Random random(1);
+  Generator random(1);
   Cloud cloud = cube_corners();
   for (int i = 0; i < 300; ++i) {
     Vec3 p = in_cube(random);
@@ -192,7 +192,7 @@ TEST(Hull, GridsAreCubes) {
 }
 
 TEST(Hull, PrismsHaveTwoPolygonsAndQuads) {
-  Random random(2);
+  Generator random(2);
   for (std::size_t n = 3; n <= 100; ++n) {
     const Cloud cloud = rotated(prism(static_cast<int>(n), 0.5f), any_rotation(random));
     const Shape shape = hull(cloud);
@@ -212,7 +212,7 @@ TEST(Hull, PlatonicSolids) {
       dodecahedron.insert(dodecahedron.end(), {{0, s / g, t * g}, {s / g, t * g, 0}, {t * g, 0, s / g}});
     }
   }
-  Random random(3);
+  Generator random(3);
   for (int trial = 0; trial < 50; ++trial) {
     const Quat q = any_rotation(random);
     expect_counts(*hull(rotated(octahedron, q)).hull, 6, 12, 8);
@@ -222,7 +222,7 @@ TEST(Hull, PlatonicSolids) {
 }
 
 TEST(Hull, ThousandsOfRandomClouds) {
-  Random random(4);
+  Generator random(4);
   for (int trial = 0; trial < 4000; ++trial) {
     const int count = 4 + static_cast<int>(random() % 60);
     Cloud cloud =
@@ -236,7 +236,7 @@ TEST(Hull, ThousandsOfRandomClouds) {
 }
 
 TEST(Hull, NastyClouds) {
-  Random random(5);
+  Generator random(5);
   int refused = 0;
   for (int trial = 0; trial < 6000; ++trial) {
     const int count = 4 + static_cast<int>(random() % 60);
@@ -284,7 +284,7 @@ TEST(Hull, NastyClouds) {
 }
 
 TEST(Hull, VolumeMatchesASlowHull) {
-  Random random(6);
+  Generator random(6);
   for (int trial = 0; trial < 500; ++trial) {
     const Cloud cloud = many(4 + static_cast<int>(random() % 16), [&] { return in_cube(random); });
     const double expected = slow_volume(cloud);
@@ -293,7 +293,7 @@ TEST(Hull, VolumeMatchesASlowHull) {
 }
 
 TEST(Hull, CentreOfMassIsTheOrigin) {
-  Random random(7);
+  Generator random(7);
   for (int trial = 0; trial < 200; ++trial) {
     const Cloud cloud = many(20, [&] { return in_cube(random) + Vec3{5, 6, 7}; });
     const Shape first = hull(cloud);
@@ -304,7 +304,7 @@ TEST(Hull, CentreOfMassIsTheOrigin) {
 }
 
 TEST(Hull, EqualCloudsGiveEqualHulls) {
-  Random random(8);
+  Generator random(8);
   const Cloud cloud = many(100, [&] { return on_sphere(random); });
   const Shape a = hull(cloud), b = hull(cloud);
   ASSERT_EQ(a.hull->vertices().size(), b.hull->vertices().size());
@@ -312,7 +312,7 @@ TEST(Hull, EqualCloudsGiveEqualHulls) {
 }
 
 TEST(Hull, LargeCloudsOfFewCorners) {
-  Random random(9);
+  Generator random(9);
   Cloud cloud = many(20000, [&] { return in_cube(random); });
   for (const Vec3 p : cube_corners()) cloud.push_back(p);
   cloud = rotated(cloud, any_rotation(random));
@@ -334,7 +334,7 @@ void expect_refused(const Cloud& cloud, ErrorCode code, const std::string& text)
 
 TEST(Hull, RefusesCloudsWithoutVolume) {
   constexpr auto degenerate = ErrorCode::degenerate_shape;
-  Random random(10);
+  Generator random(10);
   expect_refused({}, degenerate, "0 points span no volume");
   expect_refused({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, degenerate, "3 points span no volume");
   expect_refused(Cloud(7, Vec3{1, 2, 3}), degenerate, "7 points coincide");
@@ -368,7 +368,7 @@ TEST(Hull, RefusesPointsThatAreNotFinite) {
 }
 
 TEST(Hull, RefusesMoreThanItCanHold) {
-  Random random(11);
+  Generator random(11);
   expect_refused(many(255, [&] { return on_sphere(random); }), ErrorCode::degenerate_shape, "255 vertices");
   expect_refused(many(5000, [&] { return on_sphere(random); }), ErrorCode::degenerate_shape, "more than 255 vertices");
   expect_refused(prism(254, 1), ErrorCode::degenerate_shape, "faces");
@@ -376,4 +376,4 @@ TEST(Hull, RefusesMoreThanItCanHold) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::hull_test

@@ -10,7 +10,7 @@
 #include "coupled_mass.hpp"
 #include "dynamics/contact_rows.hpp"
 
-namespace fathom::test {
+namespace fathom::test::inverse_inertia_test {
 namespace {
 
 /// By Gauss and Jordan, with the largest pivot of each row's own scale.
@@ -170,4 +170,4 @@ TEST_F(InverseInertiaTest, ContactRowsOfCoupledBodies) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::inverse_inertia_test

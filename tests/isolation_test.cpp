@@ -11,7 +11,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::isolation_test {
 namespace {
 
 constexpr int stations = 24;  // of a few bodies each, of any shape, on the ground or in flight
@@ -145,4 +145,4 @@ INSTANTIATE_TEST_SUITE_P(Simulators, Isolation, testing::Values("soft", "impulse
                          [](const auto& of) { return std::string(of.param); });
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::isolation_test

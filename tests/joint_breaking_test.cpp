@@ -7,7 +7,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_breaking_test {
 namespace {
 
 class BreakingJoints : public OfJointWorlds {};
@@ -87,7 +87,7 @@ TEST_P(BreakingJoints, BodiesCollideAfterwards) {
 struct Bridge {
   World world;
   Bridge(const WorldDef& settings, unsigned seed) : world(settings) {
-    Random random(seed);
+    Generator random(seed);
     world.add(ground());
     BodyId before = add_anchor(world, {-5, 0, 4});
     for (int i = 0; i < 12; ++i) {
@@ -192,4 +192,4 @@ TEST_P(BreakingJoints, RefuseWhatIsNoStrength) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_breaking_test

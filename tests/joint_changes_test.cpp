@@ -3,7 +3,7 @@
 
 #include "joint_worlds.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_changes_test {
 namespace {
 
 class JointChanges : public OfJointWorlds {};
@@ -121,4 +121,4 @@ TEST(JointRules, FramesGearsAndRacksNeedAnAxis) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_changes_test

@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace fathom {
+namespace fathom::joint_elimination_test {
 namespace {
 
 class JointElimination : public testing::Test {
@@ -108,4 +108,4 @@ TEST_F(JointElimination, HangsOnAParentAsABallJointDoes) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::joint_elimination_test

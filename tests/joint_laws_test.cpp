@@ -7,7 +7,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_laws_test {
 namespace {
 
 class JointLaws : public OfJointWorlds {};
@@ -126,7 +126,7 @@ TEST_P(JointLaws, AFreeChainKeepsItsMomentum) {
   WorldDef def = GetParam().quiet();
   def.gravity = {};
   World world(def);
-  Random random(3);
+  Generator random(3);
   const Chain chain(world, {}, {}, {1, 0, 0}, 8);
   for (const BodyId id : chain.links) world.set_velocity(id, in_cube(random), 2 * in_cube(random));
   const auto momentum = [&] {
@@ -232,7 +232,7 @@ TEST_P(JointLaws, ANetCatchesBalls) {
     if (i % side + 1 < side) tie(i, i + 1, {1, 0, 0});
     if (i / side + 1 < side) tie(i, i + side, {0, 1, 0});
   }
-  Random random(5);
+  Generator random(5);
   std::vector<BodyId> balls;
   for (int i = 0; i < 12; ++i)
     balls.push_back(world.add(
@@ -245,4 +245,4 @@ TEST_P(JointLaws, ANetCatchesBalls) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_laws_test

@@ -10,7 +10,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_loops_test {
 namespace {
 
 class JointLoops : public OfJointWorlds {};
@@ -22,7 +22,7 @@ Pose frame(const World& world, BodyId body, Vec3 at, Quat rotation) {
 }
 
 /// 3 to 16 boxes with balls, hinges and welds between them, some hanging, and up to four joints more.
-void add_mechanism(World& world, Random& random, Filter filter, bool may_hang) {
+void add_mechanism(World& world, Generator& random, Filter filter, bool may_hang) {
   const auto number = [&](float from, float to) { return uniform(random, from, to); };
   const unsigned count = 3 + static_cast<unsigned>(random()) % 14;
   const float ratio = random() % 2 ? 3.0f : 30.0f;
@@ -58,7 +58,7 @@ void add_mechanism(World& world, Random& random, Filter filter, bool may_hang) {
 TEST_P(JointLoops, KeepTogetherAndGainNoEnergy) {
   for (unsigned seed = 1; seed <= 25; ++seed) {
     World world(GetParam().quiet());
-    Random random(seed);
+    Generator random(seed);
     add_mechanism(world, random, {1, 0}, true);
     world.step();
     float mass = 0, widest = 0;
@@ -81,7 +81,7 @@ TEST_P(JointLoops, OnTheGroundGainNoEnergy) {
   for (unsigned seed = 1; seed <= 25; ++seed) {
     World world(GetParam().quiet());
     world.add(ground());
-    Random random(seed);
+    Generator random(seed);
     add_mechanism(world, random, {2, 1}, false);
     float mass = 0;
     for (const BodyId id : world.bodies()) mass += world.motion(id) == MotionType::dynamic ? world.mass(id) : 0;
@@ -130,7 +130,7 @@ Rows solved(std::array<Rows, rows> a, Rows x) {
 TEST(LoopClosure, SolvesItsRows) {
   constexpr float softness = 0.01f;
   for (unsigned seed = 0; seed < 100; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     const auto rank = 4 + random() % (rows - 3);
     std::vector<float> memory(LoopClosure::size(closures));
     const LoopClosure closure(memory.data(), closures);
@@ -162,4 +162,4 @@ TEST(LoopClosure, SolvesItsRows) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_loops_test

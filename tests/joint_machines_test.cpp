@@ -8,7 +8,7 @@
 
 #include "joint_worlds.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_machines_test {
 namespace {
 
 class JointMachines : public OfJointWorlds {};
@@ -244,4 +244,4 @@ TEST_P(JointMachines, ATwistLimitHoldsAtAnySwingShortOfAHalfTurn) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_machines_test

@@ -11,7 +11,7 @@
 
 #include "joint_worlds.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_pairs_test {
 namespace {
 
 enum Kind { ball, rope, limb, hinge, weld, slider };
@@ -134,4 +134,4 @@ TEST_P(JointPairs, GainNoEnergy) {
 INSTANTIATE_TEST_SUITE_P(Simulators, JointPairs, testing::ValuesIn(joint_worlds), joint_world_name);
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_pairs_test

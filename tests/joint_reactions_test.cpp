@@ -7,7 +7,7 @@
 #include "joint_worlds.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_reactions_test {
 namespace {
 
 class ReactingAxes : public OfJointWorlds {
@@ -171,7 +171,7 @@ TEST_P(ReactingAxes, FrictionHoldsUntilItSlips) {
 /// A chain of hinges with random armatures and limits that throw back. Masses of up to 1000:1 and armatures of up to 30
 /// times a link's inertia are for direct solutions; `sweeps` hold 4:1 and one time.
 World random_arm(const WorldDef& def, unsigned seed, bool sweeps) {
-  Random random(seed);
+  Generator random(seed);
   World world(def);
   BodyId before = add_anchor(world, {0, 0, 8});
   Vec3 at{0, 0, 8};
@@ -230,4 +230,4 @@ TEST_P(ReactingAxes, RefuseWhatCannotBe) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_reactions_test

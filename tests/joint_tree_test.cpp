@@ -9,7 +9,7 @@
 
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joint_tree_test {
 namespace {
 
 struct TreeBody {
@@ -21,7 +21,7 @@ struct TreeBody {
   Vec3 impulse{};  // on it at its anchor
 };
 
-Mat3 random_inertia(Random& random, float mass, float size) {
+Mat3 random_inertia(Generator& random, float mass, float size) {
   const float scale = mass * size * size;
   const SymMat3 moments{
       scale * uniform(random, 0.1f, 0.4f), scale * uniform(random, 0.2f, 0.4f), scale * 0.3f, 0, 0, 0};
@@ -73,7 +73,7 @@ void solve(std::vector<TreeBody>& tree) {
 // All joints hold, and what changes bodies are the joints' impulses and nothing else: these two determine the solution.
 TEST(JointTree, AllJointsHoldByTheirImpulsesAlone) {
   for (unsigned seed = 0; seed < 2000; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     const float size = uniform(random, 0.01f, 10), ratio = seed % 3 == 0 ? 1000.0f : 10.0f;
     std::vector<TreeBody> tree;
     const int count = 1 + static_cast<int>(random() % 30);
@@ -119,7 +119,7 @@ double kinetic_energy(const std::vector<TreeBody>& tree) {
 TEST(JointTree, FoldedChainsWithHeavyEndsGainNoEnergy) {
   double most = 0;
   for (unsigned seed = 0; seed < 5000; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     const int count = 2 + static_cast<int>(random() % 14);
     const float heavy = std::pow(10.0f, uniform(random, 0, 4)), thin = std::pow(10.0f, uniform(random, -2, -0.5f));
     std::vector<TreeBody> tree;
@@ -144,4 +144,4 @@ TEST(JointTree, FoldedChainsWithHeavyEndsGainNoEnergy) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joint_tree_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace fathom {
+namespace fathom::joint_trees_test {
 namespace {
 
 class Tree {
@@ -192,4 +192,4 @@ TEST(JointTrees, AreLeftToSweepsWhereOneAsks) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::joint_trees_test

@@ -10,7 +10,7 @@
 #include "late_device.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::joints_test {
 namespace {
 
 class Joints : public OfJointWorlds {};
@@ -142,7 +142,7 @@ TEST_P(Joints, AHubHoldsMoreThanItHasColoursFor) {
   BodyDef hub = dynamic(sphere(1), {}, 500);
   const BodyId middle = world.add(hub);
   world.add_joint(ball_joint(add_anchor(world, {0, 0, 2}), middle, {}, {0, 0, 2}));
-  Random random(11);
+  Generator random(11);
   std::vector<JointId> joints;
   for (int i = 0; i < 90; ++i) {
     const Vec3 out = on_sphere(random);
@@ -238,7 +238,7 @@ struct JointStream {
     world.step();
   }
 
-  Random random;
+  Generator random;
   World world;
   std::vector<BodyId> pillars;
   std::deque<BodyId> living;
@@ -336,4 +336,4 @@ TEST_P(Joints, AreKnownBeforeTheFirstStep) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::joints_test

@@ -6,7 +6,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::kinematic_boundaries_test {
 namespace {
 
 BodyDef kinematic(Vec3 half_extents, Vec3 position, Vec3 linear = {}, Vec3 angular = {}) {
@@ -201,4 +201,4 @@ TEST(KinematicBoundaries, SleepOnLiftsDoesNotDependOnThreads) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::kinematic_boundaries_test

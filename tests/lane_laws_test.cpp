@@ -128,7 +128,7 @@ using ContactV = ContactOf<V, Vec3V<V>, ContactFrameOf<V>, ContactAxesOf<V>, Con
 
 class LaneLaws : public testing::Test {
  protected:
-  test::Random random_{17};
+  test::Generator random_{17};
 
   float uniform(float lo, float hi) { return test::uniform(random_, lo, hi); }
   float magnitude(float from, float to) { return std::pow(10.0f, uniform(from, to)); }

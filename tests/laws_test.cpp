@@ -6,7 +6,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::laws_test {
 namespace {
 
 // Bodies that nothing touches fly on exact parabolas, whatever the time step.
@@ -357,4 +357,4 @@ TEST(Laws, ConveyorTakesItsLoadAlong) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::laws_test

@@ -10,7 +10,7 @@
 #include "joint_worlds.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::light_links_test {
 namespace {
 
 class LightLinks : public OfJointWorlds {};
@@ -107,4 +107,4 @@ TEST_P(LightLinks, WhatSpinsTooFastLosesEnergyUntilItMeets) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::light_links_test

@@ -7,7 +7,7 @@
 
 #include "scene/random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::manifold_update_test {
 namespace {
 
 float between(Random& random, float low, float high) { return low + (high - low) * static_cast<float>(random.unit()); }
@@ -63,4 +63,4 @@ TEST(ManifoldUpdate, ALoadTooSmallToDivideByIsNotKnown) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::manifold_update_test

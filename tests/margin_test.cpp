@@ -6,7 +6,7 @@
 
 #include "dynamics/bounds.hpp"
 
-namespace fathom::test {
+namespace fathom::test::margin_test {
 namespace {
 
 WorldDef on_one_thread() {
@@ -76,4 +76,4 @@ TEST(Margin, WhateverFallsIsStoppedAtTheFloor) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::margin_test

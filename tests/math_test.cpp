@@ -6,15 +6,15 @@
 #include "math/eigen.hpp"
 #include "random.hpp"
 
-namespace fathom {
+namespace fathom::math_test {
 namespace {
 
 using namespace test;
 
 constexpr int trials = 2000;
 
-Mat3 any_matrix(Random& random) { return {in_cube(random), in_cube(random), in_cube(random)}; }
-SymMat3 any_symmetric(Random& random) {
+Mat3 any_matrix(Generator& random) { return {in_cube(random), in_cube(random), in_cube(random)}; }
+SymMat3 any_symmetric(Generator& random) {
   const Vec3 d = in_cube(random), o = in_cube(random);
   return {d.x, d.y, d.z, o.x, o.y, o.z};
 }
@@ -43,7 +43,7 @@ TEST(Math, FiniteMeansNeitherInfiniteNorNan) {
 }
 
 TEST(Vec3, CrossIsPerpendicularAndAnticommutes) {
-  Random random(1);
+  Generator random(1);
   for (int i = 0; i < trials; ++i) {
     const Vec3 a = in_cube(random), b = in_cube(random);
     ASSERT_EQ(cross(a, a), Vec3{});
@@ -55,7 +55,7 @@ TEST(Vec3, CrossIsPerpendicularAndAnticommutes) {
 }
 
 TEST(Vec3, NormalizeGivesUnitLengthOrTheFallback) {
-  Random random(2);
+  Generator random(2);
   for (int i = 0; i < trials; ++i) {
     const Vec3 n = normalize(uniform(random, 1e-6f, 1e6f) * on_sphere(random));
     ASSERT_NEAR(length(n), 1, 3e-7f);
@@ -68,7 +68,7 @@ TEST(Vec3, NormalizeGivesUnitLengthOrTheFallback) {
 }
 
 TEST(Quat, RotationsKeepLengthsAndAngles) {
-  Random random(3);
+  Generator random(3);
   for (int i = 0; i < trials; ++i) {
     const Quat q = any_rotation(random);
     const Vec3 a = in_cube(random), b = in_cube(random);
@@ -80,7 +80,7 @@ TEST(Quat, RotationsKeepLengthsAndAngles) {
 }
 
 TEST(Quat, ProductRotatesOneAfterTheOther) {
-  Random random(4);
+  Generator random(4);
   for (int i = 0; i < trials; ++i) {
     const Quat p = any_rotation(random), q = any_rotation(random);
     const Vec3 v = in_cube(random);
@@ -102,7 +102,7 @@ TEST(Quat, NormalizeOfNothingIsTheIdentity) {
 }
 
 TEST(Mat3, InverseTransposeAndDeterminant) {
-  Random random(5);
+  Generator random(5);
   for (int i = 0; i < trials; ++i) {
     const Mat3 a = any_matrix(random), b = any_matrix(random);
     ASSERT_NEAR(determinant(a * b), determinant(a) * determinant(b), 1e-5f);
@@ -117,7 +117,7 @@ TEST(Mat3, InverseTransposeAndDeterminant) {
 }
 
 TEST(Mat3, RotationsAreProper) {
-  Random random(6);
+  Generator random(6);
   for (int i = 0; i < trials; ++i) {
     const Mat3 r = to_matrix(any_rotation(random));
     ASSERT_NEAR(determinant(r), 1, 2e-6f);
@@ -126,7 +126,7 @@ TEST(Mat3, RotationsAreProper) {
 }
 
 TEST(SymMat3, RotatedIsTheTensorInTurnedAxes) {
-  Random random(7);
+  Generator random(7);
   for (int i = 0; i < trials; ++i) {
     const SymMat3 m = any_symmetric(random);
     const Quat q = any_rotation(random);
@@ -137,7 +137,7 @@ TEST(SymMat3, RotatedIsTheTensorInTurnedAxes) {
 }
 
 TEST(Pose, RelativeUndoesTheProduct) {
-  Random random(8);
+  Generator random(8);
   for (int i = 0; i < trials; ++i) {
     const Pose a = any_pose(random, 3), b = any_pose(random, 3);
     const Vec3 v = in_cube(random);
@@ -150,7 +150,7 @@ TEST(Pose, RelativeUndoesTheProduct) {
 }
 
 TEST(Aabb, OverlapIsSymmetricAndContainsItsParts) {
-  Random random(9);
+  Generator random(9);
   for (int i = 0; i < trials; ++i) {
     const auto any_box = [&] {
       const Vec3 p = 2.f * in_cube(random), q = 2.f * in_cube(random);
@@ -170,7 +170,7 @@ TEST(Aabb, OverlapIsSymmetricAndContainsItsParts) {
 }
 
 TEST(PrincipalFrame, RebuildsTheMatrix) {
-  Random random(10);
+  Generator random(10);
   for (int i = 0; i < trials; ++i) {
     SymMat3 m = any_symmetric(random);
     if (i % 4 == 0) m = rotated(to_matrix(any_rotation(random)), {2, 2, 1});  // double eigenvalue
@@ -203,4 +203,4 @@ TEST(PrincipalFrame, AnyOrderOfTheDiagonal) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::math_test

@@ -7,7 +7,7 @@
 #include "native/solver_kernels.hpp"
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::mechanisms_test {
 namespace {
 
 constexpr JointWorlds native{"native", SimulatorKind::native}, device{"device", SimulatorKind::device};
@@ -47,7 +47,7 @@ TEST(Mechanisms, SmallBallsOnLongArmsKeepTheirEnergy) {
 // Chains of all lengths that swing with all loads: no energy comes from nowhere.
 TEST(Mechanisms, GainNoEnergy) {
   for (unsigned seed = 0; seed < 60; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     World world(native.quiet());
     const int count = 1 + static_cast<int>(random() % 12);
     const Chain chain(world, add_anchor(world, {}), {}, {1, 0, 0}, count);
@@ -71,7 +71,7 @@ TEST(Mechanisms, GainNoEnergy) {
 // Nets, trees, loops, springs and heaps at once: the same bits for every width and any number of threads.
 TEST(Mechanisms, AreTheSameAtEveryWidthAndForAnyNumberOfThreads) {
   const auto hash = [](int threads) {
-    Random random(9);
+    Generator random(9);
     World world(native.sleepy(threads));
     world.add({.motion = MotionType::fixed, .pose = {.position = {0, 0, -0.5f}}, .shape = box({30, 30, 0.5f})});
     std::vector<BodyId> bodies;
@@ -119,4 +119,4 @@ TEST(Mechanisms, ALoopHolds) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::mechanisms_test

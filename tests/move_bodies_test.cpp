@@ -9,7 +9,7 @@
 #include "dynamics/rotation.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::native {
+namespace fathom::native::move_bodies_test {
 namespace {
 
 TEST(MoveBodies, BoundsAreThoseOfOneBody) {
@@ -160,4 +160,4 @@ TEST(MoveBodies, EveryLaneFliesAsOneBody) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::move_bodies_test

@@ -10,7 +10,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::move_to_test {
 namespace {
 
 using namespace test;
@@ -40,7 +40,7 @@ void expect_refused(const char* part, const std::function<void()>& act) {
 }  // namespace
 
 TEST(RotationVector, TurnsBackIntoItsQuaternion) {
-  Random random(3);
+  Generator random(3);
   for (int i = 0; i < 2000; ++i) {
     const Vec3 axis = normalize(in_cube(random));
     const float angle = static_cast<float>(i) * 3.14159f / 2000;
@@ -279,4 +279,4 @@ INSTANTIATE_TEST_SUITE_P(Rides, Turntable,
                                          Ride{3, 0.3f, 60, 4, Solver::impulse}));
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::move_to_test

@@ -9,7 +9,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::overlap_test {
 namespace {
 
 /// Three bodies on the ground, each `depth` (m) inside the one below.
@@ -124,4 +124,4 @@ TEST(Overlap, GoesOnAfterASnapshot) {
   }
 }
 
-}  // namespace fathom::test
+}  // namespace fathom::test::overlap_test

@@ -11,7 +11,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::overload_test {
 namespace {
 
 using namespace test;
@@ -154,4 +154,4 @@ TEST(Overload, AThinPlateCarriesManyBoxes) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::overload_test

@@ -8,7 +8,7 @@
 
 #include "random.hpp"
 
-namespace fathom::native {
+namespace fathom::native::pair_runs_test {
 namespace {
 
 std::vector<std::pair<std::uint32_t, std::uint32_t>> values(const std::vector<Pair>& pairs) {
@@ -19,7 +19,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> values(const std::vector<Pa
 
 // As a stable sort by the first body would leave the lists, one after the other; again and again in the same room.
 TEST(PairRuns, InTheOrderOfBodies) {
-  test::Random random(3);
+  test::Generator random(3);
   PairRuns runs;
   std::vector<Pair> pairs;
   for (const std::uint32_t bodies : {2000u, 40u, 1u, 5000u, 300u}) {
@@ -53,4 +53,4 @@ TEST(PairRuns, InTheOrderOfBodies) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::pair_runs_test

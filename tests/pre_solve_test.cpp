@@ -17,7 +17,7 @@
 #include "test_surfaces.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::pre_solve_test {
 namespace {
 
 using testing::HasSubstr;
@@ -331,7 +331,7 @@ void mix_up(const World& world, PreSolveContact& c) {
 }
 
 void fill(World& world, int bodies, bool all_ask) {
-  Random random(7);
+  Generator random(7);
   world.add(ground());
   for (const Vec3 side : {Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}}) {
     BodyDef wall;
@@ -576,4 +576,4 @@ TEST_P(PreSolve, FastBodiesPassWhatTheFilterCallbackRefuses) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::pre_solve_test

@@ -20,6 +20,13 @@
 
 namespace fathom::test {
 
+using Words = std::vector<std::string>;
+
+inline Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 struct Outcome {
   int exit_code = -1;
   std::string out;

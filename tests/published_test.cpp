@@ -12,7 +12,7 @@
 #include "scene/scene.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::published_test {
 namespace {
 
 using test::cube;
@@ -298,4 +298,4 @@ TEST(Hybrid, RefusesADeviceThatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::published_test

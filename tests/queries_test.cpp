@@ -9,7 +9,7 @@
 #include "geometry/support.hpp"
 #include "query_scene.hpp"
 
-namespace fathom {
+namespace fathom::queries_test {
 
 namespace {
 
@@ -20,7 +20,7 @@ struct Tally {
 };
 
 /// Asks everything that there is of random places and ways.
-void compare(Scene& scene, Tally& tally) {
+void compare(QueryScene& scene, Tally& tally) {
   const World& world = scene.world;
   const QueryFilter filter = scene.any_filter();
   const Shape shape = scene.any_shape();
@@ -57,7 +57,7 @@ void compare(Scene& scene, Tally& tally) {
   tally.boxes += in_box.size();
 }
 
-void compare(Scene& scene, int questions, Tally& tally) {
+void compare(QueryScene& scene, int questions, Tally& tally) {
   for (int i = 0; i < questions; ++i) {
     SCOPED_TRACE("question " + std::to_string(i) + " after " + std::to_string(scene.world.step_count()) + " steps");
     compare(scene, tally);
@@ -69,7 +69,7 @@ TEST(Queries, FindWhoeverIsThereWhateverHappens) {
   Tally tally;
   for (unsigned seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Scene scene(quiet_world(), seed, {}, 8, 0.1f, 3, 120);
+    QueryScene scene(quiet_world(), seed, {}, 8, 0.1f, 3, 120);
     compare(scene, 60, tally);  // before the first step
     for (int round = 0; round < 12 && !HasFatalFailure(); ++round) {
       run(scene.world, round % 3 * 20);  // farther than fat boxes have room for
@@ -96,7 +96,7 @@ TEST(Queries, FindPebblesAndMountainsFarAway) {
   Tally tally;
   for (unsigned seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Scene scene(quiet_world(), seed, {10000, -10000, 10000}, 500, 0.001f, seed % 2 ? 1.0f : 1000.0f, 200);
+    QueryScene scene(quiet_world(), seed, {10000, -10000, 10000}, 500, 0.001f, seed % 2 ? 1.0f : 1000.0f, 200);
     compare(scene, 100, tally);
     scene.world.step();
     compare(scene, 100, tally);
@@ -109,7 +109,7 @@ TEST(Queries, FindPebblesAndMountainsFarAway) {
 // A pebble of a millimetre at ten kilometres, where positions are a millimetre apart.
 TEST(Queries, HitAPebbleFarAway) {
   World world(quiet_world());
-  Random random(1);
+  Generator random(1);
   std::vector<BodyId> pebbles;
   for (int i = 0; i < 500; ++i) {
     BodyDef pebble = dynamic(sphere(0.001f), 10000.f * in_cube(random));
@@ -138,7 +138,7 @@ TEST(Queries, HitWhatIsSmallerThanTheRoundingOfItsBox) {
 }
 
 TEST(Queries, AreTheSameOnAllSimulators) {
-  std::vector<std::unique_ptr<Scene>> scenes;
+  std::vector<std::unique_ptr<QueryScene>> scenes;
   for (const auto kind : {SimulatorKind::native, SimulatorKind::device, SimulatorKind::hybrid})
     for (const auto broad_phase : {BroadPhase::tree, BroadPhase::sweep}) {
       WorldDef def;
@@ -147,10 +147,10 @@ TEST(Queries, AreTheSameOnAllSimulators) {
       def.device = "host";
       def.broad_phase = broad_phase;
       if (kind == SimulatorKind::hybrid && broad_phase == BroadPhase::sweep) continue;
-      scenes.push_back(std::make_unique<Scene>(def, 5, Vec3{}, 6, 0.1f, 2, 150));
+      scenes.push_back(std::make_unique<QueryScene>(def, 5, Vec3{}, 6, 0.1f, 2, 150));
     }
   for (int i = 0; i < 300; ++i) {
-    Scene& first = *scenes.front();
+    QueryScene& first = *scenes.front();
     const Vec3 from = first.any_placement().position, way = first.any_way(from);
     const Shape shape = first.any_shape();
     const Pose pose{from, 0, any_rotation(first.random)};
@@ -181,10 +181,10 @@ TEST(Queries, SeeSleepers) {
 }
 
 TEST(Queries, ChangeNothingOfLaterSteps) {
-  Scene asked(sleepy_world(), 3, {}, 4, 0.2f, 1, 150), alone(sleepy_world(), 3, {}, 4, 0.2f, 1, 150);
+  QueryScene asked(sleepy_world(), 3, {}, 4, 0.2f, 1, 150), alone(sleepy_world(), 3, {}, 4, 0.2f, 1, 150);
   Tally tally;
   for (int i = 0; i < 60; ++i) {
-    Random random(static_cast<unsigned>(i));
+    Generator random(static_cast<unsigned>(i));
     for (World* world : {&asked.world, &alone.world}) {
       const BodyId id = world->bodies()[static_cast<std::size_t>(i)];
       if (i % 2) world->set_pose(id, {{0, static_cast<float>(i), 1}, 0, {}});
@@ -198,7 +198,7 @@ TEST(Queries, ChangeNothingOfLaterSteps) {
 }
 
 TEST(Queries, OfManyRaysAreThoseOfEach) {
-  Scene scene(quiet_world(), 7, {}, 8, 0.1f, 2, 300);
+  QueryScene scene(quiet_world(), 7, {}, 8, 0.1f, 2, 300);
   run(scene.world, 3);
   std::vector<Ray> rays;
   for (int i = 0; i < 4000; ++i) {
@@ -234,7 +234,7 @@ TEST(Queries, OfADeviceAheadAreOfOneFinishedStep) {
   def.simulator = SimulatorKind::device;
   def.device = test_device();
   def.ahead = 2;
-  Scene scene(def, 9, {}, 5, 0.2f, 2, 100);
+  QueryScene scene(def, 9, {}, 5, 0.2f, 2, 100);
   Tally tally;
   for (int i = 0; i < 20 && !HasFatalFailure(); ++i) {
     scene.world.step();
@@ -261,4 +261,4 @@ TEST(Queries, DistancesOfBodies) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::queries_test

@@ -76,7 +76,7 @@ inline double reach(const Shape& shape, DVec n) {
 }
 
 /// One of each kind, of about the size `size` (m): plates and rods among the boxes and capsules.
-inline std::vector<Shape> shapes_of_each_kind(Random& random, float size = 1) {
+inline std::vector<Shape> shapes_of_each_kind(Generator& random, float size = 1) {
   std::vector<Vec3> cloud;
   const int corners = 4 + static_cast<int>(random() % 20);
   for (int i = 0; i < corners; ++i) cloud.push_back(size * in_cube(random));

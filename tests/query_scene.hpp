@@ -19,9 +19,9 @@ inline bool operator==(const CastHit& a, const CastHit& b) {
 namespace test {
 
 /// A world of all shapes, fixed, kinematic and dynamic, of sizes from `least` to `most` (m).
-class Scene {
+class QueryScene {
  public:
-  Scene(WorldDef def, unsigned seed, Vec3 middle, float extent, float least, float most, int count)
+  QueryScene(WorldDef def, unsigned seed, Vec3 middle, float extent, float least, float most, int count)
       : world(def), random(seed), centre(middle), spread(extent), smallest(least), largest(most) {
     for (int i = 0; i < count; ++i) add();
   }
@@ -83,7 +83,7 @@ class Scene {
   }
 
   World world;
-  Random random;
+  Generator random;
   Vec3 centre;
   float spread, smallest, largest;
   std::vector<std::uint64_t> categories;  // by index

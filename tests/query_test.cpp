@@ -9,12 +9,12 @@
 #include "geometry/support.hpp"
 #include "random.hpp"
 
-namespace fathom {
+namespace fathom::query_test {
 namespace {
 
 using namespace test;
 
-std::vector<Shape> some_shapes(Random& random) {
+std::vector<Shape> some_shapes(Generator& random) {
   std::vector<Vec3> cloud;
   for (int i = 0; i < 20; ++i) cloud.push_back(in_cube(random));
   const Vec3 h{uniform(random, 0.1f, 2), uniform(random, 0.1f, 2), uniform(random, 0.1f, 2)};
@@ -44,7 +44,7 @@ float height(const Shape& shape, Vec3 p) {
 }
 
 TEST(Support, IsOnTheSurfaceAndFarthest) {
-  Random random(1);
+  Generator random(1);
   for (int trial = 0; trial < 200; ++trial) {
     for (const Shape& shape : some_shapes(random)) {
       const Geometry g = geometry(shape);
@@ -62,7 +62,7 @@ TEST(Support, IsOnTheSurfaceAndFarthest) {
 }
 
 TEST(Bounds, AreTheSupportPointsAlongTheAxes) {
-  Random random(2);
+  Generator random(2);
   for (int trial = 0; trial < 1000; ++trial) {
     for (const Shape& shape : some_shapes(random)) {
       const Geometry g = geometry(shape);
@@ -82,13 +82,13 @@ TEST(Bounds, BoundingRadiusIsReached) {
   EXPECT_FLOAT_EQ(bounding_radius(geometry(sphere(2))), 2);
   EXPECT_FLOAT_EQ(bounding_radius(geometry(capsule(2, 3))), 5);
   EXPECT_FLOAT_EQ(bounding_radius(geometry(box({2, 3, 6}))), 7);
-  Random random(3);
+  Generator random(3);
   const Shape shape = some_shapes(random).back();
   EXPECT_FLOAT_EQ(bounding_radius(geometry(shape)), shape.hull->outer_radius());
 }
 
 TEST(RayCast, AgreesWithMarching) {
-  Random random(4);
+  Generator random(4);
   int hits = 0, misses = 0, inside = 0;
   for (int trial = 0; trial < 1000; ++trial) {
     for (const Shape& shape : some_shapes(random)) {
@@ -160,7 +160,7 @@ TEST(RayCast, EndsAreIncluded) {
 }
 
 TEST(RayCast, ZeroLengthAsksWhetherThePointIsInside) {
-  Random random(5);
+  Generator random(5);
   for (int trial = 0; trial < 300; ++trial) {
     for (const Shape& shape : some_shapes(random)) {
       const Vec3 p = 2.f * in_cube(random);
@@ -177,4 +177,4 @@ TEST(RayCast, SmallSphereFarAway) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::query_test

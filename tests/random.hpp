@@ -6,24 +6,24 @@
 
 namespace fathom::test {
 
-using Random = std::mt19937;
+using Generator = std::mt19937;
 
-inline float uniform(Random& random, float lo, float hi) {
+inline float uniform(Generator& random, float lo, float hi) {
   return lo + (hi - lo) * (static_cast<float>(random() >> 8) * 0x1p-24f);
 }
 /// In the cube from −1 to 1.
-inline Vec3 in_cube(Random& random) {
+inline Vec3 in_cube(Generator& random) {
   const float x = uniform(random, -1, 1), y = uniform(random, -1, 1), z = uniform(random, -1, 1);
   return {x, y, z};
 }
-inline Vec3 on_sphere(Random& random) {
+inline Vec3 on_sphere(Generator& random) {
   for (;;) {
     const Vec3 v = in_cube(random);
     const float l = length(v);
     if (l > 0.1f && l < 1) return (1 / l) * v;
   }
 }
-inline Quat any_rotation(Random& random) {
+inline Quat any_rotation(Generator& random) {
   for (;;) {
     const Vec3 v = in_cube(random);
     const Quat q{uniform(random, -1, 1), v.x, v.y, v.z};
@@ -31,7 +31,7 @@ inline Quat any_rotation(Random& random) {
     if (l > 0.01f && l < 1) return normalize(q);
   }
 }
-inline Pose any_pose(Random& random, float reach) {
+inline Pose any_pose(Generator& random, float reach) {
   const Vec3 position = reach * in_cube(random);
   return {position, 0, any_rotation(random)};
 }

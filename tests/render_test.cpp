@@ -18,7 +18,7 @@
 #include "scene/scene_file.hpp"
 #include "test_hulls.hpp"
 
-namespace fathom::render {
+namespace fathom::render::render_test {
 namespace {
 
 /// By the divergence theorem; positive where triangles are counter-clockwise seen from outside.
@@ -400,4 +400,4 @@ TEST(WebPage, HoldsAThousandBodiesForTenSecondsInFiveMegabytes) {
 }
 
 }  // namespace
-}  // namespace fathom::render
+}  // namespace fathom::render::render_test

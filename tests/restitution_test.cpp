@@ -6,7 +6,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::restitution_test {
 namespace {
 
 WorldDef bouncing_world() {
@@ -103,7 +103,7 @@ TEST(Restitution, CubesInARoomKeepTheirEnergy) {
         wall.pose.position = place;
         world.add(wall);
       }
-    Random random(7);
+    Generator random(7);
     std::vector<BodyId> ids;
     for (int i = 0; i < 27; ++i) {
       const auto at = [](int k) { return 2.0f * static_cast<float>(k) - 2.0f; };
@@ -157,4 +157,4 @@ TEST(Restitution, AMovingPlateIsMet) {
   EXPECT_NEAR(world.velocity(ball).linear.z, 4, 1e-4);
 }
 
-}  // namespace fathom::test
+}  // namespace fathom::test::restitution_test

@@ -7,7 +7,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::rolling_test {
 namespace {
 
 using namespace test;
@@ -218,4 +218,4 @@ TEST(Rolling, RoundBodiesComeToRestAndSleep) {
   for (std::size_t i = 0; i < ids.size(); ++i) EXPECT_FALSE(world.is_awake(ids[i])) << i;
 }
 
-}  // namespace fathom
+}  // namespace fathom::rolling_test

@@ -8,7 +8,7 @@
 
 #include "random.hpp"
 
-namespace fathom::test {
+namespace fathom::test::rotation_test {
 namespace {
 
 double wide(float x) { return static_cast<double>(x); }
@@ -19,7 +19,7 @@ double length_of(Vec3 v) { return std::sqrt(wide(v.x) * wide(v.x) + wide(v.y) * 
 
 class Rotations : public testing::Test {
  protected:
-  Random random_{7};
+  Generator random_{7};
 
   float uniform(float lo, float hi) { return test::uniform(random_, lo, hi); }
   /// Of any magnitude between two powers of ten.
@@ -159,4 +159,4 @@ TEST_F(Rotations, TorqueFreeStepsFollowEulersEquations) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::rotation_test

@@ -6,7 +6,7 @@
 
 #include "scene/scene_file.hpp"
 
-namespace fathom {
+namespace fathom::scene_compounds_test {
 namespace {
 
 std::string scene_with(const std::string& children, const std::string& more = "") {
@@ -75,4 +75,4 @@ TEST(SceneCompounds, MistakesHaveTheirPlace) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::scene_compounds_test

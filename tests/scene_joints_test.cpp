@@ -9,7 +9,7 @@
 
 #include "scene/scene_file.hpp"
 
-namespace fathom {
+namespace fathom::scene_joints_test {
 namespace {
 
 Scene parse(const std::string& text) { return parse_scene(text, "scene.toml"); }
@@ -519,4 +519,4 @@ TEST(SceneJoints, TheExampleOfCouplingsWorks) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::scene_joints_test

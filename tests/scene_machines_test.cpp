@@ -6,7 +6,7 @@
 #include "joint_worlds.hpp"
 #include "scene/scene_file.hpp"
 
-namespace fathom::test {
+namespace fathom::test::scene_machines_test {
 namespace {
 
 struct Example {
@@ -95,4 +95,4 @@ TEST(SceneMachines, TheDrumWindsItsChainUp) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::scene_machines_test

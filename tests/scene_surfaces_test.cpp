@@ -15,7 +15,7 @@
 #include "scene/scene_file.hpp"
 #include "test_folder.hpp"
 
-namespace fathom {
+namespace fathom::scene_surfaces_test {
 namespace {
 
 constexpr const char* body = "\n[[body]]\nmotion = \"static\"\nshape = \"ground\"\n";
@@ -480,4 +480,4 @@ TEST_F(SceneSurfaces, WhateverIsInAFileIsReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::scene_surfaces_test

@@ -9,7 +9,7 @@
 
 #include "scene/scene_file.hpp"
 
-namespace fathom {
+namespace fathom::scene_test {
 namespace {
 
 Scene parse(const std::string& text) { return parse_scene(text, "scene.toml"); }
@@ -536,4 +536,4 @@ TEST(SceneExamples, TheDocumentMentionsEveryKey) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::scene_test

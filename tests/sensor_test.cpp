@@ -15,7 +15,7 @@ static bool operator==(const SensorEvent& x, const SensorEvent& y) {
   return x.sensor == y.sensor && x.body == y.body && x.step == y.step;
 }
 
-namespace test {
+namespace test::sensor_test {
 namespace {
 
 using testing::ElementsAre;
@@ -216,7 +216,7 @@ TEST_P(Sensor, TellsWhatDistancesSay) {
   for (unsigned seed = 0; seed < 3; ++seed) {
     WorldDef def = GetParam().sleepy(1 + static_cast<int>(seed) % 2);
     World world(def);
-    Random random(seed);
+    Generator random(seed);
     world.add(ground());
     std::vector<BodyId> sensors, others;
     for (int i = 0; i < 12; ++i) {
@@ -344,5 +344,5 @@ shape = {type = "sphere", radius = 0.5}
 }
 
 }  // namespace
-}  // namespace test
+}  // namespace test::sensor_test
 }  // namespace fathom

@@ -8,7 +8,7 @@
 #include "geometry/geometry.hpp"
 #include "query_oracle.hpp"
 
-namespace fathom {
+namespace fathom::separation_test {
 namespace {
 
 using namespace test;
@@ -42,7 +42,7 @@ void prove(const Separation& s, const Shape& a, const Pose& at_a, const Shape& b
   ASSERT_NEAR(slab, s.distance, exact);
 }
 
-void prove_pairs(Random& random, float size_a, float size_b, float spread, Vec3 centre) {
+void prove_pairs(Generator& random, float size_a, float size_b, float spread, Vec3 centre) {
   for (const Shape& a : shapes_of_each_kind(random, size_a))
     for (const Shape& b : shapes_of_each_kind(random, size_b)) {
       const Pose at_a{centre, 0, any_rotation(random)};
@@ -54,7 +54,7 @@ void prove_pairs(Random& random, float size_a, float size_b, float spread, Vec3 
 }
 
 TEST(Separation, IsProvedForEveryPairOfShapes) {
-  Random random(1);
+  Generator random(1);
   for (int trial = 0; trial < 3000 && !HasFatalFailure(); ++trial) {
     SCOPED_TRACE("trial " + std::to_string(trial));
     prove_pairs(random, 1, 1, uniform(random, 0.2f, 4), {});
@@ -62,7 +62,7 @@ TEST(Separation, IsProvedForEveryPairOfShapes) {
 }
 
 TEST(Separation, IsProvedForPebblesAndMountains) {
-  Random random(2);
+  Generator random(2);
   for (int trial = 0; trial < 3000 && !HasFatalFailure(); ++trial) {
     SCOPED_TRACE("trial " + std::to_string(trial));
     const float a = std::pow(10.0f, uniform(random, -3, 3)), b = std::pow(10.0f, uniform(random, -3, 3));
@@ -85,7 +85,7 @@ TEST(Separation, FindsTouchExactly) {
 }
 
 TEST(Separation, IsSymmetric) {
-  Random random(3);
+  Generator random(3);
   for (int trial = 0; trial < 200; ++trial)
     for (const Shape& shape : shapes_of_each_kind(random))
       for (const Shape& other : shapes_of_each_kind(random)) {
@@ -97,4 +97,4 @@ TEST(Separation, IsSymmetric) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::separation_test

@@ -7,7 +7,7 @@
 #include "geometry/separation.hpp"
 #include "query_oracle.hpp"
 
-namespace fathom {
+namespace fathom::shape_cast_test {
 namespace {
 
 using namespace test;
@@ -79,7 +79,7 @@ void compare(const PlacedShape& moving, Vec3 way, const PlacedShape& still, Tall
 }
 
 TEST(ShapeCast, MeetsWhereTheDistanceVanishes) {
-  Random random(1);
+  Generator random(1);
   Tally tally;
   for (int trial = 0; trial < 1500 && !HasFatalFailure(); ++trial)
     for (const Shape& a : shapes_of_each_kind(random))
@@ -97,7 +97,7 @@ TEST(ShapeCast, MeetsWhereTheDistanceVanishes) {
 }
 
 TEST(ShapeCast, MeetsPebblesAndMountainsFarAway) {
-  Random random(2);
+  Generator random(2);
   Tally tally;
   for (int trial = 0; trial < 600 && !HasFatalFailure(); ++trial) {
     const float size_a = std::pow(10.0f, uniform(random, -3, 3)), size_b = std::pow(10.0f, uniform(random, -3, 3));
@@ -118,7 +118,7 @@ TEST(ShapeCast, MeetsPebblesAndMountainsFarAway) {
 
 // |s + t d| = R is a quadratic equation; its root is exact in double precision.
 TEST(ShapeCast, BallsMeetInClosedForm) {
-  Random random(3);
+  Generator random(3);
   int hits = 0, misses = 0;
   for (int trial = 0; trial < 30000; ++trial) {
     const float ra = uniform(random, 0.1f, 1), rb = uniform(random, 0.1f, 1);
@@ -173,4 +173,4 @@ TEST(ShapeCast, TheEndCounts) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::shape_cast_test

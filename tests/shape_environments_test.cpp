@@ -12,7 +12,7 @@
 #include "scene/overlaps.hpp"
 #include "scene/quality.hpp"
 
-namespace fathom {
+namespace fathom::shape_environments_test {
 namespace {
 
 struct Small {
@@ -251,4 +251,4 @@ TEST(Overlaps, TheDeepestIsFoundWhateverTheSizes) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::shape_environments_test

@@ -13,7 +13,7 @@
 #include "math/vec3d.hpp"
 #include "random.hpp"
 
-namespace fathom {
+namespace fathom::shape_test {
 namespace {
 
 using namespace test;
@@ -91,7 +91,7 @@ TEST(MassProperties, SpheresAndCapsulesMatchCountedCells) {
 }
 
 TEST(MassProperties, HullsMatchCountedCells) {
-  Random random(1);
+  Generator random(1);
   for (int trial = 0; trial < 10; ++trial) {
     std::vector<Vec3> cloud;
     for (int i = 0; i < 12; ++i) cloud.push_back(in_cube(random) + Vec3{0, 3, 0});
@@ -106,7 +106,7 @@ TEST(MassProperties, HullsMatchCountedCells) {
 }
 
 TEST(MassProperties, ABoxGivenAsAHullIsThatBox) {
-  Random random(2);
+  Generator random(2);
   for (int trial = 0; trial < 200; ++trial) {
     const Vec3 h{uniform(random, 0.01f, 1), uniform(random, 0.01f, 1), uniform(random, 0.01f, 1)};
     const Quat q = any_rotation(random);
@@ -156,7 +156,7 @@ TEST(MassProperties, RegularTetrahedron) {
 }
 
 TEST(MassProperties, PrincipalFrameRebuildsTheInertia) {
-  Random random(3);
+  Generator random(3);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<Vec3> cloud;
     for (int i = 0; i < 10; ++i) cloud.push_back(in_cube(random));
@@ -230,4 +230,4 @@ TEST(Shape, RefusesBadMasses) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::shape_test

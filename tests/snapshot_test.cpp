@@ -5,7 +5,7 @@
 #include "scene/environments.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::snapshot_test {
 namespace {
 
 using testing::HasSubstr;
@@ -240,4 +240,4 @@ TEST(Snapshot, TruncatedAndAlteredBytesAreRefusedAndChangeNothing) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::snapshot_test

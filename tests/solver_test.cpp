@@ -13,7 +13,7 @@
 #include "native/solver_kernels.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::native {
+namespace fathom::native::solver_test {
 namespace {
 
 struct Body {
@@ -233,4 +233,4 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Kernels, testing::Combine(testing::Bool(), test
                          });
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::solver_test

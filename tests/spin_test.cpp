@@ -7,7 +7,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::spin_test {
 namespace {
 
 using namespace test;
@@ -54,4 +54,4 @@ TEST(Spin, WhatIsCutIsToldOnce) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::spin_test

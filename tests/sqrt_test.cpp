@@ -8,7 +8,7 @@
 
 #include "fathom/math.hpp"
 
-namespace fathom {
+namespace fathom::sqrt_test {
 namespace {
 
 /// An estimate `ulps` units in the last place off the right one.
@@ -60,4 +60,4 @@ TEST(CorrectlyRoundedSqrt, OfWhatHasNone) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::sqrt_test

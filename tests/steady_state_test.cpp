@@ -34,7 +34,7 @@ FATHOM_COUNTED void operator delete(void* memory, std::size_t) noexcept { std::f
 FATHOM_COUNTED void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 FATHOM_COUNTED void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
-namespace fathom::test {
+namespace fathom::test::steady_state_test {
 namespace {
 
 TEST(SteadyState, StepsAllocateNothing) {
@@ -72,4 +72,4 @@ TEST(SteadyState, MemoryPerBodyAndManifoldIsBounded) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::steady_state_test

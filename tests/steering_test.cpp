@@ -7,7 +7,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::steering_test {
 namespace {
 
 using namespace test;
@@ -307,4 +307,4 @@ TEST(Steering, ControlledBodiesCarryAndPushOthers) {
   }
 }
 
-}  // namespace fathom
+}  // namespace fathom::steering_test

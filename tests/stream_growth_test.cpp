@@ -8,10 +8,10 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::stream_growth_test {
 namespace {
 
-using test::Random;
+using test::Generator;
 using test::uniform;
 
 struct Kind {
@@ -120,7 +120,7 @@ class Growing {
   }
 
   Kind kind_;
-  Random random_;
+  Generator random_;
   World world_;
   std::deque<BodyId> living_;
 };
@@ -151,4 +151,4 @@ TEST(StreamGrowth, LeavesNothingBehind) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::stream_growth_test

@@ -12,10 +12,10 @@
 #include "world/event_list.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::streams_test {
 namespace {
 
-using test::Random;
+using test::Generator;
 using test::uniform;
 
 /// Bodies of several shapes that rain on a floor and go after a while, and what else an application does.
@@ -60,7 +60,7 @@ struct Stream {
     world.step();
   }
 
-  Random random;
+  Generator random;
   int a_step;
   World world;
   std::deque<BodyId> living;
@@ -208,7 +208,7 @@ TEST(Streams, EventsNameBodiesThatAreOrWereThere) {
 // Against a table of who had which index when.
 TEST(BodyIndices, AreGivenByCallsAloneAndRememberTheirOwners) {
   for (unsigned seed = 0; seed < 20; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     device::BodyIndices indices;
     std::map<std::uint32_t, BodyId> owner;                    // by index
     std::vector<std::map<std::uint32_t, BodyId>> owners{{}};  // by step
@@ -266,4 +266,4 @@ TEST(EventList, KeepsWhatNobodyReadsUpToALimit) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::streams_test

@@ -7,7 +7,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::supports_test {
 namespace {
 
 using Bodies = std::vector<BodyDef>;
@@ -145,4 +145,4 @@ TEST(SupportsOnAPlatform, MoveAlong) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::supports_test

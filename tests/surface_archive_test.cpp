@@ -11,7 +11,7 @@
 #include "world/shape_archive.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::surface_archive_test {
 namespace {
 
 using testing::HasSubstr;
@@ -242,4 +242,4 @@ TEST(SurfaceArchive, AlteredBytesAreRefusedOrSound) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::surface_archive_test

@@ -8,7 +8,7 @@
 #include "test_surfaces.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::surface_changes_test {
 namespace {
 
 using TouchingPair = std::pair<std::uint32_t, std::uint32_t>;
@@ -114,4 +114,4 @@ TEST(SurfaceChanges, EveryWayOfSolvingHolds) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::surface_changes_test

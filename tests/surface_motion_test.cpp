@@ -9,7 +9,7 @@
 #include "random.hpp"
 #include "test_surfaces.hpp"
 
-namespace fathom::test {
+namespace fathom::test::surface_motion_test {
 namespace {
 
 World world_on(const BodyDef& ground, int threads = 1) {
@@ -153,7 +153,7 @@ TEST(SurfaceMotion, ABallRestsInACrackAndOnARidge) {
 /// Random shots at a closed box as a mesh: nobody ends inside or behind.
 TEST(SurfaceMotion, NothingPassesTriangles) {
   const Shape crate = box_mesh({0.5f, 0.5f, 0.5f});
-  Random random(5);
+  Generator random(5);
   for (int i = 0; i < 600; ++i) {
     WorldDef def;
     def.gravity = {};
@@ -227,7 +227,7 @@ TEST(SurfaceMotion, AnyNumberOfThreadsGivesTheSameBits) {
 
 TEST(SurfaceMotion, NobodyFallsThroughRandomHills) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    Random random(seed);
+    Generator random(seed);
     const float cell = uniform(random, 0.05f, 0.6f);
     const auto height = [](float x, float y) {
       return 0.6f * std::sin(0.9f * x) * std::cos(0.7f * y) + 0.15f * std::sin(3.1f * x + 1) * std::sin(2.7f * y) +
@@ -261,4 +261,4 @@ TEST(SurfaceMotion, NobodyFallsThroughRandomHills) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::surface_motion_test

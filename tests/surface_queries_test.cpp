@@ -11,14 +11,14 @@
 #include "random.hpp"
 #include "test_surfaces.hpp"
 
-namespace fathom::test {
+namespace fathom::test::surface_queries_test {
 namespace {
 
-Vec3 random_vector(Random& random, float size) {
+Vec3 random_vector(Generator& random, float size) {
   return {uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
 }
 
-Pose random_pose(Random& random, float reach) {
+Pose random_pose(Generator& random, float reach) {
   Pose pose;
   pose.position = random_vector(random, reach);
   pose.rotation =
@@ -44,7 +44,7 @@ std::vector<Shape> surfaces() {
 }
 
 TEST(SurfaceQueries, RaysMeetWhatAllTrianglesSay) {
-  Random random(1);
+  Generator random(1);
   int hits = 0;
   for (const Shape& shape : surfaces())
     for (int i = 0; i < 2000; ++i) {
@@ -77,7 +77,7 @@ TEST(SurfaceQueries, RaysMeetWhatAllTrianglesSay) {
 }
 
 TEST(SurfaceQueries, NoRayPassesBetweenTriangles) {
-  Random random(2);
+  Generator random(2);
   const Shape flat = grid_mesh(64, 5, [](float, float) { return 0.0f; }), bent = wavy_mesh(50);
   for (int i = 0; i < 100000; ++i) {
     const Shape& shape = i % 2 == 0 ? flat : bent;
@@ -101,7 +101,7 @@ TEST(SurfaceQueries, RaysFromBehindPassAndThoseOnTheSurfaceBeginThere) {
   EXPECT_EQ(on->fraction, 0);
 }
 
-std::vector<Shape> convex_shapes(Random& random) {
+std::vector<Shape> convex_shapes(Generator& random) {
   std::vector<Vec3> points;
   for (int i = 0; i < 12; ++i) points.push_back(random_vector(random, 0.6f));
   return {sphere(0.4f), capsule(0.2f, 0.5f), box({0.5f, 0.3f, 0.2f}), hull(points)};
@@ -117,7 +117,7 @@ PlacedShape alone(const PlacedShape& frame, const Triangle& triangle, double thi
 }
 
 TEST(SurfaceQueries, CastsOverlapsAndDistancesAreThoseOfAllTriangles) {
-  Random random(3);
+  Generator random(3);
   int hits = 0, touches = 0, casts = 0;
   for (const Shape& shape : surfaces())
     for (int i = 0; i < 50; ++i)
@@ -215,4 +215,4 @@ TEST(SurfaceQueries, WorldsAnswer) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::surface_queries_test

@@ -6,7 +6,7 @@
 #include "geometry/support.hpp"
 #include "test_surfaces.hpp"
 
-namespace fathom::test {
+namespace fathom::test::surface_test {
 namespace {
 
 struct Slide {
@@ -70,4 +70,4 @@ TEST(Surfaces, NothingCatchesOnSeams) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::surface_test

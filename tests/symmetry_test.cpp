@@ -9,7 +9,7 @@
 #include "shape_fixture.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::symmetry_test {
 namespace {
 
 using namespace test;
@@ -35,7 +35,7 @@ Shape any_shape(int kind, float size) {
 
 /// What falls one after the other; masses in units of `unit` kg.
 std::vector<BodyId> add_heap(World& world, unsigned seed, int count, float unit) {
-  Random random(seed);
+  Generator random(seed);
   std::vector<BodyId> ids;
   for (int i = 0; i < count; ++i) {
     const float size = uniform(random, 0.2f, 0.6f), mass = unit * uniform(random, 1, 20);
@@ -188,7 +188,7 @@ TEST(Symmetry, AnElasticGasKeepsItsEnergy) {
         wall.material = {0, 1};
         world.add(wall);
       }
-      Random random(seed);
+      Generator random(seed);
       std::vector<BodyId> ids;
       for (int i = 0; i < 64; ++i) {
         const Vec3 cell{static_cast<float>(i % 4), static_cast<float>(i / 4 % 4), static_cast<float>(i / 16)};
@@ -215,4 +215,4 @@ TEST(Symmetry, AnElasticGasKeepsItsEnergy) {
     }
 }
 
-}  // namespace fathom
+}  // namespace fathom::symmetry_test

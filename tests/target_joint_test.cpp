@@ -9,7 +9,7 @@
 #include "joint_worlds.hpp"
 #include "scene/scene_file.hpp"
 
-namespace fathom::test {
+namespace fathom::test::target_joint_test {
 namespace {
 
 class TargetJoints : public OfJointWorlds {};
@@ -243,4 +243,4 @@ type = "target"
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::target_joint_test

@@ -34,7 +34,7 @@ inline Shape table() {
 }
 
 /// Two to six shapes of all kinds of about this half size, each near the one before.
-inline Shape random_compound(Random& random, float size) {
+inline Shape random_compound(Generator& random, float size) {
   std::vector<ChildShape> children;
   const int count = 2 + static_cast<int>(random() % 5);
   Vec3 at;

@@ -118,10 +118,10 @@ inline std::vector<Vec3> prism_points(int sides, float radius, float half_height
   return points;
 }
 
-/// Random numbers for the tests: the same sequence on every machine.
-class Random {
+/// Sampler numbers for the tests: the same sequence on every machine.
+class Sampler {
  public:
-  explicit Random(unsigned seed) : engine_(seed) {}
+  explicit Sampler(unsigned seed) : engine_(seed) {}
   float uniform(float lo, float hi) { return lo + (hi - lo) * (static_cast<float>(engine_() >> 8) * 0x1p-24f); }
   int integer(int below) { return static_cast<int>(engine_() % static_cast<unsigned>(below)); }
   Vec3 in_cube(float half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
@@ -147,7 +147,7 @@ class Random {
 };
 
 /// Corners on an ellipsoid, so that all of them are on the hull.
-inline std::vector<Vec3> ellipsoid_points(Random& random, int count, Vec3 radii) {
+inline std::vector<Vec3> ellipsoid_points(Sampler& random, int count, Vec3 radii) {
   std::vector<Vec3> points;
   while (static_cast<int>(points.size()) < count) {
     const Vec3 d = random.direction();

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace fathom::native {
+namespace fathom::native::thread_budget_test {
 namespace {
 
 StepCounts counts(std::uint32_t bodies, std::uint32_t manifolds) {
@@ -38,4 +38,4 @@ TEST(ThreadBudget, AnInterruptionIsNoLongStep) {
 }
 
 }  // namespace
-}  // namespace fathom::native
+}  // namespace fathom::native::thread_budget_test

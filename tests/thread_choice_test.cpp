@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-namespace fathom {
+namespace fathom::thread_choice_test {
 namespace {
 
 using Cost = std::function<double(int threads)>;
@@ -147,4 +147,4 @@ TEST(ThreadChoice, UsesNoMoreThanThereAre) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::thread_choice_test

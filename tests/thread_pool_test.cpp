@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace fathom {
+namespace fathom::thread_pool_test {
 namespace {
 
 bool all_once(const std::vector<int>& seen) {
@@ -147,4 +147,4 @@ TEST(ThreadPool, SleepingWorkersWakeUp) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::thread_pool_test

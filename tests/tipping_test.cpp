@@ -8,7 +8,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::tipping_test {
 namespace {
 
 using namespace test;
@@ -71,7 +71,7 @@ class Leaning {
 };
 
 TEST(Tipping, PrismsTipOverTheirEdges) {
-  Random random(1);
+  Generator random(1);
   int early = 0;
   for (int seed = 0; seed < 200; ++seed) {
     const int sides = 5 + static_cast<int>(random() % 60);
@@ -96,4 +96,4 @@ TEST(Tipping, PrismsTipOverTheirEdges) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::tipping_test

@@ -14,7 +14,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::touch_test {
 namespace {
 
 using namespace test;
@@ -44,7 +44,7 @@ float touch_distance(float smaller_radius) {
 }
 
 /// 1 cm to 10 m.
-float any_size(Random& random) { return std::pow(10.0f, uniform(random, -2, 1)); }
+float any_size(Generator& random) { return std::pow(10.0f, uniform(random, -2, 1)); }
 
 /// Of a box over the ground's surface at z = 0.5.
 float gap_over_ground(const Pose& pose, Vec3 half) {
@@ -73,7 +73,7 @@ std::set<Pair> listed(const World& world) {
 }
 
 TEST(Touch, ABouncingBallHitsOnceABounce) {
-  Random random(1);
+  Generator random(1);
   for (int seed = 0; seed < 20; ++seed) {
     const float radius = any_size(random), height = radius * uniform(random, 2, 20) + 0.5f;
     const float e = uniform(random, 0.5f, 0.9f);
@@ -110,7 +110,7 @@ TEST(Touch, ABouncingBallHitsOnceABounce) {
 
 /// It touches with its foot from the beginning.
 TEST(Touch, AFallingPostHitsWithItsHead) {
-  Random random(2);
+  Generator random(2);
   for (int seed = 0; seed < 20; ++seed) {
     const float length_of_it = std::pow(10.0f, uniform(random, -0.3f, 1)), half = 0.5f * length_of_it;
     const float thickness = half * uniform(random, 0.05f, 0.15f), lean = uniform(random, 0.25f, 0.4f);
@@ -156,7 +156,7 @@ TEST(Touch, AFallingPostHitsWithItsHead) {
 
 /// A box that comes down with any attitude touches when its lowest corner does, not before.
 TEST(Touch, BeginsWhereShapesMeet) {
-  Random random(3);
+  Generator random(3);
   for (int seed = 0; seed < 40; ++seed) {
     const float size = any_size(random);
     const Vec3 half = size * Vec3{uniform(random, 0.2f, 1), uniform(random, 0.2f, 1), uniform(random, 0.2f, 1)};
@@ -200,7 +200,7 @@ TEST(Touch, BeginsWhereShapesMeet) {
 
 /// Bodies without weight, side by side.
 TEST(Touch, WhatIsApartDoesNotTouch) {
-  Random random(4);
+  Generator random(4);
   for (int seed = 0; seed < 60; ++seed) {
     const float size = any_size(random), near = touch_distance(size * std::sqrt(3.0f));
     // From just inside the distance to just outside, and to where a contact begins.
@@ -233,7 +233,7 @@ TEST(Touch, WhatIsApartDoesNotTouch) {
 }
 
 TEST(Touch, AFastBallHitsWhereItsPathEnds) {
-  Random random(5);
+  Generator random(5);
   for (int seed = 0; seed < 30; ++seed) {
     const float radius = std::pow(10.0f, uniform(random, -2, 0)), speed = std::pow(10.0f, uniform(random, 0.5f, 2.3f));
     const float angle = uniform(random, 0, 1.2f), away = uniform(random, 1, 3);
@@ -262,7 +262,7 @@ TEST(Touch, AFastBallHitsWhereItsPathEnds) {
   }
 }
 
-Shape any_shape(Random& random, float size) {
+Shape any_shape(Generator& random, float size) {
   switch (random() % 4) {
     case 0:
       return sphere(size);
@@ -284,7 +284,7 @@ TEST(Touch, EventsAndContactsAgree) {
   for (int seed = 0; seed < 6; ++seed)
     for (auto [name, def] : all_kinds()) {
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
-      Random random(100u + static_cast<unsigned>(seed));
+      Generator random(100u + static_cast<unsigned>(seed));
       def.sleep.enabled = seed % 2 == 0;
       def.threads = 1 + seed % 3;
       World world(def);
@@ -355,7 +355,7 @@ TEST(Touch, SleepAndWakeTellNothing) {
 TEST(Touch, HitsDoNotDependOnThreads) {
   std::vector<HitEvent> first;
   for (const int threads : {1, 2, 4}) {
-    Random random(9);
+    Generator random(9);
     WorldDef def = quiet_world(threads);
     World world(def);
     world.add(ground());
@@ -383,4 +383,4 @@ TEST(Touch, HitsDoNotDependOnThreads) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::touch_test

@@ -10,10 +10,10 @@
 #include "shape_fixture.hpp"
 #include "terrain/triangles_ahead.hpp"
 
-namespace fathom {
+namespace fathom::triangle_axes_test {
 namespace {
 
-using test::Random;
+using test::Generator;
 using test::uniform;
 
 std::vector<Shape> shapes() {
@@ -23,7 +23,7 @@ std::vector<Shape> shapes() {
 }
 
 /// Around the origin, from thin ones to wide ones.
-Triangle any_triangle(Random& random) {
+Triangle any_triangle(Generator& random) {
   const Vec3 centre = 1.5f * test::in_cube(random);
   const float size = uniform(random, 0.02f, 2), thin = random() % 4 == 0 ? 0.01f : 1.0f;
   const Vec3 along = size * test::on_sphere(random), across = size * thin * test::on_sphere(random);
@@ -44,7 +44,7 @@ bool same_lane(const TriangleAxes& a, int i, const TriangleAxes& b, int j) {
 }
 
 TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
-  Random random(1);
+  Generator random(1);
   int far = 0, kept = 0;
   for (const Shape& shape : shapes()) {
     const Geometry g = geometry(shape);
@@ -79,7 +79,7 @@ TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
 }
 
 TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
-  Random random(2);
+  Generator random(2);
   for (const Shape& shape : shapes()) {
     const Geometry g = geometry(shape);
     for (int run = 0; run < 200; ++run) {
@@ -101,7 +101,7 @@ TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
 }
 
 TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
-  Random random(3);
+  Generator random(3);
   int passed = 0, kept = 0;
   for (const Shape& shape : shapes()) {
     const Geometry g = geometry(shape);
@@ -138,4 +138,4 @@ TEST(EightTriangles, NamesWhoHasACorner) {
 }
 
 }  // namespace
-}  // namespace fathom
+}  // namespace fathom::triangle_axes_test

@@ -12,7 +12,7 @@
 #include "validate/report.hpp"
 #include "validate/suite.hpp"
 
-namespace fathom::validate {
+namespace fathom::validate::validate_test {
 
 void PrintTo(const Case& test, std::ostream* out) { *out << test.about; }
 
@@ -104,4 +104,4 @@ TEST(Report, ErrorOfTheEngineIsAFailedCheck) {
 }
 
 }  // namespace
-}  // namespace fathom::validate
+}  // namespace fathom::validate::validate_test

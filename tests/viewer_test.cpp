@@ -11,7 +11,7 @@
 #include "viewer/preferences.hpp"
 #include "viewer/session.hpp"
 
-namespace fathom::viewer {
+namespace fathom::viewer::viewer_test {
 namespace {
 
 Scene make(const Choice& choice) {
@@ -302,4 +302,4 @@ TEST(Controls, KeepTheTargetInTheMiddle) {
 }
 
 }  // namespace
-}  // namespace fathom::viewer
+}  // namespace fathom::viewer::viewer_test

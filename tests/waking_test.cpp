@@ -6,7 +6,7 @@
 
 #include "world_fixture.hpp"
 
-namespace fathom {
+namespace fathom::waking_test {
 namespace {
 
 using namespace test;
@@ -261,4 +261,4 @@ TEST(Waking, WhatHappensToOthersFreesNoQuarantinedBody) {
   }
 }
 
-}  // namespace fathom
+}  // namespace fathom::waking_test

@@ -10,7 +10,7 @@
 #include "random.hpp"
 #include "world_fixture.hpp"
 
-namespace fathom::test {
+namespace fathom::test::world_test {
 namespace {
 
 using testing::HasSubstr;
@@ -163,7 +163,7 @@ double way_from_index_to_index(const World& world) {
 }
 
 TEST(World, NeighboursAddedTogetherGetNeighbouringIndices) {
-  Random random(7);
+  Generator random(7);
   std::vector<BodyDef> defs;
   for (int i = 0; i < 2000; ++i) defs.push_back(cube(50.0f * in_cube(random)));
   World one_by_one(quiet_world()), together(quiet_world());
@@ -186,7 +186,7 @@ TEST(World, RowsOfBodiesKeepTheirOrder) {
 TEST(World, ContactsOfALargeBodyComeInTheOrderOfTheOthers) {
   if (quiet_world().simulator != SimulatorKind::native)
     GTEST_SKIP() << "others list contacts as their devices find them";
-  Random random(3);
+  Generator random(3);
   World world(quiet_world());
   world.add(ground());
   std::vector<std::uint32_t> places(200);
@@ -546,4 +546,4 @@ TEST(World, SettersRefuseNonFiniteValues) {
 }
 
 }  // namespace
-}  // namespace fathom::test
+}  // namespace fathom::test::world_test
