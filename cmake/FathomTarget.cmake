@@ -66,3 +66,11 @@ endfunction()
 function(fathom_cold target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
+
+# fathom_unite(<target> [BUT <source>…]): eight sources are one for the compiler, which takes a third to a half of the
+# time, as they share headers. Names of one must not clash with those of others, so tests have a namespace each.
+function(fathom_unite target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" BUT)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_source_files_properties(${arg_BUT} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
