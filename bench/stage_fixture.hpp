@@ -26,7 +26,10 @@ struct StageFixture {
     }
   }
 
-  BroadPhaseInput input(bool set_changed) { return {bodies, state, graph.pairs(), changed, true, set_changed}; }
+  BroadPhaseInput input(bool set_changed) {
+    const std::span<const std::uint32_t> unchanged;
+    return {bodies, state, graph.pairs(), changed, true, set_changed ? std::span(std::as_const(changed)) : unchanged};
+  }
 
   /// Finds all pairs, makes their manifolds and colours them, as a first step does.
   void make_contacts() {

@@ -46,9 +46,10 @@ struct Contacts {
       in_contact.push_back(slot);
       if (state.flags[slot] & kinematic) kinematic_in_contact.push_back(slot);
     }
-    std::vector<std::uint32_t> all;
+    std::vector<std::uint32_t> changed, set_changes;
+    for (const BodyId id : bodies.living()) set_changes.push_back(id.index);
     std::vector<std::vector<Pair>> found;
-    broad_phase->find({bodies, state, graph.pairs(), all, true, true}, pool, found);
+    broad_phase->find({bodies, state, graph.pairs(), changed, true, set_changes}, pool, found);
     neighbourhood.update(*broad_phase, state.size());
     ConstraintLayout layout(state, graph, pool, width);
     EXPECT_TRUE(layout.update({in_contact, 1, kinematic_in_contact}, neighbourhood));

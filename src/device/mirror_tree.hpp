@@ -12,8 +12,8 @@ namespace fathom::device {
 class MirrorTree {
  public:
   // What has changed; bodies that are not fixed always count as moved.
-  void note_set(MotionType motion) { tree_.note_set(motion); }
-  void note_moved(MotionType motion) { tree_.note_moved(motion); }
+  void note_set(std::uint32_t slot) { tree_.note_set(slot); }
+  void note_fixed_moved(std::uint32_t slot) { tree_.note_fixed_moved(slot); }
 
   /// Brings the tree up to date with bodies at these poses, by slot.
   void refresh(const BodyTable& bodies, std::span<const Pose> poses);

@@ -89,7 +89,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
   if (const auto hull = bodies[slot].hull()) hull_memory_.begin_use(hull);
   const BodyData body = body_data(slot);
   set_changed_ = true;
-  tree_.note_set(bodies[slot].motion);
+  tree_.note_set(slot);
   movable_ += bodies[slot].motion != MotionType::fixed;
   const std::uint32_t index = indices_.add(slot, submitted_ + 1);
   BodyData& data = data_.emplace_back(body);
@@ -104,7 +104,7 @@ void DeviceSimulator<D>::body_added(std::uint32_t slot, const Pose& pose, const 
 template <exec::Device D>
 void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
   set_changed_ = true;
-  tree_.note_set(bodies[slot].motion);
+  tree_.note_set(slot);
   movable_ -= bodies[slot].motion != MotionType::fixed;
   add_edit(edit_of(EditKind::remove, indices_.of(slot), Velocity{}));
   indices_.remove(bodies.id(slot), submitted_ + 1);
@@ -113,7 +113,7 @@ void DeviceSimulator<D>::body_removed(std::uint32_t slot) {
 
 template <exec::Device D>
 void DeviceSimulator<D>::set_pose(std::uint32_t slot, const Pose& pose) {
-  tree_.note_moved(bodies[slot].motion);
+  if (bodies[slot].motion == MotionType::fixed) tree_.note_fixed_moved(slot);
   add_edit(edit_of(EditKind::set_pose, indices_.of(slot), pose));
 }
 template <exec::Device D>

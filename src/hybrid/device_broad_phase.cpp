@@ -29,9 +29,9 @@ void DeviceBroadPhase::collect_updates(const native::BroadPhaseInput& input) {
 std::size_t DeviceBroadPhase::find(const native::BroadPhaseInput& input, ThreadPool&,
                                    std::vector<std::vector<native::Pair>>& found) {
   bodies_ = &input.bodies;
-  sets_ += input.set_changed || sets_ == 0;
+  sets_ += input.set_changed() || sets_ == 0;
   collect_updates(input);
-  detection_.begin_search(updates_, input.bodies.slot_count(), input.set_changed);
+  detection_.begin_search(updates_, input.bodies.slot_count(), input.set_changed());
   meanwhile_();
   found.resize(std::max<std::size_t>(found.size(), 1));
   std::vector<native::Pair>& list = found.front();

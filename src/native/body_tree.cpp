@@ -1,46 +1,30 @@
 #include "native/body_tree.hpp"
 
-#include <algorithm>
-
 namespace fathom::native {
 
 void BodyTree::refresh(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool) {
-  list(bodies, {&moving_, &fixed_});
-  for (Side* side : {&moving_, &fixed_}) refresh(*side, bounds, pool);
+  refresh_fixed(bodies, bounds, pool);
+  if (!set_changed_ && others_moved_) moving_.refit(bounds, pool);
+  if (set_changed_ || moving_.is_loose()) moving_.build(sides_.moving, bounds, pool);
+  set_changed_ = others_moved_ = false;  // last: memory may run out before
 }
 
 void BodyTree::refresh_fixed(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool) {
-  list(bodies, {&fixed_});
-  refresh(fixed_, bounds, pool);
-}
-
-void BodyTree::list(const BodyTable& bodies, std::initializer_list<Side*> sides) {
-  bool any = false;
-  for (Side* its : sides) {
-    if (!its->set_changed) continue;
-    its->slots.clear();
-    any = true;
-  }
-  if (!any) return;
-  for (const BodyId id : bodies.living()) {
-    Side* const its = &side(bodies[id.index].motion);
-    if (its->set_changed && std::ranges::find(sides, its) != sides.end()) its->slots.push_back(id.index);
-  }
-}
-
-void BodyTree::refresh(Side& side, const BodyBounds* bounds, ThreadPool& pool) {
-  if (!side.set_changed && side.moved) side.tree.refit(bounds, pool);
-  if (side.set_changed || side.tree.is_loose()) side.tree.build(side.slots, bounds, pool);
-  side.set_changed = side.moved = false;  // last: memory may run out before
+  set_changed_ |= sides_.take(bodies, set_changes_);
+  for (const std::uint32_t slot : moved_fixed_)
+    if (sides_.fixed.contains(slot)) sides_.fixed.note_moved(slot);  // it may have gone since
+  sides_.fixed.refresh(bounds, pool);
+  set_changes_.clear();
+  moved_fixed_.clear();
 }
 
 void BodyTree::visit(const MovingBox& box, BodyVisitor& visitor) const {
-  fixed_.tree.visit(box, moving_.tree.visit(box, 1.0f, visitor), visitor);
+  sides_.fixed.visit(box, moving_.visit(box, 1.0f, visitor), visitor);
 }
 
 std::size_t BodyTree::memory_bytes() const {
-  return moving_.tree.memory_bytes() + fixed_.tree.memory_bytes() +
-         (moving_.slots.capacity() + fixed_.slots.capacity()) * sizeof(std::uint32_t);
+  return moving_.memory_bytes() + sides_.fixed.memory_bytes() +
+         (sides_.moving.capacity() + set_changes_.capacity() + moved_fixed_.capacity()) * sizeof(std::uint32_t);
 }
 
 }  // namespace fathom::native

@@ -5,10 +5,9 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <vector>
 
-#include "native/bvh.hpp"
+#include "native/body_sides.hpp"
 #include "world/body_table.hpp"
 #include "world/body_visitor.hpp"
 
@@ -16,10 +15,13 @@ namespace fathom::native {
 
 class BodyTree {
  public:
-  // What has changed since the last `refresh`. Bodies of this motion were added or removed; some were moved.
-  void note_set(MotionType motion) { side(motion).set_changed = true; }
-  void note_moved(MotionType motion) { side(motion).moved = true; }
-  bool is_stale(MotionType motion) { return side(motion).moved || side(motion).set_changed; }
+  // What has changed since the last `refresh`.
+  /// A body was added to the slot, or removed.
+  void note_set(std::uint32_t slot) { set_changes_.push_back(slot); }
+  void note_fixed_moved(std::uint32_t slot) { moved_fixed_.push_back(slot); }
+  void note_others_moved() { others_moved_ = true; }
+  /// Whether boxes of fixed bodies may be new.
+  bool may_have_new_fixed() const { return !set_changes_.empty() || !moved_fixed_.empty(); }
 
   /// Brings the tree up to date with the fat boxes in `bounds`, by slot.
   void refresh(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
@@ -29,21 +31,15 @@ class BodyTree {
 
   /// Bodies that the box meets, as `Bvh::visit` does.
   void visit(const MovingBox& box, BodyVisitor& visitor) const;
-  void visit_fixed(const MovingBox& box, BodyVisitor& visitor) const { fixed_.tree.visit(box, 1.0f, visitor); }
+  void visit_fixed(const MovingBox& box, BodyVisitor& visitor) const { sides_.fixed.visit(box, 1.0f, visitor); }
 
   std::size_t memory_bytes() const;
 
  private:
-  struct Side {
-    Bvh tree;
-    std::vector<std::uint32_t> slots;
-    bool set_changed = true, moved = true;
-  };
-  static void refresh(Side& side, const BodyBounds* bounds, ThreadPool& pool);
-  void list(const BodyTable& bodies, std::initializer_list<Side*> sides);
-  Side& side(MotionType motion) { return motion == MotionType::fixed ? fixed_ : moving_; }
-
-  Side moving_, fixed_;
+  Bvh moving_;
+  BodySides sides_;
+  std::vector<std::uint32_t> set_changes_, moved_fixed_;  // slots
+  bool set_changed_ = true, others_moved_ = true;         // of bodies that move
 };
 
 }  // namespace fathom::native

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "native/body_sides.hpp"
 #include "native/pair_runs.hpp"
 #include "world/filter.hpp"
 
@@ -34,22 +35,24 @@ class TreeBroadPhase : public BroadPhase {
 
   void refresh(const BroadPhaseInput& input, ThreadPool& pool) override {
     const BodyBounds* bounds = input.state.bounds.data();
-    bool moving_changed = !input.changed.empty(), fixed_changed = false;
+    const bool moving_set_changed = sides_.take(input.bodies, input.set_changes);
+    bool moving_changed = !input.changed.empty();
     if (input.changed_at_rest) {
       moving_changed = false;
-      for (const std::uint32_t slot : input.changed) (is_fixed(input, slot) ? fixed_changed : moving_changed) = true;
+      for (const std::uint32_t slot : input.changed) {
+        if (is_fixed(input, slot))
+          sides_.fixed.note_moved(slot);
+        else
+          moving_changed = true;
+      }
     }
-    if (input.set_changed) {
-      sort_bodies_out(input);
-      moving_.build(moving_slots_, bounds, pool);
-      fixed_.build(fixed_slots_, bounds, pool);
-      return;
-    }
-    if (moving_changed) {
+    if (moving_set_changed) {
+      moving_.build(sides_.moving, bounds, pool);
+    } else if (moving_changed) {
       moving_.refit(bounds, pool);
-      if (moving_.is_loose()) moving_.build(moving_slots_, bounds, pool);
+      if (moving_.is_loose()) moving_.build(sides_.moving, bounds, pool);
     }
-    if (fixed_changed) fixed_.build(fixed_slots_, bounds, pool);
+    sides_.fixed.refresh(bounds, pool);
   }
 
   void list_neighbours(std::vector<std::uint32_t>& slots) const override {
@@ -58,22 +61,18 @@ class TreeBroadPhase : public BroadPhase {
   std::uint64_t order() const override { return moving_.times_built(); }
 
   std::size_t memory_bytes() const override {
-    return moving_.memory_bytes() + fixed_.memory_bytes() + runs_.memory_bytes() +
-           (moving_slots_.capacity() + fixed_slots_.capacity()) * sizeof(std::uint32_t);
+    return moving_.memory_bytes() + sides_.fixed.memory_bytes() + runs_.memory_bytes() +
+           sides_.moving.capacity() * sizeof(std::uint32_t);
   }
 
   void save(ByteWriter& write) const override {
-    write(moving_slots_, fixed_slots_);
+    sides_.save(write);
     moving_.save(write);
-    fixed_.save(write);
   }
 
   void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) override {
-    in(moving_slots_, fixed_slots_);
-    for (const auto* slots : {&moving_slots_, &fixed_slots_})
-      for (const std::uint32_t slot : *slots) in.require(slot < bounds.size());
+    sides_.restore(in, bounds, pool);
     moving_.restore(in, bounds, pool);
-    fixed_.restore(in, bounds, pool);
   }
 
  private:
@@ -154,13 +153,6 @@ class TreeBroadPhase : public BroadPhase {
     return !(input.state.flags[slot] & awake) && input.bodies[slot].motion == MotionType::fixed;
   }
 
-  void sort_bodies_out(const BroadPhaseInput& input) {
-    moving_slots_.clear();
-    fixed_slots_.clear();
-    for (const BodyId id : input.bodies.living())
-      (input.bodies[id.index].motion == MotionType::fixed ? fixed_slots_ : moving_slots_).push_back(id.index);
-  }
-
   /// Of at most `Bvh::family` bodies. `search_moving`: of a box, among bodies that can move, into `hits`. Calls
   /// note(slot, first) where all that `slot` found lies in `found` from `first` on.
   template <class SearchMoving, class Note>
@@ -174,7 +166,7 @@ class TreeBroadPhase : public BroadPhase {
       const Aabb& box = input.state.bounds[slot].fat_box;
       std::size_t count = first_of[i] = hits.size();
       search_moving(box);
-      if (!is_fixed(input, slot)) fixed_.overlap(box, hits);
+      if (!is_fixed(input, slot)) sides_.fixed.overlap(box, hits);
       // Of two changed bodies the one in the lower slot reports.
       for (std::size_t k = count; k < hits.size(); ++k) {
         const std::uint32_t other = hits[k];
@@ -196,8 +188,8 @@ class TreeBroadPhase : public BroadPhase {
     }
   }
 
-  Bvh moving_, fixed_;
-  std::vector<std::uint32_t> moving_slots_, fixed_slots_;
+  Bvh moving_;
+  BodySides sides_;
   std::vector<std::vector<std::uint32_t>> hits_;  // per chunk
   PairRuns runs_;
 };

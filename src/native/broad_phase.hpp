@@ -22,10 +22,11 @@ struct BroadPhaseInput {
   const BodyTable& bodies;
   const BodyState& state;
   const PairSet& known;
-  std::span<const std::uint32_t> changed;  ///< ascending slots
-  bool changed_at_rest;                    ///< some of them are not awake, and may be fixed
-  bool set_changed;                        ///< bodies were added or removed
+  std::span<const std::uint32_t> changed;      ///< ascending slots
+  bool changed_at_rest;                        ///< some of them are not awake, and may be fixed
+  std::span<const std::uint32_t> set_changes;  ///< slots of bodies that were added or removed, maybe repeatedly
 
+  bool set_changed() const { return !set_changes.empty(); }
   bool is_changed(std::uint32_t slot) const { return state.flags[slot] & box_changed; }
   /// True for a pair that can collide and is not known yet.
   bool is_wanted(std::uint32_t a, std::uint32_t b) const;
@@ -52,7 +53,7 @@ class BroadPhase {
   virtual void restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) = 0;
 };
 
-/// Two `Bvh`s, one of bodies that move and one of bodies that do not; only changed bodies search.
+/// A `Bvh` of bodies that move and a `FixedTree` of those that do not; only changed bodies search.
 std::unique_ptr<BroadPhase> make_tree_broad_phase();
 /// Sweep-and-sort along the unit vector `axis` with components ≥ 0 (dissertation, section 3.3.1).
 std::unique_ptr<BroadPhase> make_sweep_broad_phase(Vec3 axis);

@@ -40,7 +40,7 @@ void NativeSimulator::body_removed(std::uint32_t slot) {
 }
 
 void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
-  note_moved(bodies[slot].motion);
+  note_moved(slot);
   wake(slot);
   wake_neighbours(slot);
   state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);
@@ -50,7 +50,7 @@ void NativeSimulator::set_pose(std::uint32_t slot, const Pose& pose) {
 }
 
 void NativeSimulator::set_velocity(std::uint32_t slot, const Velocity& velocity) {
-  note_moved(bodies[slot].motion);
+  note_moved(slot);
   wake(slot);
   if (state_.flags[slot] & kinematic) {
     state_.flags[slot] &= static_cast<std::uint8_t>(~targeted);

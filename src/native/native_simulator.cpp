@@ -70,7 +70,8 @@ void NativeSimulator::step() {
   times.solve = timed([&] { solve(); });
   times.finish = timed([&] { finish(); });
   if (pool_.size() > 1) threads_.took(1e-3 * times.total());
-  note_moved(MotionType::dynamic);
+  outdate_queries();
+  tree_.note_others_moved();
   profile.step = ++steps;
   count();
   if constexpr (check::validates) validate();
@@ -102,7 +103,7 @@ void NativeSimulator::find_pairs() {
   active_.refresh(bodies, state_);
   changed_.collect(state_.flags, pool_);
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
-  set_changed_ = false;
+  set_changes_.clear();
   const std::span<const Pair> pairs = let_collide(joined(std::span(new_pairs_).first(lists)));
   added_.clear();
   std::vector<std::uint32_t>* const added = lists_added_ ? &added_ : nullptr;
@@ -241,7 +242,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
 }
 
 BroadPhaseInput NativeSimulator::broad_phase_input() const {
-  return {bodies, state_, graph_.pairs(), changed_.slots(), changed_.any_at_rest(), set_changed_};
+  return {bodies, state_, graph_.pairs(), changed_.slots(), changed_.any_at_rest(), set_changes_};
 }
 
 template <class Alone>
@@ -265,15 +266,18 @@ std::span<const Pose> NativeSimulator::refresh_queries() {
   return state_.poses;
 }
 
-void NativeSimulator::note_moved(MotionType motion) {
+void NativeSimulator::note_moved(std::uint32_t slot) {
   outdate_queries();
-  tree_.note_moved(motion);
+  if (bodies[slot].motion == MotionType::fixed)
+    tree_.note_fixed_moved(slot);
+  else
+    tree_.note_others_moved();
 }
 
 void NativeSimulator::note_set(std::uint32_t slot) {
   outdate_queries();
-  tree_.note_set(bodies[slot].motion);
-  set_changed_ = true;
+  tree_.note_set(slot);
+  set_changes_.push_back(slot);
   active_.outdate();
 }
 

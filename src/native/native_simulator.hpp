@@ -104,7 +104,7 @@ class NativeSimulator : public Simulator {
   int threads_worth_while();
   BroadPhaseInput broad_phase_input() const;
   std::span<const Pose> refresh_queries() override;
-  void note_moved(MotionType motion);
+  void note_moved(std::uint32_t slot);
   void note_set(std::uint32_t slot);
   std::span<const Pair> joined(std::span<const std::vector<Pair>> lists);
   /// Those of the new pairs that the application lets collide, where it is asked.
@@ -179,9 +179,9 @@ class NativeSimulator : public Simulator {
   ChangedBodies changed_;
   Neighbourhood neighbourhood_;
   Strays strays_;
-  std::atomic<std::size_t> failed_ = 0;  // bodies whose new state is not finite
-  bool are_free_moved_ = false;          // in this step, before `finish`
-  bool set_changed_ = false;             // bodies added or removed since the broad phase last ran
+  std::atomic<std::size_t> failed_ = 0;     // bodies whose new state is not finite
+  bool are_free_moved_ = false;             // in this step, before `finish`
+  std::vector<std::uint32_t> set_changes_;  // bodies added or removed since the broad phase last ran
   /// Where a kinematic body is to be at the end of the next step.
   struct Target {
     Pose pose;

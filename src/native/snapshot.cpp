@@ -147,7 +147,7 @@ void NativeSimulator::save(ByteWriter& write) const {
   SupportSolver::archive(solver_.supports(), write);
   Islands::archive(islands_, write);
   broad_phase_->save(write);
-  write(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
+  write(set_changes_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
 }
 
 void NativeSimulator::restore(ByteReader& in) {
@@ -164,7 +164,8 @@ void NativeSimulator::restore(ByteReader& in) {
   solver_.mechanisms().find_anew();
   islands_.restore(in);
   broad_phase_->restore(in, state_.bounds, pool_);
-  in(set_changed_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
+  in(set_changes_, begun_, ended_, ended_by_removal_, hits_, quarantined_, targets_);
+  for (const std::uint32_t slot : set_changes_) in.require(slot < state_.size());
   for (const Target& target : targets_) in.require(target.slot < state_.size());
   // Bodies flagged for a force are listed again.
   for (std::uint32_t slot = 0; slot < state_.size(); ++slot)

@@ -22,7 +22,7 @@ class SweepBroadPhase : public BroadPhase {
     refresh(input, pool);
     const std::size_t chunks = (sorted_.size() + wide_.size() + grain - 1) / grain;
     if (found.size() < chunks) found.resize(chunks);
-    if (input.changed.empty() && !input.set_changed) return 0;
+    if (input.changed.empty() && !input.set_changed()) return 0;
     pool.for_each_chunk(sorted_.size() + wide_.size(), grain, [&](std::size_t begin, std::size_t end) {
       std::vector<Pair>& pairs = found[begin / grain];
       pairs.clear();
@@ -38,7 +38,7 @@ class SweepBroadPhase : public BroadPhase {
 
   void refresh(const BroadPhaseInput& input, ThreadPool&) override {
     bounds_ = input.state.bounds.data();
-    if (input.set_changed) {
+    if (input.set_changed()) {
       ++times_collected_;
       collect(input);
       std::sort(sorted_.begin(), sorted_.end(), before);
