@@ -2,6 +2,16 @@
 
 namespace fathom::native {
 
+void BodyTree::note(std::vector<std::uint32_t>& list, std::uint32_t slot) {
+  constexpr std::size_t most = 1024;  // there may never be a query
+  if (sides_.lists_all) return;
+  list.push_back(slot);
+  if (list.size() < most) return;
+  sides_.lists_all = true;
+  set_changes_.clear();
+  moved_fixed_.clear();
+}
+
 void BodyTree::refresh(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool) {
   refresh_fixed(bodies, bounds, pool);
   if (!set_changed_ && others_moved_) moving_.refit(bounds, pool);

@@ -17,11 +17,11 @@ class BodyTree {
  public:
   // What has changed since the last `refresh`.
   /// A body was added to the slot, or removed.
-  void note_set(std::uint32_t slot) { set_changes_.push_back(slot); }
-  void note_fixed_moved(std::uint32_t slot) { moved_fixed_.push_back(slot); }
+  void note_set(std::uint32_t slot) { note(set_changes_, slot); }
+  void note_fixed_moved(std::uint32_t slot) { note(moved_fixed_, slot); }
   void note_others_moved() { others_moved_ = true; }
   /// Whether boxes of fixed bodies may be new.
-  bool may_have_new_fixed() const { return !set_changes_.empty() || !moved_fixed_.empty(); }
+  bool may_have_new_fixed() const { return sides_.lists_all || !set_changes_.empty() || !moved_fixed_.empty(); }
 
   /// Brings the tree up to date with the fat boxes in `bounds`, by slot.
   void refresh(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
@@ -36,9 +36,11 @@ class BodyTree {
   std::size_t memory_bytes() const;
 
  private:
+  void note(std::vector<std::uint32_t>& list, std::uint32_t slot);
+
   Bvh moving_;
   BodySides sides_;
-  std::vector<std::uint32_t> set_changes_, moved_fixed_;  // slots
+  std::vector<std::uint32_t> set_changes_, moved_fixed_;  // slots; of too many all bodies are listed
   bool set_changed_ = true, others_moved_ = true;         // of bodies that move
 };
 
