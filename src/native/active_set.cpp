@@ -2,14 +2,28 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
+#include <span>
 
 namespace fathom::native {
 
 void ActiveSet::refresh(const BodyTable& bodies, const BodyState& state) {
   if (is_current_) return;
   active_.clear();
-  for (const BodyId id : bodies.living())
-    if (state.flags[id.index] & awake) active_.push_back(id.index);
+  const std::span<const std::uint8_t> flags = std::span(state.flags).first(bodies.slot_count());
+  const auto list = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t slot = begin; slot < end; ++slot)
+      if (flags[slot] & awake) active_.push_back(static_cast<std::uint32_t>(slot));
+  };
+  // Eight at a time: in a large world mostly none of them is awake.
+  constexpr std::uint64_t any_awake = awake * 0x0101010101010101u;
+  std::size_t slot = 0;
+  for (; slot + 8 <= flags.size(); slot += 8) {
+    std::uint64_t eight;
+    std::memcpy(&eight, &flags[slot], 8);
+    if (eight & any_awake) list(slot, slot + 8);
+  }
+  list(slot, flags.size());
   is_current_ = true;
   in_contact_is_current_ = false;
 }
