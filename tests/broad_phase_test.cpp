@@ -150,7 +150,7 @@ TEST_P(BroadPhases, FollowBodiesThatComeGoAndAreMovedByHand) {
     boxes.set_changes.clear();
     const Found before = boxes.brute_force();
     const auto any_slot = [&] { return static_cast<std::uint32_t>(boxes.random() % boxes.bodies.slot_count()); };
-    // From few to so many that all are sorted anew, and steps in which nothing happens.
+    // None, a few, or more than are taken one by one.
     const unsigned edits = step % 10 == 9 ? 200 : boxes.random() % 4;
     for (unsigned i = 0; i < edits; ++i) {
       const std::uint32_t slot = any_slot();

@@ -15,7 +15,7 @@ struct BodySides {
   FixedTree fixed;
   bool lists_all = true;  ///< the next `take` asks all bodies
 
-  /// Takes over that bodies in these slots were added or removed, maybe repeatedly. Returns whether any of them moves.
+  /// Applies that bodies in these slots were added or removed, maybe repeatedly. Returns whether any of them moves.
   bool take(const BodyTable& bodies, std::span<const std::uint32_t> set_changes);
 
   void save(ByteWriter& write) const;
