@@ -16,7 +16,7 @@ using enum BroadPhase;
 
 // Made by `fathom validate --only golden`; a change of the solver's mathematics changes them all.
 // clang-format off
-constexpr std::array<Golden, 8> table{{
+constexpr std::array<Golden, 8> golden_runs{{
     {"drift", 500, 240, soft, tree, {0xa7a16084d2289a94, 0xea141bd0921ba80a}, {0x7c1f1c72721aad4c, 0x82216c071d0f4496}},
     {"layers", 500, 300, soft, tree, {0x98fb102dfa9ecd43, 0x0ed01c92cd814d91}, {0x094ae591d7e8d150, 0xe3f650ce501bfd11}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
@@ -82,7 +82,7 @@ void mix(std::uint64_t& hash, std::uint32_t value) {
 
 }  // namespace
 
-std::span<const Golden> goldens() { return table; }
+std::span<const Golden> goldens() { return golden_runs; }
 
 Hashes run_golden(const Golden& golden, const Setup& setup) {
   const Environment* environment = find_environment(golden.environment);

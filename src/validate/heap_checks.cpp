@@ -312,16 +312,17 @@ int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expec
 
 constexpr const char* known_of_joints =
     "some heaps with joints: slender and light bodies are thrown about (docs/joints.md)";
-constexpr const char* known = "some heaps: springs give way, and thin bodies are pressed in by their centre";
+constexpr const char* known_of_heaps = "some heaps: springs give way, and thin bodies are pressed in by their centre";
 
 /// Of the smaller body's outer radius (m), as overlaps are judged by the inner one.
 double gap_limit(double outer) { return std::max(0.02 * outer, std::min(0.002, 0.2 * outer)); }
 
 void judge_joints_at_rest(const HeapRun& run, Record& record) {
   const HeapRun::Overlap gap = run.widest_gap(gap_limit);
-  record.at_most("widest gap of a joint once settled", gap.depth, gap.limit, "m").known = known;
+  record.at_most("widest gap of a joint once settled", gap.depth, gap.limit, "m").known = known_of_heaps;
   if (gap.depth > gap.limit) record.note(run.between(gap));
-  record.at_most("beyond a joint's limit once settled", run.farthest_beyond_limits(), 0.05, "rad").known = known;
+  record.at_most("beyond a joint's limit once settled", run.farthest_beyond_limits(), 0.05, "rad").known =
+      known_of_heaps;
 }
 
 }  // namespace
@@ -366,28 +367,30 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   if (run.lost() > 0) return record;
   // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
-  record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known;
+  record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known_of_heaps;
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies)).known = thrown;
   // A floor that moves drives what is jammed against a wall.
   if (heap.is_at_rest_in_the_end())
     record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known = thrown;
-  if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3).known = known;
+  if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3).known = known_of_heaps;
   if (rests) {
-    record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg").known = known;
+    record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg").known =
+        known_of_heaps;
     const HeapRun::Overlap overlap = run.deepest_overlap();
-    record.at_most("deepest overlap once settled", overlap.depth, overlap.limit, "m").known = known;
+    record.at_most("deepest overlap once settled", overlap.depth, overlap.limit, "m").known = known_of_heaps;
     if (overlap.depth > overlap.limit) record.note(run.between(overlap));
     if (heap.surface) {
       const HeapRun::Overlap in_surface = run.deepest_in_surface();
       record.at_most("deepest overlap with the surface once settled", in_surface.depth, in_surface.limit, "m").known =
-          known;
+          known_of_heaps;
       if (in_surface.depth > in_surface.limit) record.note(run.between(in_surface));
     }
   }
-  if (has_joints) record.at_most("widest gap of a joint, of the smaller outer radius", widest_gap, 1).known = known;
+  if (has_joints)
+    record.at_most("widest gap of a joint, of the smaller outer radius", widest_gap, 1).known = known_of_heaps;
   if (has_joints && rests) judge_joints_at_rest(run, record);
-  if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0).known = known;
+  if (sleeps) record.at_most("bodies awake at 30 s", run.awake(), 0).known = known_of_heaps;
   record.at_most("hashes that differ with 1, 2 and 4 threads", hashes_that_differ(heap, setup, hash), 0);
   if (copy) record.at_most("restored copies that go on otherwise", copy->differs(), 0);
   return record;
