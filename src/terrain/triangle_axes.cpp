@@ -8,6 +8,23 @@ namespace {
 void store(Eight from, float (&to)[8]) { *reinterpret_cast<Eight*>(to) = from; }
 void store(EightInts from, std::int32_t (&to)[8]) { *reinterpret_cast<EightInts*>(to) = from; }
 
+struct FacesOfEight {
+  Eight separations = eight(-3e38f);
+  EightInts faces = eight(-1);
+};
+
+/// The shape's faces that the triangles are highest over.
+FacesOfEight best_faces(const HullView& shape, const Triangles& t) {
+  FacesOfEight best;
+  for (int f = 0; f < shape.face_count; ++f) {
+    const Eight separation = separation_from_face(shape, f, t);
+    const EightInts better = separation > best.separations;
+    best.separations = select(better, separation, best.separations);
+    best.faces = select(better, eight(f), best.faces);
+  }
+  return best;
+}
+
 /// Edges with the largest separation, if that is above a threshold.
 struct EdgesOfEight {
   Eight separations;

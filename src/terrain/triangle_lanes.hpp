@@ -12,16 +12,17 @@ inline EightVec3 cross(const EightVec3& a, const EightVec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline Eight length_squared(const EightVec3& a) { return dot(a, a); }
-inline Eight max_component(const EightVec3& a) { return max(abs(a.x), max(abs(a.y), abs(a.z))); }
+inline Eight largest_coordinate(const EightVec3& a) { return max(abs(a.x), max(abs(a.y), abs(a.z))); }
 inline EightVec3 negated_where(EightInts mask, const EightVec3& a) {
   return {select(mask, -a.x, a.x), select(mask, -a.y, a.y), select(mask, -a.z, a.z)};
 }
+
 /// Eight triangles, their planes and edges.
 struct Triangles {
   EightVec3 corners[3], along[3], inward[3];
   EightPlanes planes;
   Eight squared_lengths[3];
-  Eight reach;  ///< largest coordinates
+  Eight reach;  ///< largest coordinates (m)
 
   explicit Triangles(const EightTriangles& t) {
     for (int k = 0; k < 3; ++k) corners[k] = vectors(t.corners[k]);
@@ -31,7 +32,7 @@ struct Triangles {
       inward[k] = cross(planes.normals, along[k]);
       squared_lengths[k] = length_squared(along[k]);
     }
-    reach = max(max_component(corners[0]), max(max_component(corners[1]), max_component(corners[2])));
+    reach = max(largest_coordinate(corners[0]), max(largest_coordinate(corners[1]), largest_coordinate(corners[2])));
   }
 };
 
@@ -47,23 +48,6 @@ inline Eight separation_from_face(const HullView& shape, int f, const Triangles&
   const EightVec3 n = eight(shape.planes[f].normal);
   const Eight lowest = min(dot(n, t.corners[0]), min(dot(n, t.corners[1]), dot(n, t.corners[2])));
   return lowest - eight(shape.planes[f].offset);
-}
-
-struct FacesOfEight {
-  Eight separations = eight(-3e38f);
-  EightInts faces = eight(-1);
-};
-
-/// The shape's faces that the triangles are highest over.
-inline FacesOfEight best_faces(const HullView& shape, const Triangles& t) {
-  FacesOfEight best;
-  for (int f = 0; f < shape.face_count; ++f) {
-    const Eight separation = separation_from_face(shape, f, t);
-    const EightInts better = separation > best.separations;
-    best.separations = select(better, separation, best.separations);
-    best.faces = select(better, eight(f), best.faces);
-  }
-  return best;
 }
 
 }  // namespace fathom
