@@ -9,21 +9,33 @@ namespace fathom::native {
 
 void ActiveSet::refresh(const BodyTable& bodies, const BodyState& state) {
   if (is_current_) return;
-  active_.clear();
   const std::span<const std::uint8_t> flags = std::span(state.flags).first(bodies.slot_count());
-  const auto list = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t slot = begin; slot < end; ++slot)
-      if (flags[slot] & awake) active_.push_back(static_cast<std::uint32_t>(slot));
-  };
+  constexpr std::uint64_t all_awake = awake * 0x0101010101010101u;
   // Eight at a time: in a large world mostly none of them is awake.
-  constexpr std::uint64_t any_awake = awake * 0x0101010101010101u;
-  std::size_t slot = 0;
-  for (; slot + 8 <= flags.size(); slot += 8) {
-    std::uint64_t eight;
-    std::memcpy(&eight, &flags[slot], 8);
-    if (eight & any_awake) list(slot, slot + 8);
-  }
-  list(slot, flags.size());
+  const auto for_each_eight = [&](const auto& act) {
+    std::uint64_t eight = 0;
+    std::size_t slot = 0;
+    for (; slot + 8 <= flags.size(); slot += 8) {
+      std::memcpy(&eight, &flags[slot], 8);
+      if ((eight &= all_awake) != 0) act(slot, eight);
+    }
+    eight = 0;
+    for (std::size_t i = slot; i < flags.size(); ++i) eight |= std::uint64_t{flags[i]} << 8 * (i - slot);
+    act(slot, eight & all_awake);
+  };
+  std::size_t count = 0;
+  for_each_eight([&](std::size_t, std::uint64_t eight) { count += static_cast<std::size_t>(std::popcount(eight)); });
+  active_.resize(count);
+  std::uint32_t* next = active_.data();
+  for_each_eight([&](std::size_t slot, std::uint64_t eight) {
+    if (eight == all_awake) {
+      for (std::uint32_t i = 0; i < 8; ++i) next[i] = static_cast<std::uint32_t>(slot) + i;
+      next += 8;
+      return;
+    }
+    for (; eight != 0; eight &= eight - 1)
+      *next++ = static_cast<std::uint32_t>(slot + static_cast<std::size_t>(std::countr_zero(eight)) / 8);
+  });
   is_current_ = true;
   in_contact_is_current_ = false;
 }
