@@ -30,6 +30,12 @@ Triangle any_triangle(Generator& random) {
   return {{centre, centre + along, centre + uniform(random, 0, 1) * along + across}, {0, 1, 2}};
 }
 
+EightTriangles any_triangles(Generator& random, int count) {
+  EightTriangles triangles;
+  for (int i = 0; i < count; ++i) triangles.add({any_triangle(random), {}});
+  return triangles;
+}
+
 double distance(const SurfaceTriangle& t, const Geometry& shape, Quat rotation, Vec3 position = {}) {
   Geometry triangle;
   triangle.type = ShapeType::hull;
@@ -51,8 +57,7 @@ TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
     for (int run = 0; run < 1500; ++run) {
       const TurnedShape turned(g, test::any_rotation(random));
       const float margin = uniform(random, 0, 0.1f);
-      EightTriangles triangles;
-      for (unsigned k = 0; k <= random() % 8; ++k) triangles.add({any_triangle(random), {}});
+      const EightTriangles triangles = any_triangles(random, 1 + static_cast<int>(random() % 8));
       const TriangleAxes axes = axes_of(triangles, turned, margin);
       ASSERT_EQ(axes.near & ~triangles.present(), 0u);
       for (int i = 0; i < triangles.count; ++i) {
@@ -84,8 +89,7 @@ TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
     const Geometry g = geometry(shape);
     for (int run = 0; run < 200; ++run) {
       const TurnedShape turned(g, test::any_rotation(random));
-      EightTriangles together;
-      for (int k = 0; k < 8; ++k) together.add({any_triangle(random), {}});
+      const EightTriangles together = any_triangles(random, 8);
       const TriangleAxes axes = axes_of(together, turned, 0.05f);
       for (int i = 0; i < 8; ++i) {
         EightTriangles alone;
@@ -109,8 +113,7 @@ TEST(TrianglesAhead, AreAllThatAShapeMeetsOnItsWayAndFewOthers) {
       const TurnedShape turned(g, test::any_rotation(random));
       const Vec3 way = uniform(random, 0, 1) * test::in_cube(random);
       const float around = uniform(random, 0, 0.1f);
-      EightTriangles triangles;
-      for (int k = 0; k < 8; ++k) triangles.add({any_triangle(random), {}});
+      const EightTriangles triangles = any_triangles(random, 8);
       const unsigned met = met_on_way(triangles, turned, way, around);
       for (int i = 0; i < 8; ++i) {
         double nearest = 1e9;

@@ -1,5 +1,6 @@
 #include "native/body_sides.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "native/sorted_slots.hpp"
@@ -44,7 +45,8 @@ void BodySides::save(ByteWriter& write) const {
 
 void BodySides::restore(ByteReader& in, std::span<const BodyBounds> bounds, ThreadPool& pool) {
   in(moving, lists_all);
-  for (const std::uint32_t slot : moving) in.require(slot < bounds.size());
+  in.require(std::ranges::is_sorted(moving));
+  in.require(moving.empty() || moving.back() < bounds.size());
   fixed.restore(in, bounds, pool);
 }
 

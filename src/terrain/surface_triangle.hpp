@@ -2,6 +2,7 @@
 // precision, one by one and eight side by side.
 #pragma once
 
+#include <cstring>
 #include <fathom/mesh.hpp>
 
 #include "collision/eight.hpp"
@@ -46,7 +47,11 @@ struct EightTriangles {
   /// A bit for each triangle that has a corner of this name.
   unsigned having(std::uint32_t name) const {
     const EightInts wanted = eight(static_cast<std::int32_t>(name));
-    const auto same = [&](int k) { return *reinterpret_cast<const EightInts*>(names[k]) == wanted; };
+    const auto same = [&](int k) {
+      EightInts of_corners;
+      std::memcpy(&of_corners, names[k], sizeof of_corners);
+      return of_corners == wanted;
+    };
     return bits(same(0) | same(1) | same(2)) & present();
   }
   /// A bit for each triangle.
