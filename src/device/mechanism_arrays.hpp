@@ -13,7 +13,7 @@ struct MechanismRecord {
   Mechanism tree{};
   std::uint32_t is_driven = 0;  ///< some drive moves it
   // Of a step, and zero between steps.
-  std::uint32_t is_blocked = 0;   ///< 1: it sleeps, leans on a light body, or a body of it is isolated
+  std::uint32_t is_blocked = 0;   ///< 1: it sleeps, or a body of it is isolated
   std::uint32_t is_acted_on = 0;  ///< 1: more than its own joints acts on some body of it
 
   /// Whether the step solves it directly.

@@ -93,11 +93,12 @@ struct TakeMechanisms {
   }
 };
 
-/// Whether its bodies let a mechanism be solved directly in this step, and whether they swing: a link each.
+/// Whether its bodies let a mechanism be solved directly in this step, whether they swing, and how inert they are: a
+/// link each.
 struct CheckLinks {
-  Bodies<> bodies;
+  Bodies<body_supports> bodies;
   Mechanisms<mechanism_records> mechanisms;
-  const Counters* counters;
+  Counters* counters;
 
   FATHOM_HD void operator()(std::uint32_t i) const {
     if (counters->stopped) return;
@@ -105,15 +106,21 @@ struct CheckLinks {
     const std::uint32_t flags = bodies.flags[link.body];
     MechanismRecord& record = mechanisms.records[link.mechanism];
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
-    const bool leans = link.is_light(bodies.constants[link.body].inverse_mass) && is_in_contact(link.body);
-    if (!is_solved || leans) exec::atomic_store(record.is_blocked, 1u);
+    if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
     if (link.is_copy()) return;
+    const float inertia = link.least_inertia(bodies.constants[link.body].inverse_mass);
+    if (is_solved && inertia > 1 && is_in_contact(link.body)) require(link.body, inertia);
     if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }
 
  private:
   FATHOM_HD bool is_in_contact(std::uint32_t body) const {
     return (bodies.colours[body] & ~bodies.joint_colours[body]) | (counters->any_further ? bodies.further[body] : 0);
+  }
+  FATHOM_HD void require(std::uint32_t body, float inertia) const {
+    BodyLoad& load = bodies.support[body].load;
+    load.inertia_scale = max(load.inertia_scale, inertia);
+    exec::atomic_store(counters->loaded_step, counters->step);
   }
 };
 

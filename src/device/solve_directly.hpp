@@ -154,8 +154,8 @@ struct SolveDirectly {
         if (solver.has_just_moved(at)) move_by_means(direct, record.tree);
         return direct.relax(record.tree, h);
       }
-      if (at.what == Solver::warm) return direct.warm_start(record.tree, false);
-      if (at.what == Solver::push_first) direct.warm_start(record.tree, true);
+      if (at.what == Solver::warm) return direct.warm_start(record.tree, h, false);
+      if (at.what == Solver::push_first) direct.warm_start(record.tree, h, true);
       direct.pull_together(record.tree, h);
     }
   }

@@ -53,10 +53,17 @@ class MechanismSolver {
   FATHOM_HD void prepare(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { prepare_link(i); });
   }
-  /// The last step's impulses act again, or are forgotten.
-  FATHOM_HD void warm_start(const Mechanism& m, bool forgets) const {
+  /// The last step's impulses act again, or are forgotten. Along arms that have turned since they may spin a thin rod
+  /// about its axis by turns a substep, and contacts would take that for how fast its surface moves: then all are let
+  /// go.
+  FATHOM_HD void warm_start(const Mechanism& m, float h, bool forgets) const {
     let_closures_go(m);
-    each(m, [&](std::uint32_t i) { forgets ? forget_link(i) : give_carried(i, 1); });
+    if (forgets)
+      each(m, [&](std::uint32_t i) { forget_link(i); });
+    else if (all(m, [&](std::uint32_t i) { return is_carried_slowly(i, h); }))
+      each(m, [&](std::uint32_t i) { give_carried(i, 1); });
+    else
+      each(m, [&](std::uint32_t i) { let_go(i); });
   }
   /// Before positions move.
   FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
@@ -179,21 +186,29 @@ class MechanismSolver {
     of_link.begin(joint, link.is_b != 0, row, access.generic_impulse(link.joint));
     states[i].arm = of_link.arm(), states[i].parent_arm = of_link.parent_arm();
   }
-  /// `sign` times what the joints' impulses give the link's body.
-  FATHOM_HD void give_carried(std::uint32_t i, float sign) const {
+  /// What velocities of the link's body become by `sign` times the joints' impulses.
+  FATHOM_HD TreeChange with_carried(std::uint32_t i, float sign, TreeChange velocity) const {
     const MechanismLink& link = links[i];
-    if (link.is_copy()) return;
-    SolverBody body = access.body(link.body);
+    const SolverBody body = access.body(link.body);
     const SymMat3 response = access.response(link.body, body);
     const auto push = [&](float by, Vec3 impulse, Vec3 moment) {
-      body.linear = mul_add(body.linear, by * body.inverse_mass, impulse);
-      body.angular += by * (response * moment);
+      velocity.linear = mul_add(velocity.linear, by * body.inverse_mass, impulse);
+      velocity.angular += by * (response * moment);
     };
     if (link.joint != none) push(sign, force_of(i), states[i].moment);
     for (std::uint32_t c = link.first_child; c < link.end_of_children(); ++c)
       push(-sign, force_of(c), states[c].parent_moment);
     for (std::uint32_t c = link.next_copy; c != none; c = links[c].next_copy) push(sign, force_of(c), states[c].moment);
-    access.set_velocity(link.body, body.linear, body.angular);
+    return velocity;
+  }
+  FATHOM_HD void give_carried(std::uint32_t i, float sign) const {
+    if (links[i].is_copy()) return;
+    const SolverBody body = access.body(links[i].body);
+    const TreeChange with = with_carried(i, sign, {body.linear, body.angular});
+    access.set_velocity(links[i].body, with.linear, with.angular);
+  }
+  FATHOM_HD bool is_carried_slowly(std::uint32_t i, float h) const {
+    return links[i].is_copy() || h * length(with_carried(i, 1, {}).angular) <= max_drift;
   }
   FATHOM_HD void let_go(std::uint32_t i) const {
     states[i].row.impulse = states[i].moment = states[i].parent_moment = {};

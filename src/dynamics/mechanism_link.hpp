@@ -28,8 +28,10 @@ struct MechanismLink {
   std::uint32_t next_copy = none;  ///< a link
   std::uint32_t copies = 0;        ///< of the link
 
-  /// Whether too much moves with the body for its contacts, where it has any.
-  FATHOM_HD bool is_light(float inverse_mass) const { return rigid_mass * inverse_mass > max_behind_a_contact; }
+  /// In parts of its own, where it touches something.
+  FATHOM_HD float least_inertia(float inverse_mass) const {
+    return max(rigid_mass * inverse_mass * (1 / max_behind_a_contact), 1.0f);
+  }
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }
   FATHOM_HD bool is_copy() const { return original != none; }
   /// Of the mechanism, at the body.

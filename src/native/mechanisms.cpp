@@ -88,7 +88,9 @@ MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
 }
 
 void Mechanisms::prepare(std::uint32_t number) { solver().prepare(mechanism(number)); }
-void Mechanisms::warm_start(std::uint32_t number, bool forgets) { solver().warm_start(mechanism(number), forgets); }
+void Mechanisms::warm_start(std::uint32_t number, float h, bool forgets) {
+  solver().warm_start(mechanism(number), h, forgets);
+}
 void Mechanisms::pull_together(std::uint32_t number, float h) { solver().pull_together(mechanism(number), h); }
 void Mechanisms::relax(std::uint32_t number, float h) { solver().relax(mechanism(number), h); }
 void Mechanisms::store(std::uint32_t number) { solver().store(mechanism(number)); }
@@ -140,6 +142,15 @@ void Mechanisms::find() {
   states_.resize(trees_.links().size());
   generic_.resize(trees_.generic());
   closures_.resize(trees_.closure_floats());
+  find_leaning();
+}
+
+void Mechanisms::find_leaning() {
+  leaning_.clear();
+  for (const MechanismLink& link : trees_.links()) {
+    const float inertia = link.least_inertia(bodies_[link.body].inverse_mass);
+    if (inertia > 1 && constraints_of(link.body) > joints_[link.body].count) leaning_.push_back({link.body, inertia});
+  }
 }
 
 void Mechanisms::count_joints() {
@@ -161,11 +172,7 @@ std::uint32_t Mechanisms::constraints_of(std::uint32_t slot) const {
 // A coupling's row and a direct solution of what it pushes would take turns against each other: a motor and a brake at
 // two wheels come to terms in sweeps alone.
 bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
-  return std::ranges::none_of(tree, [this](const MechanismLink& link) {
-    const Joints& joints = joints_[link.body];
-    const bool is_in_contact = constraints_of(link.body) > joints.count;
-    return joints.is_coupled || (is_in_contact && link.is_light(bodies_[link.body].inverse_mass));
-  });
+  return std::ranges::none_of(tree, [this](const MechanismLink& link) { return joints_[link.body].is_coupled; });
 }
 
 void Mechanisms::order_by_group(const ConstraintLayout& layout) {
@@ -187,6 +194,7 @@ void Mechanisms::order_by_group(const ConstraintLayout& layout) {
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
          closures_.capacity() * sizeof(float) + joints_.capacity() * sizeof(Joints) +
+         leaning_.capacity() * sizeof(Leaning) +
          (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
 }
 

@@ -44,9 +44,16 @@ class Mechanisms {
   /// Which of its bodies swing in this step (`BodyState::swings`).
   void note_swings(std::uint32_t mechanism);
 
+  /// Bodies that touch something, and how inert that wants them (`MechanismLink::least_inertia`).
+  struct Leaning {
+    std::uint32_t slot;
+    float inertia;  ///< in parts of the body's own
+  };
+  std::span<const Leaning> leaning() const { return leaning_; }
+
   /// Those of MechanismSolver.
   void prepare(std::uint32_t mechanism);
-  void warm_start(std::uint32_t mechanism, bool forgets);
+  void warm_start(std::uint32_t mechanism, float h, bool forgets);
   void pull_together(std::uint32_t mechanism, float h);
   void relax(std::uint32_t mechanism, float h);
   void store(std::uint32_t mechanism);
@@ -71,6 +78,7 @@ class Mechanisms {
   bool does_swing(const Mechanism& mechanism) const;
   void find();
   void count_joints();
+  void find_leaning();
   bool accepts(std::span<const MechanismLink> tree) const;
   void order_by_group(const ConstraintLayout& layout);
   MechanismSolver<Access> solver();
@@ -89,6 +97,7 @@ class Mechanisms {
   std::vector<std::uint32_t> order_, first_of_group_;
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: those with colours
+  std::vector<Leaning> leaning_;
 };
 
 }  // namespace fathom::native

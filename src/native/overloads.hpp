@@ -29,6 +29,11 @@ class Overloads {
     }
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
   }
+  /// The body is at least that inert in this step; to be called once it has begun.
+  void require(std::uint32_t slot, float inertia) {
+    loads_[slot].inertia_scale = std::max(loads_[slot].inertia_scale, inertia);
+    any_scaled_ = true;
+  }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
   /// The body was, and in the step before.

@@ -263,6 +263,7 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   if (def_.solver.method != Solver::soft) return;
   supports_.update(in_contact.slots, layout_, has_moved, step);
   mechanisms_.update(layout_, has_moved);
+  for (const auto& [slot, inertia] : mechanisms_.leaning()) supports_.overloads().require(slot, inertia);
   note_swings();
 }
 
@@ -673,7 +674,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
   for (int substep = 0; substep < settings.substeps; ++substep) {
     begin_substep(work, integrate, soft, substep == 0 || !def_.solver.warm_start);
     if constexpr (fails) fail(work, SolverStage::velocities, substep);
-    begin_impulses(work, substep == 0);
+    begin_impulses(work, h, substep == 0);
     if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     sweep(work, &SolverKernels::solve, soft);
     if (soft.couplings_follow) sweep(work, &SolverKernels::solve_couplings, soft);
@@ -707,7 +708,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
   for (int substep = 0; substep < def_.solver.substeps; ++substep) {
     begin_substep(work, integrate, p, substep == 0 || !def_.solver.warm_start);
     if constexpr (fails) fail(work, SolverStage::velocities, substep);
-    begin_impulses(work, substep == 0);
+    begin_impulses(work, h, substep == 0);
     if constexpr (fails) fail(work, SolverStage::warm_start, substep);
     for (int i = 1; i <= def_.solver.iterations; ++i) {
       p.ends_substep = i == def_.solver.iterations;
@@ -739,7 +740,7 @@ void ContactSolver::begin_substep(const Work& work, const BodyIntegration& integ
 }
 
 template <class Work>
-void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
+void ContactSolver::begin_impulses(const Work& work, float h, bool first_substep) {
   if (def_.solver.warm_start && !first_substep) return;
   work.colours([this](const SolverKernels& k, BlockArray blocks, std::size_t begin, std::size_t end) {
     if (def_.solver.warm_start)
@@ -747,7 +748,8 @@ void ContactSolver::begin_impulses(const Work& work, bool first_substep) {
     else
       k.clear(blocks, begin, end);
   });
-  work.mechanisms([this](std::uint32_t mechanism) { mechanisms_.warm_start(mechanism, !def_.solver.warm_start); });
+  work.mechanisms(
+      [this, h](std::uint32_t mechanism) { mechanisms_.warm_start(mechanism, h, !def_.solver.warm_start); });
 }
 
 template <class Work>

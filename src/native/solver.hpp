@@ -147,7 +147,7 @@ class ContactSolver {
   void begin_substep(const Work& work, const BodyIntegration& integrate, SweepParameters parameters, bool first);
   /// Impulses of a substep's beginning: those of the step before, or none without warm starting.
   template <class Work>
-  void begin_impulses(const Work& work, bool first_substep);
+  void begin_impulses(const Work& work, float h, bool first_substep);
   template <class Work>
   void sweep(const Work& work, Sweep SolverKernels::*pass, const SweepParameters& parameters);
   template <class Work>

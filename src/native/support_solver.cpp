@@ -32,9 +32,10 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
   overloads_.resize(state_.size());
   make_room(held_, state_.size());
   held_.resize(state_.size(), not_a_member);
-  if (!(stiffness() > 0)) return;
-  const bool is_new = support_graph_.update(in_contact, overloads_, stiffness(), step);
+  const bool has_supports = stiffness() > 0;
+  const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
+  if (!has_supports) return;
   if (support_graph_.empty()) {
     if (had_members_) std::fill(held_.begin(), held_.end(), not_a_member);
     had_members_ = false;
