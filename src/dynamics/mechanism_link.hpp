@@ -28,7 +28,8 @@ struct MechanismLink {
   std::uint32_t next_copy = none;  ///< a link
   std::uint32_t copies = 0;        ///< of the link
 
-  /// In parts of its own, where it touches something.
+  /// How inert the body has to be where it touches something, in parts of its own: what moves with it, contacts don't
+  /// know.
   FATHOM_HD float least_inertia(float inverse_mass) const {
     return max(rigid_mass * inverse_mass * (1 / max_behind_a_contact), 1.0f);
   }

@@ -162,7 +162,7 @@ inline constexpr float aimed_share = 1e-6f, meeting_share = 1e-3f;
 inline constexpr float stiffest_swing = 0.2f;
 /// Of a gap, and of the arms, by which gaps close in a substep where anchors do not meet.
 inline constexpr float projection_share = 0.2f, closing_share = 0.01f;
-/// Times the mass of a body that touches something what moves as one with it may weigh. A contact's rows know its two
+/// Times the inertia of a body that touches something what moves as one with it may have. A contact's rows know its two
 /// bodies' masses, not what a direct solution moves with them, and are stable up to some 25 times that: a table on
 /// light legs would hop on them and sink in.
 inline constexpr float max_behind_a_contact = 24;
