@@ -108,7 +108,7 @@ struct CheckLinks {
     const bool is_solved = flags & awake_flag && !(flags & isolated_flag);
     if (!is_solved) exec::atomic_store(record.is_blocked, 1u);
     if (link.is_copy()) return;
-    const float inertia = link.least_inertia(bodies.constants[link.body].inverse_mass);
+    const float inertia = link.min_inertia(bodies.constants[link.body].inverse_mass);
     if (is_solved && inertia > 1 && is_in_contact(link.body)) require(link.body, inertia);
     if (bodies.touching[link.body] != link.joints() || flags & forced_flag) exec::atomic_store(record.is_acted_on, 1u);
   }

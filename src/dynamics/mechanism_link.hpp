@@ -30,7 +30,7 @@ struct MechanismLink {
 
   /// How inert the body has to be where it touches something, in parts of its own: what moves with it, contacts don't
   /// know.
-  FATHOM_HD float least_inertia(float inverse_mass) const {
+  FATHOM_HD float min_inertia(float inverse_mass) const {
     return max(rigid_mass * inverse_mass * (1 / max_behind_a_contact), 1.0f);
   }
   FATHOM_HD std::uint32_t end_of_children() const { return first_child + children; }

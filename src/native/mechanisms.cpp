@@ -148,7 +148,7 @@ void Mechanisms::find() {
 void Mechanisms::find_leaning() {
   leaning_.clear();
   for (const MechanismLink& link : trees_.links()) {
-    const float inertia = link.least_inertia(bodies_[link.body].inverse_mass);
+    const float inertia = link.min_inertia(bodies_[link.body].inverse_mass);
     if (inertia > 1 && constraints_of(link.body) > joints_[link.body].count) leaning_.push_back({link.body, inertia});
   }
 }

@@ -44,7 +44,7 @@ class Mechanisms {
   /// Which of its bodies swing in this step (`BodyState::swings`).
   void note_swings(std::uint32_t mechanism);
 
-  /// Bodies that touch something, and how inert that wants them (`MechanismLink::least_inertia`).
+  /// Bodies that touch something, and how inert that wants them (`MechanismLink::min_inertia`).
   struct Leaning {
     std::uint32_t slot;
     float inertia;  ///< in parts of the body's own
