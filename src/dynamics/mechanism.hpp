@@ -207,6 +207,14 @@ class MechanismSolver {
     const TreeChange with = with_carried(i, sign, {body.linear, body.angular});
     access.set_velocity(links[i].body, with.linear, with.angular);
   }
+  /// Whether the link's body would be no faster without what it carries than bodies may be.
+  FATHOM_HD bool is_sound_without_carried(std::uint32_t i, float h) const {
+    if (links[i].is_copy()) return true;
+    const SolverBody body = access.body(links[i].body);
+    const TreeChange without = with_carried(i, -1, {body.linear, body.angular});
+    const SpeedLimits limits = access.limits(h);
+    return length(without.linear) <= limits.linear && length(without.angular) <= limits.angular;
+  }
   FATHOM_HD bool is_carried_slowly(std::uint32_t i, float h) const {
     return links[i].is_copy() || h * length(with_carried(i, 1, {}).angular) <= max_drift;
   }
@@ -247,9 +255,11 @@ class MechanismSolver {
   }
 
   /// Takes back what the last substep's impulses have given. Along arms that have turned they would cancel to no more
-  /// than their rounding, of which light bodies on long arms make ever larger impulses.
+  /// than their rounding, of which light bodies on long arms make ever larger impulses. Not where a rod has turned so
+  /// far that these would spin it about its axis, of which it got nothing: that would throw it the other way.
   FATHOM_HD void start_anew(const Mechanism& m, float h) const {
-    each(m, [&](std::uint32_t i) { give_carried(i, -1); });
+    if (all(m, [&](std::uint32_t i) { return is_sound_without_carried(i, h); }))
+      each(m, [&](std::uint32_t i) { give_carried(i, -1); });
     each(m, [&](std::uint32_t i) { let_go(i); });
     let_closures_go(m);
     turn_all(m, h, false);
