@@ -353,7 +353,9 @@ SolverKernels make_kernels(const char* name) {
 }
 
 SolverKernels wide() { return make_kernels<hn::ScalableTag<float>>(hwy::TargetName(HWY_TARGET)); }
+#if HWY_TARGET == HWY_STATIC_TARGET  // nobody asks others for it, and it would take a quarter of the time to build
 SolverKernels single() { return make_kernels<hn::CappedTag<float, 1>>("single"); }
+#endif
 
 }  // namespace fathom::native::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
