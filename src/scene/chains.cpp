@@ -9,11 +9,11 @@ namespace fathom {
 namespace {
 
 constexpr std::int64_t links = 20;
-constexpr double link_length = 0.25;                 // m, from joint to joint
-constexpr float link_mass = 1, load_mass = 20;       // kg
-constexpr float load_radius = 0.2f;                  // m
-constexpr double reach = links * link_length + 0.4;  // m, from its post to the end of a chain
-constexpr double apart = 1;                          // m, between chains of a row
+constexpr double link_length = 0.25;                       // m, from joint to joint
+constexpr float link_mass = 1, load_mass = 20;             // kg
+constexpr float load_radius = 0.2f;                        // m
+constexpr double chain_reach = links * link_length + 0.4;  // m, from its post to the end of a chain
+constexpr double row_spacing = 1;                          // m, between chains of a row
 
 BodyDef link() {
   BodyDef body;
@@ -58,9 +58,9 @@ Scene chains(std::int64_t bodies) {
   const std::int64_t in_row = (count + rows - 1) / rows;
   Scene scene = empty_scene("chains", bodies + count);
   for (std::int64_t i = 0; i < count; ++i) {
-    const double x = 2.2 * reach * (static_cast<double>(i / in_row) - 0.5 * static_cast<double>(rows - 1));
-    const double y = apart * (static_cast<double>(i % in_row) - 0.5 * static_cast<double>(in_row - 1));
-    add_chain(scene, {static_cast<float>(x), static_cast<float>(y), static_cast<float>(reach + 1)},
+    const double x = 2.2 * chain_reach * (static_cast<double>(i / in_row) - 0.5 * static_cast<double>(rows - 1));
+    const double y = row_spacing * (static_cast<double>(i % in_row) - 0.5 * static_cast<double>(in_row - 1));
+    add_chain(scene, {static_cast<float>(x), static_cast<float>(y), static_cast<float>(chain_reach + 1)},
               std::min(each, bodies - i * each));
   }
   return scene;
