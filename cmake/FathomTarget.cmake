@@ -74,3 +74,16 @@ function(fathom_unite target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
   set_source_files_properties(${arg_BUT} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
+
+# fathom_precompile(<target> <header>…): what most of its sources include, which is a quarter to a third of the time that
+# they take to build. Nearly all objects are the same byte for byte. The preset `debug` does without, so that nobody gets
+# used to a header that he does not include.
+function(fathom_precompile target)
+  target_precompile_headers(${target} PRIVATE ${ARGN})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)  # for ccache
+    if(CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)  # which warns of its own headers once they are precompiled
+      target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-stringop-overflow;-Wno-array-bounds>)
+    endif()
+  endif()
+endfunction()
