@@ -310,8 +310,6 @@ int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expec
   return differ;
 }
 
-constexpr const char* known_of_joints =
-    "some heaps with joints: slender and light bodies are thrown about (docs/joints.md)";
 constexpr const char* known_of_heaps = "some heaps: springs give way, and thin bodies are pressed in by their centre";
 
 /// Of the smaller body's outer radius (m), as overlaps are judged by the inner one.
@@ -321,8 +319,7 @@ void judge_joints_at_rest(const HeapRun& run, Record& record) {
   const HeapRun::Overlap gap = run.widest_gap(gap_limit);
   record.at_most("widest gap of a joint once settled", gap.depth, gap.limit, "m").known = known_of_heaps;
   if (gap.depth > gap.limit) record.note(run.between(gap));
-  record.at_most("beyond a joint's limit once settled", run.farthest_beyond_limits(), 0.05, "rad").known =
-      known_of_heaps;
+  record.at_most("beyond a joint's limit once settled", run.farthest_beyond_limits(), 0.05, "rad");
 }
 
 }  // namespace
@@ -362,17 +359,17 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
       widest_gap = std::max(widest_gap, run.widest_gap([](double outer) { return outer; }).share());
     if (i >= to_settle && run.awake() == 0) break;
   }
-  const char* const thrown = has_joints ? known_of_joints : "";
-  record.at_most("bodies quarantined or not finite", run.lost(), 0).known = thrown;
+  record.at_most("bodies quarantined or not finite", run.lost(), 0);
   if (run.lost() > 0) return record;
   // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known_of_heaps;
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
-  record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies)).known = thrown;
+  record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
   // A floor that moves drives what is jammed against a wall.
   if (heap.is_at_rest_in_the_end())
-    record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known = thrown;
+    record.at_most("times in a row that a body stayed where it was with a velocity", run.stuck(), 4).known =
+        has_joints ? known_of_heaps : "";
   if (keeps_energy) record.at_most("energy gained in a step, of its start", largest_rise, 1e-3).known = known_of_heaps;
   if (rests) {
     record.at_most("kinetic energy at 15 s", energy_when_settled / run.total_mass(), 1e-4, "J/kg").known =
