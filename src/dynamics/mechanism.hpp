@@ -54,8 +54,8 @@ class MechanismSolver {
     each(m, [&](std::uint32_t i) { prepare_link(i); });
   }
   /// The last step's impulses act again, or are forgotten. Along arms that have turned since they may spin a thin rod
-  /// about its axis by turns a substep, and contacts would take that for how fast its surface moves: then all are let
-  /// go.
+  /// several times per substep round its axis, which contacts would take for the speed of its surface: then all of
+  /// them are let go.
   FATHOM_HD void warm_start(const Mechanism& m, float h, bool forgets) const {
     let_closures_go(m);
     if (forgets)
