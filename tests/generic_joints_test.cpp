@@ -211,6 +211,42 @@ TEST_P(GenericJoints, AConeBoundsTheSwingAndALimitTheTwist) {
   EXPECT_LT(length(world.velocity(arm).angular), 0.01f);
 }
 
+TEST_P(GenericJoints, LimitsLetGoOfWhatIsPushedAway) {
+  for (int i = 0; i < 50; ++i) {
+    World world = make(weightless);
+    const float limit = 0.01f + 0.02f * static_cast<float>(i);
+    const Hinged hinge(world, [&](JointAxis& twist) { twist.limit(-1, limit); });
+    hinge.spin(world, 2);
+    run(world, 40);
+    ASSERT_NEAR(hinge.angle(world), limit, 1e-4f);
+    const Vec3 arm = rotate(world.pose(hinge.rod).rotation, {0, 0.5f, 0}), spin{-1, 0, 0};
+    world.set_velocity(hinge.rod, cross(spin, arm), spin);
+    world.step();
+    EXPECT_NEAR(world.velocity(hinge.rod).angular.x, -1, 1e-4f) << "limit " << limit;
+  }
+}
+
+TEST_P(GenericJoints, ABrakeHoldsOffALimitUpToItsTorque) {
+  constexpr float torque = 2;  // N·m
+  for (const float share : {-0.9f, 0.9f, -1.5f, 1.5f}) {
+    World world = make(weightless);
+    const Hinged hinge(world, [](JointAxis& twist) {
+      twist.drive_velocity(0, torque);
+      twist.limit(-1, 0.3f);
+    });
+    hinge.spin(world, 12);
+    run(world, 60);
+    ASSERT_NEAR(hinge.angle(world), 0.3f, 1e-4f) << share;
+    constexpr int steps = 12;
+    const float pushed = share * torque, free = std::max(-pushed - torque, 0.0f), time = steps / 60.0f;
+    for (int i = 0; i < steps; ++i) {
+      world.apply_torque(hinge.rod, {pushed, 0, 0});
+      world.step();
+    }
+    EXPECT_NEAR(world.velocity(hinge.rod).angular.x, -free / Hinged::inertia * time, 2e-3f) << share;
+  }
+}
+
 TEST_P(GenericJoints, ASliderOfFreeBodiesKeepsItsMomentum) {
   World world = make(weightless);
   const BodyId a = world.add(dynamic(box({0.1f, 0.2f, 0.3f}), {}, 2));

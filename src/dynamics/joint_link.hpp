@@ -80,8 +80,8 @@ class JointLink {
 
   /// Takes on or lets go limits and largest forces where the rounds' result says otherwise. True where that changes it.
   FATHOM_HD bool revise(const LinkPair& pair, float h);
-  /// Whether what is held will be within `share` of where it is to be: of arms, or rad.
-  FATHOM_HD bool meets(const LinkPair& pair, float share, float most, float h);
+  /// Whether what is held will be within `share` of where the rounds aimed at: of arms, or rad.
+  FATHOM_HD bool meets(const LinkPair& pair, float share, float h);
   FATHOM_HD void take_back() { force_more_ = torque_more_ = {}, is_first_round_ = true, knows_ahead_ = false; }
   FATHOM_HD Vec3 force_more() const { return force_more_; }
   FATHOM_HD Vec3 torque_more() const { return torque_more_; }
@@ -101,6 +101,13 @@ class JointLink {
   /// A drive that gives whatever its velocity takes.
   FATHOM_HD bool is_rigid_drive(int i) const { return is_driven(i) && !is_at_most(i) && !(compliance(i) > 0); }
   FATHOM_HD bool is_held(int i) const { return axis(i).locked != 0 || is_at_limit(i) || is_rigid_drive(i); }
+  FATHOM_HD bool may_drive(int i) const { return axis(i).most > 0 || axis(i).armature > 0; }
+  /// At which a locked axis is held, or a limit that acts or would act.
+  FATHOM_HD float bound(int i) const {
+    const GenericAxis<float>& a = axis(i);
+    const bool is_upper = is_at_limit(i) ? at_upper_ >> i & 1u : value_[i] > a.upper;
+    return is_upper ? a.upper : a.lower;
+  }
   FATHOM_HD float drive_aim(int i) const;
   /// m, by which gaps are judged.
   FATHOM_HD float reach() const {
@@ -114,6 +121,8 @@ class JointLink {
   /// makes of the substep. A limit lets the joint come as fast as it does; one that the joint has left may still be
   /// taken for one that acts, and is not to draw it back at once.
   FATHOM_HD float wanted_value(int i, const LinkPair& pair, float most, float h) const;
+  /// What takes an axis to its bound at rest: at most to close this share of its gap.
+  FATHOM_HD float closing_rate(int i, float rate, float gap_share, float min_share, float most, float h) const;
   FATHOM_HD float rate(int i, const LinkPair& pair) const;
   /// Sets `ahead_`, where the substep will leave the axes with the motions that the bodies have.
   FATHOM_HD void look_ahead(const LinkPair& pair, float h);
@@ -121,14 +130,15 @@ class JointLink {
   FATHOM_HD void set_errors(const JointVector& of_axes);
   /// N·s or N·m·s on B, of the substep so far and the rounds.
   FATHOM_HD float impulse_of(int k) const;
+  /// `ahead`: where the substep leaves the axis, as the rounds have judged it.
   FATHOM_HD bool revise_limit(int i, float ahead, float given, float after);
   FATHOM_HD bool revise_drive(int i, float given, float after);
 
   const GenericJoint* joint_ = nullptr;
-  bool is_b_ = true, relaxes_ = false, is_first_round_ = true, knows_ahead_ = false;
+  bool is_b_ = true, relaxes_ = false, is_first_round_ = true, knows_ahead_ = false, aims_ahead_ = false;
   GenericJointRow<float> row_{};
-  Vec3 along_[3], about_[3];  // of axes, now
-  JointVector value_{}, ahead_{}, mass_{};
+  Vec3 along_[3], about_[3];                        // of axes, now
+  JointVector value_{}, ahead_{}, aim_{}, mass_{};  // aim_: of what is locked or limited, where holding it leads to
   Vec3 reach_a_, arm_b_;
   JointFreedom freedom_;
   int axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis
@@ -239,7 +249,7 @@ FATHOM_HD bool JointLink::choose_coordinates(const LinkPair& pair) {
       if (belongs(i)) add_rotation(i, count, are_free);
   };
   add_all(false, [this](int i) { return is_held(i); });
-  add_all(true, [this](int i) { return !is_held(i) && (axis(i).most > 0 || axis(i).armature > 0); });
+  add_all(true, [this](int i) { return !is_held(i) && may_drive(i); });
   for (; count < translations; ++count) {
     freedom_.about[count] = count == 0   ? Vec3{1, 0, 0}
                             : count == 1 ? any_across(freedom_.about[0])
@@ -308,9 +318,15 @@ FATHOM_HD void JointLink::look_ahead(const LinkPair& pair, float h) {
 }
 
 FATHOM_HD float JointLink::wanted_value(int i, const LinkPair& pair, float most, float h) const {
-  const float bound = at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower, off = bound - value_[i];
+  const float off = bound(i) - value_[i];
   if (axis(i).limited != 0) most = max(most, off > 0 ? rate(i, pair) : -rate(i, pair));
   return value_[i] + clamp(off, -most * h, most * h);
+}
+
+FATHOM_HD float JointLink::closing_rate(int i, float rate, float gap_share, float min_share, float most,
+                                        float h) const {
+  const float least = (min_share / h) * (i < translations ? reach() : 1.0f), pull = min(most, abs(rate) + least);
+  return clamp(gap_share / h * (value_[i] - bound(i)), -pull, pull);
 }
 
 /// Of axes that are held, in the coordinates' order.
@@ -327,9 +343,11 @@ FATHOM_HD void JointLink::set_errors(const JointVector& of_axes) {
 FATHOM_HD void JointLink::aim_ahead(const LinkPair& pair, float most, float h) {
   JointVector errors{};
   look_ahead(pair, h);
-  for (int i = 0; i < axis_count; ++i)
-    errors[i] = axis(i).locked == 0 && !is_at_limit(i) ? rate(i, pair) - drive_aim(i)
-                                                       : (ahead_[i] - wanted_value(i, pair, most, h)) / h;
+  aims_ahead_ = true;
+  for (int i = 0; i < axis_count; ++i) {
+    if (is_first_round_ && (axis(i).locked != 0 || axis(i).limited != 0)) aim_[i] = wanted_value(i, pair, most, h);
+    errors[i] = axis(i).locked == 0 && !is_at_limit(i) ? rate(i, pair) - drive_aim(i) : (ahead_[i] - aim_[i]) / h;
+  }
   set_errors(errors);
 }
 
@@ -341,16 +359,16 @@ FATHOM_HD bool JointLink::is_aimed_within(float share, float h) const {
 
 FATHOM_HD void JointLink::aim_at_rest(const LinkPair& pair, float gap_share, float min_share, float most, float h) {
   JointVector errors{};
+  aims_ahead_ = false;
   for (int i = 0; i < axis_count; ++i) {
     errors[i] = rate(i, pair);
     if (relaxes_ && is_at_limit(i)) errors[i] -= bounce_[i];
+    const float closing = gap_share > 0 ? closing_rate(i, errors[i], gap_share, min_share, most, h) : 0;
+    aim_[i] = fma(-h, closing, value_[i]);
     if (axis(i).locked == 0 && !is_at_limit(i)) {
       errors[i] -= drive_aim(i);
     } else if (gap_share > 0) {
-      const float gap = value_[i] - (at_upper_ >> i & 1u ? axis(i).upper : axis(i).lower);
-      const float least = (min_share / h) * (i < translations ? reach() : 1.0f),
-                  pull = min(most, abs(errors[i]) + least);
-      errors[i] += clamp(gap_share / h * gap, -pull, pull);
+      errors[i] += closing;
       if (i < translations) errors[i] = fma(-0.5f * h, dot(along_[i], row_.pull), errors[i]);
     }
   }
@@ -392,7 +410,8 @@ FATHOM_HD bool JointLink::revise_limit(int i, float ahead, float given, float af
   const GenericAxis<float>& a = axis(i);
   const std::uint32_t bit = 1u << i;
   if (!is_at_limit(i)) {
-    if (ahead >= a.lower && ahead <= a.upper) return false;
+    // One that comes back from beyond its limit by itself, as fast as that would take it, is let.
+    if (ahead >= min(a.lower, aim_[i]) && ahead <= max(a.upper, aim_[i])) return false;
     at_limit_ |= bit, at_most_ &= ~bit;
     at_upper_ = ahead > a.upper ? at_upper_ | bit : at_upper_ & ~bit;
     note_hit(i);
@@ -407,6 +426,10 @@ FATHOM_HD bool JointLink::revise_limit(int i, float ahead, float given, float af
   if (at_upper_ & bit ? held <= 0 : held >= 0) return false;
   at_limit_ &= ~bit;
   bounce_[i] = 0;
+  if (is_driven(i) && abs(drive) == a.most) {
+    at_most_ |= bit;
+    at_minus_ = drive < 0 ? at_minus_ | bit : at_minus_ & ~bit;
+  }
   return true;
 }
 
@@ -432,30 +455,31 @@ FATHOM_HD bool JointLink::revise_drive(int i, float given, float after) {
 
 FATHOM_HD bool JointLink::revise(const LinkPair& pair, float h) {
   if (joint_->moves == 0) return false;
-  look_ahead(pair, h);
+  if (aims_ahead_) look_ahead(pair, h);
+  const auto ahead = [&](int i) { return aims_ahead_ ? ahead_[i] : fma(h, rate(i, pair), value_[i]); };
+  const std::uint32_t were_at_limit = at_limit_;
   bool changes = false;
   for (int k = 0; k < joint_coordinates; ++k) {
     const int i = axis_of_[k];
     if (i == no_axis) continue;
-    if (axis(i).limited != 0 && revise_limit(i, ahead_[i], impulse_of(k), rate(i, pair)))
+    if (axis(i).limited != 0 && revise_limit(i, ahead(i), impulse_of(k), rate(i, pair)))
       changes = true;
     else if (is_driven(i) && !is_at_limit(i) && axis(i).locked == 0 &&
              revise_drive(i, impulse_of(k) - of_armature(i, rate(i, pair)), rate(i, pair)))
       changes = true;
   }
-  // Axes without a coordinate are those that nothing holds.
+  // Axes without a coordinate are those that nothing held.
   for (int i = translations; i < axis_count; ++i)
-    if (axis(i).limited != 0 && !is_at_limit(i) && !(axis(i).most > 0 || axis(i).armature > 0) &&
-        revise_limit(i, ahead_[i], 0, 0))
+    if (axis(i).limited != 0 && !(were_at_limit >> i & 1u) && !may_drive(i) && revise_limit(i, ahead(i), 0, 0))
       changes = true;
   return changes;
 }
 
-FATHOM_HD bool JointLink::meets(const LinkPair& pair, float share, float most, float h) {
+FATHOM_HD bool JointLink::meets(const LinkPair& pair, float share, float h) {
   look_ahead(pair, h);
   for (int i = 0; i < axis_count; ++i)
     if ((axis(i).locked != 0 || is_at_limit(i)) &&
-        !(abs(ahead_[i] - wanted_value(i, pair, most, h)) <= (i < translations ? share * reach() : share)))
+        !(abs(ahead_[i] - aim_[i]) <= (i < translations ? share * reach() : share)))
       return false;
   return true;
 }
@@ -476,7 +500,7 @@ FATHOM_HD GenericImpulse JointLink::impulse() const {
     const float total =
         sign() * (k < translations ? dot(freedom_.along[k], force_) : dot(freedom_.about[k - translations], torque_)) /
         scale_[k];
-    const bool gives = axis(i).most > 0 || axis(i).armature > 0;
+    const bool gives = may_drive(i);
     (gives && !is_at_limit(i) ? impulse.drive[i] : impulse.hold[i]) =
         gives || axis(i).locked != 0 || is_at_limit(i) ? total : 0;
   }

@@ -321,7 +321,6 @@ class MechanismSolver {
   FATHOM_HD void come_to_rest(const Mechanism& m, float h) const {
     aim_at_rest(m, soft ? projection_share : 0.0f, h);
     substitute(m, closing_rounds);
-    if constexpr (soft) look_ahead(m, h);
   }
 
   /// Whether a solution leaves the body with a velocity that bodies may have.
@@ -697,8 +696,7 @@ class MechanismSolver {
       if (!(h * length(s.change.angular) <= max_drift)) return false;
       if (links[i].joint == none) return true;
       const LinkMotion& parent = parent_of(i);
-      if (links[i].generic != none)
-        return generic[links[i].generic].meets({s.motion, parent}, meeting_share, access.push_out_velocity(), h);
+      if (links[i].generic != none) return generic[links[i].generic].meets({s.motion, parent}, meeting_share, h);
       return h * length(gap_ahead(s, parent, h)) <= meeting_share * (length(s.arm) + length(s.parent_arm));
     });
   }
