@@ -19,28 +19,36 @@ struct LinkedBodies {
 
   const BodySet* bodies;
   const JointSet* joints;
-  const MechanismRecord* records;
+  const Mechanisms<mechanism_states>* mechanisms;
   float push_out;  ///< m/s
   SpeedLimits speed_limits;
 
-  FATHOM_HD SolverBody body(std::uint32_t i) const { return bodies->solver[i].body(); }
-  FATHOM_HD void set_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
-    SolverQuads& to = bodies->solver[i];
+  FATHOM_HD LinkState& state(std::uint32_t i) const { return mechanisms->states[i]; }
+  FATHOM_HD JointLink& generic(std::uint32_t number) const { return mechanisms->generic[number]; }
+  FATHOM_HD SolverBody body(std::uint32_t /*i*/, const MechanismLink& link) const { return solver_body(link.body); }
+  FATHOM_HD SolverBody solver_body(std::uint32_t i) const { return bodies->solver[i].body(); }
+  FATHOM_HD void set_velocity(std::uint32_t /*i*/, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
+    SolverQuads& to = bodies->solver[link.body];
     to.linear = quad(linear, to.linear.w), to.angular = quad(angular, to.angular.w);
   }
-  FATHOM_HD void add_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
-    const SolverQuads& from = bodies->solver[i];
-    set_velocity(i, from.linear.xyz() + linear, from.angular.xyz() + angular);
+  FATHOM_HD void add_velocity(std::uint32_t i, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
+    const SolverQuads& from = bodies->solver[link.body];
+    set_velocity(i, link, from.linear.xyz() + linear, from.angular.xyz() + angular);
   }
   FATHOM_HD bool is_isotropic(std::uint32_t i) const { return bodies->constants[i].is_isotropic(); }
   FATHOM_HD float inverse_mass(std::uint32_t i) const { return bodies->constants[i].inverse_mass; }
   FATHOM_HD const SymMat3& inertia(std::uint32_t i) const { return bodies->tensors[i].inertia; }
   FATHOM_HD const Pose& pose(std::uint32_t i) const { return bodies->poses[i]; }
-  FATHOM_HD SymMat3 response(std::uint32_t i, const SolverBody& body) const {
+  FATHOM_HD SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const { return response_of(link.body); }
+  FATHOM_HD SymMat3 response_of(std::uint32_t i) const {
+    const SolverBody body = solver_body(i);
     return world_inertia<SymMat3>(*bodies, i, body.inverse_mass, body.inverse_inertia);
   }
+  FATHOM_HD void look_at_masses(std::uint32_t i, const MechanismLink& link, JointLink& joint, float h) const {
+    joint.look_at_masses(bodies_of(*this, link, state(i).obstacle), h);
+  }
   FATHOM_HD Vec3 swing(const MechanismLink& link) const {
-    return records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};
+    return mechanisms->records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};
   }
   /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has moved by
   /// the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
@@ -48,7 +56,9 @@ struct LinkedBodies {
     if (link.is_copy()) return;
     SolverQuads& body = bodies->solver[link.body];
     const WarmStart w = bodies->warm[link.body];
-    if (!records[link.mechanism].swings() || (body.linear.xyz() == w.linear_reference && w.linear == Vec3{})) return;
+    if (!mechanisms->records[link.mechanism].swings() ||
+        (body.linear.xyz() == w.linear_reference && w.linear == Vec3{}))
+      return;
     const Vec3 moved = mul_add(body.moved.xyz(), h, mean_velocity(Vec3{}, bodies->motion[link.body].acceleration, h));
     body.moved = quad(moved, body.moved.w);
   }
@@ -57,7 +67,7 @@ struct LinkedBodies {
     return {j.a, j.b, j.anchor_a, j.anchor_b};
   }
   FATHOM_HD Vec3 last_impulse(std::uint32_t slot) const { return joints->records[slot].impulse; }
-  FATHOM_HD const GenericJoint& generic(std::uint32_t slot) const { return joints->generic[slot]; }
+  FATHOM_HD const GenericJoint& generic_joint(std::uint32_t slot) const { return joints->generic[slot]; }
   FATHOM_HD const GenericImpulse& generic_impulse(std::uint32_t slot) const { return joints->generic_impulses[slot]; }
   FATHOM_HD void store(std::uint32_t slot, Vec3 last, Vec3 total) const {
     joints->records[slot].impulse = last, joints->records[slot].total = total;
@@ -73,7 +83,7 @@ template <class BodySet, class JointSet>
 FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const BodySet& bodies, const JointSet& joints,
                                                                          const Mechanisms<mechanism_states>& m,
                                                                          float push_out = 0, SpeedLimits limits = {}) {
-  return {{&bodies, &joints, m.records, push_out, limits}, m.links, m.levels, m.states, m.generic, m.closures};
+  return {{&bodies, &joints, &m, push_out, limits}, m.links, m.levels, m.closures};
 }
 
 /// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes

@@ -2,18 +2,6 @@
 // native/lane_functions-inl.hpp and native/integrate_bodies.hpp have. Included like the laws of constraints
 // (dynamics/contact-inl.hpp).
 
-/// `v`, no longer than `most`.
-template <class Vec>
-FATHOM_LANE_FUNCTION Vec limited(Vec v, LaneOf<Vec> most) {
-  using L = LaneOf<Vec>;
-  const L squared = dot(v, v), max_squared = most * most;
-  if (!any_above(squared, max_squared)) return v;
-  // Scaled first, because the square may have overflowed.
-  const L largest = larger(magnitude(v.x), larger(magnitude(v.y), magnitude(v.z)));
-  const Vec scaled{v.x / largest, v.y / largest, v.z / largest};
-  return select(is_above(squared, max_squared), scale(most / root(dot(scaled, scaled)), scaled), v);
-}
-
 /// The rotation vector `phi` (rad) less whole turns: at most half a turn long. One beyond a million rad, whose own
 /// rounding is a tenth of a radian, becomes none.
 template <class Vec>

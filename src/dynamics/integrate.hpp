@@ -12,6 +12,7 @@ namespace fathom {
 #define FATHOM_LANE_LAMBDA
 #include "dynamics/angle-inl.hpp"
 #include "dynamics/integrate-inl.hpp"
+#include "dynamics/limited-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 

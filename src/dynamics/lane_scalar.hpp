@@ -51,6 +51,28 @@ FATHOM_HD bool any_above(float a, float b) { return a > b; }
 FATHOM_HD float select(bool mask, float a, float b) { return mask ? a : b; }
 FATHOM_HD Vec3 select(bool mask, Vec3 a, Vec3 b) { return mask ? a : b; }
 
+// What code that is written for one lane and for eight (dynamics/joint_link-inl.hpp) asks besides; eight of them have
+// that in dynamics/lane_eight.hpp.
+
+using Real = float;
+using Mask = bool;
+/// A mask that is stored, and the number of an axis: words as long as a Real, so that lanes are taken apart word by
+/// word.
+using Flag = std::int32_t;
+using AxisNumber = std::int32_t;
+inline constexpr Flag all_set = -1;
+
+FATHOM_HD Mask is_set(Flag f) { return f != 0; }
+FATHOM_HD Flag flag(Mask m) { return m ? -1 : 0; }
+FATHOM_HD bool anywhere(Mask m) { return m; }
+FATHOM_HD bool everywhere(Mask m) { return m; }
+FATHOM_HD Mask inverted(Mask m) { return !m; }
+FATHOM_HD Mask either(Mask a, Mask b) { return a || b; }
+FATHOM_HD Flag select(bool mask, Flag a, Flag b) { return mask ? a : b; }
+/// Of what all lanes have alike.
+FATHOM_HD float first_lane(float a) { return a; }
+FATHOM_HD Vec3 unit_vector(float x, float y, float z) { return {x, y, z}; }
+
 /// 1 or 0, for conditions that are stored.
 FATHOM_HD float is_less(float a, float b) { return a < b ? 1.0f : 0.0f; }
 FATHOM_HD float choose(float condition, float a, float b) { return condition != 0 ? a : b; }

@@ -48,23 +48,8 @@ struct Mechanism {
   FATHOM_HD std::uint32_t first_closure() const { return level + levels + 1; }
 };
 
-/// Of a link, in a step.
-struct LinkState {
-  BallJointRow<float> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
-  float mass;               ///< kg
-  UnitQuat<float> spin;     ///< from the axes in which the body's spin is written to the world's
-  LinkMotion motion;
-  LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
-  Vec3 arm, parent_arm;        ///< m, now
-  Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
-  TreeInertia of_body;
-  TreeLink link;
-  bool is_eliminated;       ///< the elimination in `link`, or in the JointLink, is up to date
-  bool is_changed;          ///< the last pass has made it so
-  TreeLoad load, handed;    ///< on the body, and what its parent gets of it at the joint
-  Vec3 error;               ///< m/s
-  TreeChange step, change;  ///< of a round, and of all of them
-  Vec3 impulse;             ///< N·s, of all rounds
-};
+#define FATHOM_LANE_FUNCTION FATHOM_HD
+#include "dynamics/link_state-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
 
 }  // namespace fathom

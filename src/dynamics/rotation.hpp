@@ -94,12 +94,6 @@ FATHOM_HD void spin_freely(Quat& q, Vec3& w, Vec3 acceleration, float damping, c
   }
 }
 
-/// The rotation vector (rad) of one by `turned` and then one by `by`, to second order in `by` (Baker, Campbell and
-/// Hausdorff).
-FATHOM_HD Vec3 turned_further(Vec3 turned, Vec3 by) {
-  return turned + by + (0.5f * cross(by, turned) + (1.0f / 12) * cross(turned, cross(turned, by)));
-}
-
 /// The rotation vector (rad) that takes `start` to `q`, of at most three half turns the one nearest to `near`. Rotation
 /// vectors of a spin whose axis changes do not add up, and a joint's arms are where the body is.
 FATHOM_HD Vec3 turned_so_far(Quat q, Quat start, Vec3 near) {

@@ -2,8 +2,17 @@
 
 #include <algorithm>
 #include <bit>
+#include <map>
+#include <tuple>
 
 namespace fathom::native {
+
+namespace {
+
+/// Mechanisms that are alike, below which each does better alone.
+constexpr std::size_t min_lanes = 3;
+
+}  // namespace
 
 /// Bodies and joints by their slots.
 struct Mechanisms::Access {
@@ -14,36 +23,43 @@ struct Mechanisms::Access {
 
   const WorldDef& def;
   const BodyTable& bodies;
-  BodyState& state;
+  BodyState& body_state;
   ContactGraph& graph;
   SolverBody* solver_bodies;
+  LinkState* states;
+  JointLink* joint_links;
 
-  const SolverBody& body(std::uint32_t i) const { return solver_bodies[i]; }
-  void set_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
-    solver_bodies[i].linear = linear, solver_bodies[i].angular = angular;
+  LinkState& state(std::uint32_t i) const { return states[i]; }
+  JointLink& generic(std::uint32_t number) const { return joint_links[number]; }
+  const SolverBody& body(std::uint32_t /*i*/, const MechanismLink& link) const { return solver_bodies[link.body]; }
+  const SolverBody& solver_body(std::uint32_t slot) const { return solver_bodies[slot]; }
+  void set_velocity(std::uint32_t /*i*/, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
+    solver_bodies[link.body].linear = linear, solver_bodies[link.body].angular = angular;
   }
-  void add_velocity(std::uint32_t i, Vec3 linear, Vec3 angular) const {
-    solver_bodies[i].linear += linear, solver_bodies[i].angular += angular;
+  void add_velocity(std::uint32_t /*i*/, const MechanismLink& link, Vec3 linear, Vec3 angular) const {
+    solver_bodies[link.body].linear += linear, solver_bodies[link.body].angular += angular;
   }
   bool is_isotropic(std::uint32_t i) const { return bodies[i].isotropic; }
   float inverse_mass(std::uint32_t i) const { return bodies[i].inverse_mass; }
   const SymMat3& inertia(std::uint32_t i) const { return bodies[i].inertia; }
-  const Pose& pose(std::uint32_t i) const { return state.poses[i]; }
-  SymMat3 response(std::uint32_t i, const SolverBody& body) const {
-    const float inverse = body.inverse_inertia;
-    if (!(body.inverse_mass > 0 && inverse == 0)) return {inverse, inverse, inverse, 0, 0, 0};
-    const WorldInertia& w = state.inertia[i];
-    return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz};
+  const Pose& pose(std::uint32_t i) const { return body_state.poses[i]; }
+  SymMat3 response(std::uint32_t /*i*/, const MechanismLink& link) const { return response_of(link.body); }
+  SymMat3 response_of(std::uint32_t slot) const {
+    const SolverBody& body = solver_bodies[slot];
+    return world_inertia<SymMat3>(body_state.inertia.data(), slot, body.inverse_mass, body.inverse_inertia);
+  }
+  void look_at_masses(std::uint32_t i, const MechanismLink& link, JointLink& joint, float h) const {
+    joint.look_at_masses(bodies_of(*this, link, states[i].obstacle), h);
   }
   Vec3 swing(const MechanismLink& link) const {
-    return state.swings[link.body] ? state.motion[link.body].acceleration : Vec3{};
+    return body_state.swings[link.body] ? body_state.motion[link.body].acceleration : Vec3{};
   }
   Ends joint(std::uint32_t j) const {
     const Joint& joint = graph.joint(j);
     return {joint.a, joint.b, joint.anchor_a, joint.anchor_b};
   }
   Vec3 last_impulse(std::uint32_t j) const { return graph.constrained().joint_impulses[j].last; }
-  const GenericJoint& generic(std::uint32_t j) const { return graph.generic_joint(j); }
+  const GenericJoint& generic_joint(std::uint32_t j) const { return graph.generic_joint(j); }
   const GenericImpulse& generic_impulse(std::uint32_t j) const { return graph.generic_impulse(j); }
   void store(std::uint32_t j, Vec3 last, Vec3 total) const { graph.constrained().joint_impulses[j] = {last, total}; }
   void store(std::uint32_t j, const GenericImpulse& impulse) const {
@@ -79,26 +95,70 @@ struct Mechanisms::Source {
 };
 
 MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
-  return {{def_, bodies_, state_, graph_, state_.solver_bodies()},
+  return {{def_, bodies_, state_, graph_, state_.solver_bodies(), states_.data(), generic_.data()},
           trees_.links().data(),
           trees_.levels().data(),
-          states_.data(),
-          generic_.data(),
           closures_.data()};
 }
 
-void Mechanisms::prepare(std::uint32_t number) { solver().prepare(mechanism(number)); }
-void Mechanisms::warm_start(std::uint32_t number, float h, bool forgets) {
-  solver().warm_start(mechanism(number), h, forgets);
+MechanismLanes Mechanisms::lanes(const MechanismBatch& batch, float h) {
+  return {{trees_.mechanisms().data(), trees_.links().data(), trees_.levels().data(), states_.data(), generic_.data(),
+           state_.solver_bodies(), state_.inertia.data(), def_.solver.push_out_velocity,
+           speed_limits(def_.solver.max_linear_speed, h)},
+          batch};
 }
-void Mechanisms::pull_together(std::uint32_t number, float h) { solver().pull_together(mechanism(number), h); }
-void Mechanisms::relax(std::uint32_t number, float h) { solver().relax(mechanism(number), h); }
-void Mechanisms::store(std::uint32_t number) { solver().store(mechanism(number)); }
+
+template <class Act>
+void Mechanisms::do_alone(const MechanismLanes& lanes, const MechanismBatch& batch, LaneBits which,
+                          const Act& act) const {
+  if (which == 0) return;
+  for (std::uint32_t lane = 0; lane < batch.numbers.size(); ++lane)
+    if (which >> lane & 1u) act(mechanism(batch.numbers[lane]));
+  lanes.bring_back(which);
+}
+
+void Mechanisms::prepare(std::uint32_t number) {
+  const MechanismBatch& batch = batches_[number];
+  each(batch, [this](const Mechanism& m) { solver().prepare(m); });
+  if (batch.memory) lanes(batch).begin_step();
+}
+void Mechanisms::warm_start(std::uint32_t number, float h, bool forgets) {
+  const MechanismBatch& batch = batches_[number];
+  const auto alone = [&](const Mechanism& m) { solver().warm_start(m, h, forgets); };
+  if (!batch.memory) return each(batch, alone);
+  const MechanismLanes side_by_side = lanes(batch, h);
+  LaneBits others = (1u << batch.numbers.size()) - 1;
+  if (forgets)
+    side_by_side.take_out(others);
+  else
+    others = side_by_side.warm_start(h);
+  do_alone(side_by_side, batch, others, alone);
+}
+void Mechanisms::pull_together(std::uint32_t number, float h) {
+  const MechanismBatch& batch = batches_[number];
+  const auto alone = [&](const Mechanism& m) { solver().pull_together(m, h); };
+  if (!batch.memory) return each(batch, alone);
+  const MechanismLanes side_by_side = lanes(batch, h);
+  do_alone(side_by_side, batch, side_by_side.pull_together(h), alone);
+}
+void Mechanisms::relax(std::uint32_t number, float h) {
+  const MechanismBatch& batch = batches_[number];
+  if (!batch.memory) return each(batch, [&](const Mechanism& m) { solver().relax(m, h); });
+  const MechanismLanes side_by_side = lanes(batch, h);
+  // Obstacles have moved.
+  do_alone(side_by_side, batch, side_by_side.relax(h), [&](const Mechanism& m) { solver().solve<false>(m, h); });
+}
+void Mechanisms::store(std::uint32_t number) {
+  const MechanismBatch& batch = batches_[number];
+  if (batch.memory) lanes(batch).end_step();
+  each(batch, [this](const Mechanism& m) { solver().store(m); });
+}
 
 void Mechanisms::note_swings(std::uint32_t number) {
-  const Mechanism& m = mechanism(number);
-  const bool swings = does_swing(m);
-  for (std::uint32_t i = m.first; i < m.end; ++i) state_.swings[trees_.links()[i].body] = swings;
+  each(batches_[number], [this](const Mechanism& m) {
+    const bool swings = does_swing(m);
+    for (std::uint32_t i = m.first; i < m.end; ++i) state_.swings[trees_.links()[i].body] = swings;
+  });
 }
 
 /// A mechanism of which some body rests on something would come to rest with the velocity that the others are to have
@@ -115,7 +175,7 @@ bool Mechanisms::does_swing(const Mechanism& m) const {
 
 // --- which joints ----------------------------------------------------------------------------------------------
 
-void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
+void Mechanisms::update(const ConstraintLayout& layout, bool has_moved, std::size_t threads) {
   if (!def_.solver.direct_joints) return;
   if (is_stale()) {
     is_to_find_ = false;
@@ -125,7 +185,7 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved) {
   } else if (!has_moved) {
     return;
   }
-  if (!empty()) order_by_group(layout);
+  if (!empty()) form_batches(layout, threads);
 }
 
 bool Mechanisms::is_stale() const {
@@ -142,6 +202,7 @@ void Mechanisms::find() {
   states_.resize(trees_.links().size());
   generic_.resize(trees_.generic());
   closures_.resize(trees_.closure_floats());
+  find_shapes();
   find_leaning();
 }
 
@@ -175,27 +236,97 @@ bool Mechanisms::accepts(std::span<const MechanismLink> tree) const {
   return std::ranges::none_of(tree, [this](const MechanismLink& link) { return joints_[link.body].is_coupled; });
 }
 
-void Mechanisms::order_by_group(const ConstraintLayout& layout) {
+// --- batches ---------------------------------------------------------------------------------------------------
+
+/// What all lanes of a batch have to have in common; empty where a mechanism is none for lanes.
+std::vector<std::uint32_t> Mechanisms::shape_of(const Mechanism& m) const {
+  std::vector<std::uint32_t> shape;
+  if (m.closures > 0) return shape;
+  for (std::uint32_t i = m.first; i < m.end; ++i) {
+    const MechanismLink& link = trees_.links()[i];
+    const std::uint32_t parent = link.parent != MechanismLink::none ? link.parent - m.first : MechanismLink::none;
+    const std::uint32_t child = link.children > 0 ? link.first_child - m.first : MechanismLink::none;
+    shape.insert(shape.end(), {parent, child, link.children, link.is_b});
+    std::uint32_t kind = bodies_[link.body].isotropic;
+    const auto add = [&kind](bool bit) { kind = kind << 1 | (bit ? 1u : 0u); };
+    add(link.joint == MechanismLink::none), add(link.generic == MechanismLink::none);
+    if (link.generic != MechanismLink::none) {
+      const GenericJoint& joint = graph_.generic_joint(link.joint);
+      add(joint.distance != 0), add(joint.cone != 0), add(joint.moves != 0), add(joint.reacts != 0);
+      for (const GenericAxis<float>& axis : joint.axes) {
+        if (axis.response > 0) return {};
+        add(axis.locked != 0), add(axis.limited != 0), add(axis.most > 0), add(axis.armature > 0);
+      }
+    }
+    shape.push_back(kind);
+  }
+  return shape;
+}
+
+void Mechanisms::find_shapes() {
+  shapes_.assign(trees_.mechanisms().size(), no_shape);
+  if (shapes_.size() < min_lanes) return;
+  std::map<std::vector<std::uint32_t>, std::uint32_t> numbers;
+  for (std::uint32_t i = 0; i < shapes_.size(); ++i) {
+    std::vector<std::uint32_t> shape = shape_of(mechanism(i));
+    if (!shape.empty()) shapes_[i] = numbers.try_emplace(std::move(shape), i).first->second;
+  }
+}
+
+void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t threads) {
   first_of_group_.clear();
-  if (layout.groups().empty()) return;
+  batches_.clear();
+  const std::size_t count = order_.size(), groups = layout.groups().size();
   group_of_.assign(state_.size(), 0);
-  for (std::uint32_t g = 0; g < layout.groups().size(); ++g)
+  for (std::uint32_t g = 0; g < groups; ++g)
     for (const std::uint32_t slot : layout.bodies(layout.groups()[g])) group_of_[slot] = g;
   const auto group = [&](std::uint32_t number) { return group_of_[trees_.links()[mechanism(number).first].body]; };
-  std::stable_sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return group(a) < group(b); });
-  std::uint32_t next = 0;
-  for (std::uint32_t g = 0; g < layout.groups().size(); ++g) {
-    first_of_group_.push_back(next);
-    while (next < order_.size() && group(order_[next]) == g) ++next;
+  const auto key = [&](std::uint32_t number) { return std::tuple(group(number), shapes_[number], number); };
+  std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  const std::size_t size = std::clamp<std::size_t>(
+      groups > 0 ? mechanism_lanes : count / std::max<std::size_t>(threads, 1), 1, mechanism_lanes);
+  std::size_t next = 0;
+  for (std::uint32_t g = 0; g < std::max<std::size_t>(groups, 1); ++g) {
+    first_of_group_.push_back(static_cast<std::uint32_t>(batches_.size()));
+    while (next < count && group(order_[next]) == g) {
+      std::size_t end = next + 1;
+      while (end < count && end - next < size && shapes_[order_[end]] == shapes_[order_[next]] &&
+             group(order_[end]) == g)
+        ++end;
+      batches_.push_back({std::span(order_).subspan(next, end - next), nullptr});
+      next = end;
+    }
   }
-  first_of_group_.push_back(next);
+  first_of_group_.push_back(static_cast<std::uint32_t>(batches_.size()));
+  batch_numbers_.resize(batches_.size());
+  for (std::uint32_t i = 0; i < batch_numbers_.size(); ++i) batch_numbers_[i] = i;
+  give_memory();
+}
+
+void Mechanisms::give_memory() {
+  const auto lines_of = [this](const MechanismBatch& batch) -> std::size_t {
+    const Mechanism& m = mechanism(batch.numbers[0]);
+    if (batch.numbers.size() < min_lanes || shapes_[batch.numbers[0]] == no_shape) return 0;
+    std::uint32_t generic = 0;
+    for (std::uint32_t i = m.first; i < m.end; ++i) generic += trees_.links()[i].generic != MechanismLink::none;
+    return (batch_bytes(m.end - m.first, generic) + sizeof(Line) - 1) / sizeof(Line);
+  };
+  std::size_t lines = 0;
+  for (const MechanismBatch& batch : batches_) lines += lines_of(batch);
+  if (batch_memory_.size() < lines) batch_memory_.resize(lines);
+  Line* next = batch_memory_.data();
+  for (MechanismBatch& batch : batches_)
+    if (const std::size_t own = lines_of(batch)) batch.memory = next, next += own;
 }
 
 std::size_t Mechanisms::memory_bytes() const {
   return trees_.memory_bytes() + states_.capacity() * sizeof(LinkState) + generic_.capacity() * sizeof(JointLink) +
          closures_.capacity() * sizeof(float) + joints_.capacity() * sizeof(Joints) +
-         leaning_.capacity() * sizeof(Leaning) +
-         (order_.capacity() + first_of_group_.capacity() + group_of_.capacity()) * sizeof(std::uint32_t);
+         leaning_.capacity() * sizeof(Leaning) + batches_.capacity() * sizeof(MechanismBatch) +
+         batch_memory_.capacity() * sizeof(Line) +
+         (order_.capacity() + first_of_group_.capacity() + batch_numbers_.capacity() + shapes_.capacity() +
+          group_of_.capacity()) *
+             sizeof(std::uint32_t);
 }
 
 }  // namespace fathom::native

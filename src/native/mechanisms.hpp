@@ -11,6 +11,7 @@
 #include "native/body_state.hpp"
 #include "native/constraint_layout.hpp"
 #include "native/contact_graph.hpp"
+#include "native/mechanism_lanes.hpp"
 #include "world/joint_trees.hpp"
 
 namespace fathom::native {
@@ -20,29 +21,30 @@ class Mechanisms {
   Mechanisms(const WorldDef& def, const BodyTable& bodies, BodyState& state, ContactGraph& graph)
       : def_(def), bodies_(bodies), state_(state), graph_(graph) {}
 
-  /// Follows the joints that have colours, and the layout's groups. `has_moved`: the layout is new.
-  void update(const ConstraintLayout& layout, bool has_moved);
+  /// Follows the joints that have colours, and the layout's groups. `has_moved`: the layout is new. Where groups don't
+  /// share them out, so many `threads` do.
+  void update(const ConstraintLayout& layout, bool has_moved, std::size_t threads);
   /// Some bodies have been isolated: they are obstacles now.
-  void find_again(const ConstraintLayout& layout) {
+  void find_again(const ConstraintLayout& layout, std::size_t threads) {
     if (!def_.solver.direct_joints) return;
     find();
-    order_by_group(layout);
+    form_batches(layout, threads);
   }
 
   bool empty() const { return trees_.mechanisms().empty(); }
   /// Bodies that are solved directly.
   std::size_t links() const { return trees_.links().size(); }
-  /// By number, all of them, or those of a group.
-  std::span<const std::uint32_t> all() const { return order_; }
+  /// Batches by number, all of them, or those of a group: one thread's each.
+  std::span<const std::uint32_t> all() const { return batch_numbers_; }
   std::span<const std::uint32_t> of_group(std::size_t group) const {
-    if (order_.empty()) return {};
-    return {order_.data() + first_of_group_[group], order_.data() + first_of_group_[group + 1]};
+    if (batches_.empty()) return {};
+    return all().subspan(first_of_group_[group], first_of_group_[group + 1] - first_of_group_[group]);
   }
   /// By slot of a joint, see JointTrees. Null where none is solved directly.
   const std::uint8_t* direct() const { return empty() ? nullptr : trees_.direct().data(); }
 
-  /// Which of its bodies swing in this step (`BodyState::swings`).
-  void note_swings(std::uint32_t mechanism);
+  /// Which of their bodies swing in this step (`BodyState::swings`).
+  void note_swings(std::uint32_t batch);
 
   /// Bodies that touch something, and how inert that wants them (`MechanismLink::min_inertia`).
   struct Leaning {
@@ -52,11 +54,11 @@ class Mechanisms {
   std::span<const Leaning> leaning() const { return leaning_; }
 
   /// Those of MechanismSolver.
-  void prepare(std::uint32_t mechanism);
-  void warm_start(std::uint32_t mechanism, float h, bool forgets);
-  void pull_together(std::uint32_t mechanism, float h);
-  void relax(std::uint32_t mechanism, float h);
-  void store(std::uint32_t mechanism);
+  void prepare(std::uint32_t batch);
+  void warm_start(std::uint32_t batch, float h, bool forgets);
+  void pull_together(std::uint32_t batch, float h);
+  void relax(std::uint32_t batch, float h);
+  void store(std::uint32_t batch);
 
   /// Another state has been restored; the trees follow from its joints.
   void find_anew() { is_to_find_ = true; }
@@ -80,9 +82,21 @@ class Mechanisms {
   void count_joints();
   void find_leaning();
   bool accepts(std::span<const MechanismLink> tree) const;
-  void order_by_group(const ConstraintLayout& layout);
+  void find_shapes();
+  std::vector<std::uint32_t> shape_of(const Mechanism& mechanism) const;
+  void form_batches(const ConstraintLayout& layout, std::size_t threads);
+  void give_memory();
   MechanismSolver<Access> solver();
+  MechanismLanes lanes(const MechanismBatch& batch, float h = 1);
   const Mechanism& mechanism(std::uint32_t number) const { return trees_.mechanisms()[number]; }
+  /// Calls act(mechanism) for a batch's.
+  template <class Act>
+  void each(const MechanismBatch& batch, const Act& act) const {
+    for (const std::uint32_t number : batch.numbers) act(mechanism(number));
+  }
+  /// What lanes leave to be done alone.
+  template <class Act>
+  void do_alone(const MechanismLanes& lanes, const MechanismBatch& batch, LaneBits which, const Act& act) const;
 
   const WorldDef& def_;
   const BodyTable& bodies_;
@@ -94,7 +108,15 @@ class Mechanisms {
   std::vector<LinkState> states_;
   std::vector<JointLink> generic_;  // of links with generic joints
   std::vector<float> closures_;     // of LoopClosures
-  std::vector<std::uint32_t> order_, first_of_group_;
+  // Mechanisms in the order of batches, and what batches of a group there are.
+  std::vector<std::uint32_t> order_, first_of_group_, batch_numbers_;
+  std::vector<MechanismBatch> batches_;
+  struct alignas(64) Line {
+    unsigned char bytes[64];
+  };
+  std::vector<Line> batch_memory_;
+  static constexpr std::uint32_t no_shape = 0xffffffffu;
+  std::vector<std::uint32_t> shapes_;  // by mechanism: of those with the same one all lanes do the same; or none
   std::vector<std::uint32_t> group_of_;
   std::vector<Joints> joints_;  // by slot of a body: those with colours
   std::vector<Leaning> leaning_;

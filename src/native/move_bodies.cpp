@@ -23,6 +23,8 @@ using namespace HWY_NAMESPACE;  // lane_functions-inl.hpp, for the instruction s
 #define FATHOM_LANE_FUNCTION HWY_INLINE
 #define FATHOM_LANE_LAMBDA HWY_ATTR
 #include "dynamics/bounds-inl.hpp"
+#include "dynamics/limited-inl.hpp"
+// What it builds on stands before.
 #include "dynamics/integrate-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA

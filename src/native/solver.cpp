@@ -262,7 +262,7 @@ void ContactSolver::lay_out(const BodiesInContact& in_contact, const Neighbourho
   wide_blocks_.shared = several && layout_.groups().empty();
   if (def_.solver.method != Solver::soft) return;
   supports_.update(in_contact.slots, layout_, has_moved, step);
-  mechanisms_.update(layout_, has_moved);
+  mechanisms_.update(layout_, has_moved, pool_.size());
   for (const auto& [slot, inertia] : mechanisms_.leaning()) supports_.overloads().require(slot, inertia);
   note_swings();
 }
@@ -630,7 +630,7 @@ void ContactSolver::isolate_failed(std::span<const std::uint32_t> slots, const I
   any_isolated_ = true;
   supports_.let_go(failed);
   if (mechanisms_.empty()) return;
-  mechanisms_.find_again(layout_);
+  mechanisms_.find_again(layout_, pool_.size());
   note_swings();
 }
 

@@ -1,0 +1,562 @@
+// Generic and distance joints as links of a mechanism: which of their coordinates are held, driven or free in a
+// substep, and what they give. A link is a body and the joint to its parent. Its coordinates are of the body against
+// the parent (dynamics/joint_elimination-inl.hpp), a joint's axes those of B against A (dynamics/generic_rows-inl.hpp).
+//
+// Written for one lane and for eight: included in namespace fathom, where Real is a float, Mask a bool and Vec3 that of
+// fathom/math.hpp (dynamics/joint_link.hpp), and in fathom::wide, where they have eight lanes
+// (dynamics/lane_eight.hpp). Each lane is another mechanism, all of the same shape: which axes are locked, limited or
+// driven is the same in all of them (native/mechanism_shapes.hpp). No result depends on the other lanes.
+
+/// How a body moves, in world axes.
+struct LinkMotion {
+  Vec3 moved, turned;       ///< m and rad, since the step began
+  Vec3 linear, angular;     ///< m/s and rad/s
+  Flag is_isotropic;        ///< alike in all lanes
+  UnitQuat<Real> rotation;  ///< by `turned`
+  UnitQuat<Real> ahead;     ///< and when the substep will be over: by `turned_ahead`
+
+  /// As a step begins.
+  FATHOM_LANE_FUNCTION static LinkMotion at_start(Vec3 linear, Vec3 angular) {
+    const UnitQuat<Real> unturned{splat<Real>(1), {}};
+    return {{}, {}, linear, angular, all_set, unturned, unturned};
+  }
+
+  /// Rad since the step began, when a substep of length h (s) will be over: rotation vectors of isotropic bodies are
+  /// summed up, of others they are what they are (`turned_so_far`).
+  FATHOM_LANE_FUNCTION Vec3 turned_ahead(Real h) const {
+    return everywhere(is_set(is_isotropic)) ? mul_add(turned, h, angular) : turned_further(turned, h * angular);
+  }
+};
+
+/// A joint's two bodies by their part in the tree.
+struct LinkPair {
+  const LinkMotion &body, &parent;
+};
+
+/// Which limits act and which drives give their most, by axis: what a solution revises before it counts.
+struct LinkLimits {
+  Flag at_limit[axis_count], at_upper[axis_count];
+  Flag at_most[axis_count], at_minus[axis_count];  ///< of drives, forwards or backwards
+  Real bounce[axis_count];                         ///< m/s or rad/s with which a limit throws back
+};
+
+class LinkJoint {
+ public:
+  /// On the body at the joint, in this substep: N·s and N·m·s.
+  FATHOM_LANE_FUNCTION Vec3 force() const { return force_; }
+  FATHOM_LANE_FUNCTION Vec3 torque() const { return torque_; }
+  /// m, from the centres of the body and of the parent to where the joint acts.
+  FATHOM_LANE_FUNCTION Vec3 arm() const { return is_b() ? arm_b_ : reach_a_; }
+  FATHOM_LANE_FUNCTION Vec3 parent_arm() const { return is_b() ? reach_a_ : arm_b_; }
+  /// All rotations are held.
+  FATHOM_LANE_FUNCTION Mask is_stiff() const {
+    return inverted(either(freedom_.has(3), either(freedom_.has(4), freedom_.has(5))));
+  }
+  FATHOM_LANE_FUNCTION void forget();
+  /// The last substep's impulses no longer count.
+  FATHOM_LANE_FUNCTION void let_go();
+
+  /// Finds where the joint is; to be called when bodies have moved.
+  FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
+  /// `relaxes`: after positions have moved, without drives.
+  FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) { relaxes_ = relaxes ? all_set : Flag{}; }
+  FATHOM_LANE_FUNCTION bool asks_for_masses() const;
+  /// Chooses coordinates by what is held, and what drives give by now. Returns whether that has changed what there is
+  /// to eliminate.
+  FATHOM_LANE_FUNCTION Mask choose_coordinates(const LinkPair& pair);
+  /// Of the body and all that hangs on it.
+  FATHOM_LANE_FUNCTION void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
+  /// What the parent feels of that.
+  FATHOM_LANE_FUNCTION void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
+  /// How easily the body turns across `axis` in what is free, with what hangs on it (1/(kg·m²)).
+  FATHOM_LANE_FUNCTION Real response_across(Vec3 axis) const;
+  /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h, gaps closing at
+  /// `most` (m/s or rad/s) at the fastest …
+  FATHOM_LANE_FUNCTION void aim_ahead(const LinkPair& pair, Real most, Real h);
+  /// Whether these errors are within `share`, of arms or rad, as `meets` judges.
+  FATHOM_LANE_FUNCTION Mask is_aimed_within(Real share, Real h) const;
+  /// … or loses its velocity and this share of its gap.
+  FATHOM_LANE_FUNCTION void aim_at_rest(const LinkPair& pair, Real gap_share, Real min_share, Real most, Real h);
+  /// What the parent gets of the body's load, both about the joint. `is_aimed`: errors are taken away.
+  FATHOM_LANE_FUNCTION TreeLoad hand_on(const TreeLoad& load, bool is_aimed);
+  /// The body's change where its parent changes thus. `counts`: the joint gives what that takes.
+  FATHOM_LANE_FUNCTION TreeChange follow(const TreeChange& parent, bool is_aimed, Mask counts);
+
+  /// Takes on or lets go limits and largest forces, where `asks`, as the rounds' result says. True where it changes.
+  FATHOM_LANE_FUNCTION Mask revise(const LinkPair& pair, Real h, Mask asks);
+  /// Whether what is held will be within `share` of where the rounds aimed at: of arms, or rad.
+  FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
+  FATHOM_LANE_FUNCTION void take_back();
+  FATHOM_LANE_FUNCTION LinkLimits& limits() { return limits_; }
+  FATHOM_LANE_FUNCTION Vec3 force_more() const { return force_more_; }
+  FATHOM_LANE_FUNCTION Vec3 torque_more() const { return torque_more_; }
+  /// The rounds' impulses count; `ends`: the substep is over.
+  FATHOM_LANE_FUNCTION void apply(const LinkPair& pair, bool ends);
+
+ protected:
+  FATHOM_LANE_FUNCTION static AxisNumber no_axis() { return AxisNumber{} - 1; }
+
+  FATHOM_LANE_FUNCTION bool is_b() const { return everywhere(is_set(is_b_)); }
+  FATHOM_LANE_FUNCTION bool relaxes() const { return everywhere(is_set(relaxes_)); }
+  FATHOM_LANE_FUNCTION bool is_distance() const { return first_lane(row_.distance) != 0; }
+  FATHOM_LANE_FUNCTION bool reacts() const { return everywhere(is_set(reacts_)); }
+  FATHOM_LANE_FUNCTION float sign() const { return is_b() ? 1.0f : -1.0f; }
+  FATHOM_LANE_FUNCTION const GenericAxis<Real>& axis(int i) const { return row_.axes[i]; }
+  FATHOM_LANE_FUNCTION bool is_locked(int i) const { return first_lane(axis(i).locked) != 0; }
+  FATHOM_LANE_FUNCTION bool is_limited(int i) const { return first_lane(axis(i).limited) != 0; }
+  FATHOM_LANE_FUNCTION bool is_driven(int i) const { return !relaxes() && first_lane(axis(i).most) > 0; }
+  FATHOM_LANE_FUNCTION bool may_drive(int i) const {
+    return first_lane(axis(i).most) > 0 || first_lane(axis(i).armature) > 0;
+  }
+  FATHOM_LANE_FUNCTION Mask is_at_limit(int i) const { return is_set(limits_.at_limit[i]); }
+  FATHOM_LANE_FUNCTION Mask is_at_upper(int i) const { return is_set(limits_.at_upper[i]); }
+  FATHOM_LANE_FUNCTION Mask is_at_most(int i) const { return is_set(limits_.at_most[i]); }
+  FATHOM_LANE_FUNCTION Mask is_at_minus(int i) const { return is_set(limits_.at_minus[i]); }
+  FATHOM_LANE_FUNCTION Real compliance(int i) const { return fma(axis(i).response, mass_[i], axis(i).compliance); }
+  /// A drive that gives whatever its velocity takes.
+  FATHOM_LANE_FUNCTION Mask is_rigid_drive(int i) const {
+    if (!is_driven(i)) return is_set(Flag{});
+    return inverted(either(is_at_most(i), compliance(i) > 0.0f));
+  }
+  FATHOM_LANE_FUNCTION Mask is_held(int i) const {
+    return is_locked(i) ? is_set(all_set) : either(is_at_limit(i), is_rigid_drive(i));
+  }
+  /// At which a locked axis is held, or a limit that acts or would act.
+  FATHOM_LANE_FUNCTION Real bound(int i) const {
+    const GenericAxis<Real>& a = axis(i);
+    const Mask is_upper =
+        either(both(is_at_limit(i), is_at_upper(i)), both(inverted(is_at_limit(i)), value_[i] > a.upper));
+    return select(is_upper, a.upper, a.lower);
+  }
+  FATHOM_LANE_FUNCTION Real drive_aim(int i) const;
+  /// m, by which gaps are judged.
+  FATHOM_LANE_FUNCTION Real reach() const {
+    const Real arms = length(row_.arm_a) + length(row_.arm_b);
+    return is_distance() ? arms + value_[0] : arms;
+  }
+  /// What the armature gives of N·s or N·m·s where the axis gets the rate `to`.
+  FATHOM_LANE_FUNCTION Real of_armature(int i, Real to) const { return axis(i).armature * (rate_[i] - to); }
+  /// N·s or N·m·s on B, of the substep so far and the rounds; whether the axis has a coordinate.
+  struct OfAxis {
+    Mask has;
+    Real impulse;
+  };
+  FATHOM_LANE_FUNCTION OfAxis impulse_of(int i) const;
+  FATHOM_LANE_FUNCTION void note_hit(int i, Mask hits);
+  /// Where what is held is to be at the substep's end: at its bound, or nearer to it by what `most` (m/s or rad/s)
+  /// makes of the substep. A limit lets the joint come as fast as it does; one that the joint has left may still be
+  /// taken for one that acts, and is not to draw it back at once.
+  FATHOM_LANE_FUNCTION Real wanted_value(int i, const LinkPair& pair, Real most, Real h) const;
+  /// What takes an axis to its bound at rest: at most to close this share of its gap.
+  FATHOM_LANE_FUNCTION Real closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most, Real h) const;
+  FATHOM_LANE_FUNCTION Real rate(int i, const LinkPair& pair) const;
+  /// Sets `ahead_`, where the substep will leave the axes with the motions that the bodies have.
+  FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
+  /// Where that `belongs`; `count`: of rotations that there are already.
+  FATHOM_LANE_FUNCTION void add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count);
+  FATHOM_LANE_FUNCTION void set_drives(const LinkPair& pair);
+  FATHOM_LANE_FUNCTION void set_errors(const JointVector& of_axes);
+  /// `ahead`: where the substep leaves the axis, as the rounds have judged it.
+  FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
+  FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
+
+  // Words alone, each as long as a Real: lanes are taken apart word by word.
+  Flag is_b_{}, reacts_{}, moves_{};  // alike in all lanes, and so are:
+  Flag relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};
+  GenericJointRow<Real> row_{};
+  Vec3 along_[3], about_[3];                        // of axes, now
+  JointVector value_{}, ahead_{}, aim_{}, mass_{};  // aim_: of what is locked or limited, where holding it leads to
+  Vec3 reach_a_, arm_b_;
+  JointFreedom freedom_;
+  AxisNumber axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis; of translations alike in all lanes
+  JointVector scale_{};                         // the axis' rate of a coordinate's
+  JointVector drive_{}, error_{};
+  EliminatedLink link_{};
+  JointLoad load_{};
+  JointVector rate_{};  // m/s or rad/s, as the last solution left it
+  LinkLimits limits_{};
+  Vec3 force_, torque_, force_more_, torque_more_, force_sum_, torque_sum_;
+};
+
+FATHOM_LANE_FUNCTION void LinkJoint::let_go() { force_ = torque_ = {}; }
+FATHOM_LANE_FUNCTION void LinkJoint::forget() {
+  force_ = torque_ = force_sum_ = torque_sum_ = {};
+  for (int i = 0; i < axis_count; ++i) limits_.at_limit[i] = limits_.at_most[i] = Flag{};
+}
+FATHOM_LANE_FUNCTION void LinkJoint::take_back() {
+  force_more_ = torque_more_ = {};
+  is_first_round_ = all_set, knows_ahead_ = Flag{};
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::look(const LinkPair& pair) {
+  const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
+  PlacedBodies bodies{};
+  bodies.a.moved = a.moved, bodies.b.moved = b.moved;
+  const GenericJointRows<Real, PlacedBodies> rows(row_, bodies, a.rotation, b.rotation);
+  for (int i = 0; i < axis_count; ++i) {
+    value_[i] = rows.value[i];
+    if (i < translations) along_[i] = rows.along[i], about_[i] = rows.torque_axis(i);
+  }
+  reach_a_ = rows.reach(), arm_b_ = rows.arm();
+}
+
+FATHOM_LANE_FUNCTION bool LinkJoint::asks_for_masses() const {
+  bool any_does = false;
+  for (int i = 0; i < axis_count; ++i) any_does = any_does || anywhere(axis(i).response > 0.0f);
+  return any_does;
+}
+
+// --- coordinates -----------------------------------------------------------------------------------------------
+
+FATHOM_LANE_FUNCTION void LinkJoint::add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count) {
+  if (!anywhere(belongs)) return;
+  Vec3 across = about_[i - translations];
+  for (int k = 0; k < 2; ++k) {
+    const Mask is_before = both(belongs, count > k);
+    if (anywhere(is_before))
+      across = select(is_before, across - dot(across, freedom_.about[k]) * freedom_.about[k], across);
+  }
+  const Real size = length(across);
+  const Mask counts = both(belongs, inverted(size < min_axis_across));
+  const Vec3 direction = (1.0f / size) * across;
+  for (int k = 0; k < 3; ++k) {
+    const Mask is_here = both(counts, count == k);
+    if (!anywhere(is_here)) continue;
+    const int coordinate = translations + k;
+    freedom_.about[k] = select(is_here, direction, freedom_.about[k]);
+    axis_of_[coordinate] = select(is_here, AxisNumber{} + i, axis_of_[coordinate]);
+    scale_[coordinate] = select(is_here, size, scale_[coordinate]);
+    if (is_free) freedom_.is_free[coordinate] = flag(either(freedom_.has(coordinate), is_here));
+  }
+  count = select(counts, count + 1, count);
+}
+
+FATHOM_LANE_FUNCTION Vec3 any_across(Vec3 a) {
+  return normalize(cross(a, select(abs(a.x) < 0.5f, unit_vector(1, 0, 0), unit_vector(0, 1, 0))));
+}
+
+FATHOM_LANE_FUNCTION Real LinkJoint::drive_aim(int i) const {
+  const GenericAxis<Real>& a = axis(i);
+  Real off = a.target - value_[i];
+  if (i == translations) off = select(off > pi, off - 2 * pi, select(off < -pi, off + 2 * pi, off));
+  return fma(a.approach, off, a.velocity);
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
+  const JointFreedom last = freedom_;
+  freedom_ = {};
+  take_back();
+  for (int k = 0; k < translations; ++k) {
+    freedom_.along[k] = along_[k];
+    axis_of_[k] = AxisNumber{} + k, scale_[k] = splat<Real>(1);
+    freedom_.is_free[k] = flag(inverted(is_held(k)));
+  }
+  if (is_distance()) {
+    // Anchors that meet have no line, and nothing acts along it.
+    const Mask meet = length_squared(along_[0]) == 0.0f;
+    freedom_.along[0] = select(meet, unit_vector(1, 0, 0), freedom_.along[0]);
+    axis_of_[0] = select(meet, no_axis(), axis_of_[0]);
+    freedom_.is_free[0] = flag(either(freedom_.has(0), meet));
+    freedom_.along[1] = any_across(freedom_.along[0]);
+    freedom_.along[2] = cross(freedom_.along[0], freedom_.along[1]);
+    axis_of_[1] = axis_of_[2] = no_axis();
+  }
+  AxisNumber count{};
+  for (int i = translations; i < axis_count; ++i) add_rotation(i, is_held(i), false, count);
+  for (int i = translations; i < axis_count; ++i)
+    if (may_drive(i)) add_rotation(i, inverted(is_held(i)), true, count);
+  for (int k = 0; k < translations; ++k) {
+    const Mask is_left = inverted(count > k);
+    if (!anywhere(is_left)) continue;
+    const Vec3 direction = k == 0   ? unit_vector(1, 0, 0)
+                           : k == 1 ? any_across(freedom_.about[0])
+                                    : cross(freedom_.about[0], freedom_.about[1]);
+    freedom_.about[k] = select(is_left, direction, freedom_.about[k]);
+    axis_of_[translations + k] = select(is_left, no_axis(), axis_of_[translations + k]);
+    freedom_.is_free[translations + k] = flag(either(freedom_.has(translations + k), is_left));
+  }
+  set_drives(pair);
+  return inverted(freedom_.is_same(last));
+}
+
+/// What free coordinates get without a change: of their drives, and of armatures, which keep them at the rates that
+/// they had. What is free gets nothing else, so it gives back what it had before it was.
+FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
+  JointVector before;
+  to_coordinates(freedom_, force_, torque_, before);
+  for (int k = 0; k < joint_coordinates; ++k) {
+    drive_[k] = error_[k] = Real{};
+    if (!relaxes()) drive_[k] = select(freedom_.has(k), -before[k], Real{});
+  }
+  for (int i = 0; i < axis_count; ++i) {
+    if (!may_drive(i)) continue;
+    const Real now = rate(i, pair);
+    Real elastic{}, given{};  // the drive's stiffness and impulse, in the axis' direction
+    if (is_driven(i)) {
+      const Real stiffness = 1.0f / compliance(i);
+      const Mask most = is_at_most(i);
+      elastic = select(most, Real{}, stiffness);
+      given = select(most, select(is_at_minus(i), -axis(i).most, axis(i).most), stiffness * (drive_aim(i) - now));
+    }
+    for (int k = i < translations ? i : translations; k < (i < translations ? i + 1 : joint_coordinates); ++k) {
+      const Mask is_here = both(freedom_.has(k), axis_of_[k] == i);
+      if (!anywhere(is_here)) continue;
+      const Real scale = scale_[k];
+      if (reacts()) {
+        freedom_.stiffness[k] =
+            select(is_here, fma(scale * scale, axis(i).armature, freedom_.stiffness[k]), freedom_.stiffness[k]);
+        drive_[k] = select(is_here, fma(sign() * scale, of_armature(i, now), drive_[k]), drive_[k]);
+      }
+      if (!is_driven(i)) continue;
+      freedom_.stiffness[k] =
+          select(is_here, fma(scale * scale, elastic, freedom_.stiffness[k]), freedom_.stiffness[k]);
+      drive_[k] = select(is_here, fma(sign() * scale, given, drive_[k]), drive_[k]);
+    }
+  }
+}
+
+FATHOM_LANE_FUNCTION Real LinkJoint::response_across(Vec3 axis) const {
+  Real sum{};
+  for (int k = 0; k < 3; ++k) {
+    const Real along = dot(freedom_.about[k], axis);
+    sum = fma(link_.inverse[translations + k], fma(-along, along, splat<Real>(1)), sum);
+  }
+  return sum;
+}
+
+// --- rounds ----------------------------------------------------------------------------------------------------
+
+FATHOM_LANE_FUNCTION Real LinkJoint::rate(int i, const LinkPair& pair) const {
+  const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
+  if (i >= translations) return dot(about_[i - translations], b.angular - a.angular);
+  return dot(along_[i], (b.linear + cross(b.angular, arm_b_)) - (a.linear + cross(a.angular, reach_a_)));
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::look_ahead(const LinkPair& pair, Real h) {
+  if (everywhere(is_set(knows_ahead_))) return;
+  knows_ahead_ = all_set;
+  const LinkMotion &a = is_b() ? pair.parent : pair.body, &b = is_b() ? pair.body : pair.parent;
+  PlacedBodies bodies{};
+  bodies.a.moved = mul_add(a.moved, h, a.linear), bodies.b.moved = mul_add(b.moved, h, b.linear);
+  const GenericJointRows<Real, PlacedBodies> rows(row_, bodies, a.ahead, b.ahead);
+  for (int i = 0; i < axis_count; ++i) {
+    ahead_[i] = rows.value[i];
+    if (i < translations) ahead_[i] = fma(-0.5f * h * h, dot(rows.along[i], row_.pull), ahead_[i]);
+  }
+}
+
+FATHOM_LANE_FUNCTION Real LinkJoint::wanted_value(int i, const LinkPair& pair, Real most, Real h) const {
+  const Real off = bound(i) - value_[i];
+  if (is_limited(i)) {
+    const Real now = rate(i, pair);
+    most = max(most, select(off > 0.0f, now, -now));
+  }
+  return value_[i] + clamp(off, -most * h, most * h);
+}
+
+FATHOM_LANE_FUNCTION Real LinkJoint::closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most,
+                                                  Real h) const {
+  Real least = min_share / h;
+  if (i < translations) least = least * reach();
+  const Real pull = min(most, abs(rate) + least);
+  return clamp(gap_share / h * (value_[i] - bound(i)), -pull, pull);
+}
+
+/// Of axes that are held, in the coordinates' order.
+FATHOM_LANE_FUNCTION void LinkJoint::set_errors(const JointVector& of_axes) {
+  for (int k = 0; k < joint_coordinates; ++k) {
+    const Mask is_held = inverted(freedom_.has(k));
+    if (!anywhere(is_held)) continue;
+    Real error = of_axes[k];
+    if (k >= translations) {
+      Vec3 about = about_[0];
+      error = of_axes[translations];
+      for (int i = 1; i < translations; ++i) {
+        const Mask is_this = axis_of_[k] == translations + i;
+        about = select(is_this, about_[i], about);
+        error = select(is_this, of_axes[translations + i], error);
+      }
+      error = sign() * error;
+      for (int m = translations; m < k; ++m)
+        error = fma(-dot(about, freedom_.about[m - translations]), error_[m], error);
+    } else {
+      error = sign() * error;
+    }
+    error_[k] = select(is_held, error / scale_[k], error_[k]);
+  }
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::aim_ahead(const LinkPair& pair, Real most, Real h) {
+  JointVector errors{};
+  look_ahead(pair, h);
+  aims_ahead_ = all_set;
+  const bool begins = everywhere(is_set(is_first_round_));
+  for (int i = 0; i < axis_count; ++i) {
+    const bool may_be_held = is_locked(i) || is_limited(i);
+    if (begins && may_be_held) aim_[i] = wanted_value(i, pair, most, h);
+    if (may_be_held) errors[i] = (ahead_[i] - aim_[i]) / h;
+    if (is_driven(i) && !is_locked(i)) errors[i] = select(is_at_limit(i), errors[i], rate(i, pair) - drive_aim(i));
+  }
+  set_errors(errors);
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::is_aimed_within(Real share, Real h) const {
+  Mask is_within = is_set(all_set);
+  const Real of_arms = share * reach();
+  for (int k = 0; k < joint_coordinates; ++k)
+    is_within = both(is_within, either(freedom_.has(k), h * abs(error_[k]) <= (k < translations ? of_arms : share)));
+  return is_within;
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::aim_at_rest(const LinkPair& pair, Real gap_share, Real min_share, Real most,
+                                                 Real h) {
+  JointVector errors{};
+  aims_ahead_ = Flag{};
+  for (int i = 0; i < axis_count; ++i) {
+    errors[i] = rate(i, pair);
+    if (relaxes() && is_limited(i)) errors[i] = select(is_at_limit(i), errors[i] - limits_.bounce[i], errors[i]);
+    const bool may_be_held = is_locked(i) || is_limited(i);
+    Real held = errors[i];
+    if (!relaxes() && may_be_held) {
+      const Real closing = closing_rate(i, errors[i], gap_share, min_share, most, h);
+      aim_[i] = fma(-h, closing, value_[i]);
+      held = held + closing;
+      if (i < translations) held = fma(-0.5f * h, dot(along_[i], row_.pull), held);
+    }
+    if (is_locked(i))
+      errors[i] = held;
+    else
+      errors[i] = select(is_at_limit(i), held, errors[i] - drive_aim(i));
+  }
+  set_errors(errors);
+}
+
+FATHOM_LANE_FUNCTION TreeLoad LinkJoint::hand_on(const TreeLoad& load, bool is_aimed) {
+  const JointVector nothing{}, &drive = drive_, &error = error_;
+  // Drives give theirs in the first round.
+  const bool drives = is_aimed && everywhere(is_set(is_first_round_));
+  load_ = eliminated_load(link_, freedom_, load, drives ? drive : nothing);
+  if (is_aimed) is_first_round_ = Flag{};
+  return handed_on(link_, freedom_, load_, is_aimed ? error : nothing);
+}
+
+FATHOM_LANE_FUNCTION TreeChange LinkJoint::follow(const TreeChange& parent, bool is_aimed, Mask counts) {
+  const JointVector nothing{}, &error = error_;
+  JointVector of_parent, change, impulse;
+  knows_ahead_ = Flag{};
+  to_coordinates(freedom_, parent.linear + cross(parent.angular, parent_arm()), parent.angular, of_parent);
+  follow_at_joint(link_, freedom_, load_, is_aimed ? error : nothing, of_parent, change, impulse);
+  if (anywhere(counts)) {
+    force_more_ = select(counts, force_more_ + linear_of(freedom_, impulse), force_more_);
+    torque_more_ = select(counts, torque_more_ + angular_of(freedom_, impulse), torque_more_);
+  }
+  const Vec3 angular = angular_of(freedom_, change);
+  return {linear_of(freedom_, change) + cross(arm(), angular), angular};
+}
+
+// --- what rounds have found ------------------------------------------------------------------------------------
+
+FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::impulse_of(int i) const {
+  if (i < translations) return {axis_of_[i] == i, sign() * dot(freedom_.along[i], force_ + force_more_) / scale_[i]};
+  OfAxis found{is_set(Flag{}), Real{}};
+  const Vec3 torque = torque_ + torque_more_;
+  for (int k = 0; k < translations; ++k) {
+    const Mask is_here = axis_of_[translations + k] == i;
+    if (!anywhere(is_here)) continue;
+    found.has = either(found.has, is_here);
+    found.impulse = select(is_here, sign() * dot(freedom_.about[k], torque) / scale_[translations + k], found.impulse);
+  }
+  return found;
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, Real given, Real after) {
+  const GenericAxis<Real>& a = axis(i);
+  const Mask was_at_limit = is_at_limit(i), was_at_upper = is_at_upper(i);
+  // One that comes back from beyond its limit by itself, as fast as that would take it, is let.
+  const Mask is_within = both(ahead >= min(a.lower, aim_[i]), ahead <= max(a.upper, aim_[i]));
+  const Mask hits = both(asks, inverted(either(was_at_limit, is_within)));
+  Real drive{};
+  if (is_driven(i)) {
+    const Real push = drive_aim(i) - after;
+    drive = select(compliance(i) > 0.0f, clamp(push / compliance(i), -a.most, a.most),
+                   select(push < 0.0f, -a.most, a.most));
+  }
+  const Real held = given - drive - of_armature(i, after);
+  const Flag stays = select(was_at_upper, flag(held <= 0.0f), flag(held >= 0.0f));
+  const Mask leaves = both(asks, both(was_at_limit, inverted(is_set(stays))));
+  limits_.at_limit[i] = flag(both(either(was_at_limit, hits), inverted(leaves)));
+  limits_.at_upper[i] = select(hits, flag(ahead > a.upper), limits_.at_upper[i]);
+  limits_.at_most[i] = flag(both(is_at_most(i), inverted(hits)));
+  note_hit(i, hits);
+  limits_.bounce[i] = select(leaves, Real{}, limits_.bounce[i]);
+  if (is_driven(i)) {
+    const Mask gives_most = both(leaves, abs(drive) == a.most);
+    limits_.at_most[i] = flag(either(is_at_most(i), gives_most));
+    limits_.at_minus[i] = select(gives_most, flag(drive < 0.0f), limits_.at_minus[i]);
+  }
+  return either(hits, leaves);
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::note_hit(int i, Mask hits) {
+  if (!reacts()) return;
+  const Real speed = select(is_at_upper(i), rate_[i], -rate_[i]);
+  const Real bounce = select(speed > row_.min_hit, -axis(i).restitution * rate_[i], Real{});
+  limits_.bounce[i] = select(hits, bounce, limits_.bounce[i]);
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::revise_drive(int i, Mask asks, Real given, Real after) {
+  const Real most = axis(i).most;
+  const Mask was_at_most = is_at_most(i);
+  const Mask exceeds = both(asks, inverted(either(was_at_most, abs(given) <= (1 + drive_slack) * most)));
+  const Real short_by = select(is_at_minus(i), after - drive_aim(i), drive_aim(i) - after);
+  const Mask suffices = both(both(asks, was_at_most), inverted(short_by >= (1 - drive_slack) * most * compliance(i)));
+  limits_.at_minus[i] = select(exceeds, flag(given < 0.0f), limits_.at_minus[i]);
+  limits_.at_most[i] = flag(both(either(was_at_most, exceeds), inverted(suffices)));
+  return either(exceeds, suffices);
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::revise(const LinkPair& pair, Real h, Mask asks) {
+  Mask changes = is_set(Flag{});
+  if (!everywhere(is_set(moves_))) return changes;
+  const bool looks_ahead = everywhere(is_set(aims_ahead_));
+  if (looks_ahead) look_ahead(pair, h);
+  for (int i = 0; i < axis_count; ++i) {
+    if (!is_limited(i) && !is_driven(i)) continue;
+    const OfAxis now = impulse_of(i);
+    const Real after = rate(i, pair);
+    Mask changes_limit = is_set(Flag{});
+    if (is_limited(i)) {
+      // Axes without a coordinate are those that nothing held.
+      Mask may_change = now.has;
+      if (i >= translations && !may_drive(i)) may_change = either(may_change, inverted(is_at_limit(i)));
+      const Real ahead = looks_ahead ? ahead_[i] : fma(h, after, value_[i]);
+      changes_limit = revise_limit(i, both(asks, may_change), ahead, now.impulse, after);
+    }
+    Mask changes_drive = is_set(Flag{});
+    if (is_driven(i) && !is_locked(i))
+      changes_drive = revise_drive(i, both(both(asks, now.has), inverted(either(changes_limit, is_at_limit(i)))),
+                                   now.impulse - of_armature(i, after), after);
+    changes = either(changes, either(changes_limit, changes_drive));
+  }
+  return changes;
+}
+
+FATHOM_LANE_FUNCTION Mask LinkJoint::meets(const LinkPair& pair, Real share, Real h) {
+  look_ahead(pair, h);
+  Mask do_meet = is_set(all_set);
+  const Real of_arms = share * reach();
+  for (int i = 0; i < axis_count; ++i) {
+    if (!is_locked(i) && !is_limited(i)) continue;
+    const Mask is_near = abs(ahead_[i] - aim_[i]) <= (i < translations ? of_arms : share);
+    do_meet = both(do_meet, is_locked(i) ? is_near : either(is_near, inverted(is_at_limit(i))));
+  }
+  return do_meet;
+}
+
+FATHOM_LANE_FUNCTION void LinkJoint::apply(const LinkPair& pair, bool ends) {
+  force_ += force_more_, torque_ += torque_more_;
+  for (int i = 0; reacts() && i < axis_count; ++i) rate_[i] = rate(i, pair);
+  if (!ends) return;
+  force_sum_ += force_, torque_sum_ += torque_;
+  for (Real& bounce : limits_.bounce) bounce = Real{};
+}

@@ -1,0 +1,375 @@
+// What a mechanism's links do in its direct solution (dynamics/mechanism.hpp), each by itself, or with those that it is
+// joined to. Included as dynamics/joint_link-inl.hpp is.
+
+#if defined(__CUDACC__)
+#define FATHOM_FLATTEN
+#else
+/// Called, their arguments would pass through memory, which costs more than what they do.
+#define FATHOM_FLATTEN [[gnu::flatten]]
+#endif
+
+/// Of a unit quaternion.
+FATHOM_LANE_FUNCTION Mat3 rotation_matrix(const UnitQuat<Real>& q) {
+  const Real xx = q.v.x * q.v.x, yy = q.v.y * q.v.y, zz = q.v.z * q.v.z;
+  const Real xy = q.v.x * q.v.y, xz = q.v.x * q.v.z, yz = q.v.y * q.v.z;
+  const Real wx = q.w * q.v.x, wy = q.w * q.v.y, wz = q.w * q.v.z;
+  return {{1.0f - 2.0f * (yy + zz), 2.0f * (xy + wz), 2.0f * (xz - wy)},
+          {2.0f * (xy - wz), 1.0f - 2.0f * (xx + zz), 2.0f * (yz + wx)},
+          {2.0f * (xz + wy), 2.0f * (yz - wx), 1.0f - 2.0f * (xx + yy)}};
+}
+
+/// What a substitution does: it takes away all links' errors under their loads, answers closures' loads besides, or
+/// only tells in `LinkState::step` what these would do.
+enum class LinkPass { aimed, closing, probing };
+
+/// Of links by their numbers. `Access` knows their bodies, and in which arrays links' states are:
+///
+///     state(i): LinkState&;  generic(n): JointLink&
+///     body(i, link): what has linear, angular, moved, turned and inverse_mass as a SolverBody
+///     set_velocity(i, link, linear, angular);  add_velocity(i, link, linear, angular)
+///     response(i, link): inverse inertia as the spin is written
+///     push_out_velocity(): Real;  limits(h): its members are compared with Reals
+///     look_at_masses(i, link, joint, h): `JointLink::look_at_masses`, where joints ask for that
+template <class Access>
+struct LinkSolver {
+  static constexpr std::uint32_t none = MechanismLink::none;
+
+  Access access;
+  const MechanismLink* links;
+
+  FATHOM_LANE_FUNCTION LinkState& state(std::uint32_t i) const { return access.state(i); }
+  FATHOM_LANE_FUNCTION bool has_generic(std::uint32_t i) const { return links[i].generic != none; }
+  FATHOM_LANE_FUNCTION JointLink& generic(std::uint32_t i) const { return access.generic(links[i].generic); }
+
+  FATHOM_LANE_FUNCTION static Real sum_of(Vec3 v) { return v.x + (v.y + v.z); }
+
+  /// What the link's joint has given its body in this substep.
+  FATHOM_LANE_FUNCTION Vec3 force_of(std::uint32_t i) const {
+    return has_generic(i) ? generic(i).force() : state(i).row.impulse;
+  }
+  FATHOM_LANE_FUNCTION Vec3 torque_of(std::uint32_t i) const { return has_generic(i) ? generic(i).torque() : Vec3{}; }
+  /// Whether the pull of its joint may swing the link's body.
+  FATHOM_LANE_FUNCTION Mask may_swing(std::uint32_t i) const {
+    if (links[i].joint == none) return is_set(Flag{});
+    return has_generic(i) ? inverted(generic(i).is_stiff()) : is_set(all_set);
+  }
+  /// Of a link's parent or of what it hangs on.
+  FATHOM_LANE_FUNCTION const LinkMotion& parent_of(std::uint32_t i) const {
+    return links[i].parent != none ? state(links[i].parent).motion : state(i).obstacle;
+  }
+  FATHOM_LANE_FUNCTION LinkPair pair_of(std::uint32_t i) const { return {state(i).motion, parent_of(i)}; }
+
+  // --- what bodies carry into a substep --------------------------------------------------------------------------
+
+  /// What velocities of the link's body become by `sign` times the joints' impulses.
+  FATHOM_LANE_FUNCTION TreeChange with_carried(std::uint32_t i, float sign, TreeChange velocity) const {
+    const MechanismLink& link = links[i];
+    const Real inverse_mass = access.body(i, link).inverse_mass;
+    const SymMat3 response = access.response(i, link);
+    const auto push = [&](float by, Vec3 impulse, Vec3 moment) {
+      velocity.linear = mul_add(velocity.linear, by * inverse_mass, impulse);
+      velocity.angular += by * (response * moment);
+    };
+    if (link.joint != none) push(sign, force_of(i), state(i).moment);
+    for (std::uint32_t c = link.first_child; c < link.end_of_children(); ++c)
+      push(-sign, force_of(c), state(c).parent_moment);
+    for (std::uint32_t c = link.next_copy; c != none; c = links[c].next_copy) push(sign, force_of(c), state(c).moment);
+    return velocity;
+  }
+  FATHOM_LANE_FUNCTION void give_carried(std::uint32_t i, float sign) const {
+    if (links[i].is_copy()) return;
+    const auto body = access.body(i, links[i]);
+    const TreeChange with = with_carried(i, sign, {body.linear, body.angular});
+    access.set_velocity(i, links[i], with.linear, with.angular);
+  }
+  FATHOM_LANE_FUNCTION Mask is_carried_slowly(std::uint32_t i, Real h) const {
+    if (links[i].is_copy()) return is_set(all_set);
+    return h * length(with_carried(i, 1, {}).angular) <= max_drift;
+  }
+  FATHOM_LANE_FUNCTION void let_go(std::uint32_t i) const {
+    state(i).row.impulse = state(i).moment = state(i).parent_moment = {};
+    if (has_generic(i)) generic(i).let_go();
+  }
+  /// On by a substep of length h (s), as bodies are.
+  FATHOM_LANE_FUNCTION static void move_obstacle(LinkMotion& obstacle, Real h) {
+    obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
+    obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
+    obstacle.rotation = rotation_by<Real>(obstacle.turned);
+  }
+
+  // --- where links are -------------------------------------------------------------------------------------------
+
+  /// Where a link's body is now, how it moves, and what it resists that with.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn(std::uint32_t i) const {
+    LinkState& s = state(i);
+    const auto body = access.body(i, links[i]);
+    const bool is_isotropic = everywhere(is_set(s.is_isotropic));
+    const UnitQuat<Real> unturned{splat<Real>(1), {}}, turned = rotation_by<Real>(body.turned);
+    s.spin = is_isotropic ? unturned : turned;
+    s.motion = {body.moved,     body.turned, body.linear, turned_by(s.spin, body.angular),
+                s.is_isotropic, turned,      unturned};
+    s.change = {}, s.impulse = {}, s.load = {};
+    s.of_body =
+        tree_inertia(s.mass, is_isotropic ? diagonal(s.inertia.xx)
+                                          : to_matrix(rotated(rotation_matrix(product(turned, s.start)), s.inertia)));
+  }
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn_joint(std::uint32_t i, Real h, bool relaxes) const {
+    LinkState& s = state(i);
+    if (relaxes) s.is_eliminated = Flag{};
+    if (links[i].joint == none) return;
+    if (has_generic(i)) {
+      JointLink& joint = generic(i);
+      // Before positions move it is where the last substep has left it.
+      if (relaxes) joint.look(pair_of(i));
+      joint.begin_solution(relaxes);
+      if (joint.asks_for_masses()) access.look_at_masses(i, links[i], joint, h);
+      choose_coordinates(i);
+      s.arm = joint.arm(), s.parent_arm = joint.parent_arm();
+      return;
+    }
+    s.arm = turned_by(s.motion.rotation, s.row.arm_b);
+    s.parent_arm = turned_by(parent_of(i).rotation, s.row.arm_a);
+  }
+  FATHOM_LANE_FUNCTION void choose_coordinates(std::uint32_t i) const {
+    if (!has_generic(i)) return;
+    const Mask changes = generic(i).choose_coordinates(pair_of(i));
+    state(i).is_eliminated = select(changes, Flag{}, state(i).is_eliminated);
+  }
+  /// How bodies will have turned when the substep is over.
+  FATHOM_LANE_FUNCTION void look_ahead(std::uint32_t i, Real h) const {
+    LinkState& s = state(i);
+    s.motion.ahead = rotation_by<Real>(s.motion.turned_ahead(h));
+    if (links[i].parent == none) s.obstacle.ahead = rotation_by<Real>(s.obstacle.turned_ahead(h));
+  }
+  /// Whether the arms of the link's body turn by less than rows can tell of in a substep. Beyond that the stiffness of
+  /// swings, which goes with the last substep's impulses, would make ever larger ones.
+  FATHOM_LANE_FUNCTION Mask turns_slowly(std::uint32_t i, Real h) const {
+    const Vec3 turn = h * state(i).motion.angular;
+    const auto is_slow = [&](Vec3 arm) { return length(cross(turn, arm)) <= max_drift * length(arm); };
+    Mask all_are = is_slow(state(i).arm);
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      all_are = both(all_are, is_slow(state(c).parent_arm));
+    return all_are;
+  }
+
+  /// How fast the anchors run away from each other.
+  FATHOM_LANE_FUNCTION static Vec3 speed_apart(const LinkState& s, const LinkMotion& parent) {
+    return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
+  }
+  /// How far they are apart.
+  FATHOM_LANE_FUNCTION static Vec3 gap(const LinkState& s, const LinkMotion& parent) {
+    return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
+  }
+  /// How far they will be apart when the bodies have moved on for h (s), over h, beyond what a wide gap may keep: no
+  /// gap closes faster than overlaps do, because to bring what is far apart together at once would throw it.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, Real h) const {
+    const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
+      return mul_add(m.moved, h, m.linear) + (turned_by(m.ahead, arm) - arm);
+    };
+    const Vec3 ahead = s.row.gap + (anchor_ahead(s.motion, s.row.arm_b) - anchor_ahead(parent, s.row.arm_a));
+    const Vec3 at_once = (1.0f / h) * gap(s, parent), kept = at_once - limited(at_once, access.push_out_velocity());
+    return mul_add((1.0f / h) * ahead - kept, -0.5f * h, s.row.pull);
+  }
+  /// By which its gaps are judged.
+  FATHOM_LANE_FUNCTION static Real reach(const LinkState& s) { return length(s.arm) + length(s.parent_arm); }
+
+  // --- loads -----------------------------------------------------------------------------------------------------
+
+  /// Moments of what a body has carried over, about arms that have turned since.
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void load_carried(std::uint32_t i) const {
+    LinkState& s = state(i);
+    if (links[i].joint != none) s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - turned_by(s.spin, s.moment);
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c) {
+      const LinkState& child = state(c);
+      s.load.moment -= cross(child.parent_arm, force_of(c)) + torque_of(c) - turned_by(s.spin, child.parent_moment);
+    }
+  }
+  /// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity
+  /// within a substep of length h (kg·m²), and of which velocity.
+  FATHOM_LANE_FUNCTION static Real stiffness(Vec3 impulse, Vec3 arm, Real h) {
+    return h * max(dot(impulse, arm), Real{});
+  }
+  FATHOM_LANE_FUNCTION static Vec3 across(Vec3 angular, Vec3 arm) {
+    const Vec3 axis = normalize(arm);
+    return angular - dot(axis, angular) * axis;
+  }
+  /// Of the body and its children's pulls on it, `act(arm, stiffness)`.
+  template <class Act>
+  FATHOM_LANE_FUNCTION void each_pull(std::uint32_t i, Real h, const Act& act) const {
+    const auto pull = [&](std::uint32_t of, Vec3 arm, Vec3 force) {
+      const Mask swings = may_swing(of);
+      if (anywhere(swings)) act(arm, select(swings, stiffness(force, arm, h), Real{}));
+    };
+    pull(i, state(i).arm, force_of(i));
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      pull(c, state(c).parent_arm, -force_of(c));
+  }
+  /// Whether joints turn the body slowly enough under what they carry for a substep to follow: it swings about its
+  /// anchor under a pull F at r with ω² = F r / I, I being the inertia of it and what hangs on it. An explicit step
+  /// follows up to h ω = 2.
+  FATHOM_LANE_FUNCTION Mask can_follow(std::uint32_t i, Real h) const {
+    Real sum{};  // of (h ω)²
+    each_pull(i, h, [&](Vec3 arm, Real k) { sum += k * response_across(i, normalize(arm)); });
+    return sum <= stiffest_swing;
+  }
+  /// How easily the link's body turns across `axis`, about its anchor, with what hangs on it (1/(kg·m²)).
+  FATHOM_LANE_FUNCTION Real response_across(std::uint32_t i, Vec3 axis) const {
+    if (has_generic(i)) return generic(i).response_across(axis);
+    const SymFactor& m = state(i).link.angular;
+    return (m.response(unit_vector(1, 0, 0)) + (m.response(unit_vector(0, 1, 0)) + m.response(unit_vector(0, 0, 1)))) -
+           m.response(axis);
+  }
+
+  // --- elimination -----------------------------------------------------------------------------------------------
+
+  /// If it or one of its children has changed.
+  FATHOM_LANE_FUNCTION void eliminate(std::uint32_t i) const {
+    LinkState& s = state(i);
+    Mask is_changed = inverted(is_set(s.is_eliminated));
+    for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
+      is_changed = either(is_changed, is_set(state(c).is_changed));
+    s.is_changed = flag(is_changed);
+    if (anywhere(is_changed)) eliminate_link(i);
+    s.is_eliminated = all_set;
+  }
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void eliminate_link(std::uint32_t i) const {
+    LinkState& s = state(i);
+    TreeInertia sum = s.of_body;
+    for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
+      if (has_generic(c))
+        generic(c).add_to(sum);
+      else
+        add_child(sum, state(c).link, state(c).parent_arm);
+    }
+    if (has_generic(i))
+      generic(i).eliminate(sum);
+    else
+      s.link = tree_link(sum, s.arm);
+  }
+  template <LinkPass pass>
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void hand_on(std::uint32_t i) const {
+    LinkState& s = state(i);
+    for (std::uint32_t c = links[i].end_of_children(); c-- > links[i].first_child;) {
+      const LinkState& child = state(c);
+      s.load.impulse += child.handed.impulse;
+      s.load.moment += child.handed.moment + cross(child.parent_arm, child.handed.impulse);
+    }
+    if (has_generic(i)) {
+      s.load.moment -= cross(s.arm, s.load.impulse);
+      s.handed = generic(i).hand_on(s.load, pass == LinkPass::aimed);
+    } else {
+      s.load = at_anchor(s.link, s.load);
+      if (links[i].parent != none) s.handed = {handed_on(s.link, s.load, error<pass>(s)), {}};
+    }
+  }
+  template <LinkPass pass>
+  FATHOM_LANE_FUNCTION static Vec3 error(const LinkState& s) {
+    return pass == LinkPass::aimed ? s.error : Vec3{};
+  }
+  /// Where that `counts`.
+  template <LinkPass pass>
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void follow_parent(std::uint32_t i, Mask counts) const {
+    LinkState& s = state(i);
+    if (pass == LinkPass::probing) counts = is_set(Flag{});
+    const TreeChange parent = links[i].parent != none ? state(links[i].parent).step : TreeChange{};
+    if (links[i].joint == none) {
+      s.step = root_change(s.link, s.load);
+    } else if (has_generic(i)) {
+      s.step = generic(i).follow(parent, pass == LinkPass::aimed, counts);
+    } else {
+      const Vec3 change = parent.linear + cross(parent.angular, s.parent_arm) - error<pass>(s);
+      if (anywhere(counts)) s.impulse = select(counts, s.impulse + impulse_on(s.link, s.load, change), s.impulse);
+      s.step = follow(s.link, s.load, change);
+    }
+    s.load = {};
+    if (!anywhere(counts)) return;
+    s.change.linear = select(counts, s.change.linear + s.step.linear, s.change.linear);
+    s.change.angular = select(counts, s.change.angular + s.step.angular, s.change.angular);
+    s.motion.linear = select(counts, s.motion.linear + s.step.linear, s.motion.linear);
+    s.motion.angular = select(counts, s.motion.angular + s.step.angular, s.motion.angular);
+  }
+
+  // --- what rounds aim at, and have found ------------------------------------------------------------------------
+
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void aim_ahead(std::uint32_t i, Real h) const {
+    if (links[i].joint == none) return;
+    if (has_generic(i))
+      generic(i).aim_ahead(pair_of(i), access.push_out_velocity(), h);
+    else
+      state(i).error = gap_ahead(state(i), parent_of(i), h);
+  }
+  /// Whether a round would take away no more than this share of the arms.
+  FATHOM_LANE_FUNCTION Mask is_aimed_within(std::uint32_t i, Real share, Real h) const {
+    if (links[i].joint == none) return is_set(all_set);
+    if (has_generic(i)) return generic(i).is_aimed_within(share, h);
+    return h * length(state(i).error) <= share * reach(state(i));
+  }
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void aim_at_rest(std::uint32_t i, float gap_share, Real h) const {
+    if (links[i].joint == none) return;
+    LinkState& s = state(i);
+    const Real most = access.push_out_velocity();
+    const LinkMotion& parent = parent_of(i);
+    if (has_generic(i))
+      return generic(i).aim_at_rest({s.motion, parent}, splat<Real>(gap_share), splat<Real>(closing_share), most, h);
+    s.error = speed_apart(s, parent);
+    if (gap_share > 0) {
+      const Real least = (closing_share / h) * reach(s);
+      const Vec3 pull = limited((gap_share / h) * gap(s, parent), min(most, length(s.error) + least));
+      s.error = mul_add(s.error + pull, -0.5f * h, s.row.pull);
+    }
+  }
+  /// Whether the anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
+  /// meets them too.
+  FATHOM_LANE_FUNCTION Mask does_meet(std::uint32_t i, Real h) const {
+    const LinkState& s = state(i);
+    const Mask is_slow = h * length(s.change.angular) <= max_drift;
+    if (links[i].joint == none || !anywhere(is_slow)) return is_slow;
+    if (has_generic(i)) return both(is_slow, generic(i).meets(pair_of(i), splat<Real>(meeting_share), h));
+    return both(is_slow, h * length(gap_ahead(s, parent_of(i), h)) <= meeting_share * reach(s));
+  }
+  /// Whether some limit or largest force is another one than the solution took it for, of those that are asked.
+  FATHOM_LANE_FUNCTION Mask revise(std::uint32_t i, Real h, Mask asks) const {
+    return has_generic(i) ? generic(i).revise(pair_of(i), h, asks) : is_set(Flag{});
+  }
+  /// Whether a solution leaves the body with a velocity that bodies may have.
+  FATHOM_LANE_FUNCTION Mask is_sound(std::uint32_t i, Real h) const {
+    const LinkState& s = state(i);
+    const auto limits = access.limits(h);
+    Real sum = sum_of(s.impulse);
+    if (has_generic(i)) sum += sum_of(generic(i).force_more() + generic(i).torque_more());
+    return both(is_finite(sum),
+                both(length(s.motion.linear) <= limits.linear, length(s.motion.angular) <= limits.angular));
+  }
+
+  template <bool soft>
+  FATHOM_FLATTEN FATHOM_LANE_FUNCTION void apply(std::uint32_t i, Real h, bool follows) const {
+    const MechanismLink& link = links[i];
+    LinkState& s = state(i);
+    if (!link.is_copy()) access.add_velocity(i, link, s.change.linear, turned_back_by(s.spin, s.change.angular));
+    if (link.joint == none) return;
+    const Vec3 before = force_of(i);
+    Vec3 force = s.impulse, torque;
+    if (has_generic(i)) {
+      JointLink& joint = generic(i);
+      force = joint.force_more(), torque = joint.torque_more();
+      joint.apply(pair_of(i), !soft);
+    } else {
+      s.row.impulse += s.impulse;
+      if (!soft) s.row.total += s.row.impulse;
+    }
+    const Mask swings = soft && !follows ? may_swing(i) : is_set(Flag{});
+    const auto moment_at = [&](Vec3 arm, Vec3 pull, const LinkMotion& motion, float sign) {
+      Vec3 moment = cross(arm, soft ? force_of(i) : force) + (soft ? torque_of(i) : torque);
+      if (anywhere(swings))
+        moment = select(swings, moment - sign * (stiffness(pull, arm, h) * across(motion.angular, arm)), moment);
+      return moment;
+    };
+    s.moment = turned_back_by(s.spin, moment_at(s.arm, before, s.motion, 1)) + (soft ? Vec3{} : s.moment);
+    if (link.parent == none) return;
+    const LinkState& parent = state(link.parent);
+    s.parent_moment = turned_back_by(parent.spin, moment_at(s.parent_arm, -before, parent.motion, -1)) +
+                      (soft ? Vec3{} : s.parent_moment);
+  }
+};
+
+#undef FATHOM_FLATTEN

@@ -1,0 +1,16 @@
+// The links of mechanisms one by one (dynamics/link_solver-inl.hpp). Pure, for host and device.
+#pragma once
+
+#include <cstdint>
+
+#include "dynamics/mechanism_link.hpp"
+#include "dynamics/speed_limits.hpp"
+#include "dynamics/tuning.hpp"
+
+namespace fathom {
+
+#define FATHOM_LANE_FUNCTION FATHOM_HD
+#include "dynamics/link_solver-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
+
+}  // namespace fathom

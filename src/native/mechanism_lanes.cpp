@@ -1,0 +1,441 @@
+#include "native/mechanism_lanes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <type_traits>
+
+#include "dynamics/lane_eight.hpp"
+
+namespace fathom::wide {
+
+/// Of which only where they are is asked.
+struct PlacedBodies {
+  static constexpr bool all_isotropic = true;
+  static constexpr bool only_pushes_b = false;
+
+  struct Side {
+    Vec3 linear, angular, moved, turned;
+    Real inverse_inertia{};
+  };
+  Side a, b;
+
+  static InverseInertia<Real, Real> inverse_of_a() { return {Real{}, Real{}}; }
+  static InverseInertia<Real, Real> inverse_of_b() { return {Real{}, Real{}}; }
+};
+
+#define FATHOM_LANE_FUNCTION inline
+#include "dynamics/joint_tree-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/joint_elimination-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/joint_link-inl.hpp"
+
+using JointLink = LinkJoint;
+
+// What it builds on stands before.
+#include "dynamics/link_state-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/link_solver-inl.hpp"
+#undef FATHOM_LANE_FUNCTION
+
+}  // namespace fathom::wide
+
+namespace fathom::native {
+
+namespace {
+
+using wide::Mask;
+using wide::Real;
+
+// --- lanes and what they are taken from --------------------------------------------------------------------------
+
+/// Rows become columns.
+void transpose(Eight (&m)[8]) {
+  Eight t[8];
+  for (int i = 0; i < 8; i += 2) {
+    t[i] = __builtin_shufflevector(m[i], m[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    t[i + 1] = __builtin_shufflevector(m[i], m[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  Eight u[8];
+  for (int i = 0; i < 8; i += 4)
+    for (int j = 0; j < 2; ++j) {
+      u[i + j] = __builtin_shufflevector(t[i + j], t[i + j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      u[i + j + 2] = __builtin_shufflevector(t[i + j], t[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  for (int i = 0; i < 4; ++i) {
+    m[i] = __builtin_shufflevector(u[i], u[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    m[i + 4] = __builtin_shufflevector(u[i], u[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
+
+Eight load(const float* from) {
+  Eight eight;
+  std::memcpy(&eight, from, sizeof(eight));
+  return eight;
+}
+void store(const Eight& eight, float* to) { std::memcpy(to, &eight, sizeof(eight)); }
+
+/// Words of `One`, each of which has eight lanes in `Many`.
+template <class Many, class One>
+struct LanesOf {
+  static_assert(std::is_trivially_copyable_v<One> && std::is_trivially_copyable_v<Many>);
+  static_assert(alignof(One) == 4 && sizeof(Many) == 8 * sizeof(One), "words alone, as long as a Real");
+  static constexpr std::size_t words = sizeof(One) / 4;
+
+  static void gather(const std::array<const One*, 8>& from, Many& to) {
+    Eight* const lanes = reinterpret_cast<Eight*>(&to);
+    std::size_t w = 0;
+    for (; w + 8 <= words; w += 8) {
+      Eight block[8];
+      for (std::size_t lane = 0; lane < 8; ++lane) block[lane] = load(reinterpret_cast<const float*>(from[lane]) + w);
+      transpose(block);
+      for (std::size_t i = 0; i < 8; ++i) lanes[w + i] = block[i];
+    }
+    for (; w < words; ++w)
+      for (std::size_t lane = 0; lane < 8; ++lane) lanes[w][lane] = reinterpret_cast<const float*>(from[lane])[w];
+  }
+  static void scatter(const Many& from, const std::array<One*, 8>& to, std::size_t count) {
+    const Eight* const lanes = reinterpret_cast<const Eight*>(&from);
+    std::size_t w = 0;
+    for (; w + 8 <= words; w += 8) {
+      Eight block[8];
+      for (std::size_t i = 0; i < 8; ++i) block[i] = lanes[w + i];
+      transpose(block);
+      for (std::size_t lane = 0; lane < count; ++lane) store(block[lane], reinterpret_cast<float*>(to[lane]) + w);
+    }
+    for (; w < words; ++w)
+      for (std::size_t lane = 0; lane < count; ++lane) reinterpret_cast<float*>(to[lane])[w] = lanes[w][lane];
+  }
+  static void take_out(const Many& from, std::size_t lane, One& to) {
+    const float* const lanes = reinterpret_cast<const float*>(&from);
+    for (std::size_t w = 0; w < words; ++w) reinterpret_cast<float*>(&to)[w] = lanes[8 * w + lane];
+  }
+  static void bring_back(const One& from, std::size_t lane, Many& to) {
+    float* const lanes = reinterpret_cast<float*>(&to);
+    for (std::size_t w = 0; w < words; ++w) lanes[8 * w + lane] = reinterpret_cast<const float*>(&from)[w];
+  }
+};
+using States = LanesOf<wide::LinkState, LinkState>;
+using Joints = LanesOf<wide::JointLink, JointLink>;
+
+/// What a batch keeps.
+struct BatchMemory {
+  wide::LinkState* states;
+  wide::JointLink* generic;
+  wide::LinkLimits* limits;  // of generic joints, as a solution began
+  EightInts* slots;          // of links' bodies
+
+  BatchMemory(void* memory, std::uint32_t links, std::uint32_t joints)
+      : states(static_cast<wide::LinkState*>(memory)),
+        generic(reinterpret_cast<wide::JointLink*>(states + links)),
+        limits(reinterpret_cast<wide::LinkLimits*>(generic + joints)),
+        slots(reinterpret_cast<EightInts*>(limits + joints)) {}
+};
+
+std::uint32_t generic_joints(const Mechanism& m, const MechanismLink* links) {
+  return static_cast<std::uint32_t>(std::count_if(
+      links + m.first, links + m.end, [](const MechanismLink& l) { return l.generic != MechanismLink::none; }));
+}
+std::uint32_t first_generic(const Mechanism& m, const MechanismLink* links) {
+  const MechanismLink* const found = std::find_if(
+      links + m.first, links + m.end, [](const MechanismLink& l) { return l.generic != MechanismLink::none; });
+  return found == links + m.end ? 0 : found->generic;
+}
+
+// --- links in lanes ----------------------------------------------------------------------------------------------
+
+/// As MechanismSolver's, of links by the numbers that they have in the first lane's mechanism.
+struct LaneAccess {
+  struct Body {
+    wide::Vec3 linear, angular, moved, turned;
+    Real inverse_mass, inverse_inertia;
+  };
+  struct Limits {
+    Real linear, angular;
+  };
+
+  BatchMemory memory;
+  std::uint32_t first_link, first_joint;
+  SolverBody* bodies;
+  const WorldInertia* inertias;
+  float push_out;
+  SpeedLimits speed_limits;
+  LaneBits counts;  // lanes whose bodies get velocities
+
+  wide::LinkState& state(std::uint32_t i) const { return memory.states[i - first_link]; }
+  wide::JointLink& generic(std::uint32_t number) const { return memory.generic[number - first_joint]; }
+  Body body(std::uint32_t i, const MechanismLink&) const {
+    Eight lower[8], upper[8];
+    for (int lane = 0; lane < 8; ++lane) {
+      const float* const from = reinterpret_cast<const float*>(&bodies[slot(i, lane)]);
+      lower[lane] = load(from), upper[lane] = load(from + 8);
+    }
+    transpose(lower), transpose(upper);
+    return {{lower[0], lower[1], lower[2]},
+            {lower[4], lower[5], lower[6]},
+            {upper[0], upper[1], upper[2]},
+            {upper[4], upper[5], upper[6]},
+            upper[3],
+            upper[7]};
+  }
+  void set_velocity(std::uint32_t i, const MechanismLink&, const wide::Vec3& linear, const wide::Vec3& angular) const {
+    const Eight zero = eight(0.0f);
+    Eight rows[8] = {linear.x, linear.y, linear.z, zero, angular.x, angular.y, angular.z, zero};
+    transpose(rows);
+    for (int lane = 0; lane < 8; ++lane)
+      if (counts >> lane & 1u) store(rows[lane], reinterpret_cast<float*>(&bodies[slot(i, lane)]));
+  }
+  void add_velocity(std::uint32_t i, const MechanismLink& link, const wide::Vec3& linear,
+                    const wide::Vec3& angular) const {
+    const Body now = body(i, link);
+    set_velocity(i, link, now.linear + linear, now.angular + angular);
+  }
+  wide::SymMat3 response(std::uint32_t i, const MechanismLink& link) const {
+    const Real isotropic = body(i, link).inverse_inertia, zero = eight(0.0f);
+    if (wide::everywhere(state(i).is_isotropic)) return {isotropic, isotropic, isotropic, zero, zero, zero};
+    Eight rows[8];
+    for (int lane = 0; lane < 8; ++lane) rows[lane] = load(&inertias[slot(i, lane)].xx);
+    transpose(rows);
+    return {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]};
+  }
+  Real push_out_velocity() const { return eight(push_out); }
+  Limits limits(Real) const { return {eight(speed_limits.linear), eight(speed_limits.angular)}; }
+  // None of them asks.
+  void look_at_masses(std::uint32_t, const MechanismLink&, wide::JointLink&, Real) const {}
+
+ private:
+  std::uint32_t slot(std::uint32_t i, int lane) const {
+    return static_cast<std::uint32_t>(memory.slots[i - first_link][lane]);
+  }
+};
+
+/// What most substeps do, of all lanes at once.
+struct LaneSolver : wide::LinkSolver<LaneAccess> {
+  using Base = wide::LinkSolver<LaneAccess>;
+
+  const Mechanism& m;
+  const std::uint32_t* levels;
+  Real h;
+
+  template <class Act>
+  void each(const Act& act) const {
+    for (std::uint32_t i = m.first; i < m.end; ++i) act(i);
+  }
+  template <class Test>
+  Mask all(const Test& test) const {
+    Mask holds = wide::all_set;
+    for (std::uint32_t i = m.first; i < m.end; ++i) holds = holds & test(i);
+    return holds;
+  }
+
+  void turn_all(bool relaxes) const {
+    each([&](std::uint32_t i) { turn(i); });
+    each([&](std::uint32_t i) { turn_joint(i, h, relaxes); });
+  }
+  void take_back() const {
+    each([&](std::uint32_t i) { turn(i); });
+    each([&](std::uint32_t i) { choose_coordinates(i); });
+  }
+  // Links follow each other level by level.
+  void eliminate_all() const {
+    for (std::uint32_t i = m.end; i-- > m.first;) eliminate(i);
+  }
+  void substitute(Mask counts) const {
+    for (std::uint32_t i = m.end; i-- > m.first;) hand_on<wide::LinkPass::aimed>(i);
+    each([&](std::uint32_t i) { follow_parent<wide::LinkPass::aimed>(i, counts); });
+  }
+  void look_all_ahead() const {
+    each([&](std::uint32_t i) { look_ahead(i, h); });
+  }
+  void aim_all_ahead() const {
+    each([&](std::uint32_t i) { aim_ahead(i, h); });
+  }
+  Mask revise_all(Mask asks) const {
+    Mask changes = Mask{};
+    each([&](std::uint32_t i) { changes = changes | revise(i, h, asks); });
+    return changes;
+  }
+  void take_first_round() const {
+    look_all_ahead();
+    aim_all_ahead();
+    substitute(wide::all_set);
+    look_all_ahead();
+  }
+  /// In the lanes that `go` on, each as long as another round helps. Returns those with another one.
+  Mask take_more_rounds(Mask go) const {
+    Mask went = Mask{};
+    for (int round = 1; round < newton_rounds; ++round) {
+      aim_all_ahead();
+      go = go & ~all([&](std::uint32_t i) { return is_aimed_within(i, eight(aimed_share), h); });
+      if (!wide::anywhere(go)) break;
+      substitute(go);
+      look_all_ahead();
+      went = went | go;
+    }
+    return went;
+  }
+  /// As MechanismSolver's, looking ahead. Of lanes `done_here`; returns those in which the substep follows all swings.
+  /// Lanes that need no other limits wait for those that do, and come out as they were: they are solved again, too.
+  Mask solve_with_limits(Mask done_here) const {
+    Mask waits = Mask{};
+    for (int revision = 0;; ++revision) {
+      eliminate_all();
+      done_here = done_here & all([&](std::uint32_t i) { return can_follow(i, h); });
+      each([&](std::uint32_t i) { load_carried(i); });
+      take_first_round();
+      const bool may_revise = revision < max_revisions;
+      const Mask asks = done_here & ~waits;
+      Mask changes = may_revise ? revise_all(asks) : Mask{};
+      const Mask went = take_more_rounds(done_here & ~changes);
+      if (may_revise) changes = changes | revise_all(asks & went);
+      if (!wide::anywhere(changes)) return done_here;
+      waits = ~changes;
+      take_back();
+    }
+  }
+};
+
+}  // namespace
+
+/// One batch at work.
+struct MechanismLanes::Work {
+  const Mechanism& first;
+  std::uint32_t links, generic, first_generic;
+  BatchMemory memory;
+  LaneBits in_use;
+
+  explicit Work(const MechanismLanes& lanes)
+      : first(lanes.mechanism(0)),
+        links(first.end - first.first),
+        generic(generic_joints(first, lanes.world_.links)),
+        first_generic(native::first_generic(first, lanes.world_.links)),
+        memory(lanes.batch_.memory, links, generic),
+        in_use((1u << lanes.batch_.numbers.size()) - 1) {}
+
+  LaneSolver solver(const MechanismLanes& lanes, float h) const {
+    const World& w = lanes.world_;
+    return {{{memory, first.first, first_generic, w.bodies, w.inertias, w.push_out, w.limits, in_use}, w.links},
+            first,
+            w.levels,
+            eight(h)};
+  }
+};
+
+void MechanismLanes::begin_step() const {
+  const Work work(*this);
+  const auto count = static_cast<std::uint32_t>(batch_.numbers.size());
+  const auto of_lane = [&](std::uint32_t lane) -> const Mechanism& { return mechanism(lane < count ? lane : 0); };
+  for (std::uint32_t i = 0; i < work.links; ++i) {
+    std::array<const LinkState*, 8> from;
+    for (std::uint32_t lane = 0; lane < 8; ++lane) {
+      const std::uint32_t link = of_lane(lane).first + i;
+      from[lane] = &world_.states[link];
+      work.memory.slots[i][lane] = static_cast<std::int32_t>(world_.links[link].body);
+    }
+    States::gather(from, work.memory.states[i]);
+  }
+  std::array<std::uint32_t, 8> first;
+  for (std::uint32_t lane = 0; lane < 8; ++lane) first[lane] = first_generic(of_lane(lane), world_.links);
+  for (std::uint32_t i = 0; i < work.generic; ++i) {
+    std::array<const JointLink*, 8> from;
+    for (std::uint32_t lane = 0; lane < 8; ++lane) from[lane] = &world_.generic[first[lane] + i];
+    Joints::gather(from, work.memory.generic[i]);
+  }
+}
+
+void MechanismLanes::end_step() const {
+  const Work work(*this);
+  const std::size_t count = batch_.numbers.size();
+  std::array<std::uint32_t, 8> first{};
+  for (std::uint32_t lane = 0; lane < count; ++lane) first[lane] = first_generic(mechanism(lane), world_.links);
+  for (std::uint32_t i = 0; i < work.links; ++i) {
+    std::array<LinkState*, 8> to{};
+    for (std::uint32_t lane = 0; lane < count; ++lane) to[lane] = &world_.states[mechanism(lane).first + i];
+    States::scatter(work.memory.states[i], to, count);
+  }
+  for (std::uint32_t i = 0; i < work.generic; ++i) {
+    std::array<JointLink*, 8> to{};
+    for (std::uint32_t lane = 0; lane < count; ++lane) to[lane] = &world_.generic[first[lane] + i];
+    Joints::scatter(work.memory.generic[i], to, count);
+  }
+}
+
+template <class Act>
+void MechanismLanes::each_lane(LaneBits lanes, const Act& act) const {
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto lane = static_cast<std::uint32_t>(lowest_bit(lanes));
+    const Mechanism& m = mechanism(lane);
+    act(lane, &world_.states[m.first], &world_.generic[first_generic(m, world_.links)]);
+  }
+}
+
+void MechanismLanes::take_out(LaneBits lanes) const {
+  const Work work(*this);
+  each_lane(lanes, [&](std::uint32_t lane, LinkState* states, JointLink* generic) {
+    for (std::uint32_t i = 0; i < work.links; ++i) States::take_out(work.memory.states[i], lane, states[i]);
+    for (std::uint32_t i = 0; i < work.generic; ++i) Joints::take_out(work.memory.generic[i], lane, generic[i]);
+  });
+}
+
+void MechanismLanes::bring_back(LaneBits lanes) const {
+  const Work work(*this);
+  each_lane(lanes, [&](std::uint32_t lane, const LinkState* states, const JointLink* generic) {
+    for (std::uint32_t i = 0; i < work.links; ++i) States::bring_back(states[i], lane, work.memory.states[i]);
+    for (std::uint32_t i = 0; i < work.generic; ++i) Joints::bring_back(generic[i], lane, work.memory.generic[i]);
+  });
+}
+
+LaneBits MechanismLanes::warm_start(float h) const {
+  const Work work(*this);
+  LaneSolver solver = work.solver(*this, h);
+  const LaneBits slow = bits(solver.all([&](std::uint32_t i) { return solver.is_carried_slowly(i, solver.h); }));
+  solver.access.counts = slow & work.in_use;
+  solver.each([&](std::uint32_t i) { solver.give_carried(i, 1); });
+  return work.in_use & ~slow;
+}
+
+LaneBits MechanismLanes::pull_together(float h) const {
+  const Work work(*this);
+  LaneSolver solver = work.solver(*this, h);
+  for (std::uint32_t i = 0; i < work.generic; ++i) work.memory.limits[i] = work.memory.generic[i].limits();
+  solver.turn_all(false);
+  const Mask slow = solver.all([&](std::uint32_t i) { return solver.turns_slowly(i, solver.h); });
+  Mask good = solver.solve_with_limits(slow);
+  good = good & solver.all([&](std::uint32_t i) { return solver.does_meet(i, solver.h); });
+  good = good & solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); });
+  const LaneBits done = bits(good) & work.in_use, others = work.in_use & ~done;
+  const auto exchange_limits = [&] {
+    for (std::uint32_t i = 0; i < work.generic; ++i) std::swap(work.memory.limits[i], work.memory.generic[i].limits());
+  };
+  if (others != 0) {
+    exchange_limits();
+    take_out(others);
+    exchange_limits();
+  }
+  solver.access.counts = done;
+  solver.each([&](std::uint32_t i) { solver.apply<true>(i, solver.h, true); });
+  return others;
+}
+
+LaneBits MechanismLanes::relax(float h) const {
+  const Work work(*this);
+  LaneSolver solver = work.solver(*this, h);
+  solver.each([&](std::uint32_t i) { solver.move_obstacle(solver.state(i).obstacle, solver.h); });
+  solver.turn_all(true);
+  solver.eliminate_all();
+  solver.each([&](std::uint32_t i) { solver.aim_at_rest(i, 0, solver.h); });
+  solver.substitute(wide::all_set);
+  const LaneBits done = bits(solver.all([&](std::uint32_t i) { return solver.is_sound(i, solver.h); })) & work.in_use;
+  take_out(work.in_use & ~done);
+  solver.access.counts = done;
+  solver.each([&](std::uint32_t i) { solver.apply<false>(i, solver.h, true); });
+  return work.in_use & ~done;
+}
+
+std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic) {
+  return links * (sizeof(wide::LinkState) + sizeof(EightInts)) +
+         generic * (sizeof(wide::JointLink) + sizeof(wide::LinkLimits));
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,71 @@
+// Mechanisms of the same shape side by side in lanes, up to eight: the native simulator's way to solve many alike.
+//
+// A batch has the states of its mechanisms (dynamics/link_state-inl.hpp) with eight lanes in place of each number, from
+// when a step begins until it ends. What most substeps do is done in lanes; a mechanism that needs anything else
+// (`MechanismSolver::start_anew`, swings that a substep does not follow) is taken out of its lane and solved alone, and
+// comes back. Either way it gets the same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "dynamics/mechanism_link.hpp"
+#include "dynamics/solver_body.hpp"
+#include "dynamics/speed_limits.hpp"
+
+namespace fathom::native {
+
+inline constexpr std::uint32_t mechanism_lanes = 8;
+
+/// A bit for each lane.
+using LaneBits = std::uint32_t;
+
+struct MechanismBatch {
+  std::span<const std::uint32_t> numbers;  ///< of mechanisms, one for each lane in use
+  void* memory = nullptr;                  ///< `batch_bytes` of it, aligned to 32; none: each is solved alone
+};
+
+/// Of mechanisms with so many links and generic joints.
+std::size_t batch_bytes(std::uint32_t links, std::uint32_t generic);
+
+class MechanismLanes {
+ public:
+  struct World {
+    const Mechanism* mechanisms;
+    const MechanismLink* links;
+    const std::uint32_t* levels;
+    LinkState* states;
+    JointLink* generic;
+    SolverBody* bodies;
+    const WorldInertia* inertias;
+    float push_out;  ///< m/s
+    SpeedLimits limits;
+  };
+
+  MechanismLanes(const World& world, const MechanismBatch& batch) : world_(world), batch_(batch) {}
+
+  /// All states into lanes, and back.
+  void begin_step() const;
+  void end_step() const;
+  /// Those of some lanes.
+  void take_out(LaneBits lanes) const;
+  void bring_back(LaneBits lanes) const;
+
+  // As those of MechanismSolver, in substeps of length h (s). They return the lanes in which nothing was done and
+  // return those: they are to be taken out and solved alone.
+  LaneBits warm_start(float h) const;
+  LaneBits pull_together(float h) const;
+  LaneBits relax(float h) const;
+
+ private:
+  struct Work;
+  template <class Act>
+  void each_lane(LaneBits lanes, const Act& act) const;
+  const Mechanism& mechanism(std::uint32_t lane) const { return world_.mechanisms[batch_.numbers[lane]]; }
+
+  World world_;
+  MechanismBatch batch_;
+};
+
+}  // namespace fathom::native
