@@ -72,9 +72,9 @@ void add_copy(World& world, const Plan& plan, Generator& random, Vec3 at) {
     JointDef def = generic_joint(parent, ids.back(), on_parent, on_body);
     if (link.joins_backwards) def = generic_joint(ids.back(), parent, on_body, on_parent);
     if (link.type == 0) {
-      def = ball_joint(def.body_a, def.body_b, def.frame_a.position, def.frame_b.position);
+      def = ball_joint(def.a, def.b, def.frame_a.position, def.frame_b.position);
     } else if (link.type == 1) {
-      def = distance_joint(def.body_a, def.body_b, def.frame_a.position, def.frame_b.position, 0, 0.2f);
+      def = distance_joint(def.a, def.b, def.frame_a.position, def.frame_b.position, 0, 0.2f);
     } else {
       for (std::size_t i = 0; i < joint_axis_count; ++i)
         def.axes[i] =

@@ -5,7 +5,7 @@
 // Written for one lane and for eight: included in namespace fathom, where Real is a float, Mask a bool and Vec3 that of
 // fathom/math.hpp (dynamics/joint_link.hpp), and in fathom::wide, where they have eight lanes
 // (dynamics/lane_eight.hpp). Each lane is another mechanism, all of the same shape: which axes are locked, limited or
-// driven is the same in all of them (native/mechanism_shapes.hpp). No result depends on the other lanes.
+// driven is the same in all of them (native/mechanisms.cpp, `shape_of`). No result depends on the other lanes.
 
 /// How a body moves, in world axes.
 struct LinkMotion {
@@ -40,6 +40,7 @@ struct LinkLimits {
   Real bounce[axis_count];                         ///< m/s or rad/s with which a limit throws back
 };
 
+/// A joint to a link's parent. `JointLink` begins a step with one and stores what it has given.
 class LinkJoint {
  public:
   /// On the body at the joint, in this substep: N·s and N·m·s.
@@ -161,8 +162,7 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
 
   // Words alone, each as long as a Real: lanes are taken apart word by word.
-  Flag is_b_{}, reacts_{}, moves_{};  // alike in all lanes, and so are:
-  Flag relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};
+  Flag is_b_{}, reacts_{}, moves_{}, relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // alike in all
   GenericJointRow<Real> row_{};
   Vec3 along_[3], about_[3];                        // of axes, now
   JointVector value_{}, ahead_{}, aim_{}, mass_{};  // aim_: of what is locked or limited, where holding it leads to

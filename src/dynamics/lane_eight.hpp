@@ -52,6 +52,10 @@ inline Real root(Real a) { return sqrt(a); }
 inline Real larger(Real a, Real b) { return max(a, b); }
 inline Real smaller(Real a, Real b) { return min(a, b); }
 inline Real magnitude(Real a) { return abs(a); }
+/// `a`, not negative, less its fraction.
+inline Real whole(Real a) {
+  return select(a < eight(0x1p23f), __builtin_convertvector(__builtin_convertvector(a, EightInts), Eight), a);
+}
 inline Real inverse_or_zero(Real a) { return select(a > eight(0.0f), 1.0f / a, eight(0.0f)); }
 inline Real one_where_zero(Real a) { return select(a == eight(0.0f), eight(1.0f), eight(0.0f)); }
 inline Mask is_above(Real a, Real b) { return a > b; }
@@ -95,6 +99,32 @@ inline Vec3 normalize(const Vec3& a) {
   return select(l > eight(1e-18f), (1.0f / l) * a, unit_vector(0, 0, 1));
 }
 
+// --- quaternions -------------------------------------------------------------------------------------------------
+
+struct Quat {
+  Real w, x, y, z;
+
+  Vec3 vector() const { return {x, y, z}; }
+};
+inline Quat conjugate(const Quat& q) { return {q.w, -q.x, -q.y, -q.z}; }
+inline Real dot(const Quat& a, const Quat& b) { return fma(a.w, b.w, fma(a.x, b.x, fma(a.y, b.y, a.z * b.z))); }
+inline Quat operator*(const Quat& a, const Quat& b) {
+  return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+          a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+}
+inline Quat select(Mask mask, const Quat& a, const Quat& b) {
+  return {select(mask, a.w, b.w), select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+inline Quat normalize(const Quat& q) {
+  const Real l = sqrt(dot(q, q)), s = 1.0f / l, zero = eight(0.0f);
+  return select(l > eight(1e-18f), Quat{s * q.w, s * q.x, s * q.y, s * q.z}, {eight(1.0f), zero, zero, zero});
+}
+inline Vec3 rotate(const Quat& q, const Vec3& v) {
+  const Vec3 u = q.vector(), t = 2.0f * cross(u, v);
+  return mul_add(v, q.w, t) + cross(u, t);
+}
+inline Vec3 inverse_rotate(const Quat& q, const Vec3& v) { return rotate(conjugate(q), v); }
+
 // --- matrices ----------------------------------------------------------------------------------------------------
 
 struct Mat3 {
@@ -130,10 +160,14 @@ template <class L>
 using SymOf = SymMat3;
 template <class Vec>
 using LaneOf = Real;
+template <class Vec>
+using QuatOf = Quat;
 
 #define FATHOM_LANE_FUNCTION inline
 #define FATHOM_LANE_LAMBDA
 #include "dynamics/limited-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/integrate-inl.hpp"
 // What it builds on stands before.
 #include "dynamics/angle-inl.hpp"
 // What it builds on stands before.
@@ -142,6 +176,8 @@ using LaneOf = Real;
 #include "dynamics/ball_joint-inl.hpp"
 // What it builds on stands before.
 #include "dynamics/generic_rows-inl.hpp"
+// What it builds on stands before.
+#include "dynamics/rotation-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 

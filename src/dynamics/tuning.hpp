@@ -94,6 +94,8 @@ inline constexpr float max_skin = 0.001f, skin_share = 0.02f;
 inline constexpr float max_turn = 16;
 /// Angle (rad) that one part of a torque-free step turns a body by (tests/rotation_test.cpp).
 inline constexpr float torque_free_part = 0.25f;
+/// And how many it has at most.
+inline constexpr int max_torque_free_parts = static_cast<int>(max_turn / torque_free_part);
 
 // --- loads and inertia (docs/solver.md, Loads and inertia; docs/log/2026-11-22-loads.md) -----------------------------
 

@@ -4,9 +4,12 @@
 #define HWY_DISABLE_PCLMUL_AES
 #include <hwy/highway.h>
 
+#include <array>
+
 #include "dynamics/inverse_inertia.hpp"
 #include "dynamics/rotation.hpp"
 #include "native/solver.hpp"
+#include "native/spin_lanes.hpp"
 #include "world/body_table.hpp"
 
 namespace fathom {
@@ -82,20 +85,20 @@ struct BodyIntegration {
     integrate(body.angular, m.angular_acceleration, m.angular_damping, w.angular, w.angular_reference, carry);
   }
 
-  HWY_INLINE void position(std::uint32_t slot) const {
+  /// On by a substep, but for the turn of bodies with several principal moments: true of those.
+  HWY_INLINE bool move(std::uint32_t slot) const {
     SolverBody& body = bodies[slot];
     const bool is_cut = HWY_UNLIKELY(may_be_too_fast(body)) && slow_down_apart(body, warm[slot], limits);
     put(body.moved, mul_add(load(body.moved), h, is_cut ? load(body.linear) : mean(slot)));
-    if (is_anisotropic(body)) {
-      const BodyInfo& info = table[slot];
-      Quat& now = inertia[slot].rotation;
-      const Quat start = poses[slot].rotation;
-      const Vec3 by = spin_in_contact(now, start, body.angular, warm[slot], info.inertia, info.inverse_inertia, h);
-      body.turned = any_swings && flags[slot] & jointed ? turned_so_far(now, start, turned_further(body.turned, by))
-                                                        : body.turned + by;
-    } else {
-      put(body.turned, mul_add(load(body.turned), h, load(body.angular)));
-    }
+    if (is_anisotropic(body)) return true;
+    put(body.turned, mul_add(load(body.turned), h, load(body.angular)));
+    return false;
+  }
+  HWY_INLINE void position(std::uint32_t slot) const {
+    if (move(slot)) spin({&slot, 1});
+  }
+  void spin(std::span<const std::uint32_t> slots) const {
+    spin_in_contact({table, bodies, warm, inertia, poses, any_swings ? flags : nullptr}, slots, h);
   }
 
  private:
@@ -132,6 +135,28 @@ struct BodyIntegration {
     const Quad v = load(body.linear).quad, w = load(body.angular).quad;
     return !hn::AllFalse(d, hn::Gt(hn::MulAdd(v, v, hn::Mul(w, w)), hn::Set(d, 0.33f * least * least)));
   }
+};
+
+/// Positions of bodies one after the other. Those that are to spin wait for others to do so beside them.
+class PositionIntegration {
+ public:
+  explicit PositionIntegration(const BodyIntegration& of) : of_(of) {}
+
+  HWY_INLINE void operator()(std::uint32_t slot) const {
+    if (!of_.move(slot)) return;
+    waiting_[count_++] = slot;
+    if (count_ == spin_lanes) end();
+  }
+  /// Behind the last one.
+  void end() const {
+    of_.spin({waiting_.data(), count_});
+    count_ = 0;
+  }
+
+ private:
+  BodyIntegration of_;
+  mutable std::array<std::uint32_t, spin_lanes> waiting_{};
+  mutable std::size_t count_ = 0;
 };
 
 }  // namespace native

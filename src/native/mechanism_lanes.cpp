@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <type_traits>
 
 #include "dynamics/lane_eight.hpp"
+#include "math/eight_rows.hpp"
 
 namespace fathom::wide {
 
@@ -50,32 +50,6 @@ using wide::Real;
 
 // --- lanes and what they are taken from --------------------------------------------------------------------------
 
-/// Rows become columns.
-void transpose(Eight (&m)[8]) {
-  Eight t[8];
-  for (int i = 0; i < 8; i += 2) {
-    t[i] = __builtin_shufflevector(m[i], m[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    t[i + 1] = __builtin_shufflevector(m[i], m[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-  }
-  Eight u[8];
-  for (int i = 0; i < 8; i += 4)
-    for (int j = 0; j < 2; ++j) {
-      u[i + j] = __builtin_shufflevector(t[i + j], t[i + j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      u[i + j + 2] = __builtin_shufflevector(t[i + j], t[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-    }
-  for (int i = 0; i < 4; ++i) {
-    m[i] = __builtin_shufflevector(u[i], u[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-    m[i + 4] = __builtin_shufflevector(u[i], u[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-  }
-}
-
-Eight load(const float* from) {
-  Eight eight;
-  std::memcpy(&eight, from, sizeof(eight));
-  return eight;
-}
-void store(const Eight& eight, float* to) { std::memcpy(to, &eight, sizeof(eight)); }
-
 /// Words of `One`, each of which has eight lanes in `Many`.
 template <class Many, class One>
 struct LanesOf {
@@ -88,7 +62,8 @@ struct LanesOf {
     std::size_t w = 0;
     for (; w + 8 <= words; w += 8) {
       Eight block[8];
-      for (std::size_t lane = 0; lane < 8; ++lane) block[lane] = load(reinterpret_cast<const float*>(from[lane]) + w);
+      for (std::size_t lane = 0; lane < 8; ++lane)
+        block[lane] = load_row(reinterpret_cast<const float*>(from[lane]) + w);
       transpose(block);
       for (std::size_t i = 0; i < 8; ++i) lanes[w + i] = block[i];
     }
@@ -102,7 +77,7 @@ struct LanesOf {
       Eight block[8];
       for (std::size_t i = 0; i < 8; ++i) block[i] = lanes[w + i];
       transpose(block);
-      for (std::size_t lane = 0; lane < count; ++lane) store(block[lane], reinterpret_cast<float*>(to[lane]) + w);
+      for (std::size_t lane = 0; lane < count; ++lane) store_row(block[lane], reinterpret_cast<float*>(to[lane]) + w);
     }
     for (; w < words; ++w)
       for (std::size_t lane = 0; lane < count; ++lane) reinterpret_cast<float*>(to[lane])[w] = lanes[w][lane];
@@ -169,7 +144,7 @@ struct LaneAccess {
     Eight lower[8], upper[8];
     for (int lane = 0; lane < 8; ++lane) {
       const float* const from = reinterpret_cast<const float*>(&bodies[slot(i, lane)]);
-      lower[lane] = load(from), upper[lane] = load(from + 8);
+      lower[lane] = load_row(from), upper[lane] = load_row(from + 8);
     }
     transpose(lower), transpose(upper);
     return {{lower[0], lower[1], lower[2]},
@@ -184,7 +159,7 @@ struct LaneAccess {
     Eight rows[8] = {linear.x, linear.y, linear.z, zero, angular.x, angular.y, angular.z, zero};
     transpose(rows);
     for (int lane = 0; lane < 8; ++lane)
-      if (counts >> lane & 1u) store(rows[lane], reinterpret_cast<float*>(&bodies[slot(i, lane)]));
+      if (counts >> lane & 1u) store_row(rows[lane], reinterpret_cast<float*>(&bodies[slot(i, lane)]));
   }
   void add_velocity(std::uint32_t i, const MechanismLink& link, const wide::Vec3& linear,
                     const wide::Vec3& angular) const {
@@ -195,7 +170,7 @@ struct LaneAccess {
     const Real isotropic = body(i, link).inverse_inertia, zero = eight(0.0f);
     if (wide::everywhere(state(i).is_isotropic)) return {isotropic, isotropic, isotropic, zero, zero, zero};
     Eight rows[8];
-    for (int lane = 0; lane < 8; ++lane) rows[lane] = load(&inertias[slot(i, lane)].xx);
+    for (int lane = 0; lane < 8; ++lane) rows[lane] = load_row(&inertias[slot(i, lane)].xx);
     transpose(rows);
     return {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]};
   }

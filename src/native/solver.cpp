@@ -38,6 +38,12 @@ ContactSolver::ContactSolver(const WorldDef& def, const BodyTable& bodies, const
 
 // --- what there is to go over --------------------------------------------------------------------------------
 
+/// What `act` has left for the end of its loop.
+template <class Act>
+static void end_loop(const Act& act) {
+  if constexpr (requires { act.end(); }) act.end();
+}
+
 /// Calls act(slot) for bodies that other threads have moved, fetched ahead of their turn.
 template <class Act>
 void ContactSolver::for_each_fetched(std::span<const std::uint32_t> slots, const Act& act) {
@@ -59,6 +65,7 @@ void ContactSolver::for_each_fetched(std::span<const std::uint32_t> slots, const
     if (i + ahead < slots.size()) fetch(slots[i + ahead]);
     mine(slots[i]);
   }
+  end_loop(mine);
 }
 
 class ContactSolver::Everything {
@@ -72,6 +79,7 @@ class ContactSolver::Everything {
       if (s_.pool_.thread_count() > 1) return s_.for_each_fetched(slots.subspan(begin, end - begin), act);
       const Act mine = act;                                      // where the compiler knows that nobody else writes it
       for (std::size_t i = begin; i < end; ++i) mine(slots[i]);  // in the order of memory
+      end_loop(mine);
     });
   }
 
@@ -203,6 +211,7 @@ class ContactSolver::OneGroup {
   void bodies(const Act& act) const {
     const Act mine = act;
     for (const std::uint32_t slot : s_.layout_.bodies(group_)) mine(slot);
+    end_loop(mine);
   }
   void complete() const {}
   void move_stand_ins(float h) const { s_.stand_ins_.move(s_.number_of(group_), h); }
@@ -680,7 +689,7 @@ void ContactSolver::solve_soft(const Work& work, float h) {
     if (soft.couplings_follow) sweep(work, &SolverKernels::solve_couplings, soft);
     work.mechanisms([&](std::uint32_t mechanism) { mechanisms_.pull_together(mechanism, h); });
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
-    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    work.bodies(PositionIntegration(integrate));
     work.move_stand_ins(h);
     if constexpr (fails) fail(work, SolverStage::positions, substep);
     sweep(work, &SolverKernels::relax, soft);
@@ -716,7 +725,7 @@ void ContactSolver::solve_impulse(const Work& work, float h) {
       if (p.couplings_follow) sweep(work, &SolverKernels::iterate_couplings, p);
     }
     if constexpr (fails) fail(work, SolverStage::pushes, substep);
-    work.bodies([integrate](std::uint32_t slot) { integrate.position(slot); });
+    work.bodies(PositionIntegration(integrate));
     work.move_stand_ins(h);
     if constexpr (fails) fail(work, SolverStage::positions, substep);
   }

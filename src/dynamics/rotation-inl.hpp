@@ -1,0 +1,96 @@
+// Turning bodies, torque-free rotation, over vectors `Vec` of one body or of eight side by side. Included as
+// dynamics/joint_link-inl.hpp is.
+
+/// A quaternion of about unit length, brought nearer by one Newton step; any other is normalised. `normalize` leaves
+/// lengths within its square root's rounding as they are, always on the same side.
+FATHOM_LANE_FUNCTION Quat renormalised(const Quat& q) {
+  const Real minus_one = splat<Real>(-1.0f);
+  const Real e = -0.5f * fma(q.w, q.w, fma(q.x, q.x, fma(q.y, q.y, fma(q.z, q.z, minus_one))));
+  const Mask is_near = abs(e) < 1e-3f;
+  const Quat near{fma(e, q.w, q.w), fma(e, q.x, q.x), fma(e, q.y, q.y), fma(e, q.z, q.z)};
+  return everywhere(is_near) ? near : select(is_near, near, normalize(q));
+}
+
+/// A part of `step_torque_free`, of length h: changes the spin (rad/s, body axes) and returns its mean.
+FATHOM_LANE_FUNCTION Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia, Real h) {
+  const Real half = 0.5f * h, limit = 4.0f * dot(spin, spin);
+  Vec3 mean = spin;
+  Mask is_sound = is_set(all_set);
+  for (int i = 0; i < 4; ++i) {
+    const Real x = half * half * dot(mean, mean);
+    // tan(½hω) / ω
+    const Real tangent = half * fma(x, fma(x, splat<Real>(2.0f / 15.0f), splat<Real>(1.0f / 3.0f)), splat<Real>(1.0f));
+    mean = mul_add(spin, tangent, inverse_inertia * cross(inertia * mean, mean));
+    // No rigid body has such an inertia, or it overflows.
+    is_sound = both(is_sound, dot(mean, mean) <= limit);
+    if (!anywhere(is_sound)) return spin;
+  }
+  Vec3 after = 2.0f * mean - spin;
+  // What four rounds leave of the equation must not add up to energy.
+  const Real energy = dot(spin, inertia * spin), energy_after = dot(after, inertia * after);
+  const Mask is_off = abs(energy_after - energy) > 4e-6f * energy;
+  if (anywhere(is_off)) after = select(is_off, root(energy / energy_after) * after, after);
+  mean = select(is_sound, mean, spin);
+  spin = select(is_sound, after, spin);
+  return mean;
+}
+
+/// One torque-free step of length h of a body with inertia `inertia` and its inverse (body axes): turns `q` and
+/// changes the spin (rad/s, body axes). Implicit midpoint rule for Euler's equations, which keeps their quadratic
+/// invariants, energy and the momentum's size (Hairer, Lubich, Wanner, "Geometric Numerical Integration", IV.2); turned
+/// by its mean spin, with steps lengthened so that this is the Cayley map of the longer step, a body keeps its angular
+/// momentum's direction too (Austin, Krishnaprasad, Wang, "Almost Poisson integration of rigid body systems", 1993),
+/// and constant spins are exact. Four rounds of a fixed point that converges where a part's angle is below 1, whatever
+/// the inertia: I⁻¹(Iω × ω) is no larger than ω², where an iteration on the turned momentum needs h|ω| below the
+/// smallest moment over the largest. Fast spins go in parts. Returns the rotation vector of the
+/// step (world axes).
+FATHOM_LANE_FUNCTION Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMat3& inertia,
+                                                const SymMat3& inverse_inertia, Real h) {
+  spin = limited(spin, max_torque_free_parts * torque_free_part / h);
+  const Real angle = h * length(spin);
+  Real parts = splat<Real>(1.0f);
+  for (int i = 1; i < max_torque_free_parts; ++i) {
+    const Mask is_more = angle > parts * torque_free_part;
+    if (!anywhere(is_more)) break;
+    parts = select(is_more, parts + 1.0f, parts);
+  }
+  const Real part = h / parts;
+  Vec3 turned_by;
+  for (int i = 0; i < max_torque_free_parts; ++i) {
+    const Mask turns = parts > static_cast<float>(i);
+    if (!anywhere(turns)) break;
+    Vec3 next = spin;
+    const Vec3 phi = part * turn_torque_free(next, inertia, inverse_inertia, part);
+    spin = select(turns, next, spin);
+    turned_by = select(turns, turned_by + rotate(q, phi), turned_by);
+    q = select(turns, renormalised(q * exponential(phi)), q);
+  }
+  return turned_by;
+}
+
+/// The same of the angular velocity `w` in world axes of a body in contact, whose contacts see it as it was when the
+/// step began, turned by `start`: there `w` is its spin. Were it the true angular velocity, contacts would push against
+/// the inertia of one orientation a body that turns with that of another, and what they take from the spin about a
+/// rod's axis would come back as much more about the others: energy from nothing, beyond all bounds at 50:1. So the
+/// energy that contacts see is the body's.
+FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start, Vec3& w, const SymMat3& inertia,
+                                                      const SymMat3& inverse_inertia, Real h) {
+  Vec3 spin = inverse_rotate(start, w);
+  const Vec3 turned_by = step_torque_free_spin(q, spin, inertia, inverse_inertia, h);
+  w = rotate(start, spin);
+  return turned_by;
+}
+
+/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns the one nearest to `near`. Rotation
+/// vectors of a spin whose axis changes do not add up, and a joint's arms are where the body is.
+FATHOM_LANE_FUNCTION Vec3 turned_so_far(const Quat& q, const Quat& start, Vec3 near) {
+  const Quat product = q * conjugate(start);
+  const Quat turned = select(product.w < 0.0f, Quat{-product.w, -product.x, -product.y, -product.z}, product);
+  const Real sine = length(turned.vector());
+  const Mask has_axis = sine > 1e-6f;
+  if (!anywhere(has_axis)) return 2.0f * turned.vector();
+  const Vec3 axis = (1.0f / sine) * turned.vector();
+  const Real angle = 2.0f * angle_of(sine, turned.w), about = dot(near, axis);
+  const Real nearest = select(about > angle + pi, angle + 2 * pi, select(about < angle - pi, angle - 2 * pi, angle));
+  return select(has_axis, nearest * axis, 2.0f * turned.vector());
+}
