@@ -27,6 +27,7 @@ class HybridSimulator final : public native::NativeSimulator {
   std::string hardware() const override { return detection_->hardware(); }
   void step() override;
   void restore(ByteReader& in) override;
+  void optimize_broad_phase() override {}
   void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
   void body_removed(std::uint32_t slot) override;
 

@@ -185,7 +185,7 @@ void Mechanisms::update(const ConstraintLayout& layout, bool has_moved, std::siz
   } else if (!has_moved) {
     return;
   }
-  if (!empty()) form_batches(layout, threads);
+  form_batches(layout, threads);
 }
 
 bool Mechanisms::is_stale() const {
@@ -276,6 +276,8 @@ void Mechanisms::find_shapes() {
 void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t threads) {
   first_of_group_.clear();
   batches_.clear();
+  batch_numbers_.clear();
+  if (empty()) return;
   const std::size_t count = order_.size(), groups = layout.groups().size();
   group_of_.assign(state_.size(), 0);
   for (std::uint32_t g = 0; g < groups; ++g)

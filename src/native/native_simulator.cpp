@@ -100,6 +100,10 @@ void NativeSimulator::find_pairs() {
   begun_.clear();
   hits_.clear();
   quarantined_.clear();
+  find_new_pairs();
+}
+
+void NativeSimulator::find_new_pairs() {
   active_.refresh(bodies, state_);
   changed_.collect(state_.flags, pool_);
   const std::size_t lists = broad_phase_->find(broad_phase_input(), pool_, new_pairs_);
@@ -112,6 +116,20 @@ void NativeSimulator::find_pairs() {
   else
     graph_.add(pairs, added);
   wake_below_fixed();
+}
+
+void NativeSimulator::optimize_broad_phase() {
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t slot : set_changes_) {
+    bool is_fresh = bodies.alive(slot) && bodies[slot].motion == MotionType::fixed;
+    graph_.for_each_of(slot, [&](std::uint32_t) { is_fresh = false; });
+    if (is_fresh) found.push_back(slot);
+  }
+  pool_.use(pool_.size());
+  find_new_pairs();
+  // The next step need not find them again. Bodies with contacts from before are to be asked whether these have parted.
+  for (const std::uint32_t slot : found) state_.flags[slot] &= static_cast<std::uint8_t>(~box_changed);
+  tree_.refresh(bodies, state_.bounds.data(), pool_);
 }
 
 std::span<const Pair> NativeSimulator::joined(std::span<const std::vector<Pair>> lists) {

@@ -35,6 +35,7 @@ class NativeSimulator : public Simulator {
   void restore(ByteReader& in) override;
 
   void reserve(std::uint32_t count) override { state_.reserve(count); }
+  void optimize_broad_phase() override;
   void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) override;
   void body_removed(std::uint32_t slot) override;
   void set_pose(std::uint32_t slot, const Pose& pose) override;
@@ -75,6 +76,7 @@ class NativeSimulator : public Simulator {
 
   // The verbs of a step.
   void find_pairs();
+  void find_new_pairs();
   virtual void update_manifolds();
 
   NarrowPhase narrow_phase(ContactChanges::Block& block) {

@@ -113,6 +113,7 @@ SceneInstance::SceneInstance(const Scene& scene, World& world)
   add_bodies(scene);
   add_joints(scene);
   for (const auto& [a, b] : scene.excluded) world_.exclude(ids_[a], ids_[b]);
+  world_.optimize_broad_phase();
 }
 
 void SceneInstance::add_bodies(const Scene& scene) {

@@ -39,6 +39,7 @@ class Simulator {
 
   // Bodies by slot. `body_added` comes after the table has it, `body_removed` before it is taken out.
   virtual void reserve(std::uint32_t count) = 0;
+  virtual void optimize_broad_phase() {}
   virtual void body_added(std::uint32_t slot, const Pose& pose, const Velocity& velocity) = 0;
   virtual void body_removed(std::uint32_t slot) = 0;
   virtual void set_pose(std::uint32_t slot, const Pose& pose) = 0;

@@ -154,6 +154,15 @@ void World::reserve(std::uint32_t count) {
   }
 }
 
+void World::optimize_broad_phase() {
+  simulator_->callbacks.check_not_called("optimize_broad_phase");
+  try {
+    simulator_->optimize_broad_phase();
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::capacity, "optimize_broad_phase: out of memory");
+  }
+}
+
 void World::remove(BodyId id) {
   const std::uint32_t slot = slot_to_change(*simulator_, id, "remove body");
   while (!simulator_->joints.of(slot).empty()) remove_joint(simulator_->joints.id(simulator_->joints.of(slot).back()));
