@@ -285,8 +285,9 @@ void Mechanisms::form_batches(const ConstraintLayout& layout, std::size_t thread
   const auto group = [&](std::uint32_t number) { return group_of_[trees_.links()[mechanism(number).first].body]; };
   const auto key = [&](std::uint32_t number) { return std::tuple(group(number), shapes_[number], number); };
   std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  const std::size_t size = std::clamp<std::size_t>(
-      groups > 0 ? mechanism_lanes : count / std::max<std::size_t>(threads, 1), 1, mechanism_lanes);
+  // A batch takes as long as two or three that are solved alone, however many of its lanes are in use.
+  const bool shares = groups > 0 || count > (min_lanes - 1) * threads;
+  const std::size_t size = shares ? mechanism_lanes : 1;
   std::size_t next = 0;
   for (std::uint32_t g = 0; g < std::max<std::size_t>(groups, 1); ++g) {
     first_of_group_.push_back(static_cast<std::uint32_t>(batches_.size()));
