@@ -20,6 +20,7 @@ struct Plan {
   };
   std::vector<Link> links;
   bool hangs = false;
+  float spin = 9;  ///< rad/s, at most
 
   explicit Plan(Generator& random) {
     const auto count = 2 + random() % 9;
@@ -33,6 +34,7 @@ struct Plan {
       links.push_back(link);
     }
     hangs = random() % 3 == 0;
+    if (random() % 3 == 0) spin = 300;  // so that some substeps go other ways
   }
 };
 
@@ -59,7 +61,8 @@ void add_copy(World& world, const Plan& plan, Generator& random, Vec3 at) {
     BodyDef body =
         dynamic(link.is_round ? sphere(0.1f) : box({0.05f, 0.12f, 0.08f}), pose.position, uniform(random, 0.2f, 3));
     body.pose = pose;
-    body.velocity = {{uniform(random, -3, 3), uniform(random, -3, 3), 0}, 0, {uniform(random, -9, 9), 1, 0}};
+    body.velocity = {
+        {uniform(random, -3, 3), uniform(random, -3, 3), 0}, 0, {uniform(random, -plan.spin, plan.spin), 1, 0}};
     ids.push_back(world.add(body));
     poses.push_back(pose);
     if (is_first && !plan.hangs) continue;

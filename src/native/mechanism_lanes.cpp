@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <type_traits>
+#include <utility>
 
 #include "dynamics/lane_eight.hpp"
 #include "math/eight_rows.hpp"
@@ -58,37 +60,43 @@ struct LanesOf {
   static constexpr std::size_t words = sizeof(One) / 4;
 
   static void gather(const std::array<const One*, 8>& from, Many& to) {
-    Eight* const lanes = reinterpret_cast<Eight*>(&to);
     std::size_t w = 0;
     for (; w + 8 <= words; w += 8) {
       Eight block[8];
-      for (std::size_t lane = 0; lane < 8; ++lane)
-        block[lane] = load_row(reinterpret_cast<const float*>(from[lane]) + w);
+      for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(&block[lane], word(*from[lane], w), sizeof(Eight));
       transpose(block);
-      for (std::size_t i = 0; i < 8; ++i) lanes[w + i] = block[i];
+      std::memcpy(word(to, 8 * w), block, sizeof(block));
     }
     for (; w < words; ++w)
-      for (std::size_t lane = 0; lane < 8; ++lane) lanes[w][lane] = reinterpret_cast<const float*>(from[lane])[w];
+      for (std::size_t lane = 0; lane < 8; ++lane) std::memcpy(word(to, 8 * w + lane), word(*from[lane], w), 4);
   }
   static void scatter(const Many& from, const std::array<One*, 8>& to, std::size_t count) {
-    const Eight* const lanes = reinterpret_cast<const Eight*>(&from);
     std::size_t w = 0;
     for (; w + 8 <= words; w += 8) {
       Eight block[8];
-      for (std::size_t i = 0; i < 8; ++i) block[i] = lanes[w + i];
+      std::memcpy(block, word(from, 8 * w), sizeof(block));
       transpose(block);
-      for (std::size_t lane = 0; lane < count; ++lane) store_row(block[lane], reinterpret_cast<float*>(to[lane]) + w);
+      for (std::size_t lane = 0; lane < count; ++lane) std::memcpy(word(*to[lane], w), &block[lane], sizeof(Eight));
     }
     for (; w < words; ++w)
-      for (std::size_t lane = 0; lane < count; ++lane) reinterpret_cast<float*>(to[lane])[w] = lanes[w][lane];
+      for (std::size_t lane = 0; lane < count; ++lane) std::memcpy(word(*to[lane], w), word(from, 8 * w + lane), 4);
   }
   static void take_out(const Many& from, std::size_t lane, One& to) {
-    const float* const lanes = reinterpret_cast<const float*>(&from);
-    for (std::size_t w = 0; w < words; ++w) reinterpret_cast<float*>(&to)[w] = lanes[8 * w + lane];
+    for (std::size_t w = 0; w < words; ++w) std::memcpy(word(to, w), word(from, 8 * w + lane), 4);
   }
   static void bring_back(const One& from, std::size_t lane, Many& to) {
-    float* const lanes = reinterpret_cast<float*>(&to);
-    for (std::size_t w = 0; w < words; ++w) lanes[8 * w + lane] = reinterpret_cast<const float*>(&from)[w];
+    for (std::size_t w = 0; w < words; ++w) std::memcpy(word(to, 8 * w + lane), word(from, w), 4);
+  }
+
+ private:
+  // By bytes, because words are floats and integers.
+  template <class T>
+  static unsigned char* word(T& of, std::size_t w) {
+    return reinterpret_cast<unsigned char*>(&of) + 4 * w;
+  }
+  template <class T>
+  static const unsigned char* word(const T& of, std::size_t w) {
+    return reinterpret_cast<const unsigned char*>(&of) + 4 * w;
   }
 };
 using States = LanesOf<wide::LinkState, LinkState>;
@@ -187,10 +195,7 @@ struct LaneAccess {
 
 /// What most substeps do, of all lanes at once.
 struct LaneSolver : wide::LinkSolver<LaneAccess> {
-  using Base = wide::LinkSolver<LaneAccess>;
-
   const Mechanism& m;
-  const std::uint32_t* levels;
   Real h;
 
   template <class Act>
@@ -292,7 +297,6 @@ struct MechanismLanes::Work {
     const World& w = lanes.world_;
     return {{{memory, first.first, first_generic, w.bodies, w.inertias, w.push_out, w.limits, in_use}, w.links},
             first,
-            w.levels,
             eight(h)};
   }
 };
@@ -367,6 +371,7 @@ LaneBits MechanismLanes::warm_start(float h) const {
   const LaneBits slow = bits(solver.all([&](std::uint32_t i) { return solver.is_carried_slowly(i, solver.h); }));
   solver.access.counts = slow & work.in_use;
   solver.each([&](std::uint32_t i) { solver.give_carried(i, 1); });
+  take_out(work.in_use & ~slow);
   return work.in_use & ~slow;
 }
 

@@ -34,7 +34,6 @@ class MechanismLanes {
   struct World {
     const Mechanism* mechanisms;
     const MechanismLink* links;
-    const std::uint32_t* levels;
     LinkState* states;
     JointLink* generic;
     SolverBody* bodies;
@@ -52,8 +51,8 @@ class MechanismLanes {
   void take_out(LaneBits lanes) const;
   void bring_back(LaneBits lanes) const;
 
-  // As those of MechanismSolver, in substeps of length h (s). They return the lanes in which nothing was done and
-  // return those: they are to be taken out and solved alone.
+  // As those of MechanismSolver, in substeps of length h (s). Lanes that they return they have taken out as they were:
+  // these are to be solved alone, and brought back.
   LaneBits warm_start(float h) const;
   LaneBits pull_together(float h) const;
   LaneBits relax(float h) const;

@@ -102,9 +102,8 @@ MechanismSolver<Mechanisms::Access> Mechanisms::solver() {
 }
 
 MechanismLanes Mechanisms::lanes(const MechanismBatch& batch, float h) {
-  return {{trees_.mechanisms().data(), trees_.links().data(), trees_.levels().data(), states_.data(), generic_.data(),
-           state_.solver_bodies(), state_.inertia.data(), def_.solver.push_out_velocity,
-           speed_limits(def_.solver.max_linear_speed, h)},
+  return {{trees_.mechanisms().data(), trees_.links().data(), states_.data(), generic_.data(), state_.solver_bodies(),
+           state_.inertia.data(), def_.solver.push_out_velocity, speed_limits(def_.solver.max_linear_speed, h)},
           batch};
 }
 
