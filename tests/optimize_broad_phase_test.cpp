@@ -10,7 +10,8 @@ namespace {
 class OptimizeBroadPhase : public OfJointWorlds {};
 INSTANTIATE_TEST_SUITE_P(Simulators, OptimizeBroadPhase, testing::ValuesIn(joint_worlds), joint_world_name);
 
-/// A floor of tiles, some of which are moved, removed and put back while bodies fall on them. Sorted ahead of steps where it `optimizes`.
+/// A floor of tiles, some of which are moved, removed and put back while bodies fall on them. Sorted ahead of steps
+/// where it `optimizes`.
 std::uint64_t hash_of(const WorldDef& def, bool optimizes) {
   Generator random(7);
   World world(def);

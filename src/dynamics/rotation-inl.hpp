@@ -1,4 +1,5 @@
-// Turning bodies, torque-free rotation, of one body or of eight side by side. Included as dynamics/joint_link-inl.hpp is.
+// Turning bodies, torque-free rotation, of one body or of eight side by side. Included as dynamics/joint_link-inl.hpp
+// is.
 
 /// A quaternion of about unit length, brought nearer by one Newton step; any other is normalised. `normalize` leaves
 /// lengths within its square root's rounding as they are, always on the same side.

@@ -129,7 +129,8 @@ class Orbiter {
 /// A scene's bodies and joints in a world, and what the scene does to them over time. The world must outlive it.
 class SceneInstance {
  public:
-  /// Adds the scene's bodies and joints, and sorts them (`World::optimize_broad_phase`). Throws what `World::add` and `World::add_joint` throw, saying of which one.
+  /// Adds the scene's bodies and joints, and sorts them (`World::optimize_broad_phase`). Throws what `World::add` and
+  /// `World::add_joint` throw, saying of which one.
   SceneInstance(const Scene& scene, World& world);
 
   /// What the scene does before the next step: its kicks, its stream, its orbit. Depends on the number of steps only.
