@@ -14,7 +14,6 @@ using Real = Eight;
 using Mask = EightInts;
 using Flag = EightInts;
 using AxisNumber = EightInts;
-inline constexpr std::uint32_t lanes = 8;
 inline constexpr Flag all_set = {-1, -1, -1, -1, -1, -1, -1, -1};
 
 using fathom::abs;

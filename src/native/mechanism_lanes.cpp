@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "check/check.hpp"
 #include "dynamics/lane_eight.hpp"
 #include "math/eight_rows.hpp"
 
@@ -313,6 +314,8 @@ void MechanismLanes::begin_step() const {
       work.memory.slots[i][lane] = static_cast<std::int32_t>(world_.links[link].body);
     }
     States::gather(from, work.memory.states[i]);
+    [[maybe_unused]] const LaneBits isotropic = bits(work.memory.states[i].is_isotropic);
+    FATHOM_ASSERT(isotropic == 0 || isotropic == 0xff);  // what lanes have to have alike
   }
   std::array<std::uint32_t, 8> first;
   for (std::uint32_t lane = 0; lane < 8; ++lane) first[lane] = first_generic(of_lane(lane), world_.links);
