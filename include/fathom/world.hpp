@@ -171,9 +171,9 @@ class FATHOM_API World {
   /// Allocates memory for `bodies`, so that adding them allocates little.
   void reserve(std::uint32_t bodies);
   /// Sorts bodies for collision detection and queries, which otherwise the next step and the next query do. For after
-  /// many have been added: a million fixed boxes take 0.6 s or more. Finds pairs, and calls the filter callback, as that
-  /// step would; the step then has the same result. Does nothing where a device finds pairs. Throws `capacity` where
-  /// memory runs out.
+  /// many have been added: a million fixed boxes take 0.6 s or more. Finds pairs, and calls the filter callback, as
+  /// that step would; the step then has the same result. Does nothing where a device finds pairs. Throws `capacity`
+  /// where memory runs out.
   void optimize_broad_phase();
   /// Throws `stale_id`. Bodies that rested on it wake; its joints go with it.
   void remove(BodyId id);
