@@ -118,7 +118,7 @@ HWY_NOINLINE void prepare_couplings(const Block<D>& block, const ConstraintRef* 
     load_joint_bodies(block, lane, joint, view);
   }
   h.lanes = static_cast<std::uint8_t>(lane);
-  if (!h.isotropic) load_joint_inertias(block, view);
+  load_joint_inertias(block, view);
 }
 
 /// Of lanes whose bit is not set.
@@ -133,13 +133,11 @@ HWY_NOINLINE void forget_couplings(const Block<D>& block, const std::uint8_t* bi
 template <class D, class Act>
 HWY_INLINE void with_couplings(const Block<D>& block, SolverBody* all, const Act& act) {
   if (block.header().lanes == 0) return;
-  by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-    Bodies<D, fixed_a.value, isotropic.value> bodies;
-    bodies.load(block, all);
-    CouplingRow<hn::Vec<D>> row;
-    load_coupling(block, row);
-    act(row, bodies);
-  });
+  AnyBodies<D> bodies;
+  bodies.load(block, all);
+  CouplingRow<hn::Vec<D>> row;
+  load_coupling(block, row);
+  act(row, bodies);
 }
 
 template <JointPass pass, class D>

@@ -171,7 +171,7 @@ HWY_NOINLINE void prepare_generic_joints(const Block<D>& block, const Constraint
     h.lanes = static_cast<std::uint8_t>(++lane);
   }
   if (lane == 0) return;
-  if (!h.isotropic) load_joint_inertias(block, view);
+  load_joint_inertias(block, view);
 }
 
 /// Of lanes whose bit is not set.
@@ -188,30 +188,26 @@ HWY_INLINE JointUse use_of(const BlockHeader& h) { return {h.moves, h.reacts}; }
 template <JointPass pass, class D>
 HWY_NOINLINE void sweep_generic_joints(const Block<D>& block, SolverBody* all, float h, bool ends_substep) {
   if (block.header().lanes == 0) return;
-  by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-    Bodies<D, fixed_a.value, isotropic.value> bodies;
-    bodies.load(block, all);
-    GenericJointRow<hn::Vec<D>> row;
-    load_generic_joint(block, row);
-    const auto sum = solve_generic_joint<pass>(row, bodies, hn::Set(D(), h), use_of(block.header()), ends_substep);
-    store_generic_joint(block, row);
-    store_bodies(block, bodies, sum,
-                 [&](const std::uint8_t* finite) HWY_ATTR { forget_generic_impulses(block, finite); });
-  });
+  AnyBodies<D> bodies;
+  bodies.load(block, all);
+  GenericJointRow<hn::Vec<D>> row;
+  load_generic_joint(block, row);
+  const auto sum = solve_generic_joint<pass>(row, bodies, hn::Set(D(), h), use_of(block.header()), ends_substep);
+  store_generic_joint(block, row);
+  store_bodies(block, bodies, sum,
+               [&](const std::uint8_t* finite) HWY_ATTR { forget_generic_impulses(block, finite); });
 }
 
 template <class D>
 HWY_NOINLINE void warm_start_generic_joints(const Block<D>& block, SolverBody* all) {
   if (block.header().lanes == 0) return;
-  by_bodies(block, [&](auto fixed_a, auto isotropic) HWY_ATTR {
-    Bodies<D, fixed_a.value, isotropic.value> bodies;
-    bodies.load(block, all);
-    GenericJointRow<hn::Vec<D>> row;
-    load_generic_joint(block, row);
-    warm_start_generic_joint(row, bodies);
-    store_generic_joint(block, row);
-    bodies.store(block.header().lanes);
-  });
+  AnyBodies<D> bodies;
+  bodies.load(block, all);
+  GenericJointRow<hn::Vec<D>> row;
+  load_generic_joint(block, row);
+  warm_start_generic_joint(row, bodies);
+  store_generic_joint(block, row);
+  bodies.store(block.header().lanes);
 }
 
 template <class D>

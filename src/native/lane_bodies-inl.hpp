@@ -110,12 +110,27 @@ struct Bodies {
   }
 };
 
+/// The two bodies of a block of any kind, for constraints that cost far more than what `Bodies` may skip: all kinds
+/// go the same way, which takes a quarter of the code. Such blocks have their bodies' inertias.
+template <class D>
+struct AnyBodies : Bodies<D, false, false> {
+  bool fixed_a;
+
+  HWY_INLINE void load(const Block<D>& block, SolverBody* all) {
+    fixed_a = block.header().fixed_a;
+    Bodies<D, false, false>::load(block, all);
+  }
+  HWY_INLINE void store(std::size_t used) const {
+    this->b.store_velocities(used);
+    if (!fixed_a) this->a.store_velocities(used);
+  }
+};
+
 /// Stores the bodies' velocities. A constraint one of whose bodies is not finite, or that would make one so, leaves
 /// both as they were and forgets its impulses, so that none carries it from body to body: of lanes whose `sums` are not
 /// finite, forget(bits) gets a bit for each of the others.
-template <class D, bool fixed_a, bool isotropic, class Forget>
-HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic>& bodies, hn::Vec<D> sums,
-                             const Forget& forget) {
+template <class D, class B, class Forget>
+HWY_INLINE void store_bodies(const Block<D>& block, B& bodies, hn::Vec<D> sums, const Forget& forget) {
   HWY_ALIGN float nowhere[8];
   const auto ok = hn::Eq(hn::Sub(sums, sums), hn::Zero(D()));
   if (HWY_UNLIKELY(!hn::AllTrue(D(), ok))) {
@@ -124,7 +139,7 @@ HWY_INLINE void store_bodies(const Block<D>& block, Bodies<D, fixed_a, isotropic
     for (std::size_t i = 0; i < hn::MaxLanes(D()); ++i) {
       if (bits[i / 8] >> i % 8 & 1) continue;
       bodies.b.lanes[i] = nowhere;
-      if constexpr (!fixed_a) bodies.a.lanes[i] = nowhere;
+      if constexpr (!B::only_pushes_b) bodies.a.lanes[i] = nowhere;
     }
     forget(bits);
   }
