@@ -11,6 +11,7 @@ void NativeSimulator::body_added(std::uint32_t slot, const Pose& pose, const Vel
   if (slot >= state_.size()) {
     state_.resize(slot + 1);
     graph_.resize(slot + 1);
+    solver_.supports().overloads().resize(slot + 1);
   }
   state_.clear(slot);
   const BodyInfo& info = bodies[slot];

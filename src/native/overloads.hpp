@@ -5,17 +5,25 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <utility>
 
 #include "dynamics/overload.hpp"
+#include "world/archive.hpp"
+#include "world/growth.hpp"
 
 namespace fathom::native {
 
 /// Loads by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
+/// A step costs what the bodies that have been overloaded cost, however many others there are.
 class Overloads {
  public:
+  /// To be called as bodies are added.
   void resize(std::size_t slots) {
-    if (loads_.size() < slots) loads_.resize(slots);
+    const std::size_t before = loads_.size();
+    if (slots <= before) return;
+    grow_to(loads_, slots), grow_to(is_listed_, slots), grow_to(listed_, slots);
+    std::fill(loads_.begin() + before, loads_.end(), Load{});
+    std::fill(is_listed_.begin() + before, is_listed_.end(), false);
   }
   /// The slot's body is removed.
   void forget(std::uint32_t slot) {
@@ -28,11 +36,13 @@ class Overloads {
     while (now < wanted && !most.compare_exchange_weak(now, wanted, std::memory_order_relaxed)) {
     }
     std::atomic_ref<bool>(any_).store(true, std::memory_order_relaxed);
+    list(slot);
   }
   /// The body is at least that inert in this step; to be called once it has begun.
   void require(std::uint32_t slot, float inertia) {
     loads_[slot].inertia_scale = std::max(loads_[slot].inertia_scale, inertia);
     any_scaled_ = true;
+    list(slot);
   }
   /// Some body was overloaded in the last step.
   bool any() const { return any_; }
@@ -49,23 +59,41 @@ class Overloads {
     if (!any() && !had_any_ && !any_scaled_ && !any_asleep_) return;
     had_any_ = any();
     any_ = any_scaled_ = any_asleep_ = false;
-    for (std::uint32_t slot = 0; slot < loads_.size(); ++slot) {
+    const std::uint32_t count = std::exchange(count_, 0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t slot = listed_[i];
       Load& load = loads_[slot];
       if (!is_awake(slot)) {
         any_asleep_ = any_asleep_ || load.inertia_scale > 1;
-        continue;
+      } else {
+        load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
+        load.before = load.now;
+        load.now = 0;
+        any_scaled_ = any_scaled_ || load.inertia_scale > 1;
       }
-      load.inertia_scale = next_inertia_scale(load.inertia_scale, load.lasting());
-      load.before = load.now;
-      load.now = 0;
-      any_scaled_ = any_scaled_ || load.inertia_scale > 1;
+      is_listed_[slot] = load.is_any();
+      if (load.is_any()) listed_[count_++] = slot;
     }
   }
-  std::size_t memory_bytes() const { return loads_.capacity() * sizeof(Load); }
+  std::size_t memory_bytes() const {
+    return loads_.capacity() * sizeof(Load) + is_listed_.capacity() + listed_.capacity() * sizeof(std::uint32_t);
+  }
 
   template <class Self, class Archive>
   static void archive(Self& s, Archive& a) {
     a(s.loads_, s.any_, s.had_any_, s.any_scaled_, s.any_asleep_);
+  }
+  /// Lists what was read.
+  void restored(ByteReader& in, std::size_t slots) {
+    in.require(loads_.size() <= slots);
+    is_listed_.clear(), listed_.clear();
+    grow_to(is_listed_, loads_.size()), grow_to(listed_, loads_.size());
+    count_ = 0;
+    for (std::uint32_t slot = 0; slot < loads_.size(); ++slot) {
+      is_listed_[slot] = loads_[slot].is_any();
+      if (is_listed_[slot]) listed_[count_++] = slot;
+    }
+    resize(slots);
   }
 
  private:
@@ -75,8 +103,19 @@ class Overloads {
     float inertia_scale = 1;
 
     float lasting() const { return std::min(now, before); }
+    bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
-  std::vector<Load> loads_;
+  /// Who lists it first depends on threads, but nothing on the order.
+  void list(std::uint32_t slot) {
+    std::atomic_ref<bool> is_listed(is_listed_[slot]);
+    if (is_listed.load(std::memory_order_relaxed) || is_listed.exchange(true, std::memory_order_relaxed)) return;
+    listed_[std::atomic_ref<std::uint32_t>(count_).fetch_add(1, std::memory_order_relaxed)] = slot;
+  }
+
+  LargeArray<Load> loads_;
+  LargeArray<bool> is_listed_;        // by slot
+  LargeArray<std::uint32_t> listed_;  // slots whose loads are not those of a new body, in any order
+  std::uint32_t count_ = 0;           // of these
   bool any_ = false, had_any_ = false, any_scaled_ = false;
   bool any_asleep_ = false;  ///< with more than its own inertia
 };

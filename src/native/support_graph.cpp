@@ -1,7 +1,7 @@
 #include "native/support_graph.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "dynamics/support.hpp"
 #include "native/tuning.hpp"
@@ -33,13 +33,28 @@ void SupportGraph::clear_structures() {
   is_built_ = false;
 }
 
+void SupportGraph::clear_levels() {
+  levels_.clear();
+  heaviest_.clear();
+  levelled_.clear();
+}
+
+void SupportGraph::restored(ByteReader& in, std::size_t slots) {
+  in.require(levels_.size() <= slots && heaviest_.size() <= levels_.size());
+  heaviest_.resize(levels_.size(), 0);
+  levelled_.clear();
+  for (std::uint32_t slot = 0; slot < levels_.size(); ++slot)
+    if (levels_[slot] > 0) levelled_.push_back(slot);
+  is_built_ = false;
+}
+
 bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overloads& overloads, float stiffness,
                           std::uint64_t step) {
   const bool had_any = !members_.empty();
   const bool has_changed = levelled_at_ != graph_.colouring() && (!levels_.empty() || step >= search_at_);
   if (step < resume_at_ || (!has_changed && !overloads.any())) {
     clear_structures();
-    if (step >= resume_at_) levels_.clear(), heaviest_.clear();
+    if (step >= resume_at_) clear_levels();
     return had_any;
   }
   const auto is_new = [&](std::uint32_t slot) {
@@ -48,18 +63,18 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
   bool is_stale = has_changed || step % levels_last == 0;
   for (std::size_t i = 0; !is_stale && i < in_contact.size(); ++i) is_stale = is_new(in_contact[i]);
   if (!is_stale && is_built_) return false;
+  number(in_contact);
   if (is_stale) {
     levelled_at_ = graph_.colouring();
-    list_links(in_contact);
+    list_links();
     find_levels();
     add_up_loads(stiffness);
-    keep_overloaded(in_contact, overloads);
-    find_heaviest();
+    keep_overloaded(overloads);
+    publish_levels();
   }
-  build(in_contact);
+  build();
   if (members_.empty()) {
-    levels_.clear();
-    heaviest_.clear();
+    clear_levels();
     search_at_ = step + steps_between_searches;
     give_back_search();
   }
@@ -69,9 +84,8 @@ bool SupportGraph::update(std::span<const std::uint32_t> in_contact, const Overl
 // What only a search needs is worth its memory where there are structures to search again.
 void SupportGraph::give_back_search() {
   std::vector<Link>().swap(links_);
-  for (std::vector<std::uint32_t>* list : {&first_link_, &links_of_, &base_links_, &queue_})
-    std::vector<std::uint32_t>().swap(*list);
-  std::vector<float>().swap(load_);
+  std::vector<Node>().swap(nodes_);
+  for (std::vector<std::uint32_t>* list : {&links_of_, &queue_}) std::vector<std::uint32_t>().swap(*list);
 }
 
 /// Calls act(index, contact) for contacts that have a colour, in the order of colours' lists.
@@ -81,163 +95,197 @@ void SupportGraph::for_each_contact(const Act& act) const {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
-std::uint32_t SupportGraph::root(std::uint32_t slot) {
-  while (parent_[slot] != slot) slot = parent_[slot] = parent_[parent_[slot]];
-  return slot;
+// All that can be pushed and has a coloured contact is in contact, so only numbers of these are read. Of a million
+// bodies, few of which touch anything, the rest costs nothing.
+void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
+  grow_to(numbers_, state_.size());
+  grow_to(nodes_, in_contact.size());
+  for (std::uint32_t i = 0; i < in_contact.size(); ++i) {
+    numbers_[in_contact[i]] = i;
+    nodes_[i] = {};
+    nodes_[i].slot = in_contact[i];
+    nodes_[i].parent = i;
+  }
+}
+
+std::uint32_t SupportGraph::root(std::uint32_t node) {
+  while (nodes_[node].parent != node) node = nodes_[node].parent = nodes_[nodes_[node].parent].parent;
+  return node;
+}
+
+void SupportGraph::join(std::uint32_t a, std::uint32_t b) {
+  a = root(a), b = root(b);
+  nodes_[std::max(a, b)].parent = std::min(a, b);
 }
 
 // Contacts that touch without being hits, and for each body those that it has with others that can be pushed.
-void SupportGraph::list_links(std::span<const std::uint32_t> in_contact) {
-  grow_to(parent_, state_.size());
-  for (const std::uint32_t slot : in_contact) parent_[slot] = slot;
+void SupportGraph::list_links() {
   const auto is_hit = [&](std::uint32_t index, const Contact& c) {
     Vec3 speed = state_.velocities[c.b].linear - state_.velocities[c.a].linear;
     if (c.on_moving_surface) speed += graph_.surface_slide(index);
     return length_squared(speed) > loaded_speed * loaded_speed;
   };
   links_.clear();
-  first_link_.assign(state_.size() + 1, 0);
   for_each_contact([&](std::uint32_t index, const Contact& c) {
     const bool base_a = is_base(c.a), base_b = is_base(c.b);
     if ((base_a && base_b) || is_hit(index, c)) return;
     if (!touches(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b])) return;
     if (base_a || base_b) {
-      links_.push_back({index, base_a ? c.a : c.b, base_a ? c.b : c.a, true});
+      const std::uint32_t node = numbers_[base_a ? c.b : c.a];
+      links_.push_back({none, node});
+      ++nodes_[node].base_links;
       return;
     }
-    links_.push_back({index, c.a, c.b, false});
-    ++first_link_[c.a + 1], ++first_link_[c.b + 1];
-    const std::uint32_t a = root(c.a), b = root(c.b);
-    parent_[std::max(a, b)] = std::min(a, b);
+    const std::uint32_t a = numbers_[c.a], b = numbers_[c.b];
+    links_.push_back({a, b});
+    ++nodes_[a].end_link, ++nodes_[b].end_link;  // a count at first
+    join(a, b);
   });
-  std::partial_sum(first_link_.begin(), first_link_.end(), first_link_.begin());
-  grow_to(links_of_, first_link_.back());
+  std::uint32_t end = 0;
+  for (Node& node : nodes_) {
+    node.first_link = end;
+    end += std::exchange(node.end_link, end);
+  }
+  grow_to(links_of_, end);
   for (std::uint32_t i = 0; i < links_.size(); ++i)
-    if (!links_[i].fixed) links_of_[first_link_[links_[i].a]++] = i, links_of_[first_link_[links_[i].b]++] = i;
+    if (links_[i].a != none)
+      links_of_[nodes_[links_[i].a].end_link++] = i, links_of_[nodes_[links_[i].b].end_link++] = i;
 }
 
-// A breadth-first search from what cannot be pushed. `first_link_` now has the ends of bodies' lists.
+template <class Act>
+void SupportGraph::for_each_neighbour(std::uint32_t node, const Act& act) const {
+  for (std::uint32_t k = nodes_[node].first_link; k < nodes_[node].end_link; ++k) {
+    const Link& l = links_[links_of_[k]];
+    act(l.a == node ? l.b : l.a);
+  }
+}
+
+// A breadth-first search from what cannot be pushed.
 void SupportGraph::find_levels() {
-  levels_.assign(state_.size(), 0);
   queue_.clear();
   for (const Link& l : links_) {
-    if (!l.fixed || levels_[l.b] != 0) continue;
-    levels_[l.b] = 1;
+    if (l.a != none || nodes_[l.b].level != 0) continue;
+    nodes_[l.b].level = 1;
     queue_.push_back(l.b);
   }
   for (std::size_t i = 0; i < queue_.size(); ++i) {
-    const std::uint32_t slot = queue_[i];
-    if (levels_[slot] == max_levels) break;
-    for (std::uint32_t k = slot == 0 ? 0 : first_link_[slot - 1]; k < first_link_[slot]; ++k) {
-      const Link& l = links_[links_of_[k]];
-      const std::uint32_t other = l.a == slot ? l.b : l.a;
-      if (levels_[other] != 0) continue;
-      levels_[other] = static_cast<std::uint16_t>(levels_[slot] + 1);
+    const std::uint16_t level = nodes_[queue_[i]].level;
+    if (level == max_levels) break;
+    for_each_neighbour(queue_[i], [&](std::uint32_t other) {
+      if (nodes_[other].level != 0) return;
+      nodes_[other].level = static_cast<std::uint16_t>(level + 1);
       queue_.push_back(other);
-    }
+    });
   }
 }
 
 // Loads from the top level down, each body's shared out evenly among its supports. A structure is overloaded where one
 // of its contacts is.
 void SupportGraph::add_up_loads(float stiffness) {
-  grow_to(load_, state_.size());
-  is_overloaded_.assign(state_.size(), 0);
-  for (const std::uint32_t slot : queue_) load_[slot] = bodies_[slot].mass;
+  for (const std::uint32_t node : queue_) nodes_[node].load = bodies_[nodes_[node].slot].mass;
   const auto is_too_much = [&](float load, const BodyInfo& upper, const BodyInfo* lower) {
     const float inverse_mass = upper.inverse_mass + (lower ? lower->inverse_mass : 0);
     const float thinner = lower ? min(half_thickness(upper), half_thickness(*lower)) : half_thickness(upper);
     return load * inverse_mass > sweep_load(thinner, lower ? stiffness : fixed_stiffness_ratio * stiffness);
   };
-  std::vector<std::uint32_t>& base_links = base_links_;
-  base_links.assign(state_.size(), 0);
-  for (const Link& l : links_) base_links[l.b] += l.fixed;
   for (std::size_t i = queue_.size(); i-- > 0;) {
-    const std::uint32_t slot = queue_[i];
-    const std::uint32_t begin = slot == 0 ? 0 : first_link_[slot - 1], end = first_link_[slot];
-    const auto lower_of = [&](std::uint32_t k) {
-      const Link& l = links_[links_of_[k]];
-      const std::uint32_t other = l.a == slot ? l.b : l.a;
-      return levels_[other] < levels_[slot] && levels_[other] > 0 ? other : none;
+    const Node& upper = nodes_[queue_[i]];
+    const auto for_each_lower = [&](const auto& act) {
+      for_each_neighbour(queue_[i], [&](std::uint32_t other) {
+        Node& lower = nodes_[other];
+        if (lower.level < upper.level && lower.level > 0) act(lower);
+      });
     };
-    std::uint32_t supports = base_links[slot];
-    for (std::uint32_t k = begin; k < end; ++k) supports += lower_of(k) != none;
-    const float share = load_[slot] / static_cast<float>(std::max(supports, 1u));
-    bool overloaded = base_links[slot] > 0 && is_too_much(share, bodies_[slot], nullptr);
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t lower = lower_of(k);
-      if (lower == none) continue;
-      load_[lower] += share;
-      overloaded = overloaded || is_too_much(share, bodies_[slot], &bodies_[lower]);
-    }
-    if (overloaded) is_overloaded_[root(slot)] = 1;
+    std::uint32_t supports = upper.base_links;
+    for_each_lower([&](Node&) { ++supports; });
+    const float share = upper.load / static_cast<float>(std::max(supports, 1u));
+    bool overloaded = upper.base_links > 0 && is_too_much(share, bodies_[upper.slot], nullptr);
+    for_each_lower([&](Node& lower) {
+      lower.load += share;
+      overloaded = overloaded || is_too_much(share, bodies_[upper.slot], &bodies_[lower.slot]);
+    });
+    if (overloaded) nodes_[root(queue_[i])].is_overloaded = true;
   }
 }
 
 // Levels of other structures are forgotten.
-void SupportGraph::keep_overloaded(std::span<const std::uint32_t> in_contact, const Overloads& overloads) {
+void SupportGraph::keep_overloaded(const Overloads& overloads) {
   if (overloads.any())
-    for (const std::uint32_t slot : in_contact)
-      if (overloads.lasts(slot)) is_overloaded_[root(slot)] = 1;
-  for (const std::uint32_t slot : queue_)
-    if (!is_overloaded_[root(slot)]) levels_[slot] = 0;
+    for (std::uint32_t i = 0; i < nodes_.size(); ++i)
+      if (overloads.lasts(nodes_[i].slot)) nodes_[root(i)].is_overloaded = true;
+  for (const std::uint32_t node : queue_) {
+    Node& of_root = nodes_[root(node)];
+    if (of_root.is_overloaded)
+      of_root.heaviest = max(of_root.heaviest, bodies_[nodes_[node].slot].mass);
+    else
+      nodes_[node].level = 0;
+  }
 }
 
-void SupportGraph::find_heaviest() {
-  heaviest_.assign(state_.size(), 0);
-  for (const std::uint32_t slot : queue_) {
-    float& of_root = heaviest_[root(slot)];
-    if (levels_[slot] > 0) of_root = max(of_root, bodies_[slot].mass);
+void SupportGraph::publish_levels() {
+  for (const std::uint32_t slot : levelled_) levels_[slot] = 0, heaviest_[slot] = 0;
+  levelled_.clear();
+  for (const std::uint32_t node : queue_)
+    if (nodes_[node].level > 0) levelled_.push_back(nodes_[node].slot);
+  if (levelled_.empty()) return clear_levels();
+  levels_.resize(state_.size(), 0);
+  heaviest_.resize(state_.size(), 0);
+  for (const std::uint32_t node : queue_) {
+    const Node& n = nodes_[node];
+    if (n.level > 0) levels_[n.slot] = n.level, heaviest_[n.slot] = nodes_[root(node)].heaviest;
   }
-  for (const std::uint32_t slot : queue_) heaviest_[slot] = levels_[slot] > 0 ? heaviest_[root(slot)] : 0;
 }
 
 // Members by structure, level and slot; their supports by contact.
-void SupportGraph::build(std::span<const std::uint32_t> in_contact) {
+void SupportGraph::build() {
   is_built_ = true;
   members_.clear();
   structures_.clear();
-  grow_to(parent_, state_.size());
-  grow_to(member_of_, state_.size());
-  levels_.resize(state_.size(), 0);
-  for (const std::uint32_t slot : in_contact) {
-    parent_[slot] = slot;
-    if (levels_[slot] > 0 && !is_base(slot)) members_.push_back({slot, 0, levels_[slot], 0, 0, 0, 0});
+  if (!levels_.empty()) levels_.resize(state_.size(), 0), heaviest_.resize(state_.size(), 0);
+  if (!levels_.empty()) list_members();
+  list_supports();
+}
+
+bool SupportGraph::is_member(std::uint32_t slot) const { return levels_[slot] > 0 && !is_base(slot); }
+
+void SupportGraph::list_members() {
+  for (std::uint32_t i = 0; i < nodes_.size(); ++i) {
+    nodes_[i].parent = i;
+    const std::uint32_t slot = nodes_[i].slot;
+    if (is_member(slot)) members_.push_back({slot, 0, levels_[slot], 0, 0, 0, 0});
   }
-  const auto is_member = [&](std::uint32_t slot) { return levels_[slot] > 0 && !is_base(slot); };
   for_each_contact([&](std::uint32_t, const Contact& c) {
-    if (!is_member(c.a) || !is_member(c.b)) return;
-    const std::uint32_t a = root(c.a), b = root(c.b);
-    parent_[std::max(a, b)] = std::min(a, b);
+    if (is_member(c.a) && is_member(c.b)) join(numbers_[c.a], numbers_[c.b]);
   });
-  for (Member& m : members_) m.structure = root(m.slot);
+  for (Member& m : members_) m.structure = nodes_[root(numbers_[m.slot])].slot;
   std::sort(members_.begin(), members_.end(), [](const Member& x, const Member& y) {
     if (x.structure != y.structure) return x.structure < y.structure;
     return x.level != y.level ? x.level < y.level : x.slot < y.slot;
   });
   for (std::uint32_t i = 0; i < members_.size(); ++i) {
-    member_of_[members_[i].slot] = i;
+    nodes_[numbers_[members_[i].slot]].member = i;
     if (i == 0 || members_[i].structure != members_[i - 1].structure) structures_.push_back({i, i});
     structures_.back().end = i + 1;
   }
-  list_supports();
 }
 
 void SupportGraph::list_supports() {
   supports_.clear();
-  for_each_contact([&](std::uint32_t index, const Contact& c) {
-    const bool member_a = levels_[c.a] > 0 && !is_base(c.a), member_b = levels_[c.b] > 0 && !is_base(c.b);
-    if (member_a && member_b) {
-      if (levels_[c.a] == levels_[c.b]) return;
-      const bool b_is_upper = levels_[c.b] > levels_[c.a];
-      const std::uint32_t upper = member_of_[b_is_upper ? c.b : c.a], lower = member_of_[b_is_upper ? c.a : c.b];
-      supports_.push_back({index, upper, lower, none, b_is_upper});
-    } else if (member_b && is_base(c.a)) {
-      supports_.push_back({index, member_of_[c.b], none, c.a, true});
-    } else if (member_a && is_base(c.b)) {
-      supports_.push_back({index, member_of_[c.a], none, c.b, false});
-    }
-  });
+  const auto member_of = [this](std::uint32_t slot) { return nodes_[numbers_[slot]].member; };
+  if (!members_.empty())
+    for_each_contact([&](std::uint32_t index, const Contact& c) {
+      const bool member_a = is_member(c.a), member_b = is_member(c.b);
+      if (member_a && member_b) {
+        if (levels_[c.a] == levels_[c.b]) return;
+        const bool b_is_upper = levels_[c.b] > levels_[c.a];
+        const std::uint32_t upper = member_of(b_is_upper ? c.b : c.a), lower = member_of(b_is_upper ? c.a : c.b);
+        supports_.push_back({index, upper, lower, none, b_is_upper});
+      } else if (member_b && is_base(c.a)) {
+        supports_.push_back({index, member_of(c.b), none, c.a, true});
+      } else if (member_a && is_base(c.b)) {
+        supports_.push_back({index, member_of(c.a), none, c.b, false});
+      }
+    });
   std::sort(supports_.begin(), supports_.end(), [](const Support& x, const Support& y) {
     return x.upper != y.upper ? x.upper < y.upper : x.contact < y.contact;
   });
@@ -263,8 +311,8 @@ void SupportGraph::list_supports() {
 
 std::size_t SupportGraph::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
-  return bytes_of(levels_, heaviest_, structures_, members_, supports_, loads_, member_of_, parent_, is_overloaded_,
-                  links_, load_, first_link_, links_of_, base_links_, queue_);
+  return bytes_of(levels_, heaviest_, levelled_, structures_, members_, supports_, loads_, numbers_, nodes_, links_,
+                  links_of_, queue_);
 }
 
 }  // namespace fathom::native

@@ -67,52 +67,66 @@ class SupportGraph {
     a(s.levels_, s.heaviest_, s.levelled_at_, s.resume_at_, s.search_at_);
   }
   /// Levels are as they were; structures are made of them by the next `update`.
-  void restored(ByteReader& in, std::size_t slots) {
-    in.require(levels_.size() <= slots && heaviest_.size() <= slots);
-    is_built_ = false;
-  }
+  void restored(ByteReader& in, std::size_t slots);
 
  private:
   void clear_structures();
+  void clear_levels();
   bool is_base(std::uint32_t slot) const { return !(state_.flags[slot] & awake) || (state_.flags[slot] & kinematic); }
+  bool is_member(std::uint32_t slot) const;
   template <class Act>
   void for_each_contact(const Act& act) const;
-  std::uint32_t root(std::uint32_t slot);
-  void list_links(std::span<const std::uint32_t> in_contact);
+  template <class Act>
+  void for_each_neighbour(std::uint32_t node, const Act& act) const;
+  void number(std::span<const std::uint32_t> in_contact);
+  std::uint32_t root(std::uint32_t node);
+  void join(std::uint32_t a, std::uint32_t b);
+  void list_links();
   void find_levels();
   void add_up_loads(float stiffness);
-  void find_heaviest();
-  void keep_overloaded(std::span<const std::uint32_t> in_contact, const Overloads& overloads);
-  void build(std::span<const std::uint32_t> in_contact);
-  void give_back_search();
+  void keep_overloaded(const Overloads& overloads);
+  void publish_levels();
+  void build();
+  void list_members();
   void list_supports();
+  void give_back_search();
 
   const BodyTable& bodies_;
   const BodyState& state_;
   const ContactGraph& graph_;
-  std::vector<std::uint16_t> levels_;  // by slot; 0: no member
-  std::vector<float> heaviest_;        // by slot
-  std::uint64_t levelled_at_ = 0;      // ContactGraph::colouring
-  std::uint64_t resume_at_ = 0;        // step
-  std::uint64_t search_at_ = 0;        // step, for contacts that have begun
+  // By slot, both empty where no body has a level.
+  std::vector<std::uint16_t> levels_;  // 0: no member
+  std::vector<float> heaviest_;
+  std::vector<std::uint32_t> levelled_;  // slots whose entries are not 0
+  std::uint64_t levelled_at_ = 0;        // ContactGraph::colouring
+  std::uint64_t resume_at_ = 0;          // step
+  std::uint64_t search_at_ = 0;          // step, for contacts that have begun
   bool is_built_ = false;
   std::vector<Structure> structures_;
   std::vector<Member> members_;
   std::vector<Support> supports_;
   std::vector<std::uint32_t> loads_;
-  std::vector<std::uint32_t> member_of_;  // by slot
-  // Of one search.
-  struct Link {  // a contact that touches; where A cannot be pushed, `fixed`
-    std::uint32_t contact, a, b;
-    bool fixed;
+  // Of one search, by the numbers of bodies among those in contact.
+  struct Node {
+    std::uint32_t slot;
+    std::uint32_t parent;                ///< towards the root of what it presses on
+    std::uint32_t first_link, end_link;  ///< of `links_of_`
+    std::uint32_t base_links;            ///< contacts with what cannot be pushed
+    std::uint32_t member;                ///< of `members_`
+    float load;                          ///< of the body and all that it carries (kg)
+    float heaviest;                      ///< of a root (kg), see `heaviest`
+    std::uint16_t level;
+    bool is_overloaded;  ///< of a root
   };
+  /// A contact that touches, between nodes; `a` is `none` where it cannot be pushed.
+  struct Link {
+    std::uint32_t a, b;
+  };
+  LargeArray<std::uint32_t> numbers_;  // by slot, of those in contact alone
+  std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<std::uint32_t> parent_;                 // by slot
-  std::vector<std::uint8_t> is_overloaded_;           // by slot, of roots
-  std::vector<float> load_;                           // by slot (kg), of the body and all that it carries
-  std::vector<std::uint32_t> first_link_, links_of_;  // of each body
-  std::vector<std::uint32_t> base_links_;             // by slot, contacts with what cannot be pushed
-  std::vector<std::uint32_t> queue_;                  // bodies by level
+  std::vector<std::uint32_t> links_of_;  // of each body
+  std::vector<std::uint32_t> queue_;     // bodies by level
 };
 
 }  // namespace fathom::native

@@ -29,16 +29,13 @@ float SupportSolver::stiffness() const {
 
 void SupportSolver::update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
                            std::uint64_t step) {
-  overloads_.resize(state_.size());
-  make_room(held_, state_.size());
-  held_.resize(state_.size(), not_a_member);
   const bool has_supports = stiffness() > 0;
   const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
   if (!has_supports) return;
   if (support_graph_.empty()) {
-    if (had_members_) std::fill(held_.begin(), held_.end(), not_a_member);
-    had_members_ = false;
+    for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
+    held_slots_.clear();
     structures_.clear();
     order_.clear();
     return;
@@ -51,32 +48,34 @@ void SupportSolver::update(std::span<const std::uint32_t> in_contact, const Cons
     order_by_group(layout);
   }
   choose_held(step);
-  had_members_ = true;
 }
 
 // What becomes part of a structure counts as held at once: springs that gave way under the load that a solution gave
 // their contacts would let go of it again.
 void SupportSolver::choose_held(std::uint64_t step) {
-  last_held_.swap(held_);
-  held_.assign(last_held_.size(), not_a_member);
+  make_room(held_, state_.size());
+  held_.resize(state_.size(), not_a_member);
+  const std::span<const SupportGraph::Member> members = support_graph_.members();
+  last_held_.resize(members.size());
+  for (std::size_t k = 0; k < members.size(); ++k) last_held_[k] = held_[members[k].slot];
+  for (const std::uint32_t slot : held_slots_) held_[slot] = not_a_member;
+  held_slots_.clear();
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const SupportGraph::Structure& s = support_graph_.structures()[i];
     StructureState& state = structures_[i];
     state = {};
-    state.is_held =
-        (step % steps_to_retry == 0 || !was_in_vain(s)) && find_base(s, state.base) && is_calm(s, state.base);
     const bool in_vain = was_in_vain(s);
+    state.is_held = (step % steps_to_retry == 0 || !in_vain) && find_base(s, state.base) && is_calm(s, state.base);
     for (std::uint32_t k = s.first; (state.is_held || in_vain) && k < s.end; ++k) {
-      const std::uint32_t slot = member(k).slot;
-      held_[slot] = last_held_[slot] < 0 ? 1 : last_held_[slot];
+      held_[members[k].slot] = last_held_[k] < 0 ? 1 : last_held_[k];
+      held_slots_.push_back(members[k].slot);
     }
   }
 }
 
 /// True where a structure was solved, and not held at all.
 bool SupportSolver::was_in_vain(const SupportGraph::Structure& s) const {
-  const auto members = support_graph_.members().subspan(s.first, s.end - s.first);
-  return std::all_of(members.begin(), members.end(), [&](const auto& m) { return last_held_[m.slot] == 0; });
+  return std::all_of(last_held_.begin() + s.first, last_held_.begin() + s.end, [](float held) { return held == 0; });
 }
 
 void SupportSolver::find_lanes(const ConstraintLayout& layout) {
@@ -351,13 +350,17 @@ void SupportSolver::end_step(std::uint64_t step, bool any_isolated) {
 void SupportSolver::restore(ByteReader& in, std::size_t slots) {
   archive(*this, in);
   in.require(held_.size() <= slots);
-  had_members_ = true;
+  held_slots_.clear();
+  for (std::uint32_t slot = 0; slot < held_.size(); ++slot)
+    if (held_[slot] != not_a_member) held_slots_.push_back(slot);
+  overloads_.restored(in, slots);
   support_graph_.restored(in, slots);
 }
 
 std::size_t SupportSolver::memory_bytes() const {
   const auto bytes_of = [](const auto&... array) { return (... + (array.capacity() * sizeof(*array.data()))); };
-  return bytes_of(held_, last_held_, structures_, body_, contact_, lane_of_, lanes_, order_, first_of_group_) +
+  return bytes_of(held_, held_slots_, last_held_, structures_, body_, contact_, lane_of_, lanes_, order_,
+                  first_of_group_) +
          overloads_.memory_bytes() + support_graph_.memory_bytes();
 }
 

@@ -107,9 +107,9 @@ class SupportSolver {
   const ContactGraph& graph_;
   Overloads overloads_;
   SupportGraph support_graph_;
-  std::vector<float> last_held_;
-  std::vector<float> held_;   // by slot
-  bool had_members_ = false;  // some `held_` may be of a member
+  std::vector<float> held_;                // by slot
+  std::vector<std::uint32_t> held_slots_;  // whose `held_` may be of a member
+  std::vector<float> last_held_;           // by member, in the last step
   struct StructureState {
     bool is_held = false;
     float part = 0;  ///< of the last solution that was possible
