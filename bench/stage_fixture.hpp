@@ -20,7 +20,7 @@ struct StageFixture {
       state.clear(slot);
       state.poses[slot] = def.pose;
       state.bounds[slot] = bounds_of(info, def.pose, {}, scene.world.dt);
-      state.flags[slot] = box_changed | awake;
+      state.flags[slot] = static_cast<std::uint8_t>(box_changed | (info.motion == MotionType::fixed ? 0 : awake));
       changed.push_back(slot);
       if (info.motion == MotionType::dynamic) moving.push_back(slot);
     }
