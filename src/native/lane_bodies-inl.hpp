@@ -110,8 +110,8 @@ struct Bodies {
   }
 };
 
-/// The two bodies of a block of any kind, for constraints that cost far more than what `Bodies` may skip: all kinds
-/// go the same way, which takes a quarter of the code. Such blocks have their bodies' inertias.
+/// The two bodies of a block of any kind, for constraints that cost far more than what `Bodies` may skip: one function
+/// in place of four. Such blocks always hold their bodies' inertias.
 template <class D>
 struct AnyBodies : Bodies<D, false, false> {
   bool fixed_a;

@@ -14,7 +14,7 @@
 namespace fathom::native {
 
 /// Loads by slot, written by all threads as impulses are stored. What is overloaded in two steps on end is no hit.
-/// A step costs what the bodies that have been overloaded cost, however many others there are.
+/// Only bodies of which something has been noted cost time.
 class Overloads {
  public:
   /// To be called as bodies are added.
@@ -105,7 +105,7 @@ class Overloads {
     float lasting() const { return std::min(now, before); }
     bool is_any() const { return now > 0 || before > 0 || inertia_scale > 1; }
   };
-  /// Who lists it first depends on threads, but nothing on the order.
+  /// The order depends on threads; nothing depends on the order.
   void list(std::uint32_t slot) {
     std::atomic_ref<bool> is_listed(is_listed_[slot]);
     if (is_listed.load(std::memory_order_relaxed) || is_listed.exchange(true, std::memory_order_relaxed)) return;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "check/check.hpp"
 #include "dynamics/support.hpp"
 #include "native/tuning.hpp"
 #include "world/growth.hpp"
@@ -95,8 +96,8 @@ void SupportGraph::for_each_contact(const Act& act) const {
     graph_.for_each_of_colour(colour, [&](std::uint32_t index) { act(index, graph_[index]); });
 }
 
-// All that can be pushed and has a coloured contact is in contact, so only numbers of these are read. Of a million
-// bodies, few of which touch anything, the rest costs nothing.
+// What can be pushed and has a coloured contact is among those in contact, so no other number is read. Bodies that
+// touch nothing cost nothing.
 void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
   grow_to(numbers_, state_.size());
   grow_to(nodes_, in_contact.size());
@@ -106,6 +107,11 @@ void SupportGraph::number(std::span<const std::uint32_t> in_contact) {
     nodes_[i].slot = in_contact[i];
     nodes_[i].parent = i;
   }
+}
+
+std::uint32_t SupportGraph::node_of(std::uint32_t slot) const {
+  FATHOM_ASSERT(numbers_[slot] < nodes_.size() && nodes_[numbers_[slot]].slot == slot, slot);
+  return numbers_[slot];
 }
 
 std::uint32_t SupportGraph::root(std::uint32_t node) {
@@ -131,12 +137,12 @@ void SupportGraph::list_links() {
     if ((base_a && base_b) || is_hit(index, c)) return;
     if (!touches(graph_.manifold(c), state_.poses[c.a], state_.poses[c.b])) return;
     if (base_a || base_b) {
-      const std::uint32_t node = numbers_[base_a ? c.b : c.a];
+      const std::uint32_t node = node_of(base_a ? c.b : c.a);
       links_.push_back({none, node});
       ++nodes_[node].base_links;
       return;
     }
-    const std::uint32_t a = numbers_[c.a], b = numbers_[c.b];
+    const std::uint32_t a = node_of(c.a), b = node_of(c.b);
     links_.push_back({a, b});
     ++nodes_[a].end_link, ++nodes_[b].end_link;  // a count at first
     join(a, b);
@@ -255,15 +261,15 @@ void SupportGraph::list_members() {
     if (is_member(slot)) members_.push_back({slot, 0, levels_[slot], 0, 0, 0, 0});
   }
   for_each_contact([&](std::uint32_t, const Contact& c) {
-    if (is_member(c.a) && is_member(c.b)) join(numbers_[c.a], numbers_[c.b]);
+    if (is_member(c.a) && is_member(c.b)) join(node_of(c.a), node_of(c.b));
   });
-  for (Member& m : members_) m.structure = nodes_[root(numbers_[m.slot])].slot;
+  for (Member& m : members_) m.structure = nodes_[root(node_of(m.slot))].slot;
   std::sort(members_.begin(), members_.end(), [](const Member& x, const Member& y) {
     if (x.structure != y.structure) return x.structure < y.structure;
     return x.level != y.level ? x.level < y.level : x.slot < y.slot;
   });
   for (std::uint32_t i = 0; i < members_.size(); ++i) {
-    nodes_[numbers_[members_[i].slot]].member = i;
+    nodes_[node_of(members_[i].slot)].member = i;
     if (i == 0 || members_[i].structure != members_[i - 1].structure) structures_.push_back({i, i});
     structures_.back().end = i + 1;
   }
@@ -271,7 +277,7 @@ void SupportGraph::list_members() {
 
 void SupportGraph::list_supports() {
   supports_.clear();
-  const auto member_of = [this](std::uint32_t slot) { return nodes_[numbers_[slot]].member; };
+  const auto member_of = [this](std::uint32_t slot) { return nodes_[node_of(slot)].member; };
   if (!members_.empty())
     for_each_contact([&](std::uint32_t index, const Contact& c) {
       const bool member_a = is_member(c.a), member_b = is_member(c.b);

@@ -79,6 +79,7 @@ class SupportGraph {
   template <class Act>
   void for_each_neighbour(std::uint32_t node, const Act& act) const;
   void number(std::span<const std::uint32_t> in_contact);
+  std::uint32_t node_of(std::uint32_t slot) const;
   std::uint32_t root(std::uint32_t node);
   void join(std::uint32_t a, std::uint32_t b);
   void list_links();
@@ -106,7 +107,7 @@ class SupportGraph {
   std::vector<Member> members_;
   std::vector<Support> supports_;
   std::vector<std::uint32_t> loads_;
-  // Of one search, by the numbers of bodies among those in contact.
+  /// A body in contact, in one search.
   struct Node {
     std::uint32_t slot;
     std::uint32_t parent;                ///< towards the root of what it presses on
@@ -122,11 +123,11 @@ class SupportGraph {
   struct Link {
     std::uint32_t a, b;
   };
-  LargeArray<std::uint32_t> numbers_;  // by slot, of those in contact alone
+  LargeArray<std::uint32_t> numbers_;  // by slot, of nodes; anything where a body is not in contact
   std::vector<Node> nodes_;
   std::vector<Link> links_;
-  std::vector<std::uint32_t> links_of_;  // of each body
-  std::vector<std::uint32_t> queue_;     // bodies by level
+  std::vector<std::uint32_t> links_of_;  // of each node
+  std::vector<std::uint32_t> queue_;     // nodes by level
 };
 
 }  // namespace fathom::native

@@ -29,7 +29,7 @@ float SupportSolver::stiffness() const {
 
 void SupportSolver::update(std::span<const std::uint32_t> in_contact, const ConstraintLayout& layout, bool has_moved,
                            std::uint64_t step) {
-  overloads_.resize(state_.size());  // of states that no simulator has added its bodies to, as those of benchmarks
+  overloads_.resize(state_.size());  // benchmarks fill a state without a simulator
   const bool has_supports = stiffness() > 0;
   const bool is_new = has_supports && support_graph_.update(in_contact, overloads_, stiffness(), step);
   overloads_.advance([this](std::uint32_t slot) { return (state_.flags[slot] & awake) != 0; });
