@@ -49,7 +49,9 @@ struct alignas(16) Contact {
   std::uint32_t bits = overflow_colour;
   float recycle_distance = 0;     ///< m
   std::uint32_t manifold = none;  ///< of a touching one, among the manifolds
-  float overlap = 0;              ///< m that counts as touching (dynamics/overlap.hpp)
+  /// m of depth that counts as touching (dynamics/overlap.hpp); below 0, of what counts as deeper than it is
+  /// (dynamics/lift.hpp).
+  float offset = 0;
   std::uint32_t unused = 0;
 
   FATHOM_HD bool in_use() const { return a != none; }
@@ -269,9 +271,9 @@ using ContactArrays = Contacts<contact_list, contact_worklists, contact_manifold
 
 /// What few constraints have: bits.
 enum ConstraintExtras : std::uint32_t {
-  overlaps_extra = 1,  ///< a part of the overlap counts as touching (dynamics/overlap.hpp)
-  row_extra = 2,       ///< an entry of `ConstraintArrays::extras`
-  direct_extra = 2,    ///< of a joint: it is solved directly, with its mechanism
+  offset_extra = 1,  ///< it counts as less or more deep than it is (`Contact::offset`)
+  row_extra = 2,     ///< an entry of `ConstraintArrays::extras`
+  direct_extra = 2,  ///< of a joint: it is solved directly, with its mechanism
   all_extras = 3,
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device/constraint_rows.hpp"
+#include "dynamics/lift.hpp"
 #include "dynamics/overlap.hpp"
 #include "exec/atomic.hpp"
 
@@ -16,32 +17,49 @@ struct MarkOverload {
   float stiffness;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is marked
   float dt;         ///< s
 
-  /// Constraint k gave `impulse` (N·s) along its normal over the step.
-  FATHOM_HD void operator()(std::uint32_t k, float impulse) const {
+  /// Constraint k gave `impulse` (N·s) along its normal over the step. Returns whether it carries too much.
+  FATHOM_HD bool operator()(std::uint32_t k, float impulse) const {
     const float gravity = length(counters->gravity);
-    if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return;
+    if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return false;
     const ConstraintHead head = constraints.heads[k];
     const bool fixed_a = head.bits & pushes_fixed_bit;
     const float inverse_a = fixed_a ? 0.0f : bodies.constants[head.a].inverse_mass;
     const float inverse_b = bodies.constants[head.b].inverse_mass, sum = inverse_a + inverse_b;
-    const float weight = gravity * dt / sum;  // N·s, of the contact's own bodies
+    const float weight = weight_of(head, gravity);
     const float load = impulse / weight;
-    const float half = fixed_a ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
+    const float half = thinner_half(head);
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
     // No need to take the cube root for thick bodies, which are most, where the load is small.
-    if (half * bodies_stiffness > 343 && load <= 12) return;
-    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(k, head)) return;
+    if (half * bodies_stiffness > 343 && load <= 12) return false;
+    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(k, head)) return false;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
     if (!fixed_a) mark(head.a, step, wanted(head.a, ratio, inverse_a, sum));
     mark(head.b, step, wanted(head.b, ratio, inverse_b, sum));
+    return true;
+  }
+  /// The constraint's lift (m) after the step, at the end of which it is `depth` (m) deep (dynamics/lift.hpp).
+  FATHOM_HD float lift(std::uint32_t k, float lift, float depth, float impulse) const {
+    const ConstraintHead head = constraints.heads[k];
+    if (!(stiffness > 0 && impulse > 0)) return 0;
+    if (is_hit(k, head)) return lift;
+    return next_lift(lift, depth, impulse / weight_of(head, length(counters->gravity)), thinner_half(head), dt);
   }
 
  private:
   FATHOM_HD float thickness(std::uint32_t i) const {
     const BodyConstants& c = bodies.constants[i];
     return half_thickness(c.shape(), c.half_extents, c.shape_radius);
+  }
+  /// N·s in a step, of the contact's own bodies.
+  FATHOM_HD float weight_of(const ConstraintHead& head, float gravity) const {
+    const float inverse_a = head.bits & pushes_fixed_bit ? 0.0f : bodies.constants[head.a].inverse_mass;
+    return gravity * dt / (inverse_a + bodies.constants[head.b].inverse_mass);
+  }
+  /// m, of those that can be pushed.
+  FATHOM_HD float thinner_half(const ConstraintHead& head) const {
+    return head.bits & pushes_fixed_bit ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
   }
   FATHOM_HD bool is_hit(std::uint32_t k, const ConstraintHead& head) const {
     Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();

@@ -89,14 +89,14 @@ struct PrepareConstraints {
                                       contact_body<Inertia>(bodies, pair.b, solver_b)};
     ContactRows made;
     Contact& contact = contacts.contacts[constraints.contact[k]];
-    const float overlap = contact.overlap;
+    const float offset = contact.offset;
     Pose pose_a = bodies.poses[pair.a], pose_b = bodies.poses[pair.b];
     const float time = contact.ahead() ? m.step_impulse : 0;
     if (contact.ahead()) {
       pose_a = advanced(pose_a, {both.a.linear, 0, both.a.angular, 0}, time);
       pose_b = advanced(pose_b, {both.b.linear, 0, both.b.angular, 0}, time);
     }
-    float nearest = overlap + prepare_contact(m, pose_a, pose_b, overlap, contact.round(), both, made);
+    float nearest = offset + prepare_contact(m, pose_a, pose_b, offset, contact.round(), both, made);
     if (contact.ahead()) nearest = count_back(time, both, made);
     const ContactAxes axes = made.axes();
     look_at_touch(contact, nearest, approaches(axes.velocity(both), made.points, made.count, hit_threshold));
@@ -120,7 +120,7 @@ struct PrepareConstraints {
     if (is_special) constraints.extras[k] = {rolls ? roll_row(m, axes) : RollRow{}, surface_slide(bodies, pair)};
     if (contact.fixed_a()) bits |= pushes_fixed_bit;
     bits |= ranks_of(pair, contact.colour());
-    const std::uint32_t extras = (overlap > 0 ? 1u * overlaps_extra : 0u) | (is_special ? 1u * row_extra : 0u);
+    const std::uint32_t extras = (offset != 0 ? 1u * offset_extra : 0u) | (is_special ? 1u * row_extra : 0u);
     constraints.heads[k] = {pair.a, pair.b, static_cast<std::uint32_t>(made.count) | bits, extras};
   }
 

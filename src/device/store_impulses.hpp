@@ -10,7 +10,7 @@
 
 namespace fathom::device {
 
-/// Hands the impulses back to the manifolds and joints, and what a step leaves of overlaps to the contacts; marks what
+/// Hands the impulses back to the manifolds and joints, and the offsets that a step leaves to the contacts; marks what
 /// was overloaded, tells of touches and hits, which takes the velocities that bodies began the step with. An impulse
 /// that is not finite is forgotten.
 struct StoreImpulses {
@@ -30,7 +30,6 @@ struct StoreImpulses {
     const ConstraintHead head = constraints.heads[k];
     if (is_joint(head.bits) && head.has(direct_extra)) return;
     if (is_joint(head.bits)) return head.bits & generic_bit ? store_generic_joint(k) : store_joint(k);
-    if (head.has(overlaps_extra)) fade_overlap(k, static_cast<int>(head.bits & point_bits));
     ContactManifold& m = contacts.manifolds[constraints.manifold[k]];
     const Quad* const rows = rows_of(constraints, k);
     const Quad n = rows[impulse_row * tile_width], f = rows[(impulse_row + 1) * tile_width];
@@ -48,7 +47,9 @@ struct StoreImpulses {
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
     FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(k)),
                     constraints.bodies[k].b);
-    mark_overload(k, m.step_impulse);
+    const bool overloaded = mark_overload(k, m.step_impulse);
+    if (overloaded || head.has(offset_extra))
+      change_offset(k, static_cast<int>(head.bits & point_bits), m.step_impulse, overloaded);
     look_at_touch(k, m, m.step_impulse > 0);
   }
 
@@ -90,12 +91,16 @@ struct StoreImpulses {
                        {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
   }
 
-  FATHOM_HD void fade_overlap(std::uint32_t k, int count) const {
+  FATHOM_HD void change_offset(std::uint32_t k, int count, float impulse, bool overloaded) const {
     Contact& c = contacts.contacts[constraints.contact[k]];
     const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
     float nearest = 1e30f;
     for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
-    c.overlap = faded_overlap(c.overlap, nearest - c.overlap, overlap_kept);
+    const float depth = c.offset - nearest;
+    if (c.offset > 0)
+      c.offset = faded_overlap(c.offset, -depth, overlap_kept);
+    else if (overloaded || c.offset < 0)
+      c.offset = -mark_overload.lift(k, -c.offset, depth, impulse);
   }
 
   FATHOM_HD void store_joint(std::uint32_t k) const {

@@ -133,9 +133,9 @@ struct ContactChanges {
       const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
       if (is_round(a.shape()) || is_round(b.shape())) c.bits |= round_bit;
       mix(c, m);
-      c.overlap = first_overlap(fresh, m.restitution, thickness(a), thickness(b), sag * length(counters->gravity));
+      c.offset = first_overlap(fresh, m.restitution, thickness(a), thickness(b), sag * length(counters->gravity));
     }
-    if (is_ahead) c.overlap = 0;
+    if (is_ahead) c.offset = 0;
     c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;
     set_manifold(m, fresh, b_in_a, c.axis.reduced);
     if (c.axis.reduced) c.axis.wait = steps_to_settle;

@@ -39,6 +39,12 @@ inline constexpr float overlap_time = 0.15f;
 /// Depth of a new contact that counts as touching: m at most, and shares of the thinner shape's half, of what stays and
 /// of what bounces (`first_overlap`).
 inline constexpr float max_first_overlap = 0.1f, first_overlap_share = 0.1f, bouncing_overlap_share = 0.7f;
+/// Depth that a contact may keep under a load: a share of the thinner body's half thickness, a millimetre at least, and
+/// at most that other share (`lasting_depth`).
+inline constexpr float lasting_depth_share = 0.01f, min_lasting_depth = 0.001f, max_lasting_depth_share = 0.1f;
+/// Rates (1/s) at which lifts grow, under loads up to so many times the bodies' weight, and fade; lifts (m) that are
+/// none (docs/log/2026-11-27-lifts.md).
+inline constexpr float lift_rate = 2, light_load = 30, lift_fading = 5, lift_gone = 1e-6f;
 /// m at which bodies of 10 cm and more begin to touch without pressing, and at which they part
 /// (docs/log/2026-11-22-events.md).
 inline constexpr float touching_distance = 0.001f, parting_distance = 0.002f;

@@ -125,7 +125,7 @@ void CellSolver::prepare_as(Row& row, Contact& c, const ContactManifold& m) {
   const auto bodies = bodies_of<Inertia>(row);
   const Pose &pose_a = state_.poses[row.a], &pose_b = state_.poses[row.b];
   row.nearest = c.ahead ? prepare_contact_ahead(m, pose_a, pose_b, m.step_impulse, c.round, bodies, row.rows)
-                        : prepare_contact(m, pose_a, pose_b, c.slack.overlap(), c.round, bodies, row.rows);
+                        : prepare_contact(m, pose_a, pose_b, c.slack.offset(), c.round, bodies, row.rows);
   const ContactAxes axes = row.rows.axes();
   row.roll = c.round ? roll_row(m, axes) : RollRow{};
   if (m.restitution == 0) return;
@@ -261,7 +261,7 @@ void CellSolver::sweep_row(Row& row) {
 
 void CellSolver::note_touch(const Row& row, Contact& c, const TouchWatch& watch) const {
   const bool pressed = row.rows.impulses.step > 0;
-  const bool touches = pressed || row.nearest + c.slack.overlap() <= touch_distance(c.touch_halvings, c.in_touch);
+  const bool touches = pressed || row.nearest + c.slack.offset() <= touch_distance(c.touch_halvings, c.in_touch);
   if (touches != c.in_touch) watch.changes->note(row.contact, touches);
   if (pressed || c.hits)
     watch.note_hit(row.contact, c, graph_.manifold(c), row.rows.frame, row.rows.points, row.rows.impulses.normal,
@@ -281,8 +281,8 @@ void CellSolver::store() {
       m.twist_impulse = row.rows.impulses.twist;
       m.step_impulse = row.rows.impulses.step;
       note_touch(row, c, constrained.touches);
-      if (const float overlap = c.slack.overlap(); overlap > 0)
-        c.slack = Slack::of_overlap(faded_overlap(overlap, row.nearest, overlap_kept(def_.dt)));
+      if (const float overlap = c.slack.offset(); overlap > 0)
+        c.slack = Slack::of_offset(faded_overlap(overlap, row.nearest, overlap_kept(def_.dt)));
       if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, row.rows.axes()));
     }
   });

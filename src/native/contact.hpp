@@ -9,6 +9,7 @@
 #include <fathom/math.hpp>
 
 #include "dynamics/contact_manifold.hpp"
+#include "dynamics/tuning.hpp"
 
 namespace fathom::native {
 
@@ -37,24 +38,29 @@ struct Children {
   std::uint32_t a = 0, b = 0;
 };
 
-/// Either how far a contact's bodies may move before its manifold is rebuilt, or the overlap they began with: a
-/// manifold is never kept while there is one. One word for both, because contacts are many, and few have an overlap.
+/// Either how far a contact's bodies may move before its manifold is rebuilt, or what its depth is taken to be less or
+/// more: a manifold is never kept while there is that. One word for both, because contacts are many, and few have an
+/// offset.
 class Slack {
  public:
   Slack() = default;
   static Slack of_distance(float distance) { return Slack(distance); }
-  static Slack of_overlap(float overlap) { return Slack(-overlap); }
+  static Slack of_offset(float offset) { return Slack(offset < 0 ? offset - lifted : -offset); }
 
-  /// Whether the manifold may be kept: no overlap, and nothing that rolls.
+  /// Whether the manifold may be kept: no offset, and nothing that rolls.
   bool recycles() const { return value_ > 0; }
   /// m that the bodies may move against each other before the manifold is rebuilt.
   float recycle_distance() const { return max(value_, 0.0f); }
-  /// m of depth that counts as touching (dynamics/overlap.hpp).
-  float overlap() const { return max(-value_, 0.0f); }
+  /// m of depth that counts as touching (dynamics/overlap.hpp); below 0, of what counts as deeper than it is
+  /// (dynamics/lift.hpp).
+  float offset() const { return value_ <= -lifted ? value_ + lifted : max(-value_, 0.0f); }
 
  private:
+  static constexpr float lifted = 1;  // no overlap is that deep
+  static_assert(lifted > max_first_overlap);
+
   explicit Slack(float value) : value_(value) {}
-  float value_ = 0;  // the distance, or the overlap's negative
+  float value_ = 0;  // the distance; the negative of an overlap, or of a lift and `lifted`
 };
 
 struct alignas(32) Contact {

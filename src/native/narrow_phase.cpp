@@ -33,9 +33,9 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
   return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
 }
 
-/// The overlap that two bodies began with has faded away: from now on their manifold may be kept again.
-void forget_overlap(Contact& c, const BodyTable& bodies) {
-  if (!c.slack.recycles() && c.slack.overlap() < overlap_gone)
+/// What was added to their depths has faded away: from now on their manifold may be kept again.
+void forget_offset(Contact& c, const BodyTable& bodies) {
+  if (!c.slack.recycles() && std::abs(c.slack.offset()) < overlap_gone)
     c.slack = Slack::of_distance(recycle_distance(bodies[c.a], bodies[c.b]));
 }
 
@@ -95,7 +95,7 @@ HWY_FLATTEN Inspection inspect_contact(Contact& c, const ContactManifold* manifo
     return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
-  forget_overlap(c, bodies);
+  forget_offset(c, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   Inspection seen{Change::nothing, true, margin, b_in_a, {}};
   if (is_reduced) find_load(*manifold, seen.load);
@@ -188,7 +188,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   for (std::uint32_t k = 0; k < pairs.count; ++k) {
     Contact& c = contacts[contact_of[k]];
     put(c.axis, caches.items[k]);
-    forget_overlap(c, bodies);
+    forget_offset(c, bodies);
     entry_of[contact_of[k] - first] = k;
     if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
   }

@@ -35,7 +35,7 @@ struct LaneContacts {
   const float* inertia_of_a[width];
   const float* inertia_of_b[width];
   HWY_ALIGN float counts[width];
-  HWY_ALIGN float overlaps[width];
+  HWY_ALIGN float offsets[width];
   HWY_ALIGN float held[width];
   HWY_ALIGN std::int32_t touch_bits[width];
 
@@ -60,7 +60,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
       block.a()[i] = block.b()[i] = none;
       lanes.manifold[i] = lanes.pose_a[i] = lanes.pose_b[i] = lanes.body_a[i] = lanes.body_b[i] = zeros;
       lanes.inertia_of_a[i] = lanes.inertia_of_b[i] = zeros;
-      lanes.counts[i] = lanes.overlaps[i] = lanes.held[i] = 0;
+      lanes.counts[i] = lanes.offsets[i] = lanes.held[i] = 0;
       lanes.touch_bits[i] = 0;
       continue;
     }
@@ -78,7 +78,7 @@ HWY_INLINE std::size_t locate_lanes(const Block<D>& block, const std::uint32_t* 
     lanes.inertia_of_a[i] = is_anisotropic(a) ? reinterpret_cast<const float*>(view.inertias + c.a) : zeros;
     lanes.inertia_of_b[i] = is_anisotropic(b) ? reinterpret_cast<const float*>(view.inertias + c.b) : zeros;
     lanes.counts[i] = m.point_count_as_float();
-    lanes.overlaps[i] = c.slack.overlap();
+    lanes.offsets[i] = c.slack.offset();
     lanes.held[i] = 0;
     if (view.held) {
       if (view.levels[c.a] != view.levels[c.b])
@@ -324,11 +324,11 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   const std::size_t point_count = locate_lanes(block, indices, constrained, view, lanes);
   const PosedManifolds<D> manifolds(lanes, block.header().max_points);
   const LaneMasses<D> masses(lanes);
-  const auto overlap = hn::Load(d, lanes.overlaps);
+  const auto offset = hn::Load(d, lanes.offsets);
   ContactRows<D> rows{block};
-  const auto nearest = prepare_contact_rows(manifolds, overlap, masses, rows);
+  const auto nearest = prepare_contact_rows(manifolds, offset, masses, rows);
   block.set(step_impulse, hn::Zero(d));
-  block.header().overlaps = !hn::AllFalse(d, hn::Gt(overlap, hn::Zero(d)));
+  block.header().has_offsets = !hn::AllTrue(d, hn::Eq(offset, hn::Zero(d)));
   note_touch_bits(block, lanes, nearest);
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
@@ -362,34 +362,53 @@ HWY_INLINE void prefetch_lanes(const std::uint32_t* lanes, const Constrained& co
 }
 
 template <class D>
-HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
+HWY_INLINE Vec3 slide_of(const Block<D>& block, std::size_t lane) {
+  if (!block.header().moving_surface) return {};
+  return {block.at(surface_x)[lane], block.at(surface_y)[lane], block.at(surface_z)[lane]};
+}
+
+/// m, of the deepest point as the step began.
+template <class D>
+HWY_INLINE float depth_of(const Block<D>& block, std::size_t lane, const Constrained& constrained, const Contact& c) {
+  float nearest = 1e30f;
+  for (int i = 0; i < constrained.manifolds[c.manifold].point_count(); ++i)
+    nearest = min(nearest, block.at(Block<D>::point(i, point_separation))[lane]);
+  return c.slack.offset() - nearest;
+}
+
+template <class D>
+HWY_INLINE void watch_loads(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                            const LoadWatch& watch) {
   const D d;
   const auto speed = hn::Mul(block.get(step_impulse), block.get(k_nn));
   if (hn::AllFalse(d, hn::Gt(speed, hn::Set(d, watch.least)))) return;
   HWY_ALIGN float speeds[Block<D>::width];
   hn::Store(speed, d, speeds);
-  const bool on_surfaces = block.header().moving_surface;
   for (std::size_t i = 0; i < block.header().lanes; ++i) {
     if (!(speeds[i] > watch.least) || block.manifold()[i] == none) continue;
-    const auto get = [&](int field) { return on_surfaces ? block.at(field)[i] : 0.0f; };
-    watch.look_at(block.a()[i], block.b()[i], block.at(step_impulse)[i],
-                  {get(surface_x), get(surface_y), get(surface_z)});
+    const float impulse = block.at(step_impulse)[i];
+    if (!watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i))) continue;
+    Contact& c = constrained.contacts[indices[i]];
+    if (c.slack.offset() != 0) continue;
+    const float lift = watch.first_lift(c.a, c.b, depth_of(block, i, constrained, c), impulse);
+    if (lift > 0) c.slack = Slack::of_offset(-lift);
   }
 }
 
-/// Contacts whose bodies began inside each other: a part of the overlap has faded in the step that ends.
+/// Contacts whose bodies began inside each other, of which a part has faded in the step that ends, and those that a
+/// load presses.
 template <class D>
-HWY_NOINLINE void fade_overlaps(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
-                                float overlap_kept) {
+HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
+                                 float overlap_kept, const LoadWatch& watch) {
   for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
     if (indices[lane] == none) continue;
     Contact& c = constrained.contacts[indices[lane]];
-    const float overlap = c.slack.overlap();
-    if (!(overlap > 0)) continue;
-    float nearest = 1e30f;
-    for (int i = 0; i < constrained.manifolds[c.manifold].point_count(); ++i)
-      nearest = min(nearest, block.at(Block<D>::point(i, point_separation))[lane]);
-    c.slack = Slack::of_overlap(faded_overlap(overlap, nearest - overlap, overlap_kept));
+    const float offset = c.slack.offset(), depth = depth_of(block, lane, constrained, c);
+    if (offset > 0)
+      c.slack = Slack::of_offset(faded_overlap(offset, -depth, overlap_kept));
+    else if (offset < 0)
+      c.slack = Slack::of_offset(
+          -watch.next_lift(-offset, c.a, c.b, depth, block.at(step_impulse)[lane], slide_of(block, lane)));
   }
 }
 
@@ -418,7 +437,7 @@ HWY_NOINLINE void note_touches(const Block<D>& block, const std::uint32_t* indic
   }
 }
 
-/// Impulses go back to the manifolds, and what a step leaves of overlaps to the contacts.
+/// Impulses go back to the manifolds, and the offsets that a step leaves to the contacts.
 template <class D>
 HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs, const Constrained& constrained,
                                float overlap_kept, const LoadWatch& watch) {
@@ -445,9 +464,9 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
       D(),
       {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), block.get(step_impulse)},
       friction_impulses, used);
-  if (block.header().overlaps) fade_overlaps(block, refs, constrained, overlap_kept);
+  if (block.header().has_offsets) change_offsets(block, refs, constrained, overlap_kept, watch);
   if (block.header().rolls) store_rolling(block, constrained);
-  if (watch.overloads) watch_loads(block, watch);
+  if (watch.overloads) watch_loads(block, refs, constrained, watch);
 }
 
 }  // namespace fathom::native::HWY_NAMESPACE

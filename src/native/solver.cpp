@@ -450,6 +450,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
   watch.unit = length(def_.gravity) * def_.dt;
+  watch.dt = def_.dt;
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())
     watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 
+#include "dynamics/lift.hpp"
 #include "dynamics/overload.hpp"
 #include "native/ball_joints-inl.hpp"
 #include "native/constraint_block-inl.hpp"
@@ -390,18 +391,40 @@ const SolverKernels* selected = nullptr;
 
 }  // namespace
 
-void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
-  // Those that the solver has are of the inertia that loads have added.
-  const auto inverse_mass = [this](std::uint32_t slot) {
-    return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
-  };
-  const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
+// Those that the solver has are of the inertia that loads have added.
+float LoadWatch::inverse_mass(std::uint32_t slot) const {
+  return bodies[slot].inverse_mass > 0 ? (*table)[slot].inverse_mass : 0.0f;
+}
+
+// Half the thickness (m) of the thinner one of those that can be pushed.
+float LoadWatch::thinner_half(std::uint32_t a, std::uint32_t b) const {
   float thinner = 1e30f;
-  if (inverse_a > 0) thinner = min(thinner, half_thickness((*table)[a]));
-  if (inverse_b > 0) thinner = min(thinner, half_thickness((*table)[b]));
+  for (const std::uint32_t slot : {a, b})
+    if (bodies[slot].inverse_mass > 0) thinner = min(thinner, half_thickness((*table)[slot]));
+  return thinner;
+}
+
+bool LoadWatch::is_hit(std::uint32_t a, std::uint32_t b, Vec3 slide) const {
+  return length_squared(bodies[b].linear - bodies[a].linear + slide) > loaded_speed * loaded_speed;
+}
+
+float LoadWatch::first_lift(std::uint32_t a, std::uint32_t b, float depth, float impulse) const {
+  const float load = impulse * (inverse_mass(a) + inverse_mass(b)) / unit;
+  return fathom::next_lift(0, depth, load, thinner_half(a, b), dt);
+}
+
+float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const {
+  if (!overloads || !(impulse > 0)) return 0;
+  if (is_hit(a, b, slide)) return lift;
+  const float load = impulse * (inverse_mass(a) + inverse_mass(b)) / unit;
+  return fathom::next_lift(lift, depth, load, thinner_half(a, b), dt);
+}
+
+bool LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
+  const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
+  const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
-  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit)) return;
-  if (length_squared(bodies[b].linear - bodies[a].linear + slide) > loaded_speed * loaded_speed) return;
+  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_hit(a, b, slide)) return false;
   const auto gained = [this](std::uint32_t slot, float inverse) {
     const Vec3 change = bodies[slot].linear - before[slot].linear;
     return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;
@@ -413,6 +436,7 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));
+  return true;
 }
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }

@@ -50,10 +50,19 @@ struct LoadWatch {
   float least = 0;                   ///< m/s that a contact's impulse must be worth to its bodies, whatever they are
   float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
+  float dt = 0;                      ///< s
 
   /// A contact that gave `impulse` (N·s) along its normal over the step; `slide` is what its surfaces add to the
-  /// sliding velocity (m/s).
-  void look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
+  /// sliding velocity (m/s). Returns whether it carries too much.
+  bool look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
+  /// See dynamics/lift.hpp; of contacts without one, and with one.
+  float first_lift(std::uint32_t a, std::uint32_t b, float depth, float impulse) const;
+  float next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const;
+
+ private:
+  float inverse_mass(std::uint32_t slot) const;
+  float thinner_half(std::uint32_t a, std::uint32_t b) const;
+  bool is_hit(std::uint32_t a, std::uint32_t b, Vec3 slide) const;
 };
 
 class ContactGraph;
@@ -95,7 +104,7 @@ struct BlockHeader {
   bool isotropic = false;                         ///< all bodies' inertias are multiples of the identity
   bool restitution = false;                       ///< some lane bounces
   bool held = false;                              ///< some lane is held by its supports' direct solution
-  bool overlaps = false;                          ///< in some lane a part of the overlap counts as touching
+  bool has_offsets = false;                       ///< some lane counts as less or more deep than it is
   bool round = false;                             ///< some lane is a contact of something round
   bool rolls = false;                             ///< some lane has rolling resistance
   bool moving_surface = false;                    ///< some lane is on a surface that moves against its body
@@ -138,7 +147,7 @@ struct SolverKernels {
                           const SweepParameters& p);
   void (*iterate_couplings)(BlockArray blocks, std::size_t begin, std::size_t end, SolverBody* bodies,
                             const SweepParameters& p);
-  /// Writes accumulated impulses back to the manifolds, and what a step leaves of overlaps (dynamics/overlap.hpp) to
+  /// Writes accumulated impulses back to the manifolds, and the offsets that a step leaves (`Slack::offset`) to
   /// the contacts; notes touches and hits. Bodies must not have been moved.
   void (*store)(BlockArray blocks, std::size_t begin, std::size_t end, const ConstraintRef* lanes,
                 const Constrained& constrained, float overlap_kept, const LoadWatch& watch);

@@ -1,0 +1,36 @@
+// Contacts that a lasting load presses deep. Pure, for host and device.
+//
+// A contact is a spring of its own two bodies' masses. Where it carries many times their weight it gives way by as many
+// times its sag, and neither more sweeps nor more substeps change that: it is where the spring rests. So what stays
+// deep counts as deeper still, by a *lift* that grows as long as it does, which is the integral part of a controller.
+// It is slow against all that contacts do otherwise, so that a heavy body does not bob on light ones, and takes nothing
+// of their damping. Springs stay as soft as they are towards hits.
+#pragma once
+
+#include <fathom/math.hpp>
+
+#include "dynamics/tuning.hpp"
+
+namespace fathom {
+
+/// Depth (m) that a contact may keep, `half_thickness` (m) being that of its thinner body.
+FATHOM_HD float lasting_depth(float half_thickness) {
+  return min(max(lasting_depth_share * half_thickness, min_lasting_depth), max_lasting_depth_share * half_thickness);
+}
+
+/// A contact's lift (m) after a step of `dt` (s), at the end of which its deepest point was `depth` (m) deep and it
+/// carried `load` times its own bodies' weight: within the lasting depth it stays, above half of it it fades, and it is
+/// gone once the bodies part. The more it carries, the slower what it carries answers.
+FATHOM_HD float next_lift(float lift, float depth, float load, float half_thickness, float dt) {
+  const float lasting = lasting_depth(half_thickness);
+  if (!(depth >= 0)) return 0;
+  if (depth > lasting) {
+    const float rate = lift_rate * min(1.0f, light_load / load);
+    return min(fma(rate * dt, depth - lasting, lift), half_thickness);
+  }
+  if (depth >= 0.5f * lasting) return lift;
+  const float kept = lift * max(1 - lift_fading * dt, 0.0f);
+  return kept > lift_gone ? kept : 0.0f;
+}
+
+}  // namespace fathom
