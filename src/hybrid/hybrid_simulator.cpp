@@ -61,7 +61,7 @@ void HybridSimulator::inspect(std::uint32_t index) {
   native::Inspection& seen = inspections_[index];
   seen = {};
   if (c.is_pair() && !c.in_parts && is_active(c))
-    seen = inspect_contact(c, c.touching() ? &graph_.manifold(c) : nullptr, bodies, state_, def.dt);
+    seen = inspect_contact(c, c.touching() ? &graph_.manifold(c) : nullptr, bodies, state_, def.dt, {});
 }
 
 void HybridSimulator::inspect_known() {

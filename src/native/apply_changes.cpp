@@ -103,7 +103,8 @@ void NativeSimulator::first_manifold(const NewManifold& fresh, ContactManifold& 
   const float overlap =
       first_overlap(fresh.manifold, manifold.restitution, a.half, b.half, contact_sag(def) * length(def.gravity));
   c.ahead = fresh.ahead >= 0;
-  c.slack = overlap > 0 && !c.ahead ? Slack::of_offset(overlap) : Slack::of_distance(recycle_distance(a, b));
+  c.slack =
+      overlap > 0 && !c.ahead ? Slack::of_overlap(overlap) : Slack::of_distance(recycle_distance(c, children, bodies));
   set_manifold(manifold, fresh.manifold, fresh.b_in_a);
   if (c.ahead) manifold.step_impulse = fresh.ahead;
 }

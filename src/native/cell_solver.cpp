@@ -281,8 +281,8 @@ void CellSolver::store() {
       m.twist_impulse = row.rows.impulses.twist;
       m.step_impulse = row.rows.impulses.step;
       note_touch(row, c, constrained.touches);
-      if (const float overlap = c.slack.offset(); overlap > 0)
-        c.slack = Slack::of_offset(faded_overlap(overlap, row.nearest, overlap_kept(def_.dt)));
+      if (const float overlap = c.slack.overlap(); overlap > 0)
+        c.slack = Slack::of_overlap(faded_overlap(overlap, row.nearest, overlap_kept(def_.dt)));
       if (row.roll.length > 0) m.set_rolling_impulse(kept_impulse(row.roll, row.rows.axes()));
     }
   });

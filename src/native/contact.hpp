@@ -38,29 +38,34 @@ struct Children {
   std::uint32_t a = 0, b = 0;
 };
 
-/// Either how far a contact's bodies may move before its manifold is rebuilt, or what its depth is taken to be less or
-/// more: a manifold is never kept while there is that. One word for both, because contacts are many, and few have an
-/// offset.
+/// How far a contact's bodies may move before its manifold is rebuilt, or what its depth is taken to be less, or more.
+/// One word for all three, because contacts are many, and few have an offset. A manifold is never kept with an overlap;
+/// with a lift it is, and the distance is worked out where it is asked for.
 class Slack {
  public:
   Slack() = default;
   static Slack of_distance(float distance) { return Slack(distance); }
-  static Slack of_offset(float offset) { return Slack(offset < 0 ? offset - lifted : -offset); }
+  static Slack of_overlap(float overlap) { return Slack(-overlap); }
+  static Slack of_lift(float lift) { return lift > lift_gone ? Slack(-lift_scale * lift) : Slack(0); }
 
-  /// Whether the manifold may be kept: no offset, and nothing that rolls.
+  /// Whether the distance is known: no offset, and nothing that rolls.
   bool recycles() const { return value_ > 0; }
-  /// m that the bodies may move against each other before the manifold is rebuilt.
+  bool is_lifted() const { return value_ <= -1; }
+  /// m that the bodies may move against each other before the manifold is rebuilt, where it `recycles`; else 0.
   float recycle_distance() const { return max(value_, 0.0f); }
-  /// m of depth that counts as touching (dynamics/overlap.hpp); below 0, of what counts as deeper than it is
-  /// (dynamics/lift.hpp).
-  float offset() const { return value_ <= -lifted ? value_ + lifted : max(-value_, 0.0f); }
+  /// m of depth that counts as touching (dynamics/overlap.hpp).
+  float overlap() const { return is_lifted() ? 0.0f : max(-value_, 0.0f); }
+  /// m that the contact counts as deeper than it is (dynamics/lift.hpp).
+  float lift() const { return is_lifted() ? value_ / -lift_scale : 0.0f; }
+  /// m that is added to separations.
+  float offset() const { return overlap() - lift(); }
 
  private:
-  static constexpr float lifted = 1;  // no overlap is that deep
-  static_assert(lifted > max_first_overlap);
+  static constexpr float lift_scale = 16777216;  // tells lifts from overlaps, and takes no digits from them
+  static_assert(lift_scale * lift_gone > 1 && max_first_overlap < 1);
 
   explicit Slack(float value) : value_(value) {}
-  float value_ = 0;  // the distance; the negative of an overlap, or of a lift and `lifted`
+  float value_ = 0;  // the distance, the negative of an overlap, or a scaled one of a lift
 };
 
 struct alignas(32) Contact {

@@ -86,7 +86,7 @@ void ContactGraph::fill(Contact& c, Pair pair, std::uint64_t born) const {
   c.touch_halvings = touch_halvings(min(a.radius, b.radius)) & 15;
   const bool boxes = a.is_box() && b.is_box();
   c.slack = Slack::of_distance(boxes ? fathom::recycle_distance(ShapeType::box, a.radius, ShapeType::box, b.radius)
-                                     : recycle_distance(bodies_[c.a], bodies_[c.b]));
+                                     : recycle_distance(c, {}, bodies_));
   c.in_parts = !boxes && !(bodies_[c.a].geometry.is_convex() && bodies_[c.b].geometry.is_convex());
 }
 

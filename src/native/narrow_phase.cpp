@@ -8,6 +8,7 @@
 #include "check/check.hpp"
 #include "collision/box_box.hpp"
 #include "dynamics/manifold_update.hpp"
+#include "native/pieces.hpp"
 #include "native/prefetch.hpp"
 #include "native/tuning.hpp"
 
@@ -33,10 +34,10 @@ bool have_parted(const BodyBounds& a, const BodyBounds& b, std::uint8_t flags) {
   return !hn::AllTrue(d, hn::Or(same_boxes, overlaps_by_axis(a.fat_box, b.fat_box)));
 }
 
-/// What was added to their depths has faded away: from now on their manifold may be kept again.
-void forget_offset(Contact& c, const BodyTable& bodies) {
-  if (!c.slack.recycles() && std::abs(c.slack.offset()) < overlap_gone)
-    c.slack = Slack::of_distance(recycle_distance(bodies[c.a], bodies[c.b]));
+/// The overlap that two bodies began with has faded away: from now on their manifold may be kept again.
+void forget_overlap(Contact& c, Children children, const BodyTable& bodies) {
+  if (!c.slack.recycles() && !c.slack.is_lifted() && c.slack.overlap() < overlap_gone)
+    c.slack = Slack::of_distance(recycle_distance(c, children, bodies));
 }
 
 void prefetch_for(const Contact& c, const ContactManifold* manifolds, const BodyState& state) {
@@ -78,24 +79,26 @@ struct Unset {
 
 }  // namespace
 
-float recycle_distance(const BodyInfo& a, const BodyInfo& b) {
+// Not in the way of contacts that know theirs.
+HWY_NOINLINE float recycle_distance(const Contact& c, Children children, const BodyTable& bodies) {
+  const Piece a = piece_of(bodies[c.a], children.a), b = piece_of(bodies[c.b], children.b);
   return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
 }
 
 HWY_FLATTEN Inspection inspect_contact(Contact& c, const ContactManifold* manifold, const BodyTable& bodies,
-                                       const BodyState& state, float dt) {
+                                       const BodyState& state, float dt, Children children) {
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   if (have_parted(a, b, state.flags[c.a] | state.flags[c.b])) return {Change::gone};
   if (!hn::AllTrue(d, overlaps_by_axis(a.box, b.box))) return {manifold ? Change::ended : Change::nothing};
 
   const Pose b_in_a = relative(state.poses[c.a], state.poses[c.b]);
   const bool is_reduced = manifold && c.axis.reduced;
-  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, c.slack.recycle_distance()) &&
+  if (manifold && !c.ahead && moved_little(*manifold, b_in_a, kept_within(c, children, bodies)) &&
       !(is_reduced && is_to_reduce(c.axis, *manifold)))
     return {Change::recycled};
 
   if (manifold) prefetch_to_write(manifold);  // its first line: the others have been read
-  forget_offset(c, bodies);
+  forget_overlap(c, children, bodies);
   const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
   Inspection seen{Change::nothing, true, margin, b_in_a, {}};
   if (is_reduced) find_load(*manifold, seen.load);
@@ -132,7 +135,7 @@ Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh,
 Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {
   const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts] = narrow_phase;
   if (c.in_parts) return update_parts(index, narrow_phase);
-  const Inspection seen = inspect_contact(c, manifold, bodies, state, dt);
+  const Inspection seen = inspect_contact(c, manifold, bodies, state, dt, {});
   if (!seen.collide) return seen.change;
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   AxisCache axis = c.axis;
@@ -188,7 +191,7 @@ void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint
   for (std::uint32_t k = 0; k < pairs.count; ++k) {
     Contact& c = contacts[contact_of[k]];
     put(c.axis, caches.items[k]);
-    forget_offset(c, bodies);
+    forget_overlap(c, {}, bodies);
     entry_of[contact_of[k] - first] = k;
     if (!(apart >> k & 1)) todo[contact_of[k] - first] = Todo::collide;
   }

@@ -40,8 +40,13 @@ struct FastPair {
   Children children{};
 };
 
-/// Distance (m) that two bodies may move against each other before their manifold is rebuilt.
-float recycle_distance(const BodyInfo& a, const BodyInfo& b);
+/// Distance (m) that a contact's bodies, of which `children` touch, may move against each other before its manifold is
+/// rebuilt.
+float recycle_distance(const Contact& contact, Children children, const BodyTable& bodies);
+/// The same as things are: 0 while the manifold is not to be kept.
+inline float kept_within(const Contact& contact, Children children, const BodyTable& bodies) {
+  return contact.slack.is_lifted() ? recycle_distance(contact, children, bodies) : contact.slack.recycle_distance();
+}
 
 /// What a contact needs before shapes are collided.
 struct Inspection {
@@ -51,8 +56,9 @@ struct Inspection {
   Pose b_in_a{};
   PatchLoad load{};
 };
+/// `children`: what touches in it.
 Inspection inspect_contact(Contact& contact, const ContactManifold* manifold, const BodyTable& bodies,
-                           const BodyState& state, float dt);
+                           const BodyState& state, float dt, Children children);
 class ContactGraph;
 
 /// What contacts are brought up to date with; lists are there to add to.

@@ -76,9 +76,10 @@ class PartedPair {
 
   Change update() {
     const std::uint32_t touching = any_touching();
+    const std::uint32_t asked = touching != none ? touching : first_;
     const Inspection seen =
-        inspect_contact(contact(touching != none ? touching : first_), touching != none ? &manifold(touching) : nullptr,
-                        narrow_phase_.bodies, narrow_phase_.state, narrow_phase_.dt);
+        inspect_contact(contact(asked), touching != none ? &manifold(touching) : nullptr, narrow_phase_.bodies,
+                        narrow_phase_.state, narrow_phase_.dt, narrow_phase_.graph.children(asked));
     if (seen.change == Change::recycled && others_moved_little(touching)) {
       watch_all();
       return Change::recycled;
@@ -110,7 +111,7 @@ class PartedPair {
     for (const Part& part : scratch_.parts) {
       if (!part.touches) continue;
       Contact& c = contact(part.index);
-      const float distance = c.slack.recycle_distance();
+      const float distance = kept_within(c, part.children, narrow_phase_.bodies);
       const ContactManifold& m = manifold(part.index);
       if (part.index != asked && (c.ahead || !moved_little(m, b_in_a, distance) || is_to_reduce_anew(c.axis, m)))
         return false;

@@ -41,10 +41,6 @@ inline Vec3 surface_velocity(const BodyInfo& info, std::uint32_t child) {
   return c.material ? rotate(c.pose.rotation, c.material->surface_velocity) : info.material.surface_velocity;
 }
 
-inline float recycle_distance(const Piece& a, const Piece& b) {
-  return fathom::recycle_distance(a.geometry.type, a.radius, b.geometry.type, b.radius);
-}
-
 /// The piece as a body of its own, whose centre is within dt (s) where the body takes it.
 inline Mover mover_of(const Piece& piece, const Pose& pose, const Velocity& v, float dt) {
   if (!piece.is_child) return {piece.geometry, piece.radius, pose, v};

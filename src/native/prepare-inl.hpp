@@ -391,7 +391,7 @@ HWY_INLINE void watch_loads(const Block<D>& block, const std::uint32_t* indices,
     Contact& c = constrained.contacts[indices[i]];
     if (c.slack.offset() != 0) continue;
     const float lift = watch.first_lift(c.a, c.b, depth_of(block, i, constrained, c), impulse);
-    if (lift > 0) c.slack = Slack::of_offset(-lift);
+    if (lift > lift_gone) c.slack = Slack::of_lift(lift);
   }
 }
 
@@ -403,12 +403,12 @@ HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* ind
   for (std::size_t lane = 0; lane < block.header().lanes; ++lane) {
     if (indices[lane] == none) continue;
     Contact& c = constrained.contacts[indices[lane]];
-    const float offset = c.slack.offset(), depth = depth_of(block, lane, constrained, c);
-    if (offset > 0)
-      c.slack = Slack::of_offset(faded_overlap(offset, -depth, overlap_kept));
-    else if (offset < 0)
-      c.slack = Slack::of_offset(
-          -watch.next_lift(-offset, c.a, c.b, depth, block.at(step_impulse)[lane], slide_of(block, lane)));
+    const float overlap = c.slack.overlap(), lift = c.slack.lift(), depth = depth_of(block, lane, constrained, c);
+    if (overlap > 0)
+      c.slack = Slack::of_overlap(faded_overlap(overlap, -depth, overlap_kept));
+    else if (lift > 0)
+      c.slack =
+          Slack::of_lift(watch.next_lift(lift, c.a, c.b, depth, block.at(step_impulse)[lane], slide_of(block, lane)));
   }
 }
 
