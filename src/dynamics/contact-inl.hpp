@@ -216,7 +216,7 @@ FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, Con
 template <ContactPass pass, bool held, class L, class Rows, class Bodies>
 FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bodies& bodies,
                                     const ContactStepOf<L>& step) {
-  const L zero = splat<L>(0.0f), push_out = zero - step.push_out_velocity;
+  const L zero = splat<L>(0.0f);
   NormalSweep<L> sweep(rows.response(), axes.velocity(bodies));
   const NormalMotionOf<L> moved = axes.movement(bodies);
   for (int i = 0; i < rows.end(); ++i) {
@@ -229,16 +229,18 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
     const auto apart = is_above(separation, zero);
     // A point still apart may close its gap within the substep and no more: a speculative contact.
     const L gap_speed = separation * step.inverse_substep;
-    L bias = zero, mass = p.mass, kept = old;
-    if constexpr (pass == ContactPass::relax)
-      bias = select(apart, gap_speed, zero);
-    else
-      bias = select(apart, gap_speed, larger(step.bias_rate * separation, push_out));
+    L bias = select(apart, gap_speed, zero), mass = p.mass, kept = old;
+    if constexpr (pass != ContactPass::relax) bias = select(apart, gap_speed, step.bias_rate * separation);
     if constexpr (pass == ContactPass::soft) {
       mass = mass * select(apart, splat<L>(1.0f), step.mass_scale);
       kept = mul_sub(old, select(apart, zero, step.impulse_scale), old);
     }
-    L impulse = larger(mul_sub(kept, mass, speed + bias), zero);
+    L impulse = mul_sub(kept, mass, speed + bias);
+    // The limit is one of the velocity that this sweep adds. What carries the load that lasts is not limited, or bodies
+    // under a larger one would sink into each other without end.
+    if constexpr (pass != ContactPass::relax)
+      impulse = smaller(impulse, mul_sub(old, mass, speed - step.push_out_velocity));
+    impulse = larger(impulse, zero);
     // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
     if (pass == ContactPass::relax && rows.may_bounce())
       impulse = select(both(apart, is_above(rows.restitution(), zero)), smaller(impulse, old), impulse);
