@@ -17,10 +17,10 @@ struct MarkOverload {
   float stiffness;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is marked
   float dt;         ///< s
 
-  /// Constraint k gave `impulse` (N·s) along its normal over the step. Returns whether it carries too much.
-  FATHOM_HD bool operator()(std::uint32_t k, float impulse) const {
+  /// Constraint k gave `impulse` (N·s) along its normal over the step.
+  FATHOM_HD void operator()(std::uint32_t k, float impulse) const {
     const float gravity = length(counters->gravity);
-    if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return false;
+    if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return;
     const ConstraintHead head = constraints.heads[k];
     const bool fixed_a = head.bits & pushes_fixed_bit;
     const float inverse_a = fixed_a ? 0.0f : bodies.constants[head.a].inverse_mass;
@@ -30,21 +30,23 @@ struct MarkOverload {
     const float half = thinner_half(head);
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
     // No need to take the cube root for thick bodies, which are most, where the load is small.
-    if (half * bodies_stiffness > 343 && load <= 12) return false;
-    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(k, head)) return false;
+    if (half * bodies_stiffness > 343 && load <= 12) return;
+    if (!(load > sweep_load(half, bodies_stiffness)) || is_hit(k, head)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
     if (!fixed_a) mark(head.a, step, wanted(head.a, ratio, inverse_a, sum));
     mark(head.b, step, wanted(head.b, ratio, inverse_b, sum));
-    return true;
   }
   /// The constraint's lift (m) after the step, at the end of which it is `depth` (m) deep (dynamics/lift.hpp).
   FATHOM_HD float lift(std::uint32_t k, float lift, float depth, float impulse) const {
+    const float gravity = length(counters->gravity);
+    if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return 0;
     const ConstraintHead head = constraints.heads[k];
-    if (!(stiffness > 0 && impulse > 0)) return 0;
+    const float half = thinner_half(head);
+    if (lift == 0 && !(depth > lasting_depth(half))) return 0;  // most
     if (is_hit(k, head)) return lift;
-    return next_lift(lift, depth, impulse / weight_of(head, length(counters->gravity)), thinner_half(head), dt);
+    return next_lift(lift, depth, impulse / weight_of(head, gravity), half, dt);
   }
 
  private:

@@ -47,9 +47,8 @@ struct StoreImpulses {
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
     FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(k)),
                     constraints.bodies[k].b);
-    const bool overloaded = mark_overload(k, m.step_impulse);
-    if (overloaded || head.has(offset_extra))
-      change_offset(k, static_cast<int>(head.bits & point_bits), m.step_impulse, overloaded);
+    mark_overload(k, m.step_impulse);
+    if (m.step_impulse > 0 || head.has(offset_extra)) change_offset(k, head, m.step_impulse);
     look_at_touch(k, m, m.step_impulse > 0);
   }
 
@@ -91,16 +90,21 @@ struct StoreImpulses {
                        {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
   }
 
-  FATHOM_HD void change_offset(std::uint32_t k, int count, float impulse, bool overloaded) const {
-    Contact& c = contacts.contacts[constraints.contact[k]];
+  /// Few contacts are read: only those that have an offset, and those that lie deeper than they may.
+  FATHOM_HD void change_offset(std::uint32_t k, const ConstraintHead& head, float impulse) const {
     const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
+    const int count = static_cast<int>(head.bits & point_bits);
     float nearest = 1e30f;
     for (int i = 0; i < count; ++i) nearest = min(nearest, points[i * tile_width].z);
-    const float depth = c.offset - nearest;
-    if (c.offset > 0)
-      c.offset = faded_overlap(c.offset, -depth, overlap_kept);
-    else if (overloaded || c.offset < 0)
-      c.offset = -mark_overload.lift(k, -c.offset, depth, impulse);
+    Contact& c = contacts.contacts[constraints.contact[k]];
+    if (!head.has(offset_extra)) {
+      const float lift = mark_overload.lift(k, 0, -nearest, impulse);
+      if (lift > lift_gone && !c.ahead()) c.offset = -lift;
+    } else if (c.offset > 0) {
+      c.offset = faded_overlap(c.offset, nearest - c.offset, overlap_kept);
+    } else {
+      c.offset = -mark_overload.lift(k, -c.offset, c.offset - nearest, impulse);
+    }
   }
 
   FATHOM_HD void store_joint(std::uint32_t k) const {

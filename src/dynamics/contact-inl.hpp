@@ -236,10 +236,13 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
       kept = mul_sub(old, select(apart, zero, step.impulse_scale), old);
     }
     L impulse = mul_sub(kept, mass, speed + bias);
-    // The limit is one of the velocity that this sweep adds. What carries the load that lasts is not limited, or bodies
-    // under a larger one would sink into each other without end.
-    if constexpr (pass != ContactPass::relax)
-      impulse = smaller(impulse, mul_sub(old, mass, speed - step.push_out_velocity));
+    // The limit is one of the velocity that this sweep adds. What carries a load that lasts is not limited, or bodies
+    // under a larger one would sink into each other without end; but where they spring back it is, or what a fall has
+    // compressed would return it all.
+    if constexpr (pass != ContactPass::relax) {
+      const L carried = select(is_above(speed, splat<L>(springing_back)), kept, old);
+      impulse = smaller(impulse, mul_sub(carried, mass, speed - step.push_out_velocity));
+    }
     impulse = larger(impulse, zero);
     // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
     if (pass == ContactPass::relax && rows.may_bounce())

@@ -377,8 +377,7 @@ HWY_INLINE float depth_of(const Block<D>& block, std::size_t lane, const Constra
 }
 
 template <class D>
-HWY_INLINE void watch_loads(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
-                            const LoadWatch& watch) {
+HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
   const D d;
   const auto speed = hn::Mul(block.get(step_impulse), block.get(k_nn));
   if (hn::AllFalse(d, hn::Gt(speed, hn::Set(d, watch.least)))) return;
@@ -387,16 +386,23 @@ HWY_INLINE void watch_loads(const Block<D>& block, const std::uint32_t* indices,
   for (std::size_t i = 0; i < block.header().lanes; ++i) {
     if (!(speeds[i] > watch.least) || block.manifold()[i] == none) continue;
     const float impulse = block.at(step_impulse)[i];
-    if (!watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i))) continue;
-    Contact& c = constrained.contacts[indices[i]];
-    if (c.slack.offset() != 0) continue;
-    const float lift = watch.first_lift(c.a, c.b, depth_of(block, i, constrained, c), impulse);
-    if (lift > lift_gone) c.slack = Slack::of_lift(lift);
+    watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i));
   }
 }
 
+/// Whether some pressed lane is deeper than the least depth that any contact may keep. Most blocks have none.
+template <class D>
+HWY_INLINE bool is_deep(const Block<D>& block, const LoadWatch& watch) {
+  const D d;
+  auto nearest = block.get(Block<D>::point(0, point_separation));
+  for (int i = 1; i < block.header().max_points; ++i)
+    nearest = hn::Min(nearest, block.get(Block<D>::point(i, point_separation)));
+  const auto deep = hn::Lt(nearest, hn::Set(d, -watch.least_depth));
+  return !hn::AllFalse(d, hn::And(deep, hn::Gt(block.get(step_impulse), hn::Zero(d))));
+}
+
 /// Contacts whose bodies began inside each other, of which a part has faded in the step that ends, and those that a
-/// load presses.
+/// load presses deep.
 template <class D>
 HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* indices, const Constrained& constrained,
                                  float overlap_kept, const LoadWatch& watch) {
@@ -404,11 +410,12 @@ HWY_NOINLINE void change_offsets(const Block<D>& block, const std::uint32_t* ind
     if (indices[lane] == none) continue;
     Contact& c = constrained.contacts[indices[lane]];
     const float overlap = c.slack.overlap(), lift = c.slack.lift(), depth = depth_of(block, lane, constrained, c);
-    if (overlap > 0)
+    if (overlap > 0) {
       c.slack = Slack::of_overlap(faded_overlap(overlap, -depth, overlap_kept));
-    else if (lift > 0)
-      c.slack =
-          Slack::of_lift(watch.next_lift(lift, c.a, c.b, depth, block.at(step_impulse)[lane], slide_of(block, lane)));
+      continue;
+    }
+    const float next = watch.next_lift(lift, c.a, c.b, depth, block.at(step_impulse)[lane], slide_of(block, lane));
+    if (lift > 0 || (next > lift_gone && !c.ahead)) c.slack = Slack::of_lift(next);
   }
 }
 
@@ -464,9 +471,9 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
       D(),
       {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), block.get(step_impulse)},
       friction_impulses, used);
-  if (block.header().has_offsets) change_offsets(block, refs, constrained, overlap_kept, watch);
-  if (block.header().rolls) store_rolling(block, constrained);
-  if (watch.overloads) watch_loads(block, refs, constrained, watch);
+  if (h.has_offsets || is_deep(block, watch)) change_offsets(block, refs, constrained, overlap_kept, watch);
+  if (h.rolls) store_rolling(block, constrained);
+  if (watch.overloads) watch_loads(block, watch);
 }
 
 }  // namespace fathom::native::HWY_NAMESPACE

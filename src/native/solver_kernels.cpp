@@ -408,11 +408,6 @@ bool LoadWatch::is_hit(std::uint32_t a, std::uint32_t b, Vec3 slide) const {
   return length_squared(bodies[b].linear - bodies[a].linear + slide) > loaded_speed * loaded_speed;
 }
 
-float LoadWatch::first_lift(std::uint32_t a, std::uint32_t b, float depth, float impulse) const {
-  const float load = impulse * (inverse_mass(a) + inverse_mass(b)) / unit;
-  return fathom::next_lift(0, depth, load, thinner_half(a, b), dt);
-}
-
 float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const {
   if (!overloads || !(impulse > 0)) return 0;
   if (is_hit(a, b, slide)) return lift;
@@ -420,11 +415,11 @@ float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float d
   return fathom::next_lift(lift, depth, load, thinner_half(a, b), dt);
 }
 
-bool LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
+void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const {
   const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
   const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
-  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_hit(a, b, slide)) return false;
+  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_hit(a, b, slide)) return;
   const auto gained = [this](std::uint32_t slot, float inverse) {
     const Vec3 change = bodies[slot].linear - before[slot].linear;
     return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;
@@ -436,7 +431,6 @@ bool LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   };
   if (inverse_a > 0) overloads->note(a, wanted(a, inverse_a));
   if (inverse_b > 0) overloads->note(b, wanted(b, inverse_b));
-  return true;
 }
 
 const SolverKernels& wide_kernels() { return selected ? *selected : all_kernels().front(); }

@@ -51,12 +51,12 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
+  float least_depth = 1e30f;         ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 
   /// A contact that gave `impulse` (N·s) along its normal over the step; `slide` is what its surfaces add to the
-  /// sliding velocity (m/s). Returns whether it carries too much.
-  bool look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
-  /// See dynamics/lift.hpp; of contacts without one, and with one.
-  float first_lift(std::uint32_t a, std::uint32_t b, float depth, float impulse) const;
+  /// sliding velocity (m/s).
+  void look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 slide) const;
+  /// Of the same contact, at a depth (m) and with a lift (m; dynamics/lift.hpp).
   float next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const;
 
  private:
