@@ -240,7 +240,7 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
     // under a larger one would sink into each other without end; but where they spring back it is, or what a fall has
     // compressed would return it all.
     if constexpr (pass != ContactPass::relax) {
-      const L carried = select(is_above(speed, splat<L>(springing_back)), kept, old);
+      const L carried = select(is_above(speed, splat<L>(pressed_speed)), kept, old);
       impulse = smaller(impulse, mul_sub(carried, mass, speed - step.push_out_velocity));
     }
     impulse = larger(impulse, zero);

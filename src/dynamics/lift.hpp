@@ -4,7 +4,8 @@
 // times its sag, and neither more sweeps nor more substeps change that: it is where the spring rests. So what stays
 // deep counts as deeper still, by a *lift* that grows as long as it does, which is the integral part of a controller.
 // It is slow against all that contacts do otherwise, so that a heavy body does not bob on light ones, and takes nothing
-// of their damping. Springs stay as soft as they are towards hits.
+// of their damping. Springs stay as soft as they are towards hits: the lift of bodies that move against each other by
+// more than `pressed_speed` stays as it is, or what a falling tower compresses would throw it up again.
 #pragma once
 
 #include <fathom/math.hpp>

@@ -42,8 +42,9 @@ inline constexpr float max_first_overlap = 0.1f, first_overlap_share = 0.1f, bou
 /// Depth that a contact may keep under a load: a share of the thinner body's half thickness, a millimetre at least, and
 /// at most that other share (`lasting_depth`).
 inline constexpr float lasting_depth_share = 0.01f, min_lasting_depth = 0.001f, max_lasting_depth_share = 0.1f;
-/// m/s at which bodies that are pressed part and are not held any more but spring back (`solve_points`).
-inline constexpr float springing_back = 0.1f;
+/// m/s against each other up to which pressed bodies rest: their contact's lift grows, and what it carries is no
+/// rebound (`solve_points`).
+inline constexpr float pressed_speed = 0.03f;
 /// Rates (1/s) at which lifts grow, under loads up to so many times the bodies' weight, and fade; lifts (m) that are
 /// none (docs/log/2026-11-27-lifts.md).
 inline constexpr float lift_rate = 2, light_load = 30, lift_fading = 5, lift_gone = 1e-6f;

@@ -62,7 +62,8 @@ struct LoadWatch {
  private:
   float inverse_mass(std::uint32_t slot) const;
   float thinner_half(std::uint32_t a, std::uint32_t b) const;
-  bool is_hit(std::uint32_t a, std::uint32_t b, Vec3 slide) const;
+  /// Whether they move against each other by more than `speed` (m/s).
+  bool move(std::uint32_t a, std::uint32_t b, Vec3 slide, float speed) const;
 };
 
 class ContactGraph;
