@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "dynamics/softness.hpp"
 #include "world_fixture.hpp"
 
 namespace fathom::test::lift_test {
@@ -109,6 +110,30 @@ TEST_P(Lifts, WhatIsRelievedStaysOnTheGround) {
   EXPECT_LT(highest, 0.605f);
   EXPECT_LT(fastest, 0.3f);
   for (const BodyId ball : s.balls) EXPECT_NEAR(s.world.pose(ball).position.z, 0.6f, 0.002f);
+}
+
+// A limit of the push-out is one of velocity: the impulse that carries a load has none, whatever the depth at which the
+// spring reaches it. Balls and boxes used to sink to half a metre, or through the ground.
+TEST_P(Lifts, WhatIsPressedSinksAsFarAsItsSpringGivesWayAndRisesAgain) {
+  for (const int substeps : {4, 8})
+    for (const float load : {100.0f, 300.0f, 1000.0f})
+      for (const Shape& shape : {sphere(0.5f), box({0.5f, 0.5f, 0.5f})}) {
+        WorldDef def = world_of(GetParam());
+        def.solver.substeps = substeps;
+        World world(def);
+        world.add(ground());
+        const BodyId body = world.add(dynamic(shape, {0, 0, 1}, 1));
+        const float weights = load * length(def.gravity), sag = weights * contact_sag(def);
+        float lowest = 1, z = 1;
+        for (int i = 0; i < 1800; ++i) {
+          world.apply_force(body, {0, 0, -weights});
+          world.step();
+          z = world.pose(body).position.z;
+          lowest = min(lowest, z);
+        }
+        EXPECT_GT(lowest, 1 - 1.8f * sag - 0.001f) << substeps << " substeps, " << load << " weights";
+        EXPECT_NEAR(z, 1, 0.008f) << substeps << " substeps, " << load << " weights";
+      }
 }
 
 }  // namespace fathom::test::lift_test

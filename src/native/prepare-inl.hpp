@@ -397,7 +397,7 @@ HWY_INLINE bool is_deep(const Block<D>& block, const LoadWatch& watch) {
   auto nearest = block.get(Block<D>::point(0, point_separation));
   for (int i = 1; i < block.header().max_points; ++i)
     nearest = hn::Min(nearest, block.get(Block<D>::point(i, point_separation)));
-  const auto deep = hn::Lt(nearest, hn::Set(d, -watch.least_depth));
+  const auto deep = hn::Lt(nearest, hn::Set(d, -watch.min_deep));
   return !hn::AllFalse(d, hn::And(deep, hn::Gt(block.get(step_impulse), hn::Zero(d))));
 }
 

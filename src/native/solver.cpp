@@ -452,7 +452,7 @@ LoadWatch ContactSolver::load_watch() {
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
   watch.unit = length(def_.gravity) * def_.dt;
   watch.dt = def_.dt;
-  watch.least_depth = lasting_depth(bodies_.min_half_thickness());
+  watch.min_deep = lasting_depth(bodies_.min_half_thickness());
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())
     watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;

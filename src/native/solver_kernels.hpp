@@ -51,7 +51,7 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
-  float least_depth = 1e30f;         ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
+  float min_deep = 1e30f;            ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 
   /// A contact that gave `impulse` (N·s) along its normal over the step; `slide` is what its surfaces add to the
   /// sliding velocity (m/s).
