@@ -329,6 +329,7 @@ HWY_INLINE std::size_t prepare_contacts(const Block<D>& block, const std::uint32
   const auto nearest = prepare_contact_rows(manifolds, offset, masses, rows);
   block.set(step_impulse, hn::Zero(d));
   block.header().has_offsets = !hn::AllTrue(d, hn::Eq(offset, hn::Zero(d)));
+  block.header().deep = !hn::AllFalse(d, hn::Lt(nearest, hn::Set(d, -view.min_deep)));
   note_touch_bits(block, lanes, nearest);
   if (block.header().held) block.set(held_part, hn::Load(d, lanes.held));
   if (!block.header().isotropic) {
@@ -388,17 +389,6 @@ HWY_INLINE void watch_loads(const Block<D>& block, const LoadWatch& watch) {
     const float impulse = block.at(step_impulse)[i];
     watch.look_at(block.a()[i], block.b()[i], impulse, slide_of(block, i));
   }
-}
-
-/// Whether some pressed lane is deeper than the least depth that any contact may keep. Most blocks have none.
-template <class D>
-HWY_INLINE bool is_deep(const Block<D>& block, const LoadWatch& watch) {
-  const D d;
-  auto nearest = block.get(Block<D>::point(0, point_separation));
-  for (int i = 1; i < block.header().max_points; ++i)
-    nearest = hn::Min(nearest, block.get(Block<D>::point(i, point_separation)));
-  const auto deep = hn::Lt(nearest, hn::Set(d, -watch.min_deep));
-  return !hn::AllFalse(d, hn::And(deep, hn::Gt(block.get(step_impulse), hn::Zero(d))));
 }
 
 /// Contacts whose bodies began inside each other, of which a part has faded in the step that ends, and those that a
@@ -471,7 +461,7 @@ HWY_INLINE void store_contacts(const Block<D>& block, const ConstraintRef* refs,
       D(),
       {block.get(friction_impulse_1), block.get(friction_impulse_2), block.get(twist_impulse), block.get(step_impulse)},
       friction_impulses, used);
-  if (h.has_offsets || is_deep(block, watch)) change_offsets(block, refs, constrained, overlap_kept, watch);
+  if (h.has_offsets || h.deep) change_offsets(block, refs, constrained, overlap_kept, watch);
   if (h.rolls) store_rolling(block, constrained);
   if (watch.overloads) watch_loads(block, watch);
 }

@@ -386,7 +386,8 @@ BodiesView ContactSolver::view() {
           supports_.levels(),
           swings(),
           mechanisms_.direct(),
-          any_fast_.load(std::memory_order_relaxed)};
+          any_fast_.load(std::memory_order_relaxed),
+          watches_loads() ? lasting_depth(bodies_.min_half_thickness()) : 1e30f};
 }
 
 std::size_t ContactSolver::prepare(std::size_t begin, std::size_t end) {
@@ -444,15 +445,16 @@ void ContactSolver::add_inertia(std::uint32_t slot, float inverse_scale) {
   for (float* element : {&w.xx, &w.yy, &w.zz, &w.xy, &w.xz, &w.yz}) *element *= inverse_scale;
 }
 
+bool ContactSolver::watches_loads() const { return def_.solver.method == Solver::soft && supports_.stiffness() > 0; }
+
 LoadWatch ContactSolver::load_watch() {
+  if (!watches_loads()) return {};
   LoadWatch watch;
   watch.stiffness = supports_.stiffness();
-  if (def_.solver.method != Solver::soft || !(watch.stiffness > 0)) return {};
   watch.overloads = &supports_.overloads(), watch.table = &bodies_, watch.bodies = state_.solver_bodies(),
   watch.before = state_.velocities.data(), watch.heaviest = supports_.heaviest();
   watch.unit = length(def_.gravity) * def_.dt;
   watch.dt = def_.dt;
-  watch.min_deep = lasting_depth(bodies_.min_half_thickness());
   // Where loads have added inertia, rows tell nothing of true masses.
   if (!supports_.overloads().any_scaled())
     watch.least = sweep_load(bodies_.min_half_thickness(), watch.stiffness) * watch.unit;

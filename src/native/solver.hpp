@@ -105,6 +105,8 @@ class ContactSolver {
   std::size_t number_of(const Unit& unit) const { return static_cast<std::size_t>(&unit - layout_.units().data()); }
   template <class Act>
   void for_each_part_of_kinematic(const Act& act);
+  /// Contacts may be overloaded, and have lifts.
+  bool watches_loads() const;
   LoadWatch load_watch();
   std::size_t block_bytes(const SolverKernels& kernels) const;
   void make_room_for_blocks();

@@ -38,6 +38,7 @@ struct BodiesView {
   const std::uint8_t* swings = nullptr;   ///< see BodyState; null where there are no joints
   const std::uint8_t* direct = nullptr;   ///< by joint, 1: its mechanism is solved directly; null where none is
   bool any_fast = true;                   ///< some body may approach another faster than a hit's threshold
+  float min_deep = 1e30f;                 ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 };
 
 /// Notes contacts that carry more than sweeps can hold (`sweep_load`), as their impulses are stored.
@@ -51,7 +52,6 @@ struct LoadWatch {
   float unit = 0;                    ///< m/s, of a contact that carries its own bodies' weight
   float stiffness = 0;               ///< 1/m, see `sweep_load`
   float dt = 0;                      ///< s
-  float min_deep = 1e30f;            ///< m that a contact may keep, whatever its bodies are (dynamics/lift.hpp)
 
   /// A contact that gave `impulse` (N·s) along its normal over the step; `slide` is what its surfaces add to the
   /// sliding velocity (m/s).
@@ -106,6 +106,7 @@ struct BlockHeader {
   bool restitution = false;                       ///< some lane bounces
   bool held = false;                              ///< some lane is held by its supports' direct solution
   bool has_offsets = false;                       ///< some lane counts as less or more deep than it is
+  bool deep = false;                              ///< some lane may be deeper than it may keep
   bool round = false;                             ///< some lane is a contact of something round
   bool rolls = false;                             ///< some lane has rolling resistance
   bool moving_surface = false;                    ///< some lane is on a surface that moves against its body
