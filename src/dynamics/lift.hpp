@@ -20,8 +20,8 @@ FATHOM_HD float lasting_depth(float half_thickness) {
 }
 
 /// A contact's lift (m) after a step of `dt` (s), at the end of which its deepest point was `depth` (m) deep and it
-/// carried `load` times its own bodies' weight: within the lasting depth it stays, above half of it it fades, and it is
-/// gone once the bodies part. The more it carries, the slower what it carries answers.
+/// carried `load` times its own bodies' weight: beyond the lasting depth it grows, below half of it it fades, between
+/// the two it stays, and it is gone once the bodies part. The more it carries, the slower what it carries answers.
 FATHOM_HD float next_lift(float lift, float depth, float load, float half_thickness, float dt) {
   const float lasting = lasting_depth(half_thickness);
   if (!(depth >= 0)) return 0;
