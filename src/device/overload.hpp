@@ -31,7 +31,7 @@ struct MarkOverload {
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
     // No need to take the cube root for thick bodies, which are most, where the load is small.
     if (half * bodies_stiffness > 343 && load <= 12) return;
-    if (!(load > sweep_load(half, bodies_stiffness)) || move(k, head, loaded_speed)) return;
+    if (!(load > sweep_load(half, bodies_stiffness)) || is_moving(k, head, loaded_speed)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
     const float ratio = lasting / (inertia_load(half, bodies_stiffness) * weight);
     const std::uint32_t step = counters->step + 1;
@@ -45,7 +45,7 @@ struct MarkOverload {
     const ConstraintHead head = constraints.heads[k];
     const float half = thinner_half(head);
     if (lift == 0 && !(depth > lasting_depth(half))) return 0;  // most
-    if (move(k, head, pressed_speed)) return lift;
+    if (is_moving(k, head, pressed_speed)) return lift;
     return next_lift(lift, depth, impulse / weight_of(head, gravity), half, dt);
   }
 
@@ -64,7 +64,7 @@ struct MarkOverload {
     return head.bits & pushes_fixed_bit ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
   }
   /// Whether they move against each other by more than `limit` (m/s).
-  FATHOM_HD bool move(std::uint32_t k, const ConstraintHead& head, float limit) const {
+  FATHOM_HD bool is_moving(std::uint32_t k, const ConstraintHead& head, float limit) const {
     Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
     if (head.has(row_extra)) speed += constraints.extras[k].surface_slide;
     return !(length_squared(speed) <= limit * limit);

@@ -404,13 +404,13 @@ float LoadWatch::thinner_half(std::uint32_t a, std::uint32_t b) const {
   return thinner;
 }
 
-bool LoadWatch::move(std::uint32_t a, std::uint32_t b, Vec3 slide, float speed) const {
+bool LoadWatch::is_moving(std::uint32_t a, std::uint32_t b, Vec3 slide, float speed) const {
   return length_squared(bodies[b].linear - bodies[a].linear + slide) > speed * speed;
 }
 
 float LoadWatch::next_lift(float lift, std::uint32_t a, std::uint32_t b, float depth, float impulse, Vec3 slide) const {
   if (!overloads || !(impulse > 0)) return 0;
-  if (move(a, b, slide, pressed_speed)) return lift;
+  if (is_moving(a, b, slide, pressed_speed)) return lift;
   const float load = impulse * (inverse_mass(a) + inverse_mass(b)) / unit;
   return fathom::next_lift(lift, depth, load, thinner_half(a, b), dt);
 }
@@ -419,7 +419,7 @@ void LoadWatch::look_at(std::uint32_t a, std::uint32_t b, float impulse, Vec3 sl
   const float inverse_a = inverse_mass(a), inverse_b = inverse_mass(b), sum = inverse_a + inverse_b;
   const float thinner = thinner_half(a, b);
   const float stiffer = inverse_a > 0 && inverse_b > 0 ? stiffness : fixed_stiffness_ratio * stiffness;
-  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || move(a, b, slide, loaded_speed)) return;
+  if (!(impulse * sum > sweep_load(thinner, stiffer) * unit) || is_moving(a, b, slide, loaded_speed)) return;
   const auto gained = [this](std::uint32_t slot, float inverse) {
     const Vec3 change = bodies[slot].linear - before[slot].linear;
     return inverse > 0 ? length(change) / bodies[slot].inverse_mass : 0.0f;

@@ -63,7 +63,7 @@ struct LoadWatch {
   float inverse_mass(std::uint32_t slot) const;
   float thinner_half(std::uint32_t a, std::uint32_t b) const;
   /// Whether they move against each other by more than `speed` (m/s).
-  bool move(std::uint32_t a, std::uint32_t b, Vec3 slide, float speed) const;
+  bool is_moving(std::uint32_t a, std::uint32_t b, Vec3 slide, float speed) const;
 };
 
 class ContactGraph;
