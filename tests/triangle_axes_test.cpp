@@ -58,7 +58,7 @@ TEST(TriangleAxes, KeepEveryTriangleThatIsNearAndFewOthers) {
       const TurnedShape turned(g, test::any_rotation(random));
       const float margin = uniform(random, 0, 0.1f);
       const EightTriangles triangles = any_triangles(random, 1 + static_cast<int>(random() % 8));
-      const TriangleAxes axes = axes_of(triangles, turned, margin);
+      const TriangleAxes axes = axes_of(triangles, turned, margin, {});
       ASSERT_EQ(axes.near & ~triangles.present(), 0u);
       for (int i = 0; i < triangles.count; ++i) {
         const SurfaceTriangle t = triangles.at(i);
@@ -90,11 +90,11 @@ TEST(TriangleAxes, ATriangleDoesNotFeelThoseBesideIt) {
     for (int run = 0; run < 200; ++run) {
       const TurnedShape turned(g, test::any_rotation(random));
       const EightTriangles together = any_triangles(random, 8);
-      const TriangleAxes axes = axes_of(together, turned, 0.05f);
+      const TriangleAxes axes = axes_of(together, turned, 0.05f, {});
       for (int i = 0; i < 8; ++i) {
         EightTriangles alone;
         alone.add(together.at(i));
-        const TriangleAxes of_one = axes_of(alone, turned, 0.05f);
+        const TriangleAxes of_one = axes_of(alone, turned, 0.05f, {});
         ASSERT_EQ(axes.near >> i & 1, of_one.near);
         if (of_one.near && !turned.is_round()) {
           ASSERT_TRUE(same_lane(axes, i, of_one, 0));

@@ -141,14 +141,29 @@ void NativeSimulator::hold_back_strays() {
 }
 
 void NativeSimulator::hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies) {
-  // What holds it back from one may take it to another. Where it began it was outside of all.
+  // What holds it back from one may take it to another. Where it began it was outside of all; from there it is carried
+  // by what moves, up to what does not.
   constexpr int rounds = 4;
+  std::uint32_t carrier = none;
   for (int round = 0; round < rounds; ++round) {
     bool is_free = true;
-    for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies)) is_free &= !hold_back(stray, slot);
+    for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies)) {
+      if (!hold_back(stray, slot)) continue;
+      is_free = false;
+      if (bodies[slot].motion != MotionType::fixed) carrier = slot;
+    }
     if (is_free) return;
   }
-  put_back(stray.slot, stray.begin, state_.velocities[stray.slot]);
+  const Velocity v = state_.velocities[stray.slot];
+  if (carrier == none) return put_back(stray.slot, stray.begin, v);
+  put_back(stray.slot, state_.poses[carrier] * relative(begin_of_obstacle(carrier), stray.begin), v);
+  for (const std::uint32_t slot : obstacles_of(stray, kinematic_bodies))
+    if (bodies[slot].motion == MotionType::fixed) hold_back(stray, slot);
+}
+
+Pose NativeSimulator::begin_of_obstacle(std::uint32_t slot) const {
+  const Pose& end = state_.poses[slot];
+  return bodies[slot].motion == MotionType::fixed ? end : advanced(end, state_.velocities[slot], -def.dt);
 }
 
 /// What is fixed or kinematic near the stray's way, ascending.
@@ -179,8 +194,7 @@ std::vector<std::uint32_t> NativeSimulator::obstacles_of(const Strays::Stray& st
 bool NativeSimulator::hold_back(const Strays::Stray& stray, std::uint32_t obstacle) {
   const BodyInfo &info = bodies[stray.slot], &other = bodies[obstacle];
   const Velocity v = state_.velocities[obstacle];
-  const Pose& end = state_.poses[obstacle];
-  const Pose pose = other.motion == MotionType::fixed ? end : advanced(end, v, -def.dt);
+  const Pose pose = begin_of_obstacle(obstacle);
   const Velocity way = velocity_between(stray.begin, state_.poses[stray.slot], def.dt);
   const Vec3 reach{info.radius, info.radius, info.radius}, to = state_.poses[stray.slot].position;
   const Aabb box{min(stray.begin.position, to) - reach, max(stray.begin.position, to) + reach};

@@ -139,6 +139,7 @@ class NativeSimulator : public Simulator {
   void hold_back_stray(const Strays::Stray& stray, const std::vector<std::uint32_t>& kinematic_bodies);
   std::vector<std::uint32_t> obstacles_of(const Strays::Stray& stray,
                                           const std::vector<std::uint32_t>& kinematic_bodies);
+  Pose begin_of_obstacle(std::uint32_t slot) const;
   bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
   bool hold_back(const FastPair& pair);
   void put_back(std::uint32_t slot, const Pose& pose, Velocity v);

@@ -42,6 +42,7 @@ struct PairScratch {
   std::vector<FoundPart> found;
   std::vector<Part*> matches;  ///< of these among the parts
   std::vector<std::uint32_t> children_a, children_b;
+  std::vector<Vec3> normals;
   SurfaceScratch surface;
 };
 
@@ -181,15 +182,16 @@ class PartedPair {
     const Pose b_in_a = relative(surface.pose, body.pose);
     const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
     const float movement = movement_of(near, surface.radius, body.radius, dt);
+    const std::span<const Vec3> pushed = normals_of({0, child});
     SurfaceContact found;
     SurfaceAhead ahead{b_in_a, -1};
     if (movement <= max(slow_movement, slow_share * b.half)) {
-      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, scratch_.surface, found);
+      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushed, scratch_.surface, found);
     } else {
       ahead = look_ahead(surface, body, b_in_a, near, b.half, dt, scratch_.surface);
       const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
       collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
-                      scratch_.surface, found);
+                      pushed, scratch_.surface, found);
     }
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
     for (int g = 0; g < found.count; ++g)
@@ -246,6 +248,15 @@ class PartedPair {
     const auto children_of = [](const Part& p) { return std::tuple(p.children.a, p.children.b); };
     return {std::ranges::lower_bound(scratch_.parts, same, {}, children_of),
             std::ranges::upper_bound(scratch_.parts, same, {}, children_of)};
+  }
+
+  /// Of the manifolds that the two have so far.
+  std::span<const Vec3> normals_of(Children children) const {
+    std::vector<Vec3>& normals = scratch_.normals;
+    normals.clear();
+    for (const Part& part : parts_of(children))
+      if (part.touches) normals.push_back(manifold(part.index).normal);
+    return normals;
   }
 
   const Part* touching_part(Children children) const {
@@ -333,7 +344,11 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},
                  state_.poses[pair.a], end_of_piece, b.half, scratch);
-  if (way.stops == 0 || !pre_solve_.may_stop(pair, way.normals[0])) return false;
+  // Where it has been held back already it is stopped again, and goes nowhere else.
+  constexpr float there = 1e-3f;
+  if (way.stops == 0 || length_squared(way.end - end_of_piece.position) <= there * there * b.half * b.half)
+    return false;
+  if (!pre_solve_.may_stop(pair, way.normals[0])) return false;
   end.position = b.is_child ? end.position + (way.end - end_of_piece.position) : way.end;
   const Vec3 of_point = of_surface.linear + cross(of_surface.angular, way.end - state_.poses[pair.a].position);
   const Vec3 of_piece = cross(v.angular, way.end - end.position);

@@ -31,7 +31,7 @@ bool may_touch(const Placed& a, const Placed& b) {
 double overlap_with_surface(const Placed& surface, const Placed& b) {
   SurfaceScratch scratch;
   SurfaceContact contact;
-  collide_surface(surface.geometry.surface(), b.geometry, relative(surface.pose, b.pose), 0, scratch, contact);
+  collide_surface(surface.geometry.surface(), b.geometry, relative(surface.pose, b.pose), 0, {}, scratch, contact);
   float deepest = 0;
   for (int k = 0; k < contact.count; ++k)
     for (int i = 0; i < contact.manifolds[k].count; ++i)

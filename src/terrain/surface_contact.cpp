@@ -1,11 +1,11 @@
 #include "terrain/surface_contact.hpp"
 
 #include <algorithm>
-#include <span>
 
 #include "collision/clip.hpp"
 #include "collision/reduce.hpp"
 #include "geometry/support.hpp"
+#include "terrain/triangle_lanes.hpp"
 
 namespace fathom {
 namespace {
@@ -30,6 +30,18 @@ class Found final : public Surroundings {
         if (rises(t, eight.at(lowest_bit(beside)), {shared, static_cast<std::size_t>(count)}, axis)) return true;
     }
     return false;
+  }
+
+  /// Whether the way from a point `depth` (m) behind a triangle out of the surface is shorter through another one.
+  bool is_nearer_outside(Vec3 point, float depth, float tolerance) const {
+    return std::ranges::any_of(eights_, [&](const EightTriangles& eight) {
+      const Triangles t(eight);
+      const Eight height = plane_height(t.planes, fathom::eight(point));
+      EightInts under = (height <= fathom::eight(tolerance)) & (height > fathom::eight(tolerance - depth));
+      for (int k = 0; k < 3; ++k)
+        under = under & (dot(t.inward[k], fathom::eight(point) - t.corners[k]) >= fathom::eight(0.0f));
+      return (bits(under) & eight.present()) != 0;
+    });
   }
 
  private:
@@ -143,10 +155,37 @@ class Patch {
   int count_ = 0;
 };
 
+/// Of a touch deeper than the shape is thick, leaves the points that are nowhere nearer to another side of the surface.
+/// A box on a plateau reaches far behind a cliff beside it, and is not in it; a rod that has run its end into a slope
+/// is.
+void leave_true_points(Manifold& m, const Found& found, float tolerance) {
+  int left = 0;
+  for (int i = 0; i < m.count; ++i) {
+    const ManifoldPoint& point = m.points[i];
+    const Vec3 of_shape = mul_add(point.position, 0.5f * point.separation, m.normal);
+    if (!found.is_nearer_outside(of_shape, -point.separation, tolerance)) m.points[left++] = point;
+  }
+  m.count = left;
+}
+
 /// Of touches that are all deeper than the shape is thick: those along the normal by which the way out is the shortest.
 void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   const Vec3 way_out = std::ranges::max(touches, {}, &SurfaceScratch::Touch::nearest).manifold.normal;
   std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
+}
+
+/// Adds to the touches those that are deeper than the shape is thick, where these are of more than another side.
+void add_deep(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& deep, const Found& found,
+              float tolerance) {
+  if (touches.empty()) {
+    touches.swap(deep);
+    if (!touches.empty()) keep_shallowest(touches);
+    return;
+  }
+  for (SurfaceScratch::Touch& touch : deep) {
+    leave_true_points(touch.manifold, found, tolerance);
+    if (touch.manifold.count > 0) touches.push_back({touch.manifold, nearest_of(touch.manifold), 0});
+  }
 }
 
 /// Every touch gets a group; returns the groups' normals, the deepest first.
@@ -182,31 +221,28 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 }
 
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
-                     SurfaceScratch& scratch, SurfaceContact& contact) {
-  auto& [triangles, eights, shape, touches] = scratch;
+                     std::span<const Vec3> pushed, SurfaceScratch& scratch, SurfaceContact& contact) {
+  auto& [triangles, eights, shape, touches, deep] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
   const Found found(eights);
-  touches.clear();
-  bool any_sound = false;
+  touches.clear(), deep.clear();
   for (const EightTriangles& eight : eights) {
-    const TriangleAxes axes = axes_of(eight, shape, margin);
+    const TriangleAxes axes = axes_of(eight, shape, margin, pushed);
     for (unsigned near = axes.near; near != 0; near &= near - 1) {
       const int lane = lowest_bit(near);
       const auto [m, is_deep] = collide_triangle(eight.at(lane), axes, lane, shape, margin, found);
-      if (m.count == 0 || (is_deep && any_sound)) continue;
-      if (!is_deep && !any_sound) touches.clear(), any_sound = true;
-      touches.push_back({m, nearest_of(m), 0});
+      if (m.count > 0) (is_deep ? deep : touches).push_back({m, nearest_of(m), 0});
     }
   }
+  const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
+  add_deep(touches, deep, found, tolerance.side);
   if (touches.empty()) return;
-  if (!any_sound) keep_shallowest(touches);
   std::ranges::stable_sort(touches, {}, &SurfaceScratch::Touch::nearest);
 
   Vec3 normals[max_surface_manifolds];
   contact.count = group(touches, normals);
-  const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
   for (int g = 0; g < contact.count; ++g) {
     Patch patch(normals[g], tolerance);
     for (const SurfaceScratch::Touch& touch : touches) {

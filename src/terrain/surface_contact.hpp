@@ -4,6 +4,7 @@
 // largest patch remain: a box on a flat floor has one manifold of four points however fine the floor is.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "terrain/triangle_contact.hpp"
@@ -27,7 +28,7 @@ struct SurfaceScratch {
   std::vector<std::uint32_t> triangles;  ///< found
   std::vector<EightTriangles> eights;    ///< of them, relative to the other shape's centre
   TurnedShape shape;                     ///< the other one
-  std::vector<Touch> touches;
+  std::vector<Touch> touches, deep;      ///< those that are `TriangleContact::is_deep` apart
 };
 
 /// Overwrites `eights` with the triangles whose bounds meet `box` (m, the surface's frame), as seen from `origin`;
@@ -35,8 +36,9 @@ struct SurfaceScratch {
 bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch);
 
 /// Manifolds in the surface's frame, normals from the surface to the shape `b`, where they are nearer than `margin`
-/// (m), those with the deepest points first.
+/// (m), those with the deepest points first. `pushed`: normals of the manifolds that they had in the last step.
 FATHOM_COMPONENT_API void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
-                                          SurfaceScratch& scratch, SurfaceContact& contact);
+                                          std::span<const Vec3> pushed, SurfaceScratch& scratch,
+                                          SurfaceContact& contact);
 
 }  // namespace fathom

@@ -80,12 +80,23 @@ unsigned near_of_round(const EightTriangles& triangles, const EightPlanes& plane
   return bits(near);
 }
 
+/// How far behind each triangle the shape's centre may be (m).
+Eight allowed_behind(const EightPlanes& planes, const TurnedShape& shape, std::span<const Vec3> pushed) {
+  const Eight on_that_side = eight(0.5f);  // normals within 60 degrees
+  Eight allowed = eight(0.5f * shape.inner());
+  for (const Vec3 normal : pushed)
+    allowed = select(dot(planes.normals, eight(normal)) > on_that_side, eight(shape.outer()), allowed);
+  return allowed;
+}
+
 }  // namespace
 
-TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin) {
+TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin,
+                     std::span<const Vec3> pushed) {
   TriangleAxes axes;
   const EightPlanes planes{vectors(triangles.planes), eight(triangles.planes.w)};
-  EightInts near = (lane_numbers() < eight(triangles.count)) & (planes.offsets <= eight(0.5f * shape.inner()));
+  EightInts near =
+      (lane_numbers() < eight(triangles.count)) & (planes.offsets <= allowed_behind(planes, shape, pushed));
   if (shape.is_round()) {
     axes.near = near_of_round(triangles, planes, shape.round(), margin, near);
     return axes;

@@ -2,6 +2,8 @@
 // triangles that a shape's bounds meet are farther from it than the margin, and need not be looked at one by one.
 #pragma once
 
+#include <span>
+
 #include "terrain/surface_triangle.hpp"
 #include "terrain/turned_shape.hpp"
 
@@ -19,7 +21,10 @@ struct TriangleAxes {
   alignas(32) std::int32_t edge[8], edge_of_shape[8];
 };
 
-/// None is near whose front the shape's centre lies further behind than half its inner radius. `margin` in m.
-TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin);
+/// None is near whose front the shape's centre lies further behind than half its inner radius: the shape is then taken
+/// to come from behind, where a surface is open. One that the surface already pushes along one of `pushed` (unit) has
+/// come from the front, and may be pressed in by its whole size. `margin` in m.
+TriangleAxes axes_of(const EightTriangles& triangles, const TurnedShape& shape, float margin,
+                     std::span<const Vec3> pushed);
 
 }  // namespace fathom

@@ -31,8 +31,8 @@ inline float nearest_of(const Manifold& m) {
 
 struct TriangleContact {
   Manifold manifold;
-  /// The shape reaches further behind the triangle than it is thick: most likely it touches another side of the
-  /// surface there, and this one counts only where it touches no other.
+  /// The shape reaches further behind the triangle than it is thick: it may well touch another side of the surface
+  /// there.
   bool is_deep = false;
 };
 
