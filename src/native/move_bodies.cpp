@@ -207,18 +207,31 @@ void bound_others(const Lanes& lanes, const BodyTable& bodies, const BodyState& 
 // What is read and written of BodyBounds by quads.
 static_assert(offsetof(BodyBounds, fat_box) == 24 && offsetof(BodyBounds, half_extents) == 48);
 
-/// Lists those whose way has left the line that they began along by more than pairs are looked for beside it, and by a
-/// good part of their thickness.
-void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const MoveParameters& p, const Motion& before,
-                 const Motion& m) {
+/// How far from the line that they began along bodies may get (m): as far as pairs are looked for beside it. Those with
+/// joints nowhere: a joint may draw them through what they touch.
+V allowed_aside(const Lanes& lanes, V radius, const BodyState& state, const MoveParameters& p) {
+  const D d;
+  const V beside = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
+  if (!p.jointed) return beside;
+  HWY_ALIGN float allowed[width];
+  hn::Store(beside, d, allowed);
+  for (std::size_t i = 0; i < lanes.used; ++i)
+    if (state.flags[lanes.item(i)] & jointed) allowed[i] = 0;
+  return hn::Load(d, allowed);
+}
+
+/// Lists those whose way has left the line that they began along by more than is allowed, and by a good part of their
+/// thickness.
+void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
+                 const Motion& before, const Motion& m) {
   const D d;
   const Vec3V<V> moved = m.position - before.position, way = scale(set(p.dt), before.linear);
   const V along = hn::Div(dot(moved, way), hn::Max(dot(way, way), set(1e-30f)));
   const V part = hn::Max(hn::Min(along, set(1.0f)), hn::Zero(d));
   const Vec3V<V> aside = mul_sub(moved, part, way);
-  const V least = hn::Add(half_speculative_margin(radius, p.dt), set(fall_within(p.dt)));
+  const V allowed = allowed_aside(lanes, radius, state, p);
   const V squared = dot(aside, aside);
-  const auto is_far = hn::Gt(squared, hn::Mul(least, least));
+  const auto is_far = hn::Gt(squared, hn::Mul(allowed, allowed));
   if (HWY_LIKELY(hn::AllFalse(d, is_far))) return;
   HWY_ALIGN float far[width], q[4][width];
   hn::Store(hn::IfThenElseZero(is_far, squared), d, far);
@@ -242,7 +255,7 @@ void update_boxes(const Lanes& lanes, const BodyTable& bodies, BodyState& state,
   BodyBounds* const bounds = state.bounds.data();
   const QuadV<V> second = lanes.load(bounds, 1), third = lanes.load(bounds, 2), shape = lanes.load(bounds, 3);
   const V radius = shape.w;
-  if (p.strays && (in_contact || p.forced)) note_strays(lanes, radius, bodies, p, before, m);
+  if (p.strays && (in_contact || p.forced)) note_strays(lanes, radius, bodies, state, p, before, m);
   const Mat3V<V> r = to_matrix(d, m.rotation.w, m.rotation.x, m.rotation.y, m.rotation.z);
   const auto extent = [&](V x, V y, V z) {
     return hn::MulAdd(hn::Abs(x), shape.x, hn::MulAdd(hn::Abs(y), shape.y, hn::Mul(hn::Abs(z), shape.z)));

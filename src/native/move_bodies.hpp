@@ -31,6 +31,7 @@ struct MoveParameters {
   bool sleeping = false;     ///< keep account of how long bodies have been slow
   float slow_below = 0;      ///< m/s
   bool forced = false;       ///< the application's forces act on some body
+  bool jointed = false;      ///< some body has joints
   bool scattered = false;    ///< slots are not in the order of memory
   Strays* strays = nullptr;  ///< null: nobody lists them
 };

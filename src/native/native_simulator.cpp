@@ -254,6 +254,7 @@ void NativeSimulator::move_part(std::span<const std::uint32_t> slots) {
                                   .sleeping = def.sleep.enabled,
                                   .slow_below = def.sleep.linear_speed,
                                   .forced = !forced_.empty(),
+                                  .jointed = joints.count() > 0,
                                   .scattered = pool_.thread_count() > 1 || graph_.domains().in_use(),
                                   .strays = &strays_};
   if (const std::size_t failed = move_bodies<in_contact>(slots, bodies, state_, parameters)) failed_ += failed;
