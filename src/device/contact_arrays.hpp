@@ -226,11 +226,12 @@ struct Contacts {
   Of<PairRecord, contact_worklists> found;          ///< pairs of the search
   Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
   Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
-  Of<FastPair, contact_worklists> fast;             ///< two lists, see `fast_at`
+  Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
   Of<std::uint32_t, contact_worklists> next_of_a;   ///< of each of these the next one of A's, or `none`; for bullets
   std::uint32_t capacity;
+  std::uint32_t fast_capacity;  ///< where there are joints a contact may be listed twice (`ListStrays`)
 
-  FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? capacity - 1 - k : k; }
+  FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? fast_capacity - 1 - k : k; }
   /// Where the k-th contact of a list lies. Two share one stretch of `capacity`, from its ends.
   FATHOM_HD std::uint32_t listed(ShapePair pairs, std::uint32_t k) const {
     return pairs == boxes ? k : pairs == others ? capacity - 1 - k : capacity + k;

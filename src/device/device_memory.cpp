@@ -136,8 +136,9 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   free_.grow(n, exec::Contents::keep);
   found_.grow(n);
   to_collide_.grow(2 * n);
-  fast_.grow(n, exec::Contents::keep);
-  if (next_of_a_.size() > 0) next_of_a_.grow(n, exec::Contents::keep);
+  const std::size_t j = std::max(joints, joint_capacity());
+  fast_.grow(j > 0 ? 2 * n : n, exec::Contents::keep);
+  if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
   capacity_ = n;
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
@@ -148,7 +149,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   uncoloured_1_.grow(m);
   for (auto* buffer : {&begun_, &ended_}) buffer->grow(m * event_lists, exec::Contents::keep);
   hits_.grow(m * event_lists, exec::Contents::keep);
-  const std::size_t j = std::max(joints, joint_capacity()), n_constraints = m + j;
+  const std::size_t n_constraints = m + j;
   // The layout of constraints outlives a step while no colour changes.
   bodies_.grow(n_constraints, exec::Contents::keep);
   for (auto* buffer : {&contact_, &manifold_, &overflow_order_}) buffer->grow(n_constraints, exec::Contents::keep);
@@ -165,7 +166,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   joint_capacity_ = j;
 }
 
-void ContactMemory::reserve_for_bullets() { next_of_a_.grow(capacity_, exec::Contents::keep); }
+void ContactMemory::reserve_for_bullets() { next_of_a_.grow(fast_.size(), exec::Contents::keep); }
 
 ContactArrays ContactMemory::contacts() {
   return {.contacts = contacts_.data(),
@@ -176,6 +177,7 @@ ContactArrays ContactMemory::contacts() {
           .fast = fast_.data(),
           .next_of_a = next_of_a_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
+          .fast_capacity = static_cast<std::uint32_t>(fast_.size()),
           .manifolds = manifolds_.data(),
           .free_manifolds = free_manifolds_.data(),
           .uncoloured = {uncoloured_0_.data(), uncoloured_1_.data()},

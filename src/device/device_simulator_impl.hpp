@@ -184,8 +184,12 @@ Step<D> DeviceSimulator<D>::step_of(StepBuffers& buffers) {
   settings.restitution_threshold = s.restitution_threshold;
   settings.sag = contact_sag(def);
   settings.solve = solve_parameters(def);
-  settings.move = {def.dt, static_cast<std::uint32_t>(s.substeps), settings.solve.limits, def.sleep.enabled,
-                   def.sleep.linear_speed};
+  settings.move = {def.dt,
+                   static_cast<std::uint32_t>(s.substeps),
+                   settings.solve.limits,
+                   def.sleep.enabled,
+                   def.sleep.linear_speed,
+                   joint_memory_.capacity() > 0};
   settings.sleep_time = def.sleep.time;
   settings.bounces = contact_memory_.may_bounce();
   settings.shapes = shapes_;

@@ -64,6 +64,25 @@ struct LookAheadPairs {
   }
 };
 
+/// Where a body with joints has strayed, all that cannot be pushed beside it is asked for on its whole way. Item k is a
+/// contact. One that is fast has been listed before, and does no harm.
+struct ListStrays {
+  ContactChanges changes;
+
+  FATHOM_HD void operator()(std::uint32_t k) const {
+    const auto& [bodies, contacts, apart, counters, sag] = changes;
+    if (counters->stopped) return;
+    const Contact c = contacts.contacts[k];
+    if (!c.in_use() || c.apart() || !c.fixed_a()) return;
+    if (!bodies.is_awake(c.b) || bodies.joint_colours[c.b] == 0 || bodies.before[c.b].reserved == 0) return;
+    if (!bodies.is_awake(c.a)) bodies.before[c.a] = bodies.poses[c.a];
+    const auto is_hull = [&](std::uint32_t i) { return bodies.constants[i].shape() == ShapeType::hull; };
+    const bool has_hull = is_hull(c.a) || is_hull(c.b);
+    const std::uint32_t pair = contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u));
+    contacts.fast[pair] = {k, exec::atomic_exchange(bodies.fast_pair[c.b], pair)};
+  }
+};
+
 /// What came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the next
 /// step. Then, `from_free`, the lighter of two bodies that can both be pushed ends beside the heavier one, from where
 /// that has got to by then, and may have to be held back from the former again. Item k is a fast pair of either list;
@@ -155,7 +174,7 @@ struct HoldBackFast {
   /// Of the body's pairs the first with a hull, or else the first; `none` where it has none.
   FATHOM_HD std::uint32_t speaker(std::uint32_t i) const {
     const std::uint32_t first = move.bodies.fast_pair[i];
-    const std::uint32_t first_with_hull = contacts.capacity - move.counters->fast[true];
+    const std::uint32_t first_with_hull = contacts.fast_capacity - move.counters->fast[true];
     for (std::uint32_t pair = first; pair != none; pair = next_of(pair, i))
       if (pair >= first_with_hull) return pair;
     return first;

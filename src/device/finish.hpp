@@ -7,6 +7,7 @@
 #include "device/solve.hpp"
 #include "dynamics/bounds.hpp"
 #include "dynamics/forces.hpp"
+#include "dynamics/overlap.hpp"
 #include "dynamics/rotation.hpp"
 #include "dynamics/sleep.hpp"
 #include "exec/atomic.hpp"
@@ -21,6 +22,7 @@ struct MoveParameters {
   SpeedLimits limits;
   bool sleeping;
   float slow_below;  ///< m/s
+  bool jointed;      ///< there are joints
 };
 
 /// Moves every body that is awake and brings its boxes up to date.
@@ -85,6 +87,7 @@ struct MoveBodies {
     v.reserved0 = residual.x, v.reserved1 = residual.y, pose.reserved = residual.z;
     FATHOM_ASSERT(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), i);
     FATHOM_ASSERT(abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, i);
+    if (p.jointed) note_way(i, c, before, pose);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
     const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
@@ -196,6 +199,17 @@ struct MoveBodies {
                   bodies.tensors[i].inverse, h, substeps, p.limits.angular);
     }
     if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, f.turned);
+  }
+
+  /// What `ListStrays` has to know: where bodies with joints, and what moves them, began, and whether the former have
+  /// strayed by a good part of their thickness from the line that they began along.
+  FATHOM_HD void note_way(std::uint32_t i, const BodyConstants& c, const Pose& begin, const Pose& end) const {
+    const bool is_jointed = bodies.joint_colours[i] != 0;
+    if (c.is_dynamic() && !is_jointed) return;
+    const Vec3 aside = aside_of(end.position - begin.position, p.dt * bodies.velocities[i].linear);
+    const float slow = slow_share * half_thickness(c.shape(), c.half_extents, c.shape_radius);
+    const bool strays = is_jointed && dot(aside, aside) > slow * slow;
+    bodies.before[i] = {begin.position, strays ? 1.0f : 0.0f, begin.rotation};
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v, Vec3 moved) const {

@@ -228,6 +228,8 @@ class Step {
   void finish() {
     const MoveBodies move{bodies_, grid_, counters_, settings_.move};
     device_.parallel_for(live_bodies(), move);
+    if (has_joints())
+      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, ListStrays{contact_changes()});
     hold_back_fast(move, false);
     if (has_bullets()) hold_back_fast(move, true);
     if (settings_.move.sleeping) {
@@ -258,7 +260,7 @@ class Step {
   bool has_bullets() const { return settings_.shapes & bullets_bit; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }
   exec::Range to_collide(ShapePair pairs) const { return {&counters_->to_collide[pairs], contacts_.capacity}; }
-  exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.capacity}; }
+  exec::Range fast(bool with_hull) const { return {&counters_->fast[with_hull], contacts_.fast_capacity}; }
   exec::Range live_bodies() const { return {&counters_->live_bodies, body_capacity_}; }
   exec::Range constraints() const { return {&counters_->constraints, constraints_.capacity}; }
   std::uint32_t joint_groups() const {

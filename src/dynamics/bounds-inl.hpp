@@ -18,6 +18,14 @@ FATHOM_LANE_FUNCTION LaneOf<Vec> reach_beyond_box(Vec angular, LaneOf<Vec> radiu
   return half_speculative_margin(radius, dt) + turning;
 }
 
+/// Of the way `moved` (m) of a body what led away from the line that its velocity foretold: `way` (m), that in a step.
+template <class Vec>
+FATHOM_LANE_FUNCTION Vec aside_of(Vec moved, Vec way) {
+  using L = LaneOf<Vec>;
+  const L along = dot(moved, way) / larger(dot(way, way), splat<L>(1e-30f));
+  return moved - scale(larger(smaller(along, splat<L>(1.0f)), splat<L>(0.0f)), way);
+}
+
 template <class Vec>
 struct BoxOf {
   Vec lower, upper;

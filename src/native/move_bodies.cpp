@@ -225,10 +225,7 @@ V allowed_aside(const Lanes& lanes, V radius, const BodyState& state, const Move
 void note_strays(const Lanes& lanes, V radius, const BodyTable& bodies, const BodyState& state, const MoveParameters& p,
                  const Motion& before, const Motion& m) {
   const D d;
-  const Vec3V<V> moved = m.position - before.position, way = scale(set(p.dt), before.linear);
-  const V along = hn::Div(dot(moved, way), hn::Max(dot(way, way), set(1e-30f)));
-  const V part = hn::Max(hn::Min(along, set(1.0f)), hn::Zero(d));
-  const Vec3V<V> aside = mul_sub(moved, part, way);
+  const Vec3V<V> aside = aside_of(m.position - before.position, scale(set(p.dt), before.linear));
   const V allowed = allowed_aside(lanes, radius, state, p);
   const V squared = dot(aside, aside);
   const auto is_far = hn::Gt(squared, hn::Mul(allowed, allowed));
