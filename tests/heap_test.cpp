@@ -266,6 +266,25 @@ class HeapsOnSurfaces : public testing::TestWithParam<std::uint64_t> {};
 TEST_P(HeapsOnSurfaces, AreSound) { expect_sound(make_surface_heap(GetParam()), GetParam(), {.threads = 1}); }
 INSTANTIATE_TEST_SUITE_P(Native, HeapsOnSurfaces, testing::Values(2, 3, 4, 5, 7, 8, 9, 11, 12, 14));
 
+// Thin bodies that were pressed behind a triangle, ran an end into a slope or were held back over a turning floor.
+TEST(SurfaceHeap, LosesNobodyThroughTheGround) {
+  for (const std::uint64_t seed : {1, 47, 56, 96}) expect_sound(make_surface_heap(seed), seed, {.threads = 1});
+}
+
+double outside(const Heap& heap, const Setup& setup) {
+  const Record record = judge_heap(heap, setup);
+  const auto check = std::ranges::find(record.checks, "bodies outside the bin or under the floor", &Check::name);
+  return check != record.checks.end() ? check->value : -1;
+}
+
+// Thin bodies that joints drew through walls and floors.
+TEST(JointHeap, LosesNobodyThroughWhatIsFixed) {
+  for (const std::uint64_t seed : {162, 250, 419, 468})
+    EXPECT_EQ(outside(make_joint_heap(seed), {.threads = 1}), 0) << seed;
+  for (const std::uint64_t seed : {264, 273})
+    EXPECT_EQ(outside(make_joint_heap(seed), {SimulatorKind::device, "host", 1}), 0) << seed;
+}
+
 class HeapsOnTheDevice : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(HeapsOnTheDevice, AreSound) {

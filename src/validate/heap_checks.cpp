@@ -363,7 +363,8 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   if (run.lost() > 0) return record;
   // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
-  record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known = known_of_heaps;
+  record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known =
+      has_joints ? known_of_heaps : "";
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
   // A floor that moves drives what is jammed against a wall.
