@@ -53,18 +53,18 @@ TEST(SurfaceContact, ARodThatHasRunItsEndIntoASlopeIsPushedOutOfIt) {
 
 TEST(SurfaceContact, ABoxOnAPlateauIsNotInTheCliffBesideIt) {
   const Shape ground = cliff_mesh(), shape = box({0.5f, 0.5f, 0.5f});
-  const float angle = std::atan(0.1f);  // as the plateau
-  const Quat tilt{std::cos(0.5f * angle), 0, std::sin(0.5f * angle), 0};
-  for (const float beyond : {0.05f, 0.2f, 0.45f})
-    for (const float depth : {0.0f, 0.001f, 0.01f, 0.05f}) {
-      const float height = (0.5f - depth - beyond * std::sin(angle)) / std::cos(angle);
-      const Pose pose{{beyond, 0.3f, height}, 0, tilt};
-      const SurfaceContact contact = contact_of(ground, shape, pose);
-      ASSERT_GT(contact.count, 0) << beyond << " " << depth;
-      for (const Manifold& m : std::span(contact.manifolds).first(static_cast<std::size_t>(contact.count)))
-        EXPECT_GT(m.normal.z, 0.9f) << "pushed over the cliff from " << beyond << " m beyond it, " << depth
-                                    << " m deep";
-    }
+  // As steep as the plateau, or less: then the plateau rises above the plane of its lower face.
+  for (const float share : {1.0f, 0.9f, 0.5f})
+    for (const float beyond : {-0.1f, 0.05f, 0.2f, 0.45f})
+      for (const float depth : {0.0f, 0.001f, 0.01f, 0.05f}) {
+        const float angle = share * std::atan(0.1f);
+        const Quat tilt{std::cos(0.5f * angle), 0, std::sin(0.5f * angle), 0};
+        const float height = (0.5f - depth - beyond * std::sin(angle)) / std::cos(angle);
+        const SurfaceContact contact = contact_of(ground, shape, {{beyond, 0.3f, height}, 0, tilt});
+        ASSERT_GT(contact.count, 0) << share << " " << beyond << " " << depth;
+        for (const Manifold& m : std::span(contact.manifolds).first(static_cast<std::size_t>(contact.count)))
+          EXPECT_GT(m.normal.z, 0.9f) << "pushed over the cliff, " << beyond << " m beyond it, " << depth << " m deep";
+      }
 }
 
 TEST(SurfaceContact, WhatIsPressedInGoesOnToBePushedOut) {

@@ -155,9 +155,8 @@ class Patch {
   int count_ = 0;
 };
 
-/// Of a touch deeper than the shape is thick, leaves the points that are nowhere nearer to another side of the surface.
-/// A box on a plateau reaches far behind a cliff beside it, and is not in it; a rod that has run its end into a slope
-/// is.
+/// Of a doubtful touch leaves the points that are nowhere nearer to another side of the surface. A box on a plateau
+/// reaches far behind a cliff beside it, and is not in it; a rod that has run its end into a slope is.
 void leave_true_points(Manifold& m, const Found& found, float tolerance) {
   int left = 0;
   for (int i = 0; i < m.count; ++i) {
@@ -174,17 +173,19 @@ void keep_shallowest(std::vector<SurfaceScratch::Touch>& touches) {
   std::erase_if(touches, [&](const SurfaceScratch::Touch& t) { return dot(t.manifold.normal, way_out) < same_normal; });
 }
 
-/// Adds to the touches those that are deeper than the shape is thick, where these are of more than another side.
-void add_deep(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& deep, const Found& found,
-              float tolerance) {
-  if (touches.empty()) {
-    touches.swap(deep);
+/// Adds the doubtful touches to the others, where they are of no other side.
+void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<SurfaceScratch::Touch>& doubtful,
+                  const Found& found, float tolerance) {
+  if (touches.empty() && std::ranges::all_of(doubtful, &SurfaceScratch::Touch::is_deep)) {
+    touches.swap(doubtful);
     if (!touches.empty()) keep_shallowest(touches);
     return;
   }
-  for (SurfaceScratch::Touch& touch : deep) {
+  for (SurfaceScratch::Touch& touch : doubtful) {
     leave_true_points(touch.manifold, found, tolerance);
-    if (touch.manifold.count > 0) touches.push_back({touch.manifold, nearest_of(touch.manifold), 0});
+    if (touch.manifold.count == 0) continue;
+    touch.nearest = nearest_of(touch.manifold);
+    touches.push_back(touch);
   }
 }
 
@@ -222,22 +223,22 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                      std::span<const Vec3> pushed, SurfaceScratch& scratch, SurfaceContact& contact) {
-  auto& [triangles, eights, shape, touches, deep] = scratch;
+  auto& [triangles, eights, shape, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
   const Found found(eights);
-  touches.clear(), deep.clear();
+  touches.clear(), doubtful.clear();
   for (const EightTriangles& eight : eights) {
     const TriangleAxes axes = axes_of(eight, shape, margin, pushed);
     for (unsigned near = axes.near; near != 0; near &= near - 1) {
       const int lane = lowest_bit(near);
-      const auto [m, is_deep] = collide_triangle(eight.at(lane), axes, lane, shape, margin, found);
-      if (m.count > 0) (is_deep ? deep : touches).push_back({m, nearest_of(m), 0});
+      const auto [m, is_doubtful, is_deep] = collide_triangle(eight.at(lane), axes, lane, shape, margin, found);
+      if (m.count > 0) (is_doubtful ? doubtful : touches).push_back({m, nearest_of(m), is_deep, 0});
     }
   }
   const Tolerance tolerance = make_tolerance(shape.inner(), shape.outer());
-  add_deep(touches, deep, found, tolerance.side);
+  add_doubtful(touches, doubtful, found, tolerance.side);
   if (touches.empty()) return;
   std::ranges::stable_sort(touches, {}, &SurfaceScratch::Touch::nearest);
 

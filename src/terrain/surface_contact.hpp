@@ -23,12 +23,13 @@ struct SurfaceScratch {
   struct Touch {
     Manifold manifold;
     float nearest;  ///< separation (m)
+    bool is_deep;   ///< see `TriangleContact`
     int group;
   };
   std::vector<std::uint32_t> triangles;  ///< found
   std::vector<EightTriangles> eights;    ///< of them, relative to the other shape's centre
   TurnedShape shape;                     ///< the other one
-  std::vector<Touch> touches, deep;      ///< those that are `TriangleContact::is_deep` apart
+  std::vector<Touch> touches, doubtful;  ///< as `TriangleContact::is_doubtful` tells
 };
 
 /// Overwrites `eights` with the triangles whose bounds meet `box` (m, the surface's frame), as seen from `origin`;

@@ -95,6 +95,7 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
   TriangleContact contact;
   Manifold& m = contact.manifold;
   const HullView& b = shape.turned();
+  bool is_refused = false;
   if (const int edge = axes.edge[lane]; edge >= 0) {
     const int edge_of_shape = axes.edge_of_shape[lane];
     const Vec3 normal = edge_normal(t, edge, shape.edges()[static_cast<std::size_t>(edge_of_shape)]);
@@ -102,6 +103,7 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
       edge_contact(t, b, {edge, edge_of_shape, 0, normal}, margin, m);
       return contact;
     }
+    is_refused = true;
   }
   const TriangleHull hull(t, largest_coordinate(t));
   HullPair pair = make_hull_pair(hull.view(), shape.hull(), {{}, 0, shape.rotation()});
@@ -109,11 +111,15 @@ TriangleContact collide_polyhedron(const SurfaceTriangle& t, const TriangleAxes&
   tolerance.side = tolerance.noise;  // sides put outward would meet far beyond a sharp corner
   const int face = axes.face[lane];
   const Vec3 out_of_shape = face >= 0 ? -b.planes[face].normal : Vec3{};
-  const bool by_shape = axes.of_face[lane] > axes.of_normal[lane] + tolerance.axis &&
-                        may_push(t, out_of_shape, tips_along(t, out_of_shape, tolerance.depth_tie), around);
+  const bool is_nearer = axes.of_face[lane] > axes.of_normal[lane] + tolerance.axis;
+  const bool by_shape =
+      is_nearer && may_push(t, out_of_shape, tips_along(t, out_of_shape, tolerance.depth_tie), around);
+  is_refused |= is_nearer;
   AxisCache unused;
   hull_face_contact(pair, by_shape ? face : 0, by_shape, margin, {}, unused, m);
-  contact.is_deep = !by_shape && m.count > 0 && nearest_of(m) < -shape.inner();
+  if (by_shape || m.count == 0) return contact;
+  contact.is_deep = nearest_of(m) < -shape.inner();
+  contact.is_doubtful = contact.is_deep || (is_refused && nearest_of(m) < -tolerance.axis);
   return contact;
 }
 

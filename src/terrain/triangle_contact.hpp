@@ -31,9 +31,10 @@ inline float nearest_of(const Manifold& m) {
 
 struct TriangleContact {
   Manifold manifold;
-  /// The shape reaches further behind the triangle than it is thick: it may well touch another side of the surface
-  /// there.
-  bool is_deep = false;
+  /// The shape reaches behind the triangle and may well touch another side of the surface there: it has a shorter way
+  /// out, along which the surface beside rises.
+  bool is_doubtful = false;
+  bool is_deep = false;  ///< and further than it is thick
 };
 
 /// Where a triangle and the shape are nearer than `margin` (m); the normal points from the triangle to the shape. The
