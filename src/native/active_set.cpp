@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <span>
+
+#include "native/flag_scan.hpp"
 
 namespace fathom::native {
 
@@ -11,23 +12,12 @@ void ActiveSet::refresh(const BodyTable& bodies, const BodyState& state) {
   if (is_current_) return;
   const std::span<const std::uint8_t> flags = std::span(state.flags).first(bodies.slot_count());
   constexpr std::uint64_t all_awake = awake * 0x0101010101010101u;
-  // Eight at a time: in a large world mostly none of them is awake.
-  const auto for_each_eight = [&](const auto& act) {
-    std::uint64_t eight = 0;
-    std::size_t slot = 0;
-    for (; slot + 8 <= flags.size(); slot += 8) {
-      std::memcpy(&eight, &flags[slot], 8);
-      if ((eight &= all_awake) != 0) act(slot, eight);
-    }
-    eight = 0;
-    for (std::size_t i = slot; i < flags.size(); ++i) eight |= std::uint64_t{flags[i]} << 8 * (i - slot);
-    act(slot, eight & all_awake);
-  };
   std::size_t count = 0;
-  for_each_eight([&](std::size_t, std::uint64_t eight) { count += static_cast<std::size_t>(std::popcount(eight)); });
+  for_each_eight_with(
+      awake, flags, [&](std::size_t, std::uint64_t eight) { count += static_cast<std::size_t>(std::popcount(eight)); });
   active_.resize(count);
   std::uint32_t* next = active_.data();
-  for_each_eight([&](std::size_t slot, std::uint64_t eight) {
+  for_each_eight_with(awake, flags, [&](std::size_t slot, std::uint64_t eight) {
     if (eight == all_awake) {
       for (std::uint32_t i = 0; i < 8; ++i) next[i] = static_cast<std::uint32_t>(slot) + i;
       next += 8;
@@ -54,6 +44,14 @@ void ActiveSet::refresh_in_contact(const BodyTable& bodies, const BodyState& sta
       in_contact_.push_back(slot);
       if (state.flags[slot] & native::kinematic) kinematic_.push_back(slot);
     }
+}
+
+bool ActiveSet::agrees_with(const BodyTable& bodies, const BodyState& state) const {
+  ActiveSet again;
+  again.refresh_in_contact(bodies, state);
+  if (is_current_ && active_ != again.active_) return false;
+  return !is_current_ || !in_contact_is_current_ ||
+         (in_contact_ == again.in_contact_ && kinematic_ == again.kinematic_);
 }
 
 void ActiveSet::drop_isolated(const BodyState& state) {

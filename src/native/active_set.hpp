@@ -30,6 +30,9 @@ class ActiveSet {
   /// Changes with `in_contact`.
   std::uint64_t sorting() const { return sorting_; }
 
+  /// Whether lists that count as current are what they would be if they were made again.
+  bool agrees_with(const BodyTable& bodies, const BodyState& state) const;
+
   /// Takes bodies that were isolated within this step out of those in contact, which stay the same sorting.
   void drop_isolated(const BodyState& state);
 

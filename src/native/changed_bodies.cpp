@@ -1,8 +1,8 @@
 #include "native/changed_bodies.hpp"
 
 #include <algorithm>
-#include <cstring>
 
+#include "native/flag_scan.hpp"
 #include "native/tuning.hpp"
 #include "world/growth.hpp"
 
@@ -26,15 +26,9 @@ void ChangedBodies::collect(std::span<const std::uint8_t> flags, ThreadPool& poo
         found.at_rest |= (f & (box_changed | awake)) == box_changed;
       }
     };
-    // Eight at a time, because mostly none of them has.
-    constexpr std::uint64_t any_changed = box_changed * 0x0101010101010101u;
-    std::size_t slot = begin;
-    for (; slot + 8 <= end; slot += 8) {
-      std::uint64_t eight;
-      std::memcpy(&eight, &flags[slot], 8);
-      if (eight & any_changed) look_at(slot, slot + 8);
-    }
-    look_at(slot, end);
+    for_each_eight_with(box_changed, flags.subspan(begin, end - begin), [&](std::size_t first, std::uint64_t) {
+      look_at(begin + first, std::min(begin + first + 8, end));
+    });
     found_[begin / flags_grain] = found;
   });
   count_ = 0;

@@ -12,6 +12,7 @@ void NativeSimulator::validate() const {
   validate_bodies();
   validate_contacts();
   validate_colours();
+  FATHOM_VALIDATE(active_.agrees_with(bodies, state_));
 }
 
 void NativeSimulator::validate_bodies() const {

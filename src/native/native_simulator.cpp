@@ -86,7 +86,6 @@ int NativeSimulator::threads_worth_while() {
 }
 
 void NativeSimulator::isolate_on_request() {
-  active_.outdate();
   for (const BodyId id : bodies.living())
     if (bodies[id.index].filter.category == body_fault.category && state_.is_dynamic(bodies, id.index))
       isolate(id.index);
@@ -329,6 +328,7 @@ void NativeSimulator::isolate(std::uint32_t slot) {
   for (const std::uint32_t joint : joints.of(slot)) graph_.forget_joint_impulse(joint);
   if (state_.flags[slot] & jointed) graph_.note_obstacle();
   quarantined_.push_back({bodies.id(slot), steps + 1});
+  active_.outdate();
 }
 
 void NativeSimulator::arrive() {
@@ -338,7 +338,6 @@ void NativeSimulator::arrive() {
     flags &= static_cast<std::uint8_t>(~targeted);
   }
   targets_.clear();
-  active_.outdate();
 }
 
 /// Those that failed when they were moved, where nothing can have noticed them.
