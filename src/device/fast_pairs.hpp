@@ -70,15 +70,16 @@ struct ListStrays {
   ContactChanges changes;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
-    const auto& [bodies, contacts, apart, counters, sag] = changes;
-    if (counters->stopped) return;
+    const auto& bodies = changes.bodies;
+    const auto& contacts = changes.contacts;
+    if (changes.counters->stopped) return;
     const Contact c = contacts.contacts[k];
     if (!c.in_use() || c.apart() || !c.fixed_a()) return;
     if (!bodies.is_awake(c.b) || bodies.joint_colours[c.b] == 0 || bodies.before[c.b].reserved == 0) return;
     if (!bodies.is_awake(c.a)) bodies.before[c.a] = bodies.poses[c.a];
     const auto is_hull = [&](std::uint32_t i) { return bodies.constants[i].shape() == ShapeType::hull; };
     const bool has_hull = is_hull(c.a) || is_hull(c.b);
-    const std::uint32_t pair = contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u));
+    const std::uint32_t pair = contacts.fast_at(has_hull, exec::atomic_add(changes.counters->fast[has_hull], 1u));
     contacts.fast[pair] = {k, exec::atomic_exchange(bodies.fast_pair[c.b], pair)};
   }
 };
