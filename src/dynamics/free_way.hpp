@@ -12,6 +12,7 @@ struct FreeWay {
   float part = 1;       ///< of the way
   Vec3 aside;           ///< m, from where that part ends
   Vec3 linear;          ///< m/s, its velocity then
+  Vec3 normal;          ///< of what stops it, from A to B
 };
 
 /// How deep (m) a pair that is `gap` (m) apart as the step begins may end: a load may press what it stands on a little
@@ -90,6 +91,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (gap <= skin) {
     if (!gets_behind<with_hulls>(cores, on_a, on_b, first, half, dt)) return way;
     way.is_free = false;
+    way.normal = normal;
     way.aside = (skin - allowed - end_gap) * normal;  // by rounding it would else be found inside again
     way.linear = mul_add(way.linear, max(dot(normal, a.velocity.linear - way.linear), 0.0f), normal);
     return way;
@@ -103,6 +105,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (impact.meets && separation_along(cores, end_a, end_b, impact.normal) < -allowed) {
     way.is_free = false;
     way.part = impact.time / dt;
+    way.normal = impact.normal;
     way.aside = goes_on(impact.normal);
     return way;
   }
@@ -128,6 +131,7 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   }
   way.is_free = false;
   way.part = free;
+  way.normal = normal;
   way.aside = goes_on(normal);
   return way;
 }

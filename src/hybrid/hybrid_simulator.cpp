@@ -72,6 +72,7 @@ void HybridSimulator::inspect_known() {
 }
 
 void HybridSimulator::update_manifolds() {
+  find_seams();
   changes_.make_room(graph_);
   grow_to(inspections_, graph_.size());
   grow_to(job_of_, graph_.size());

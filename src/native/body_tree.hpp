@@ -29,6 +29,8 @@ class BodyTree {
   /// Of fixed bodies alone.
   void refresh_fixed(const BodyTable& bodies, const BodyBounds* bounds, ThreadPool& pool);
 
+  const FixedTree& fixed() const { return sides_.fixed; }
+
   /// Bodies that the box meets, as `Bvh::visit` does.
   void visit(const MovingBox& box, BodyVisitor& visitor) const;
   void visit_fixed(const MovingBox& box, BodyVisitor& visitor) const { sides_.fixed.visit(box, 1.0f, visitor); }

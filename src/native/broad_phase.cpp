@@ -55,6 +55,8 @@ class TreeBroadPhase : public BroadPhase {
     sides_.fixed.refresh(bounds, pool);
   }
 
+  const FixedTree* fixed() const override { return &sides_.fixed; }
+
   void list_neighbours(std::vector<std::uint32_t>& slots) const override {
     slots.insert(slots.end(), moving_.leaves().begin(), moving_.leaves().end());
   }

@@ -8,6 +8,7 @@
 
 #include "native/body_state.hpp"
 #include "native/bvh.hpp"
+#include "native/fixed_tree.hpp"
 #include "native/pair_set.hpp"
 #include "threads/thread_pool.hpp"
 
@@ -44,6 +45,8 @@ class BroadPhase {
 
   /// Brings the structure that `find` searches up to date; `find` does it itself.
   virtual void refresh(const BroadPhaseInput& input, ThreadPool& pool) = 0;
+  /// Of bodies that do not move, as `find` has searched it; null where it keeps none.
+  virtual const FixedTree* fixed() const { return nullptr; }
   /// Appends all slots that can move, neighbours near each other, and a number that changes when this order does.
   virtual void list_neighbours(std::vector<std::uint32_t>& slots) const = 0;
   virtual std::uint64_t order() const = 0;

@@ -16,6 +16,7 @@ class FixedTree {
  public:
   /// All of them, ascending.
   void set_all(std::vector<std::uint32_t> slots);
+  std::size_t size() const { return slots_.size(); }
   bool contains(std::uint32_t slot) const;
   void add(std::uint32_t slot);
   void remove(std::uint32_t slot);

@@ -120,20 +120,27 @@ Change NarrowPhase::put(std::uint32_t index, Contact& c, const Manifold& fresh, 
   return Change::nothing;
 }
 
+HWY_NOINLINE Change NarrowPhase::put_at_seam(std::uint32_t index, Contact& c, const Manifold& fresh, const Pose& b_in_a,
+                                             float ahead, ContactManifold* manifold) const {
+  const Piece a = piece_of(bodies[c.a], 0), b = piece_of(bodies[c.b], 0);
+  const float margin = speculative_margin(a.radius, b.radius, state.velocities[c.a], state.velocities[c.b], dt);
+  return put(index, c, seams.kept({c.a, 0, a}, {c.b, 0, b}, b_in_a, margin, fresh).manifold, b_in_a, ahead, manifold);
+}
+
 Change NarrowPhase::take(std::uint32_t index, Contact& c, const Manifold& fresh, const Inspection& seen,
                          ContactManifold* manifold) const {
   // Of boxes their bounds tell that they are slow, without what is known of bodies beside.
   const BodyBounds &a = state.bounds[c.a], &b = state.bounds[c.b];
   const float half = min(min_component(a.half_extents), min_component(b.half_extents));
   if (movement_of(seen.margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))
-    return put(index, c, fresh, seen.b_in_a, -1, manifold);
+    return put_kept(index, c, fresh, seen.b_in_a, -1, manifold);
   if (!c.fixed_a && pass_for_certain(fresh, c.axis, state.velocities[c.a], state.velocities[c.b], dt))
     return put(index, c, {}, seen.b_in_a, -1, manifold);
   return take_fast(index, c, fresh, seen, manifold);
 }
 
 Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold, const NarrowPhase& narrow_phase) {
-  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts] = narrow_phase;
+  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts, seams] = narrow_phase;
   if (c.in_parts) return update_parts(index, narrow_phase);
   const Inspection seen = inspect_contact(c, manifold, bodies, state, dt, {});
   if (!seen.collide) return seen.change;
@@ -149,7 +156,7 @@ Change update_contact(std::uint32_t index, Contact& c, ContactManifold* manifold
 
 void update_contacts(std::span<Contact> contacts, std::uint32_t first, std::uint32_t end, ContactManifold* manifolds,
                      const NarrowPhase& narrow_phase, Change* changes) {
-  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts] = narrow_phase;
+  const auto& [bodies, state, dt, begun, fast, graph, ended, gone, has_new_parts, seams] = narrow_phase;
   enum class Todo : std::uint8_t { nothing, collide, everything };
   Todo todo[contact_grain] = {};
   bool any_others = false;

@@ -8,6 +8,7 @@
 #include "native/body_state.hpp"
 #include "native/box_pairs.hpp"
 #include "native/contact.hpp"
+#include "native/seams.hpp"
 
 namespace fathom::native {
 
@@ -71,6 +72,7 @@ struct NarrowPhase {
   ContactGraph& graph;                      ///< parts of pairs
   std::vector<std::uint32_t>&ended, &gone;  ///< of these parts
   bool& has_new_parts;                      ///< some of `begun` are
+  const Seams& seams;
 
   /// What follows from having collided with the result `fresh`: into the `manifold` of a touching contact, or into
   /// `begun`.
@@ -83,6 +85,15 @@ struct NarrowPhase {
   friend class PartedPair;
   Change put(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
              ContactManifold* manifold) const;
+  /// What counts of it at seams.
+  Change put_kept(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
+                  ContactManifold* manifold) const {
+    if (fresh.count > 0 && contact.fixed_a && seams.may_have(contact.a)) [[unlikely]]
+      return put_at_seam(index, contact, fresh, b_in_a, ahead, manifold);
+    return put(index, contact, fresh, b_in_a, ahead, manifold);
+  }
+  Change put_at_seam(std::uint32_t index, Contact& contact, const Manifold& fresh, const Pose& b_in_a, float ahead,
+                     ContactManifold* manifold) const;
 };
 
 /// Contacts that are brought up to date at once.

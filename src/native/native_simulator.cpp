@@ -155,7 +155,17 @@ std::span<const Pair> NativeSimulator::let_collide(std::span<const Pair> pairs) 
   return pairs_let_;
 }
 
+void NativeSimulator::find_seams() {
+  const FixedTree* tree = broad_phase_->fixed();
+  if (tree == nullptr) {
+    tree_.refresh_fixed(bodies, state_.bounds.data(), pool_);
+    tree = &tree_.fixed();
+  }
+  seams_.fixed = tree->size() > 1 ? tree : nullptr;
+}
+
 void NativeSimulator::update_manifolds() {
+  find_seams();
   const auto size = static_cast<std::uint32_t>(graph_.size());
   changes_.make_room(graph_);
   const Constrained constrained = graph_.constrained();

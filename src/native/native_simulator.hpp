@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "dynamics/free_way.hpp"
 #include "native/active_set.hpp"
 #include "native/body_state.hpp"
 #include "native/body_tree.hpp"
@@ -78,9 +79,11 @@ class NativeSimulator : public Simulator {
   void find_pairs();
   void find_new_pairs();
   virtual void update_manifolds();
+  void find_seams();
 
   NarrowPhase narrow_phase(ContactChanges::Block& block) {
-    return {bodies, state_, def.dt, block.begun, block.fast, graph_, block.ended, block.gone, block.has_new_parts};
+    return {bodies, state_,      def.dt,     block.begun,         block.fast,
+            graph_, block.ended, block.gone, block.has_new_parts, seams_};
   }
   bool is_active(const Contact& c) const { return (state_.flags[c.a] | state_.flags[c.b]) & awake; }
 
@@ -142,6 +145,8 @@ class NativeSimulator : public Simulator {
   Pose begin_of_obstacle(std::uint32_t slot) const;
   bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
   bool hold_back(const FastPair& pair);
+  void find_way_over_seam(const FastPair& pair, const Piece& a, const Piece& b, const Mover& on_a, const Mover& on_b,
+                          const Pose& end_a, const Pose& end_b, FreeWay& way) const;
   void put_back(std::uint32_t slot, const Pose& pose, Velocity v);
   bool hold_back_from_surface(const FastPair& pair);  // parted_pairs.cpp
   void forget_build(std::uint32_t first);
@@ -173,6 +178,7 @@ class NativeSimulator : public Simulator {
   HeapDivision division_;
   std::unique_ptr<BroadPhase> broad_phase_;
   BodyTree tree_;  // of queries
+  Seams seams_{bodies, state_, joints, excluded};
   ContactSolver solver_;
   std::optional<CellSolver> cell_solver_;  // takes its place where the partition is cells
   Islands islands_;

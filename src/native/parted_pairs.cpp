@@ -194,8 +194,11 @@ class PartedPair {
                       pushed, scratch_.surface, found);
     }
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
+    const Piece of_surface = piece_of(a_, 0);
     for (int g = 0; g < found.count; ++g)
-      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], {}});
+      if (narrow_phase_.seams.counts_on_surface({contact(first_).a, 0, of_surface}, {contact(first_).b, child, b},
+                                                found.manifolds[g]))
+        scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], {}});
   }
 
   void touch_pieces(const Piece& b, std::uint32_t child_b) {
@@ -225,8 +228,11 @@ class PartedPair {
     }
     const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, axis, load);
     const auto take = [&](const Manifold& m, const Pose& at, float ahead) {
-      if (m.count > 0)
-        scratch_.found.push_back({children, ahead, a.pose * at * inverse(b.pose), moved(m, a.pose), axis});
+      if (m.count == 0) return;
+      const Manifold kept = narrow_phase_.seams.kept({contact(first_).a, children.a, a},
+                                                     {contact(first_).b, children.b, b}, at, margin, m).manifold;
+      if (kept.count > 0)
+        scratch_.found.push_back({children, ahead, a.pose * at * inverse(b.pose), moved(kept, a.pose), axis});
     };
     const float half = min(a.half, b.half);
     if (movement_of(margin, a.radius, b.radius, dt) <= max(slow_movement, slow_share * half))

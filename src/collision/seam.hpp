@@ -1,0 +1,215 @@
+// Seams: shapes that do not move against each other and lie side by side, as tiles do, are touched as one.
+//
+// Each pair of shapes is collided alone. What slides over two tiles gets a contact with the side of the next one, which
+// the tile before it hides, and a ball one with that tile's edge, tilted against its way. So a manifold at an edge of a
+// shape is compared with what is beside it:
+//
+// * A normal counts where no neighbour rises above the plane across it: it is one of both shapes together.
+// * Else the normal of a face counts where that face can be seen. In the corner between a floor and a wall that stands
+//   on it both normals count; the side of a tile beside another one is hidden.
+// * What does not count makes way for the manifold over the face that is touched least deep among those that can be
+//   seen, if the other shape is over it; else the neighbour holds it.
+//
+// The rule for triangles of a mesh (terrain/) is the same, with edges that are known beforehand. Pure, for host and
+// device.
+#pragma once
+
+#include "collision/collide.hpp"
+#include "geometry/support.hpp"
+
+namespace fathom {
+
+/// Lengths (m) by which a seam is judged.
+struct SeamLengths {
+  float gap;   ///< between neighbours, or by which they differ in height, that does not count
+  float step;  ///< from a point to where it is asked what can be seen around it
+  float edge;  ///< farther from any edge nothing is looked for
+};
+
+/// What touches is twice `half` thick (m), coordinates are at most `extent`.
+FATHOM_HD SeamLengths make_seam_lengths(float half, float extent) {
+  const float gap = min(1e-3f, 0.02f * half) + 4e-7f * extent;
+  return {gap, 2 * gap, 0.25f * half + 2 * gap};
+}
+
+/// Boxes and hulls have faces that may be hidden, and hide others'.
+FATHOM_HD bool has_faces(const Geometry& g) { return g.type == ShapeType::box || g.type == ShapeType::hull; }
+
+/// Of a point over the shape's highest face, in its frame; below zero: inside.
+FATHOM_HD float height_over(const Geometry& g, Vec3 point) {
+  if (g.type == ShapeType::box) return max_component(abs(point) - g.half_extents);
+  float highest = no_separation;
+  for (int f = 0; f < g.hull.face_count; ++f) highest = max(highest, plane_height(g.hull.planes[f], point));
+  return highest;
+}
+
+/// Whether two of its faces are nearer to a point of its surface than `edge`.
+FATHOM_HD bool is_at_edge(const Geometry& g, Vec3 point, float edge) {
+  int near = 0;
+  if (g.type == ShapeType::box) {
+    const Vec3 depth = g.half_extents - abs(point);
+    near = (depth.x < edge) + (depth.y < edge) + (depth.z < edge);
+  } else {
+    for (int f = 0; f < g.hull.face_count && near < 2; ++f) near += plane_height(g.hull.planes[f], point) > -edge;
+  }
+  return near > 1;
+}
+
+/// Whether the unit vector is the normal of a face.
+FATHOM_HD bool is_face_normal(const Geometry& g, Vec3 normal) {
+  constexpr float same = 1 - 1e-6f;
+  if (g.type == ShapeType::box) return max_component(abs(normal)) > same;
+  for (int f = 0; f < g.hull.face_count; ++f)
+    if (dot(g.hull.planes[f].normal, normal) > same) return true;
+  return false;
+}
+
+/// A box or a hull beside the shape that is touched, in the frame of that one.
+struct NeighbourSolid {
+  Geometry shape;
+  Pose pose;
+
+  /// The point is inside, or outside by less than `gap` (m).
+  FATHOM_HD bool holds(Vec3 point, float gap) const {
+    return height_over(shape, inverse_transform(pose, point)) <= gap;
+  }
+  /// How far it reaches above the plane across `normal` through the point (m).
+  FATHOM_HD float rise(Vec3 point, Vec3 normal) const {
+    const Vec3 direction = rotate(conjugate(pose.rotation), normal);
+    return dot(direction, support(shape, direction) - inverse_transform(pose, point));
+  }
+};
+
+/// Where the surface of A is touched.
+FATHOM_HD Vec3 on_first(const Manifold& m, int i) {
+  return mul_add(m.points[i].position, -0.5f * m.points[i].separation, m.normal);
+}
+
+/// Whether the manifold, in A's frame, may not count.
+FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLengths& lengths) {
+  if (!has_faces(a)) return false;
+  bool at_edge = false;
+  for (int i = 0; i < m.count; ++i) at_edge |= is_at_edge(a, on_first(m, i), lengths.edge);
+  return at_edge;
+}
+
+/// `Neighbours`: any(act) tells whether act(neighbour) is true of one.
+template <class Neighbours>
+FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 normal, float gap) {
+  constexpr float flat = 0.02f;  // a face's normal is judged by what can be seen of it
+  return neighbours.any([&](const auto& n) { return n.holds(point, gap) && n.rise(point, normal) > flat * gap; });
+}
+
+/// Whether the face of A with this normal can be seen around a point on it.
+template <class Neighbours>
+FATHOM_HD bool is_seen(const Geometry& a, const Neighbours& neighbours, Vec3 point, Vec3 normal,
+                       const SeamLengths& lengths) {
+  const Vec3 x = any_perpendicular(normal), y = cross(normal, x);
+  for (int i = 0; i < 9; ++i) {
+    const Vec3 aside = static_cast<float>(i % 3 - 1) * x + static_cast<float>(i / 3 - 1) * y;
+    const Vec3 beside = mul_add(point, lengths.step, aside);
+    if (height_over(a, beside) > 0.1f * lengths.gap) continue;
+    if (!neighbours.any([&](const auto& n) { return n.holds(beside, lengths.gap); })) return true;
+  }
+  return false;
+}
+
+/// The point or, where it is outside, one of the shape that is near it.
+FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
+  if (g.type == ShapeType::box) return max(-g.half_extents, min(point, g.half_extents));
+  if (is_round(g)) {
+    const Vec3 on_core{0, 0, clamp(point.z, -g.half_extents.z, g.half_extents.z)}, out = point - on_core;
+    const float distance = length(out);
+    return distance > g.radius ? mul_add(on_core, g.radius / distance, out) : point;
+  }
+  for (int f = 0; f < g.hull.face_count; ++f)
+    if (const float height = plane_height(g.hull.planes[f], point); height > 0)
+      point = mul_add(point, -height, g.hull.planes[f].normal);
+  return point;
+}
+
+/// Calls act(point) for points of the manifold, where it touches A, until it returns true; not for those that A itself
+/// rises beside by more than `gap` (m), which lie under B's face beside what it touches. Returns whether it did.
+template <class Act>
+FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, const Act& act) {
+  const float farthest = dot(m.normal, support(a, m.normal)) - gap;
+  for (int i = 0; i < m.count; ++i)
+    if (const Vec3 point = pulled_inside(a, on_first(m, i)); dot(m.normal, point) >= farthest && act(point))
+      return true;
+  return false;
+}
+
+/// Whether the manifold touches A where it and its neighbours can be touched.
+template <class Neighbours>
+FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m,
+                              const SeamLengths& lengths) {
+  const bool is_face = is_face_normal(a, m.normal);
+  return any_outermost(a, m, lengths.gap, [&](Vec3 point) {
+    return !rises_beside(neighbours, point, m.normal, lengths.gap) ||
+           (is_face && is_seen(a, neighbours, point, m.normal, lengths));
+  });
+}
+
+/// Up to two points where the core of a round shape runs over the face, not higher than `reach`.
+FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundShape& round, float reach, Manifold& m) {
+  const Hull::Plane& plane = hull.planes[face];
+  const Stretch stretch = clip_segment(hull, face, round.core, 0);
+  if (stretch.empty()) return;
+  m.normal = plane.normal;
+  for (int i = 0; i < (length_squared(round.core.along) > 0 ? 2 : 1); ++i) {
+    const float t = i == 0 ? stretch.lo : stretch.hi;
+    const Vec3 on_core = mul_add(round.core.from, t, round.core.along);
+    const float height = plane_height(plane, on_core);
+    if (height > reach) continue;
+    const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
+    add_round_point(m, mul_add(on_core, -height, plane.normal), 0, height, round.radius, segment_feature(t, edge >> 1));
+  }
+}
+
+FATHOM_HD bool is_deep(const Manifold& m, float depth) {
+  bool deep = false;
+  for (int i = 0; i < m.count; ++i) deep |= m.points[i].separation < -depth;
+  return deep;
+}
+
+/// What takes the place of a manifold `m` of A, which has faces, and B that does not count: the one over another face
+/// of A that B's centre is in front of and B, twice `half` thick (m), is not deeper under, or nothing. What is as deep
+/// as that under no face that can be seen is pushed out as A alone would push it.
+template <class Neighbours>
+FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
+                                const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
+  const BoxHull box_a(a.half_extents), box_b(b.half_extents);
+  const HullView hull_a = a.type == ShapeType::box ? view(box_a) : a.hull;
+  const HullView hull_b = b.type == ShapeType::box ? view(box_b) : b.hull;
+  const bool is_round_b = is_round(b);
+  const RoundShape round = is_round_b ? transform(b_in_a, round_shape(b)) : RoundShape{};
+  const Quat to_b = conjugate(b_in_a.rotation);
+  float last = 3e38f;
+  int last_face = -1;
+  // From the face that is touched least deep on.
+  for (;;) {
+    int face = -1;
+    float highest = -half;
+    for (int f = 0; f < hull_a.face_count; ++f) {
+      const Hull::Plane& plane = hull_a.planes[f];
+      if (!(plane_height(plane, b_in_a.position) > 0)) continue;
+      const Vec3 lowest = transform(b_in_a, support(b, rotate(to_b, -plane.normal)));
+      const float separation = plane_height(plane, lowest);
+      const bool is_next = separation < last || (separation == last && f > last_face);
+      if (separation <= margin && is_next && separation > highest) face = f, highest = separation;
+    }
+    if (face < 0) return is_deep(m, 0.5f * half) ? m : Manifold{};
+    last = highest, last_face = face;
+    Manifold over;
+    if (is_round_b) {
+      round_face_contact(hull_a, face, round, round.radius + margin, over);
+    } else {
+      AxisCache cache;
+      hull_face_contact(make_hull_pair(hull_a, hull_b, b_in_a), face, false, margin, {}, cache, over);
+    }
+    for (int i = 0; i < over.count; ++i)
+      if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, lengths)) return over;
+  }
+}
+
+}  // namespace fathom

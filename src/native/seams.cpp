@@ -1,0 +1,166 @@
+#include "native/seams.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "collision/seam.hpp"
+#include "geometry/compound_query.hpp"
+#include "terrain/surface_triangle.hpp"
+
+namespace fathom::native {
+
+namespace {
+
+/// A triangle of a surface, solid behind as far as `depth` (m).
+struct NeighbourTriangle {
+  SurfaceTriangle triangle;
+  float depth;
+
+  bool holds(Vec3 point, float gap) const {
+    const float height = dot(triangle.normal, point) - triangle.offset;
+    if (height > gap || height < -depth) return false;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 from = triangle.corners[k], along = triangle.corners[(k + 1) % 3] - from;
+      const Vec3 outward = cross(along, triangle.normal);
+      if (dot(outward, point - from) > gap * length(outward)) return false;
+    }
+    return true;
+  }
+  float rise(Vec3 point, Vec3 normal) const {
+    float highest = -3e38f;
+    for (const Vec3& corner : triangle.corners) highest = max(highest, dot(normal, corner - point));
+    return highest;
+  }
+};
+
+}  // namespace
+
+/// All in the frame of the piece that is touched.
+struct SeamNeighbours {
+  std::vector<NeighbourSolid> solids;
+  std::vector<NeighbourTriangle> triangles;
+  std::vector<std::uint32_t> found;
+
+  void clear() {
+    solids.clear();
+    triangles.clear();
+  }
+  bool empty() const { return solids.empty() && triangles.empty(); }
+  template <class Act>
+  bool any(const Act& act) const {
+    return std::ranges::any_of(solids, act) || std::ranges::any_of(triangles, act);
+  }
+};
+
+namespace {
+
+Pose inverse(const Pose& pose) { return relative(pose, {}); }
+
+/// Of what is at `body_in_a` all that the box in A's frame meets; not the child `without`.
+void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, const Filter& touching, float depth,
+                std::uint32_t without, SeamNeighbours& neighbours) {
+  if (has_faces(body.geometry)) return neighbours.solids.push_back({body.geometry, body_in_a});
+  if (!body.geometry.is_compound() && !body.geometry.is_surface()) return;
+  const Aabb near = bounds(box, inverse(body_in_a));
+  std::vector<std::uint32_t>& found = neighbours.found;
+  found.clear();
+  if (body.geometry.is_surface()) {
+    body.geometry.surface().find(near, found);
+    for (const std::uint32_t number : found) {
+      Triangle triangle = body.geometry.surface().triangle(number);
+      for (Vec3& corner : triangle.corners) corner = transform(body_in_a, corner);
+      neighbours.triangles.push_back({SurfaceTriangle(triangle, {}), depth});
+    }
+    return;
+  }
+  find_children(body.geometry.compound(), near, found);
+  for (const std::uint32_t child : found) {
+    const Piece piece = piece_of(body, child);
+    if (child != without && has_faces(piece.geometry) && may_collide(piece.filter, touching))
+      neighbours.solids.push_back({piece.geometry, body_in_a * piece.pose});
+  }
+}
+
+/// Of A's surface, where the manifold touches it.
+Aabb patch_box(const Manifold& m, float around) {
+  Aabb box{on_first(m, 0), on_first(m, 0)};
+  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
+  return grown(box, around);
+}
+
+bool is_normal_of_triangle(const Surface& surface, const Aabb& box, Vec3 normal) {
+  thread_local std::vector<std::uint32_t> found;
+  found.clear();
+  surface.find(box, found);
+  return std::ranges::any_of(found, [&](std::uint32_t number) {
+    return dot(SurfaceTriangle(surface.triangle(number), {}).normal, normal) > 1 - 1e-6f;
+  });
+}
+
+}  // namespace
+
+/// Whether the neighbour holds the body for certain.
+bool Seams::may_rest_on(std::uint32_t slot, std::uint32_t neighbour) const {
+  const BodyInfo &body = bodies[slot], &other = bodies[neighbour];
+  const bool asks = body.pre_solve || other.pre_solve || body.custom_filter || other.custom_filter;
+  return !asks && may_collide(body, other) && !joints.keeps_apart(neighbour, slot) &&
+         !excluded.contains(neighbour, slot);
+}
+
+SeamManifold Seams::kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin,
+                         const Manifold& m) const {
+  const SeamManifold of_a = kept_of_first(a, b, b_in_a, margin, m);
+  if (of_a.manifold.count == 0 || !b.piece.is_child) return of_a;
+  const Pose a_in_b = inverse(b_in_a);
+  const SeamManifold of_b = kept_of_first(b, a, a_in_b, margin, swapped(of_a.manifold, a_in_b));
+  return {swapped(of_b.manifold, b_in_a), of_a.has_neighbours || of_b.has_neighbours, of_a.is_whole && of_b.is_whole};
+}
+
+SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin,
+                                  const Manifold& m) const {
+  const bool is_fixed = may_have(a.slot);
+  if (!(is_fixed || a.piece.is_child) || a.piece.geometry.is_surface()) return {m};
+  const Pose body_pose = state.poses[a.slot], pose = a.piece.is_child ? body_pose * a.piece.pose : body_pose;
+  const float extent = min(a.piece.radius, length(b_in_a.position) + b.piece.radius);
+  const SeamLengths lengths = make_seam_lengths(b.piece.half, max(extent, 0.25f * max_component(abs(pose.position))));
+  if (!may_be_at_seam(a.piece.geometry, m, lengths)) return {m};
+
+  thread_local SeamNeighbours neighbours;
+  neighbours.clear();
+  const Aabb box = patch_box(m, lengths.edge + b.piece.half);
+  if (a.piece.is_child)
+    add_pieces(bodies[a.slot], inverse(a.piece.pose), box, b.piece.filter, b.piece.half, a.child, neighbours);
+  if (is_fixed) add_fixed(a.slot, pose, b, box, neighbours);
+  if (neighbours.empty()) return {m};
+  if (counts_at_seam(a.piece.geometry, neighbours, m, lengths)) return {m, true};
+  return {seen_instead(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m), true,
+          false};
+}
+
+bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifold& m) const {
+  if (!may_have(a.slot)) return true;
+  const Pose& pose = state.poses[a.slot];
+  const SeamLengths lengths = make_seam_lengths(b.piece.half, max_component(abs(pose.position)));
+  thread_local SeamNeighbours neighbours;
+  neighbours.clear();
+  const Aabb box = patch_box(m, lengths.edge + b.piece.half);
+  add_fixed(a.slot, pose, b, box, neighbours);
+  if (neighbours.empty()) return true;
+  bool counts = false;
+  for (int i = 0; i < m.count; ++i) counts |= !rises_beside(neighbours, on_first(m, i), m.normal, lengths.gap);
+  return counts || is_normal_of_triangle(a.piece.geometry.surface(), patch_box(m, lengths.step), m.normal);
+}
+
+/// Other bodies that the box, in the frame of the body `slot`, meets, and B with it.
+void Seams::add_fixed(std::uint32_t slot, const Pose& pose, const SeamSide& b, const Aabb& box,
+                      SeamNeighbours& neighbours) const {
+  thread_local std::vector<std::uint32_t> slots;
+  slots.clear();
+  fixed->overlap(bounds(box, pose), slots);
+  for (const std::uint32_t other : slots)
+    if (other != slot && may_rest_on(b.slot, other))
+      add_pieces(bodies[other], relative(pose, state.poses[other]), box, b.piece.filter, b.piece.half, none,
+                 neighbours);
+}
+
+}  // namespace fathom::native

@@ -1,0 +1,51 @@
+// Seams between bodies that do not move, and between the children of a compound (collision/seam.hpp).
+#pragma once
+
+#include "native/body_state.hpp"
+#include "native/fixed_tree.hpp"
+#include "native/pieces.hpp"
+#include "world/excluded_pairs.hpp"
+#include "world/joint_table.hpp"
+
+namespace fathom::native {
+
+/// What counts of a manifold.
+struct SeamManifold {
+  Manifold manifold;
+  bool has_neighbours = false;  ///< something lies beside what is touched
+  bool is_whole = true;         ///< it is what was asked about
+};
+
+/// One of two bodies that touch: which of its children, if it is a compound.
+struct SeamSide {
+  std::uint32_t slot;
+  std::uint32_t child;
+  const Piece& piece;
+};
+
+struct SeamNeighbours;
+
+class Seams {
+ public:
+  const BodyTable& bodies;
+  const BodyState& state;
+  const JointTable& joints;
+  const ExcludedPairs& excluded;
+  const FixedTree* fixed = nullptr;  ///< null: fewer than two bodies are fixed
+
+  /// What counts of the manifold `m` of two pieces, in the frame of A's; a body that cannot be pushed is A.
+  SeamManifold kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin, const Manifold& m) const;
+  /// Whether the manifold of a surface counts.
+  bool counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifold& m) const;
+  /// Whether there are any beside this body.
+  bool may_have(std::uint32_t a) const { return fixed != nullptr && bodies[a].motion == MotionType::fixed; }
+
+ private:
+  SeamManifold kept_of_first(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin,
+                             const Manifold& m) const;
+  void add_fixed(std::uint32_t slot, const Pose& pose, const SeamSide& b, const Aabb& box,
+                 SeamNeighbours& neighbours) const;
+  bool may_rest_on(std::uint32_t slot, std::uint32_t neighbour) const;
+};
+
+}  // namespace fathom::native
