@@ -32,6 +32,13 @@ FATHOM_HD SeamLengths make_seam_lengths(float half, float extent) {
   return {gap, 2 * gap, 0.25f * half + 2 * gap};
 }
 
+/// Of B, whose thickness is twice `half_b` (m), on A in its pose.
+FATHOM_HD SeamLengths make_seam_lengths(float half_b, float radius_a, float radius_b, const Pose& b_in_a,
+                                        const Pose& pose_a) {
+  const float extent = min(radius_a, length(b_in_a.position) + radius_b);
+  return make_seam_lengths(half_b, max(extent, 0.25f * max_component(abs(pose_a.position))));
+}
+
 /// Boxes and hulls have faces that may be hidden, and hide others'.
 FATHOM_HD bool has_faces(const Geometry& g) { return g.type == ShapeType::box || g.type == ShapeType::hull; }
 
@@ -83,6 +90,13 @@ struct NeighbourSolid {
 /// Where the surface of A is touched.
 FATHOM_HD Vec3 on_first(const Manifold& m, int i) {
   return mul_add(m.points[i].position, -0.5f * m.points[i].separation, m.normal);
+}
+
+/// Where B may lie on A's neighbours: around the manifold, in A's frame.
+FATHOM_HD Aabb around_patch(const Manifold& m, float distance) {
+  Aabb box{on_first(m, 0), on_first(m, 0)};
+  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
+  return grown(box, distance);
 }
 
 /// Whether the manifold, in A's frame, may not count.
@@ -210,6 +224,37 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
     for (int i = 0; i < over.count; ++i)
       if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, lengths)) return over;
   }
+}
+
+/// What counts of a manifold.
+struct SeamManifold {
+  Manifold manifold;
+  bool has_neighbours = false;  ///< something lies beside what is touched
+  bool is_whole = true;         ///< it is what was asked about
+};
+
+/// Of the manifold `m` of A, which has faces and some neighbours, and B.
+template <class Neighbours>
+FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
+                                    const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
+  if (counts_at_seam(a, neighbours, m, lengths)) return {m, true, true};
+  return {seen_instead(a, b, b_in_a, margin, half, neighbours, lengths, m), true, false};
+}
+
+/// Where B, beside A, is nearest to it, as a manifold with this normal in A's frame.
+FATHOM_HD Manifold nearest_point(const Geometry& a, const Geometry& b, const Pose& b_in_a, Vec3 normal) {
+  // To and fro between two convex shapes points come as near as they get.
+  constexpr int rounds = 16;
+  Vec3 of_b = b_in_a.position, of_a;
+  for (int i = 0; i < rounds; ++i) {
+    of_a = pulled_inside(a, of_b);
+    of_b = transform(b_in_a, pulled_inside(b, inverse_transform(b_in_a, of_a)));
+  }
+  Manifold m;
+  m.normal = normal;
+  m.count = 1;
+  m.points[0] = {0.5f * (of_a + of_b), dot(normal, of_b - of_a), 0};
+  return m;
 }
 
 }  // namespace fathom

@@ -146,6 +146,8 @@ struct HullRecord {
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
 /// Beside these: there are bullets, or surfaces that move against their bodies.
 inline constexpr std::uint32_t bullets_bit = 1u << 31, moving_surfaces_bit = 1u << 30;
+/// Several fixed bodies have faces.
+inline constexpr std::uint32_t seams_bit = 1u << 29;
 
 struct HullArrays {
   const HullRecord* hulls = nullptr;
@@ -225,7 +227,8 @@ struct Bodies {
   // Of bodies in fast pairs.
   Of<Pose, body_fast_pairs> before;  ///< as the step began
   Of<Pose, body_fast_pairs> ends;    ///< where those got to that what cannot be pushed has held back; for bullets
-  Of<std::uint32_t, body_fast_pairs> fast_pair;  ///< the first of its fast pairs, `none` between steps
+  Of<std::uint32_t, body_fast_pairs> fast_pair;      ///< the first of its fast pairs, `none` between steps
+  Of<std::uint32_t, body_fast_pairs> fixed_contact;  ///< the first of its `fixed_contacts`; null: no seams
 
   // Supports.
   Of<BodySupport, body_supports> support;

@@ -211,6 +211,12 @@ struct FastPair {
   std::uint32_t next;  ///< of B's, or `none`
 };
 
+/// A contact with a fixed body. Those of one dynamic body are chained (seams.hpp).
+struct alignas(8) FixedContact {
+  std::uint32_t a;     ///< the fixed body
+  std::uint32_t next;  ///< contact, or `none`
+};
+
 /// The parts of what the device keeps of contacts, for `Contacts`.
 enum ContactPart : std::uint8_t { contact_list, contact_worklists, contact_manifolds, contact_events };
 
@@ -223,11 +229,12 @@ struct Contacts {
   // `capacity` of each.
   Of<Contact, contact_list> contacts;
   Of<std::uint32_t, contact_list> free;
-  Of<PairRecord, contact_worklists> found;          ///< pairs of the search
-  Of<std::uint32_t, contact_worklists> to_collide;  ///< lists of contacts, see `listed`
-  Of<std::uint32_t, contact_worklists> deferred;    ///< likewise, in the memory of `found`
-  Of<FastPair, contact_worklists> fast;             ///< `fast_capacity`, two lists, see `fast_at`
-  Of<std::uint32_t, contact_worklists> next_of_a;   ///< of each of these the next one of A's, or `none`; for bullets
+  Of<PairRecord, contact_worklists> found;             ///< pairs of the search
+  Of<std::uint32_t, contact_worklists> to_collide;     ///< lists of contacts, see `listed`
+  Of<std::uint32_t, contact_worklists> deferred;       ///< likewise, in the memory of `found`
+  Of<FastPair, contact_worklists> fast;                ///< `fast_capacity`, two lists, see `fast_at`
+  Of<std::uint32_t, contact_worklists> next_of_a;      ///< of each of these the next one of A's, or `none`; for bullets
+  Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: no seams
   std::uint32_t capacity;
   std::uint32_t fast_capacity;  ///< where there are joints a contact may be listed twice (`ListStrays`)
 

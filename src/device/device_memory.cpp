@@ -32,6 +32,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_woken_(m),
       isolated_in_(m),
       fast_pair_(m),
+      fixed_contact_(m),
       parent_(m),
       island_slow_(m),
       support_(m),
@@ -55,11 +56,13 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   fast_pair_.grow(bodies, exec::Contents::keep);
   if (ends_.size() > 0) ends_.grow(bodies);
+  if (fixed_contact_.size() > 0) fixed_contact_.grow(bodies);
   if (surface_velocities_.size() > 0) surface_velocities_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 
 void BodyMemory::reserve_for_bullets() { ends_.grow(capacity_); }
+void BodyMemory::reserve_for_seams() { fixed_contact_.grow(capacity_); }
 void BodyMemory::reserve_for_surfaces() { surface_velocities_.grow(capacity_, exec::Contents::keep); }
 
 BodyArrays BodyMemory::arrays() {
@@ -93,6 +96,7 @@ BodyArrays BodyMemory::arrays() {
           .before = before_.data(),
           .ends = ends_.data(),
           .fast_pair = fast_pair_.data(),
+          .fixed_contact = fixed_contact_.data(),
           .support = support_.data(),
           .nodes = nodes_.data(),
           .moves = moves_.data(),
@@ -111,6 +115,7 @@ ContactMemory::ContactMemory(exec::Memory& m)
       found_(m),
       fast_(m),
       next_of_a_(m),
+      fixed_contacts_(m),
       to_collide_(m),
       free_manifolds_(m),
       uncoloured_0_(m),
@@ -139,6 +144,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   const std::size_t j = std::max(joints, joint_capacity());
   fast_.grow(j > 0 ? 2 * n : n, exec::Contents::keep);
   if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
+  if (fixed_contacts_.size() > 0) fixed_contacts_.grow(n, exec::Contents::keep);
   capacity_ = n;
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
@@ -166,6 +172,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   joint_capacity_ = j;
 }
 
+void ContactMemory::reserve_for_seams() { fixed_contacts_.grow(capacity_, exec::Contents::keep); }
 void ContactMemory::reserve_for_bullets() { next_of_a_.grow(fast_.size(), exec::Contents::keep); }
 
 ContactArrays ContactMemory::contacts() {
@@ -176,6 +183,7 @@ ContactArrays ContactMemory::contacts() {
           .deferred = reinterpret_cast<std::uint32_t*>(found_.data()),
           .fast = fast_.data(),
           .next_of_a = next_of_a_.data(),
+          .fixed_contacts = fixed_contacts_.data(),
           .capacity = static_cast<std::uint32_t>(capacity()),
           .fast_capacity = static_cast<std::uint32_t>(fast_.size()),
           .manifolds = manifolds_.data(),

@@ -36,6 +36,8 @@ class BodyMemory {
   void reserve(std::size_t bodies);
   /// What only the pairs of bullets need.
   void reserve_for_bullets();
+  /// What only seams need.
+  void reserve_for_seams();
   /// What only moving surfaces need.
   void reserve_for_surfaces();
   /// Bodies that all buffers hold: where `reserve` threw, as many as before it.
@@ -72,7 +74,8 @@ class BodyMemory {
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, further_recoloured_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, parent_, island_slow_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, fixed_contact_, parent_,
+      island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
   exec::Buffer<SupportMove> moves_;
@@ -96,6 +99,8 @@ class ContactMemory {
                bool extras);
   /// What only the pairs of bullets need.
   void reserve_for_bullets();
+  /// What only seams need.
+  void reserve_for_seams();
   bool may_bounce() const { return may_bounce_; }
   bool any_extras() const { return any_extras_; }
   std::size_t capacity() const { return capacity_; }
@@ -112,6 +117,7 @@ class ContactMemory {
   exec::Buffer<PairRecord> found_;
   exec::Buffer<FastPair> fast_;
   exec::Buffer<std::uint32_t> next_of_a_;
+  exec::Buffer<FixedContact> fixed_contacts_;
   exec::Buffer<std::uint32_t> to_collide_, free_manifolds_, uncoloured_0_, uncoloured_1_;
   exec::Buffer<PairRecord> begun_, ended_;
   exec::Buffer<HitRecord> hits_;

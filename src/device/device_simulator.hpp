@@ -220,6 +220,7 @@ class DeviceSimulator final : public Simulator {
   void list_last_edits();
   void constants_changed(std::uint32_t slot, std::uint32_t changes);
   BodyData body_data(std::uint32_t slot);
+  void note_fixed(std::uint32_t slot);
 
   // Joints.
   void note_joint(std::uint32_t slot);
@@ -334,6 +335,7 @@ class DeviceSimulator final : public Simulator {
   exec::Traffic counted_;                           // up to the last submission
   bool may_bounce_ = false;                         // some material has a restitution above zero
   bool any_extras_ = false;                         // some material has a rolling resistance or a moving surface
+  std::uint32_t fixed_slot_ = none;                 // of the last fixed body with faces
   std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; of the graphs
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;

@@ -140,6 +140,10 @@ void DeviceSimulator<D>::make_room() {
       body_memory_.reserve_for_bullets();
       contact_memory_.reserve_for_bullets();
     }
+    if (shapes_ & seams_bit) {
+      body_memory_.reserve_for_seams();
+      contact_memory_.reserve_for_seams();
+    }
     if (shapes_ & moving_surfaces_bit) body_memory_.reserve_for_surfaces();
   }
   const std::size_t old_list = published_memory_.order.size();

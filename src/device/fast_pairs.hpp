@@ -5,6 +5,7 @@
 #include "device/finish.hpp"
 #include "device/update_manifolds.hpp"
 #include "dynamics/free_end.hpp"
+#include "dynamics/way_over_seam.hpp"
 
 namespace fathom::device {
 
@@ -15,7 +16,7 @@ FATHOM_HD Mover mover(const Bodies<written...>& bodies, std::uint32_t i, const P
           velocity};
 }
 
-/// Third pass of the narrow phase; item k is a fast pair with a hull, or one without.
+/// Third pass of the narrow phase; item k is a fast pair or one that may touch at a seam, with a hull, or one without.
 template <bool with_hulls>
 struct LookAheadPairs {
   static constexpr std::uint32_t group_size = 64;
@@ -42,12 +43,15 @@ struct LookAheadPairs {
       if (!team::is_leader()) return;
     }
     if (found.ahead == Ahead::nothing) seen.count = 0;
-    const bool has_room = found.ahead == Ahead::meets ? changes.take(index, c, found.manifold, found.b_in_a, found.time)
-                                                      : changes.take(index, c, seen, b_in_a, -1);
+    const bool meets = found.ahead == Ahead::meets;
+    if (meets) seen = found.manifold;
+    const Pose& b_then = meets ? found.b_in_a : b_in_a;
     const auto& contacts = changes.contacts;
-    if (!has_room) {
+    const auto seams = seams_of(bodies, contacts);
+    if (seams.may_have(c.a)) seen = seams.kept(c.a, c.b, b_then, margin, seen).manifold;
+    if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
-    } else if (c.fixed_a() || (found.is_fast && (is_bullet(c.a) || is_bullet(c.b)))) {
+    } else if (found.is_fast && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
       bodies.before[c.a] = a.pose;
       bodies.before[c.b] = b.pose;
       contacts.fast[pair].next = chained(pair, c.b);
@@ -213,7 +217,14 @@ struct HoldBackFast {
         collide_shapes<with_hulls>(on_a.geometry, on_b.geometry, relative(pose_a, pose_b), margin, axis);
     const float skin = skin_of(on_a, on_b, half);
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
-    const FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
+    FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
+    const auto seams = seams_of(bodies, contacts);
+    if (!way.is_free && !is_a_free && seams.may_have(a)) {
+      const auto kept = [&](const Pose& b_in_a, float close, const Manifold& m) {
+        return seams.kept(a, b, b_in_a, close, m);
+      };
+      find_way_over_seam<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt, kept, way);
+    }
     if (way.is_free) return false;
     linear = bodies.velocities[b].linear;
     if (is_a_free) {

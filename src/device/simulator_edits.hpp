@@ -69,6 +69,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   c.angular_damping = info.angular_damping;
   shapes_ |= shape_bit(info.geometry.type) | (info.is_bullet ? bullets_bit : 0u) |
              (has_moving_surface ? moving_surfaces_bit : 0u);
+  note_fixed(slot);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
   // Sensors collide with nobody.
   const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;
@@ -82,6 +83,15 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   d.surface_velocity = info.material.surface_velocity;
   any_extras_ = any_extras_ || info.material.rolling_resistance > 0 || has_moving_surface;
   return d;
+}
+
+/// From the second one on there may be seams.
+template <exec::Device D>
+void DeviceSimulator<D>::note_fixed(std::uint32_t slot) {
+  const BodyInfo& info = bodies[slot];
+  if (info.motion != MotionType::fixed || !has_faces(info.geometry)) return;
+  if (fixed_slot_ != none && fixed_slot_ != slot) shapes_ |= seams_bit;
+  fixed_slot_ = slot;
 }
 
 template <exec::Device D>

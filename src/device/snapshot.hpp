@@ -134,6 +134,7 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
         for (const BodySupport& s : host) in.require(s.level <= max_levels);
     });
   });
+  for (const BodyId id : bodies.living()) note_fixed(id.index);
   if (!is_on_device()) return;
   upload(body_memory_.arrays().fast_pair, std::vector<std::uint32_t>(counters.bodies, none));
   if (!(shapes_ & moving_surfaces_bit)) return;

@@ -132,6 +132,10 @@ class Step {
 
   void update_manifolds() {
     device_.parallel_groups(contact_groups(), SortOutContacts{contact_changes()});
+    if (settings_.shapes & seams_bit) {
+      device_.parallel_for(live_bodies(), ClearFixedContacts{bodies_});
+      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, ChainFixedContacts{bodies_, contacts_});
+    }
     collide();
   }
 

@@ -7,6 +7,7 @@
 #include "collision/collide.hpp"
 #include "device/contact_arrays.hpp"
 #include "device/joint_arrays.hpp"
+#include "device/seams.hpp"
 #include "dynamics/look_ahead.hpp"
 #include "dynamics/manifold_update.hpp"
 #include "dynamics/overlap.hpp"
@@ -145,7 +146,7 @@ struct ContactChanges {
     return true;
   }
 
-  /// The pair is fast.
+  /// The pair is fast, or may touch at a seam.
   FATHOM_HD void look_ahead(std::uint32_t index, bool has_hull) const {
     contacts.fast[contacts.fast_at(has_hull, exec::atomic_add(counters->fast[has_hull], 1u))] = {index, none};
   }
@@ -291,7 +292,7 @@ struct CollideShapes {
     const bool is_fast = movement > slow_movement && movement > slow_share * changes.half_of_thinner(c);
     const bool passes =
         !c.fixed_a() && pass_for_certain(fresh, c.axis, bodies.velocities[c.a], bodies.velocities[c.b], dt);
-    if (is_fast && !passes) {
+    if ((is_fast && !passes) || is_at_seam(c, b_in_a, fresh)) {
       contacts.contacts[index] = c;
       changes.look_ahead(index, pairs == hulls);
     } else if (!changes.take(index, c, fresh, b_in_a, -1)) {
@@ -300,6 +301,12 @@ struct CollideShapes {
   }
 
  private:
+  FATHOM_HD bool is_at_seam(const Contact& c, const Pose& b_in_a, const Manifold& fresh) const {
+    const auto seams = seams_of(changes.bodies, changes.contacts);
+    return fresh.count > 0 && seams.may_have(c.a) &&
+           may_be_at_seam(changes.bodies.geometry(c.a), fresh, seams.lengths(c.a, c.b, b_in_a));
+  }
+
   FATHOM_HD Manifold collide(Contact& c, const BodyConstants& a, const BodyConstants& b, const Pose& b_in_a,
                              float margin, const PatchLoad& load) const {
     const auto& bodies = changes.bodies;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "collision/seam.hpp"
 #include "dynamics/free_end.hpp"
+#include "dynamics/way_over_seam.hpp"
 #include "geometry/compound_query.hpp"
 #include "native/native_simulator.hpp"
 #include "native/pieces.hpp"
@@ -26,22 +26,6 @@ Change NarrowPhase::take_fast(std::uint32_t index, Contact& c, const Manifold& f
 }
 
 namespace {
-
-/// Where B, beside A, is nearest to it, as a manifold with this normal in A's frame.
-Manifold nearest_point(const Geometry& a, const Geometry& b, const Pose& b_in_a, Vec3 normal) {
-  // To and fro between two convex shapes points come as near as they get.
-  constexpr int rounds = 16;
-  Vec3 of_b = b_in_a.position, of_a;
-  for (int i = 0; i < rounds; ++i) {
-    of_a = pulled_inside(a, of_b);
-    of_b = transform(b_in_a, pulled_inside(b, inverse_transform(b_in_a, of_a)));
-  }
-  Manifold m;
-  m.normal = normal;
-  m.count = 1;
-  m.points[0] = {0.5f * (of_a + of_b), dot(normal, of_b - of_a), 0};
-  return m;
-}
 
 /// Calls act(children) for pieces of both bodies that the box, in world axes, meets.
 template <class Act>
@@ -127,7 +111,13 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   const Pose end_a = a.is_child ? state_.poses[pair.a] * a.pose : state_.poses[pair.a];
   const Pose end_b = b.is_child ? end * b.pose : end;
   FreeWay way = free_way(on_a, on_b, end_a, end_b, pair.first, min(a.half, b.half), def.dt);
-  if (!way.is_free && seams_.may_have(pair.a)) find_way_over_seam(pair, a, b, on_a, on_b, end_a, end_b, way);
+  if (!way.is_free && seams_.may_have(pair.a)) {
+    const SeamSide side_a{pair.a, pair.children.a, a}, side_b{pair.b, pair.children.b, b};
+    const auto kept = [&](const Pose& b_in_a, float margin, const Manifold& m) {
+      return seams_.kept(side_a, side_b, b_in_a, margin, m);
+    };
+    find_way_over_seam(on_a, on_b, end_a, end_b, pair.first, min(a.half, b.half), def.dt, kept, way);
+  }
   if (way.is_free || !pre_solve_.may_stop(pair, pair.first.normal)) return false;
   const SpeedLimits limits =
       speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
@@ -135,43 +125,6 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   put_back(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
   if (pair.contact != none) forget_build(pair.contact);
   return true;
-}
-
-/// What stops B may be hidden by what lies beside it. Then only how deep B gets under a face that can be seen counts.
-void NativeSimulator::find_way_over_seam(const FastPair& pair, const Piece& a, const Piece& b, const Mover& on_a,
-                                         const Mover& on_b, const Pose& end_a, const Pose& end_b, FreeWay& way) const {
-  const auto there = [&](const Mover& m, const Pose& end) {
-    return way.part < 1 ? advanced(m.pose, velocity_between(m.pose, end, def.dt), way.part * def.dt) : end;
-  };
-  const auto kept = [&](const Pose& b_in_a, float margin, const Manifold& m) {
-    return seams_.kept({pair.a, pair.children.a, a}, {pair.b, pair.children.b, b}, b_in_a, margin, m);
-  };
-  const float half = min(a.half, b.half), allowed = allowed_depth(pair.first.gap, half);
-  const Pose at_a = there(on_a, end_a), b_in_a = relative(at_a, there(on_b, end_b));
-  constexpr float same_normal = 0.999f;
-  const float margin = entry_of(half) + 2 * skin_of(on_a, on_b, half);
-  const Vec3 stopping = inverse_rotate(at_a.rotation, way.normal);
-  AxisCache axis;
-  Manifold there_seen = collide(a.geometry, b.geometry, b_in_a, margin, axis);
-  if (there_seen.count == 0) there_seen = nearest_point(a.geometry, b.geometry, b_in_a, stopping);
-  const SeamManifold where_stopped = kept(b_in_a, margin, there_seen);
-  if (!where_stopped.has_neighbours) return;
-  if (where_stopped.is_whole && dot(there_seen.normal, stopping) > same_normal) return;
-  Manifold held = where_stopped.manifold;
-  way = {};
-  if (held.count == 0) {
-    const Pose b_at_end = relative(end_a, end_b);
-    const Manifold m = collide(a.geometry, b.geometry, b_at_end, 0, axis);
-    if (m.count > 0) held = kept(b_at_end, 0, m).manifold;
-    if (held.count == 0) return;
-  }
-  const Vec3 normal = rotate(end_a.rotation, held.normal);
-  const float gap = separation_along(near_cores(on_a, on_b, def.dt, 0), end_a, end_b, normal);
-  if (gap >= -allowed) return;
-  way.is_free = false;
-  way.normal = normal;
-  way.aside = -(gap + allowed) * normal;
-  way.linear = mul_add(on_b.velocity.linear, max(-dot(normal, on_b.velocity.linear), 0.0f), normal);
 }
 
 void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {

@@ -5,7 +5,6 @@
 #include <optional>
 #include <vector>
 
-#include "dynamics/free_way.hpp"
 #include "native/active_set.hpp"
 #include "native/body_state.hpp"
 #include "native/body_tree.hpp"
@@ -145,8 +144,6 @@ class NativeSimulator : public Simulator {
   Pose begin_of_obstacle(std::uint32_t slot) const;
   bool hold_back(const Strays::Stray& stray, std::uint32_t obstacle);
   bool hold_back(const FastPair& pair);
-  void find_way_over_seam(const FastPair& pair, const Piece& a, const Piece& b, const Mover& on_a, const Mover& on_b,
-                          const Pose& end_a, const Pose& end_b, FreeWay& way) const;
   void put_back(std::uint32_t slot, const Pose& pose, Velocity v);
   bool hold_back_from_surface(const FastPair& pair);  // parted_pairs.cpp
   void forget_build(std::uint32_t first);

@@ -229,8 +229,10 @@ class PartedPair {
     const Manifold fresh = collide(a.geometry, b.geometry, b_in_a, margin, axis, load);
     const auto take = [&](const Manifold& m, const Pose& at, float ahead) {
       if (m.count == 0) return;
-      const Manifold kept = narrow_phase_.seams.kept({contact(first_).a, children.a, a},
-                                                     {contact(first_).b, children.b, b}, at, margin, m).manifold;
+      const Manifold kept =
+          narrow_phase_.seams
+              .kept({contact(first_).a, children.a, a}, {contact(first_).b, children.b, b}, at, margin, m)
+              .manifold;
       if (kept.count > 0)
         scratch_.found.push_back({children, ahead, a.pose * at * inverse(b.pose), moved(kept, a.pose), axis});
     };

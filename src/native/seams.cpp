@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "collision/seam.hpp"
 #include "geometry/compound_query.hpp"
 #include "terrain/surface_triangle.hpp"
 
@@ -81,13 +80,6 @@ void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, co
   }
 }
 
-/// Of A's surface, where the manifold touches it.
-Aabb patch_box(const Manifold& m, float around) {
-  Aabb box{on_first(m, 0), on_first(m, 0)};
-  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
-  return grown(box, around);
-}
-
 bool is_normal_of_triangle(const Surface& surface, const Aabb& box, Vec3 normal) {
   thread_local std::vector<std::uint32_t> found;
   found.clear();
@@ -99,11 +91,16 @@ bool is_normal_of_triangle(const Surface& surface, const Aabb& box, Vec3 normal)
 
 }  // namespace
 
+/// Whether the application may say that two bodies do not hold each other.
+bool Seams::is_asked_about(std::uint32_t a, std::uint32_t b) const {
+  const BodyInfo &of_a = bodies[a], &of_b = bodies[b];
+  return of_a.pre_solve || of_b.pre_solve || of_a.custom_filter || of_b.custom_filter;
+}
+
 /// Whether the neighbour holds the body for certain.
 bool Seams::may_rest_on(std::uint32_t slot, std::uint32_t neighbour) const {
   const BodyInfo &body = bodies[slot], &other = bodies[neighbour];
-  const bool asks = body.pre_solve || other.pre_solve || body.custom_filter || other.custom_filter;
-  return !asks && may_collide(body, other) && !joints.keeps_apart(neighbour, slot) &&
+  return !is_asked_about(slot, neighbour) && may_collide(body, other) && !joints.keeps_apart(neighbour, slot) &&
          !excluded.contains(neighbour, slot);
 }
 
@@ -118,23 +115,20 @@ SeamManifold Seams::kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_
 
 SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin,
                                   const Manifold& m) const {
-  const bool is_fixed = may_have(a.slot);
-  if (!(is_fixed || a.piece.is_child) || a.piece.geometry.is_surface()) return {m};
+  const bool is_fixed = may_have(a.slot), has_siblings = a.piece.is_child && !is_asked_about(a.slot, b.slot);
+  if (!(is_fixed || has_siblings) || a.piece.geometry.is_surface()) return {m};
   const Pose body_pose = state.poses[a.slot], pose = a.piece.is_child ? body_pose * a.piece.pose : body_pose;
-  const float extent = min(a.piece.radius, length(b_in_a.position) + b.piece.radius);
-  const SeamLengths lengths = make_seam_lengths(b.piece.half, max(extent, 0.25f * max_component(abs(pose.position))));
+  const SeamLengths lengths = make_seam_lengths(b.piece.half, a.piece.radius, b.piece.radius, b_in_a, pose);
   if (!may_be_at_seam(a.piece.geometry, m, lengths)) return {m};
 
   thread_local SeamNeighbours neighbours;
   neighbours.clear();
-  const Aabb box = patch_box(m, lengths.edge + b.piece.half);
-  if (a.piece.is_child)
+  const Aabb box = around_patch(m, lengths.edge + b.piece.half);
+  if (has_siblings)
     add_pieces(bodies[a.slot], inverse(a.piece.pose), box, b.piece.filter, b.piece.half, a.child, neighbours);
   if (is_fixed) add_fixed(a.slot, pose, b, box, neighbours);
   if (neighbours.empty()) return {m};
-  if (counts_at_seam(a.piece.geometry, neighbours, m, lengths)) return {m, true};
-  return {seen_instead(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m), true,
-          false};
+  return kept_at_seam(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m);
 }
 
 bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifold& m) const {
@@ -143,12 +137,12 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifo
   const SeamLengths lengths = make_seam_lengths(b.piece.half, max_component(abs(pose.position)));
   thread_local SeamNeighbours neighbours;
   neighbours.clear();
-  const Aabb box = patch_box(m, lengths.edge + b.piece.half);
+  const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
   if (neighbours.empty()) return true;
   bool counts = false;
   for (int i = 0; i < m.count; ++i) counts |= !rises_beside(neighbours, on_first(m, i), m.normal, lengths.gap);
-  return counts || is_normal_of_triangle(a.piece.geometry.surface(), patch_box(m, lengths.step), m.normal);
+  return counts || is_normal_of_triangle(a.piece.geometry.surface(), around_patch(m, lengths.step), m.normal);
 }
 
 /// Other bodies that the box, in the frame of the body `slot`, meets, and B with it.

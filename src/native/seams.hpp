@@ -1,6 +1,7 @@
 // Seams between bodies that do not move, and between the children of a compound (collision/seam.hpp).
 #pragma once
 
+#include "collision/seam.hpp"
 #include "native/body_state.hpp"
 #include "native/fixed_tree.hpp"
 #include "native/pieces.hpp"
@@ -8,13 +9,6 @@
 #include "world/joint_table.hpp"
 
 namespace fathom::native {
-
-/// What counts of a manifold.
-struct SeamManifold {
-  Manifold manifold;
-  bool has_neighbours = false;  ///< something lies beside what is touched
-  bool is_whole = true;         ///< it is what was asked about
-};
 
 /// One of two bodies that touch: which of its children, if it is a compound.
 struct SeamSide {
@@ -45,6 +39,7 @@ class Seams {
                              const Manifold& m) const;
   void add_fixed(std::uint32_t slot, const Pose& pose, const SeamSide& b, const Aabb& box,
                  SeamNeighbours& neighbours) const;
+  bool is_asked_about(std::uint32_t a, std::uint32_t b) const;
   bool may_rest_on(std::uint32_t slot, std::uint32_t neighbour) const;
 };
 

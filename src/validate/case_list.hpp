@@ -59,6 +59,8 @@ void joint_wedged(const Setup& setup, Record& record);
 void heaps(const Setup& setup, Record& record);
 void heaps_on_surfaces(const Setup& setup, Record& record);
 void heaps_with_joints(const Setup& setup, Record& record);
+// seams.cpp
+void seams(const Setup& setup, Record& record);
 // tunnelling.cpp
 void bullets(const Setup& setup, Record& record);
 void spinning_rods(const Setup& setup, Record& record);

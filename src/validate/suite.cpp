@@ -77,6 +77,7 @@ constexpr auto table = std::to_array<Case>({
      "Random heaps of all shapes, sizes, densities, floors and time steps: nobody is lost, all comes to rest.", heaps},
     {"heaps", "heaps-on-surfaces", "The same bodies on triangle meshes and height fields: waves and hills.",
      heaps_on_surfaces},
+    {"seams", "seams", "Nothing catches on the seams of tiles, meshes and compounds; what sticks out stops.", seams},
     {"heaps", "heaps-with-joints", "The same bodies, some joined to pairs, chains and trees.", heaps_with_joints},
     {"tunnelling", "bullets", "Bullets of 1 cm at 300 m/s against plates of 1 cm.", bullets},
     {"tunnelling", "spinning-rods", "Spinning rods are thrown at a plate of 1 cm.", spinning_rods},
