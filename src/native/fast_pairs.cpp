@@ -111,7 +111,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   const Pose end_a = a.is_child ? state_.poses[pair.a] * a.pose : state_.poses[pair.a];
   const Pose end_b = b.is_child ? end * b.pose : end;
   FreeWay way = free_way(on_a, on_b, end_a, end_b, pair.first, min(a.half, b.half), def.dt);
-  if (!way.is_free && seams_.may_have(pair.a)) {
+  if (!way.is_free && (a.is_child || b.is_child || seams_.may_have(pair.a))) {
     const SeamSide side_a{pair.a, pair.children.a, a}, side_b{pair.b, pair.children.b, b};
     const auto kept = [&](const Pose& b_in_a, float margin, const Manifold& m) {
       return seams_.kept(side_a, side_b, b_in_a, margin, m);

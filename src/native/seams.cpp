@@ -140,8 +140,13 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifo
   const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
   if (neighbours.empty()) return true;
+  // Under a body's face lies more of the surface than what it touches.
+  float farthest = -3e38f;
+  for (int i = 0; i < m.count; ++i) farthest = max(farthest, dot(m.normal, on_first(m, i)));
   bool counts = false;
-  for (int i = 0; i < m.count; ++i) counts |= !rises_beside(neighbours, on_first(m, i), m.normal, lengths.gap);
+  for (int i = 0; i < m.count; ++i)
+    if (const Vec3 point = on_first(m, i); dot(m.normal, point) >= farthest - lengths.gap)
+      counts |= !rises_beside(neighbours, point, m.normal, lengths.gap);
   return counts || is_normal_of_triangle(a.piece.geometry.surface(), around_patch(m, lengths.step), m.normal);
 }
 
