@@ -1,0 +1,240 @@
+// Seams between shapes that do not move against each other (collision/seam.hpp, native/seams.hpp, device/seams.hpp).
+#include "collision/seam.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "random.hpp"
+#include "world_fixture.hpp"
+
+namespace fathom::test::seam_test {
+namespace {
+
+struct Beside {
+  std::vector<NeighbourSolid> solids;
+
+  template <class Act>
+  bool any(const Act& act) const {
+    return std::ranges::any_of(solids, act);
+  }
+};
+
+NeighbourSolid beside(const Shape& shape, Vec3 position) { return {geometry(shape), {.position = position}}; }
+
+Manifold at(Vec3 point, Vec3 normal) {
+  Manifold m;
+  m.normal = normal;
+  m.count = 1;
+  m.points[0] = {point, 0, 0};
+  return m;
+}
+
+const Shape tile = box({1, 1, 0.5f});
+const SeamLengths lengths = make_seam_lengths(0.2f, 1);
+
+bool counts(const Beside& neighbours, const Manifold& m) {
+  return counts_at_seam(geometry(tile), neighbours, m, lengths);
+}
+
+TEST(Seam, TheSideOfATileBesideAnotherIsHidden) {
+  const Manifold side = at({1, 0, 0.4999f}, {1, 0, 0}), edge = at({1, 0, 0.5f}, normalize(Vec3{0.1f, 0, 1}));
+  const Manifold top = at({1, 0, 0.5f}, {0, 0, 1});
+  for (const Manifold& m : {side, edge, top}) EXPECT_TRUE(counts({}, m));
+  const Beside level{{beside(tile, {2, 0, 0})}};
+  EXPECT_FALSE(counts(level, side));
+  EXPECT_FALSE(counts(level, edge));
+  EXPECT_TRUE(counts(level, top));
+  // Where the neighbour is lower by more than the gap, and where it is too far away, they can be touched.
+  for (const Vec3 place : {Vec3{2, 0, -3 * lengths.gap}, Vec3{2 + 3 * lengths.gap, 0, 0}})
+    for (const Manifold& m : {side, edge, top}) EXPECT_TRUE(counts({{beside(tile, place)}}, m));
+}
+
+TEST(Seam, BothFacesOfACornerCount) {
+  // A wall stands on the tile, or beside it.
+  for (const Vec3 place : {Vec3{0.9f, 0, 1.5f}, Vec3{1.1f, 0, 0.5f}}) {
+    const Beside wall{{beside(box({0.1f, 1, 1}), place)}};
+    const Manifold foot = at({place.x - 0.1f, 0, 0.5f}, {0, 0, 1});
+    EXPECT_TRUE(counts(wall, foot));
+  }
+  const Beside all_around{{beside(tile, {2, 0, 0}), beside(tile, {-2, 0, 0}), beside(tile, {0, 2, 0}),
+                           beside(tile, {0, -2, 0}), beside(tile, {2, 2, 0})}};
+  EXPECT_FALSE(counts(all_around, at({1, 1, 0.5f}, normalize(Vec3{-1, 1, 1}))));
+  EXPECT_TRUE(counts(all_around, at({1, 1, 0.5f}, {0, 0, 1})));
+}
+
+TEST(Seam, NormalsOfARidgeCount) {
+  // The neighbour falls away from the edge at 45°.
+  const std::vector<Vec3> slope{{1, -1, 0.5f}, {1, 1, 0.5f},   {2, -1, -0.5f},
+                                {2, 1, -0.5f}, {1, -1, -0.5f}, {1, 1, -0.5f}};
+  const Shape wedge = hull(slope);
+  const Beside ridge{{{geometry(wedge), {.position = wedge.hull->offset()}}}};
+  EXPECT_TRUE(counts(ridge, at({1, 0, 0.5f}, normalize(Vec3{0.5f, 0, 1}))));
+  EXPECT_TRUE(counts(ridge, at({1, 0, 0.5f}, {0, 0, 1})));
+  EXPECT_FALSE(counts(ridge, at({1, 0, 0.5f}, normalize(Vec3{2, 0, 1})))) << "steeper than the slope";
+}
+
+TEST(Seam, WhatIsHiddenMakesWayForTheFaceThatCanBeSeen) {
+  const Beside level{{beside(tile, {2, 0, 0})}};
+  const Geometry cube = geometry(box({0.2f, 0.2f, 0.2f}));
+  // The cube has come over the tile by less than it is pressed into it.
+  const Pose pose{.position = {1.199f, 0, 0.698f}};
+  AxisCache axis;
+  const Manifold m = collide(geometry(tile), cube, pose, 0.01f, axis);
+  ASSERT_GT(m.normal.x, 0.99f);
+  const SeamManifold kept = kept_at_seam(geometry(tile), cube, pose, 0.01f, 0.2f, level, lengths, m);
+  EXPECT_FALSE(kept.is_whole);
+  ASSERT_GT(kept.manifold.count, 0);
+  EXPECT_GT(kept.manifold.normal.z, 0.99f);
+  EXPECT_NEAR(kept.manifold.points[0].separation, -0.002f, 1e-4f);
+  // Not yet over it: the neighbour holds it.
+  const Pose before{.position = {1.203f, 0, 0.698f}};
+  axis = {};
+  const Manifold ahead = collide(geometry(tile), cube, before, 0.01f, axis);
+  ASSERT_GT(ahead.count, 0);
+  EXPECT_EQ(kept_at_seam(geometry(tile), cube, before, 0.01f, 0.2f, level, lengths, ahead).manifold.count, 0);
+}
+
+// --- in worlds ---------------------------------------------------------------------------------------------------
+
+BodyDef fixed(const Shape& shape, Vec3 position) {
+  BodyDef def;
+  def.motion = MotionType::fixed;
+  def.shape = shape;
+  def.pose.position = position;
+  def.material.friction = 0;
+  return def;
+}
+
+BodyDef slider(const Shape& shape, Vec3 position, float speed = 0) {
+  BodyDef def = dynamic(shape, position);
+  def.material.friction = 0;
+  def.velocity.linear.x = speed;
+  return def;
+}
+
+/// Tiles of these edges whose tops are at 0, along a way that leaves the origin under this angle.
+void add_tiles(World& world, float edge_x, float edge_y, float angle, float length) {
+  const float c = std::cos(angle), s = std::sin(angle), reach = length + 2;
+  const Shape shape = box({0.5f * edge_x, 0.5f * edge_y, 0.5f * edge_x});
+  for (int i = static_cast<int>(-reach / edge_x); static_cast<float>(i) * edge_x < reach; ++i)
+    for (int j = static_cast<int>(-reach / edge_y); static_cast<float>(j) * edge_y < reach; ++j) {
+      const float x = (static_cast<float>(i) + 0.5f) * edge_x, y = (static_cast<float>(j) + 0.5f) * edge_y;
+      const float along = c * x + s * y, aside = c * y - s * x;
+      if (along < -2 || along > reach || std::abs(aside) > 2) continue;
+      world.add(fixed(shape, {x, y, -0.5f * edge_x}));
+    }
+}
+
+TEST(Seams, NothingCatchesOnRandomTiles) {
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    Generator random(seed);
+    const float size = uniform(random, 0.06f, 0.4f), speed = uniform(random, 0.5f, 30), angle = uniform(random, 0, 6);
+    const float length = std::min(4 * speed, 16.0f);
+    World world(quiet_world());
+    add_tiles(world, uniform(random, 0.2f, 2), uniform(random, 0.2f, 2), angle, length);
+    const float yaw = uniform(random, 0, 6);
+    BodyDef def = slider(sphere(size), {0, 0, size});
+    if (seed % 3 == 1) {
+      def.shape = box({size * uniform(random, 0.4f, 2), size * uniform(random, 0.4f, 2), size});
+      def.pose.rotation = axis_angle({0, 0, 1}, yaw);
+    } else if (seed % 3 == 2) {
+      def.shape = capsule(size, size * uniform(random, 0.3f, 3));
+      def.pose.rotation = axis_angle({std::cos(yaw), std::sin(yaw), 0}, 0.5f * pi);
+    }
+    const BodyId body = world.add(def);
+    run(world, 30);
+    const float height = world.pose(body).position.z;
+    const Vec3 velocity{speed * std::cos(angle), speed * std::sin(angle), 0};
+    world.set_velocity(body, velocity, {});
+    for (int i = 0; i < static_cast<int>(60 * length / speed); ++i) {
+      world.step();
+      ASSERT_NEAR(world.pose(body).position.z, height, 2e-3f) << "seed " << seed << " step " << i;
+    }
+    EXPECT_LT(fathom::length(world.velocity(body).linear - velocity), 1e-3f * speed) << "seed " << seed;
+  }
+}
+
+TEST(Seams, WhatDoesNotHoldABodyHidesNothingFromIt) {
+  for (const bool excluded : {false, true}) {
+    World world(quiet_world());
+    world.add(fixed(box({10, 10, 0.5f}), {0, 0, -0.5f}));
+    world.add(fixed(box({1, 1, 0.2f}), {3, 0, 0.2f}));
+    BodyDef ghost = fixed(box({1, 1, 0.2f}), {1, 0, 0.2f});
+    if (!excluded) ghost.filter.category = 2;
+    const BodyId before_it = world.add(ghost);
+    BodyDef def = slider(box({0.15f, 0.15f, 0.15f}), {0, 0, 0.15f}, 1.5f);
+    if (!excluded) def.filter.mask = 1;
+    const BodyId body = world.add(def);
+    if (excluded) world.exclude(body, before_it);
+    run(world, 120);
+    EXPECT_NEAR(world.pose(body).position.x, 1.85f, 0.2f);
+    EXPECT_LT(world.velocity(body).linear.x, 0.01f);
+  }
+}
+
+TEST(Seams, ASideIsFoundOnceItsNeighbourHasGone) {
+  World world(quiet_world());
+  world.add(fixed(box({10, 10, 0.5f}), {0, 0, -0.5f}));
+  const BodyId first = world.add(fixed(box({1, 1, 0.2f}), {1, 0, 0.2f}));
+  world.add(fixed(box({1, 1, 0.2f}), {3, 0, 0.2f}));
+  const BodyId above = world.add(slider(box({0.15f, 0.15f, 0.15f}), {0.5f, 0, 0.55f}, 1));
+  run(world, 90);
+  EXPECT_NEAR(world.velocity(above).linear.x, 1, 1e-3f);
+  world.remove(first);
+  const BodyId below = world.add(slider(box({0.15f, 0.15f, 0.15f}), {0.5f, 0, 0.15f}, 1));
+  run(world, 120);
+  EXPECT_LT(world.velocity(below).linear.x, 0.01f);
+}
+
+TEST(Seams, ACornerHoldsWhatLeansInIt) {
+  for (const bool wall_on_floor : {false, true}) {
+    World world(quiet_world());
+    world.add(fixed(box({2, 2, 0.5f}), {-2, 0, -0.5f}));
+    world.add(fixed(box({0.25f, 2, 2}), {wall_on_floor ? -0.25f : 0.25f, 0, wall_on_floor ? 2.0f : 0.0f}));
+    const float corner = wall_on_floor ? -0.5f : 0;
+    for (const float tilt : {0.2f, 0.7f, 1.2f}) {
+      BodyDef def = dynamic(box({0.5f, 0.2f, 0.02f}), {}, 1);
+      def.material.friction = 0.3f;
+      def.pose.rotation = axis_angle({0, 1, 0}, tilt);
+      const Vec3 end = rotate(def.pose.rotation, {0.5f, 0, -0.02f});  // its lower edge lies in the corner
+      def.pose.position = Vec3{corner, 1.5f * (tilt - 0.7f), 0} - end;
+      const BodyId body = world.add(def);
+      run(world, 1);
+      EXPECT_LT(fathom::length(world.pose(body).position - def.pose.position), 0.02f) << tilt;
+    }
+    run(world, 200);
+    for (const BodyId id : world.bodies()) {
+      if (world.motion(id) == MotionType::fixed) continue;
+      EXPECT_GT(world.bounds(id).lower.z, -5e-3f);
+      EXPECT_LT(world.bounds(id).upper.x, corner + 5e-3f);
+    }
+  }
+}
+
+TEST(Seams, GoOnAlikeFromASnapshotAndOnMoreThreads) {
+  const auto make = [](int threads) {
+    World world(quiet_world(threads));
+    add_tiles(world, 0.5f, 0.7f, 0, 6);
+    for (int i = 0; i < 30; ++i) {
+      const float x = 0.3f * static_cast<float>(i % 6), y = 0.3f * static_cast<float>(i / 6) - 0.6f;
+      const Shape shapes[] = {box({0.1f, 0.1f, 0.1f}), sphere(0.1f), capsule(0.05f, 0.05f), cylinder(0.1f, 0.1f)};
+      world.add(slider(shapes[i % 4], {x, y, 0.15f}, 2));
+    }
+    return world;
+  };
+  World one = make(1);
+  run(one, 40);
+  World restored(quiet_world());
+  restored.restore(saved(one));
+  run(one, 80);
+  run(restored, 80);
+  EXPECT_EQ(one.state_hash(), restored.state_hash());
+  World more = make(3);
+  run(more, 120);
+  EXPECT_EQ(one.state_hash(), more.state_hash());
+}
+
+}  // namespace
+}  // namespace fathom::test::seam_test
