@@ -92,13 +92,6 @@ FATHOM_HD Vec3 on_first(const Manifold& m, int i) {
   return mul_add(m.points[i].position, -0.5f * m.points[i].separation, m.normal);
 }
 
-/// Where B may lie on A's neighbours: around the manifold, in A's frame.
-FATHOM_HD Aabb around_patch(const Manifold& m, float distance) {
-  Aabb box{on_first(m, 0), on_first(m, 0)};
-  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
-  return grown(box, distance);
-}
-
 /// Whether the manifold, in A's frame, may not count.
 FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLengths& lengths) {
   if (!has_faces(a)) return false;
@@ -111,7 +104,9 @@ FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLe
 template <class Neighbours>
 FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 normal, float gap) {
   constexpr float flat = 0.02f;  // a face's normal is judged by what can be seen of it
-  return neighbours.any([&](const auto& n) { return n.holds(point, gap) && n.rise(point, normal) > flat * gap; });
+  constexpr float near = 4;      // points may lie beside the edge
+  return neighbours.any(
+      [&](const auto& n) { return n.holds(point, near * gap) && n.rise(point, normal) > flat * gap; });
 }
 
 /// Whether the face of A with this normal can be seen around a point on it.
@@ -244,11 +239,14 @@ FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const 
 /// Where B, beside A, is nearest to it, as a manifold with this normal in A's frame.
 FATHOM_HD Manifold nearest_point(const Geometry& a, const Geometry& b, const Pose& b_in_a, Vec3 normal) {
   // To and fro between two convex shapes points come as near as they get.
-  constexpr int rounds = 16;
-  Vec3 of_b = b_in_a.position, of_a;
-  for (int i = 0; i < rounds; ++i) {
-    of_a = pulled_inside(a, of_b);
+  constexpr int max_rounds = 64;
+  constexpr float still = 1e-6f;
+  Vec3 of_b = b_in_a.position, of_a = pulled_inside(a, of_b);
+  for (int i = 0; i < max_rounds; ++i) {
     of_b = transform(b_in_a, pulled_inside(b, inverse_transform(b_in_a, of_a)));
+    const Vec3 nearer = pulled_inside(a, of_b), moved = nearer - of_a;
+    of_a = nearer;
+    if (length_squared(moved) < still * still) break;
   }
   Manifold m;
   m.normal = normal;

@@ -72,7 +72,7 @@ struct Seams {
     if (m.count == 0 || !may_be_at_seam(of_a, m, l)) return {m};
     const float half = half_thickness_of(bodies.constants[b]);
     const FixedNeighbours<BodyArrays, ContactArrays> neighbours{
-        bodies, contacts, a, b, fathom::bounds(around_patch(m, l.edge + half), bodies.poses[a])};
+        bodies, contacts, a, b, fathom::bounds(grown(fathom::bounds(of_b, b_in_a), l.edge), bodies.poses[a])};
     if (!neighbours.any([](const NeighbourSolid&) { return true; })) return {m};
     return kept_at_seam(of_a, of_b, b_in_a, margin, half, neighbours, l, m);
   }

@@ -80,6 +80,13 @@ void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, co
   }
 }
 
+/// Of A's surface, where the manifold touches it.
+Aabb around_patch(const Manifold& m, float distance) {
+  Aabb box{on_first(m, 0), on_first(m, 0)};
+  for (int i = 1; i < m.count; ++i) box = {min(box.lower, on_first(m, i)), max(box.upper, on_first(m, i))};
+  return grown(box, distance);
+}
+
 bool is_normal_of_triangle(const Surface& surface, const Aabb& box, Vec3 normal) {
   thread_local std::vector<std::uint32_t> found;
   found.clear();
@@ -123,7 +130,7 @@ SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Po
 
   thread_local SeamNeighbours neighbours;
   neighbours.clear();
-  const Aabb box = around_patch(m, lengths.edge + b.piece.half);
+  const Aabb box = grown(bounds(b.piece.geometry, b_in_a), lengths.edge);
   if (has_siblings)
     add_pieces(bodies[a.slot], inverse(a.piece.pose), box, b.piece.filter, b.piece.half, a.child, neighbours);
   if (is_fixed) add_fixed(a.slot, pose, b, box, neighbours);
