@@ -35,7 +35,7 @@ const Shape tile = box({1, 1, 0.5f});
 const SeamLengths lengths = make_seam_lengths(0.2f, 1);
 
 bool counts(const Beside& neighbours, const Manifold& m) {
-  return counts_at_seam(geometry(tile), neighbours, m, lengths);
+  return counts_at_seam(geometry(tile), neighbours, m, m.points[0].position + Vec3{0, 0, 0.2f}, lengths);
 }
 
 TEST(Seam, TheSideOfATileBesideAnotherIsHidden) {
@@ -47,7 +47,7 @@ TEST(Seam, TheSideOfATileBesideAnotherIsHidden) {
   EXPECT_FALSE(counts(level, edge));
   EXPECT_TRUE(counts(level, top));
   // Where the neighbour is lower by more than the gap, and where it is too far away, they can be touched.
-  for (const Vec3 place : {Vec3{2, 0, -3 * lengths.gap}, Vec3{2 + 3 * lengths.gap, 0, 0}})
+  for (const Vec3 place : {Vec3{2, 0, -6 * lengths.gap}, Vec3{2 + 6 * lengths.gap, 0, 0}})
     for (const Manifold& m : {side, edge, top}) EXPECT_TRUE(counts({{beside(tile, place)}}, m));
 }
 
@@ -57,6 +57,9 @@ TEST(Seam, BothFacesOfACornerCount) {
     const Beside wall{{beside(box({0.1f, 1, 1}), place)}};
     const Manifold foot = at({place.x - 0.1f, 0, 0.5f}, {0, 0, 1});
     EXPECT_TRUE(counts(wall, foot));
+    // So does the floor under what has been pressed into the wall.
+    const Manifold behind = at({place.x - 0.07f, 0, 0.5f}, {0, 0, 1});
+    EXPECT_TRUE(counts_at_seam(geometry(tile), wall, behind, {place.x - 0.2f, 0, 0.7f}, lengths));
   }
   const Beside all_around{{beside(tile, {2, 0, 0}), beside(tile, {-2, 0, 0}), beside(tile, {0, 2, 0}),
                            beside(tile, {0, -2, 0}), beside(tile, {2, 2, 0})}};

@@ -80,6 +80,25 @@ struct NeighbourSolid {
   FATHOM_HD bool holds(Vec3 point, float gap) const {
     return height_over(shape, inverse_transform(pose, point)) <= gap;
   }
+  /// Calls act(plane) for faces that a point is in front of, in the frame of the one that is touched, until it returns
+  /// true; returns whether it did.
+  template <class Act>
+  FATHOM_HD bool any_face_before(Vec3 point, const Act& act) const {
+    const bool is_box = shape.type == ShapeType::box;
+    for (int f = 0; f < (is_box ? 6 : shape.hull.face_count); ++f) {
+      Hull::Plane plane;
+      if (is_box) {
+        const float side = f % 2 == 0 ? 1.0f : -1.0f;
+        plane = {{f / 2 == 0 ? side : 0, f / 2 == 1 ? side : 0, f / 2 == 2 ? side : 0}, shape.half_extents[f / 2]};
+      } else {
+        plane = shape.hull.planes[f];
+      }
+      plane.normal = rotate(pose.rotation, plane.normal);
+      plane.offset += dot(plane.normal, pose.position);
+      if (plane_height(plane, point) > 0 && act(plane)) return true;
+    }
+    return false;
+  }
   /// How far it reaches above the plane across `normal` through the point (m).
   FATHOM_HD float rise(Vec3 point, Vec3 normal) const {
     const Vec3 direction = rotate(conjugate(pose.rotation), normal);
@@ -109,18 +128,28 @@ FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 norma
       [&](const auto& n) { return n.holds(point, near * gap) && n.rise(point, normal) > flat * gap; });
 }
 
-/// Whether the face of A with this normal can be seen around a point on it.
+/// Whether the face of A with this normal can be seen around a point on it, or beside what hides it there, where B with
+/// this centre may have been pressed into that.
 template <class Neighbours>
-FATHOM_HD bool is_seen(const Geometry& a, const Neighbours& neighbours, Vec3 point, Vec3 normal,
+FATHOM_HD bool is_seen(const Geometry& a, const Neighbours& neighbours, Vec3 point, Vec3 normal, Vec3 centre,
                        const SeamLengths& lengths) {
+  const auto sees = [&](Vec3 beside) {
+    return height_over(a, beside) <= 0.1f * lengths.gap &&
+           !neighbours.any([&](const auto& n) { return n.holds(beside, lengths.gap); });
+  };
   const Vec3 x = any_perpendicular(normal), y = cross(normal, x);
   for (int i = 0; i < 9; ++i) {
     const Vec3 aside = static_cast<float>(i % 3 - 1) * x + static_cast<float>(i / 3 - 1) * y;
-    const Vec3 beside = mul_add(point, lengths.step, aside);
-    if (height_over(a, beside) > 0.1f * lengths.gap) continue;
-    if (!neighbours.any([&](const auto& n) { return n.holds(beside, lengths.gap); })) return true;
+    if (sees(mul_add(point, lengths.step, aside))) return true;
   }
-  return false;
+  constexpr float upright = 0.01f;
+  return neighbours.any([&](const auto& n) {
+    return n.holds(point, lengths.gap) && n.any_face_before(centre, [&](const Hull::Plane& plane) {
+      const Vec3 out = mul_add(plane.normal, -dot(plane.normal, normal), normal);
+      const float slope = length_squared(out), depth = lengths.step - plane_height(plane, point);
+      return slope > upright && sees(mul_add(point, depth / slope, out));
+    });
+  });
 }
 
 /// The point or, where it is outside, one of the shape that is near it.
@@ -148,14 +177,14 @@ FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, co
   return false;
 }
 
-/// Whether the manifold touches A where it and its neighbours can be touched.
+/// Whether the manifold touches A where it and its neighbours can be touched, by a B with this centre.
 template <class Neighbours>
-FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m,
+FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m, Vec3 centre,
                               const SeamLengths& lengths) {
   const bool is_face = is_face_normal(a, m.normal);
   return any_outermost(a, m, lengths.gap, [&](Vec3 point) {
     return !rises_beside(neighbours, point, m.normal, lengths.gap) ||
-           (is_face && is_seen(a, neighbours, point, m.normal, lengths));
+           (is_face && is_seen(a, neighbours, point, m.normal, centre, lengths));
   });
 }
 
@@ -217,7 +246,8 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
       hull_face_contact(make_hull_pair(hull_a, hull_b, b_in_a), face, false, margin, {}, cache, over);
     }
     for (int i = 0; i < over.count; ++i)
-      if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, lengths)) return over;
+      if (is_seen(a, neighbours, pulled_inside(a, on_first(over, i)), over.normal, b_in_a.position, lengths))
+        return over;
   }
 }
 
@@ -232,7 +262,7 @@ struct SeamManifold {
 template <class Neighbours>
 FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
-  if (counts_at_seam(a, neighbours, m, lengths)) return {m, true, true};
+  if (counts_at_seam(a, neighbours, m, b_in_a.position, lengths)) return {m, true, true};
   return {seen_instead(a, b, b_in_a, margin, half, neighbours, lengths, m), true, false};
 }
 

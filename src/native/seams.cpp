@@ -25,6 +25,10 @@ struct NeighbourTriangle {
     }
     return true;
   }
+  template <class Act>
+  bool any_face_before(Vec3 point, const Act& act) const {
+    return dot(triangle.normal, point) > triangle.offset && act(Hull::Plane{triangle.normal, triangle.offset});
+  }
   float rise(Vec3 point, Vec3 normal) const {
     float highest = -3e38f;
     for (const Vec3& corner : triangle.corners) highest = max(highest, dot(normal, corner - point));
