@@ -119,13 +119,18 @@ FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLe
   return at_edge;
 }
 
+/// Whether a neighbour near the point rises above the plane across the normal.
+template <class Neighbour>
+FATHOM_HD bool rises_at(const Neighbour& neighbour, Vec3 point, Vec3 normal, float gap) {
+  constexpr float flat = 0.02f;  // a face's normal is judged by what can be seen of it
+  constexpr float near = 4;      // points may lie beside the edge
+  return neighbour.holds(point, near * gap) && neighbour.rise(point, normal) > flat * gap;
+}
+
 /// `Neighbours`: any(act) tells whether act(neighbour) is true of one.
 template <class Neighbours>
 FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 normal, float gap) {
-  constexpr float flat = 0.02f;  // a face's normal is judged by what can be seen of it
-  constexpr float near = 4;      // points may lie beside the edge
-  return neighbours.any(
-      [&](const auto& n) { return n.holds(point, near * gap) && n.rise(point, normal) > flat * gap; });
+  return neighbours.any([&](const auto& n) { return rises_at(n, point, normal, gap); });
 }
 
 /// Whether the face of A with this normal can be seen around a point on it, or beside what hides it there, where B with

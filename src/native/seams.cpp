@@ -1,6 +1,7 @@
 #include "native/seams.hpp"
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "geometry/compound_query.hpp"
@@ -9,6 +10,8 @@
 namespace fathom::native {
 
 namespace {
+
+constexpr float max_slope = 0.7f;  // of what goes on beside a surface
 
 /// A triangle of a surface, solid behind as far as `depth` (m).
 struct NeighbourTriangle {
@@ -91,12 +94,26 @@ Aabb around_patch(const Manifold& m, float distance) {
   return grown(box, distance);
 }
 
-bool is_normal_of_triangle(const Surface& surface, const Aabb& box, Vec3 normal) {
+/// Normals of the surface's triangles in the box.
+std::span<const Vec3> normals_in(const Surface& surface, const Aabb& box) {
   thread_local std::vector<std::uint32_t> found;
+  thread_local std::vector<Vec3> normals;
   found.clear();
   surface.find(box, found);
-  return std::ranges::any_of(found, [&](std::uint32_t number) {
-    return dot(SurfaceTriangle(surface.triangle(number), {}).normal, normal) > 1 - 1e-6f;
+  normals.clear();
+  for (const std::uint32_t number : found) normals.push_back(SurfaceTriangle(surface.triangle(number), {}).normal);
+  return normals;
+}
+
+/// The neighbour goes on where the surface with this normal ends, up or down by less than 45°: it is no wall.
+bool goes_on(const NeighbourSolid& neighbour, Vec3 point, Vec3 normal, float gap) {
+  const Vec3 direction = inverse_rotate(neighbour.pose.rotation, normal);
+  const Vec3 way = transform(neighbour.pose, support(neighbour.shape, direction)) - point;
+  return dot(way, normal) <= max_slope * length(way) + gap;
+}
+bool goes_on(const NeighbourTriangle& neighbour, Vec3 point, Vec3 normal, float gap) {
+  return std::ranges::all_of(neighbour.triangle.corners, [&](Vec3 corner) {
+    return dot(corner - point, normal) <= max_slope * length(corner - point) + gap;
   });
 }
 
@@ -151,14 +168,21 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifo
   const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
   if (neighbours.empty()) return true;
+  const std::span<const Vec3> normals = normals_in(a.piece.geometry.surface(), around_patch(m, lengths.step));
+  if (std::ranges::any_of(normals, [&](Vec3 n) { return dot(n, m.normal) > 1 - 1e-6f; })) return true;
+  const auto is_hidden = [&](Vec3 point) {
+    return neighbours.any([&](const auto& n) {
+      return rises_at(n, point, m.normal, lengths.gap) &&
+             std::ranges::any_of(normals, [&](Vec3 normal) { return goes_on(n, point, normal, lengths.gap); });
+    });
+  };
   // Under a body's face lies more of the surface than what it touches.
   float farthest = -3e38f;
   for (int i = 0; i < m.count; ++i) farthest = max(farthest, dot(m.normal, on_first(m, i)));
-  bool counts = false;
   for (int i = 0; i < m.count; ++i)
-    if (const Vec3 point = on_first(m, i); dot(m.normal, point) >= farthest - lengths.gap)
-      counts |= !rises_beside(neighbours, point, m.normal, lengths.gap);
-  return counts || is_normal_of_triangle(a.piece.geometry.surface(), around_patch(m, lengths.step), m.normal);
+    if (const Vec3 point = on_first(m, i); dot(m.normal, point) >= farthest - lengths.gap && !is_hidden(point))
+      return true;
+  return false;
 }
 
 /// Other bodies that the box, in the frame of the body `slot`, meets, and B with it.
