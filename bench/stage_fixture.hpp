@@ -51,7 +51,7 @@ struct StageFixture {
   Change update(std::uint32_t contact, std::vector<NewManifold>& begun) {
     Contact& c = graph[contact];
     return update_contact(contact, c, c.touching() ? &graph.manifold(c) : nullptr,
-                          {bodies, state, scene.world.dt, begun, fast, graph, ended, gone, has_new_parts});
+                          {bodies, state, scene.world.dt, begun, fast, graph, ended, gone, has_new_parts, seams});
   }
 
   Scene scene;
@@ -66,6 +66,8 @@ struct StageFixture {
   std::vector<FastPair> fast;
   std::vector<std::uint32_t> ended, gone;  // of parts of pairs with surfaces: there are none
   bool has_new_parts = false;
+  ExcludedPairs excluded;
+  Seams seams{bodies, state, joints, excluded};  // without any
 };
 
 }  // namespace fathom::native
