@@ -67,6 +67,14 @@ TEST(Seam, BothFacesOfACornerCount) {
   EXPECT_TRUE(counts(all_around, at({1, 1, 0.5f}, {0, 0, 1})));
 }
 
+TEST(Seam, NothingIsHiddenFromWhatIsPressedInByHalf) {
+  const Beside level{{beside(tile, {2, 0, 0})}};
+  const Manifold side = at({1, 0, 0.45f}, {1, 0, 0});
+  EXPECT_FALSE(counts_at_seam(geometry(tile), level, side, {1.1f, 0, 0.51f}, lengths));
+  EXPECT_TRUE(counts_at_seam(geometry(tile), level, side, {1.1f, 0, 0.49f}, lengths));
+  EXPECT_TRUE(counts_at_seam(geometry(tile), level, side, {0.9f, 0, 0.49f}, lengths));
+}
+
 TEST(Seam, NormalsOfARidgeCount) {
   // The neighbour falls away from the edge at 45°.
   const std::vector<Vec3> slope{{1, -1, 0.5f}, {1, 1, 0.5f},   {2, -1, -0.5f},

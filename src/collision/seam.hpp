@@ -182,10 +182,17 @@ FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, co
   return false;
 }
 
+template <class Neighbours>
+FATHOM_HD bool is_held(const Neighbours& neighbours, Vec3 point) {
+  return neighbours.any([&](const auto& n) { return n.holds(point, 0); });
+}
+
 /// Whether the manifold touches A where it and its neighbours can be touched, by a B with this centre.
 template <class Neighbours>
 FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m, Vec3 centre,
                               const SeamLengths& lengths) {
+  // What has been pressed into something by half comes out as each shape alone would push it.
+  if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return true;
   const bool is_face = is_face_normal(a, m.normal);
   return any_outermost(a, m, lengths.gap, [&](Vec3 point) {
     return !rises_beside(neighbours, point, m.normal, lengths.gap) ||

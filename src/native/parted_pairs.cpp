@@ -197,7 +197,7 @@ class PartedPair {
     const Piece of_surface = piece_of(a_, 0);
     for (int g = 0; g < found.count; ++g)
       if (narrow_phase_.seams.counts_on_surface({contact(first_).a, 0, of_surface}, {contact(first_).b, child, b},
-                                                found.manifolds[g]))
+                                                ahead.b_in_a.position, found.manifolds[g]))
         scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], {}});
   }
 

@@ -159,7 +159,7 @@ SeamManifold Seams::kept_of_first(const SeamSide& a, const SeamSide& b, const Po
   return kept_at_seam(a.piece.geometry, b.piece.geometry, b_in_a, margin, b.piece.half, neighbours, lengths, m);
 }
 
-bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifold& m) const {
+bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre, const Manifold& m) const {
   if (!may_have(a.slot)) return true;
   const Pose& pose = state.poses[a.slot];
   const SeamLengths lengths = make_seam_lengths(b.piece.half, max_component(abs(pose.position)));
@@ -167,7 +167,7 @@ bool Seams::counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifo
   neighbours.clear();
   const Aabb box = around_patch(m, lengths.edge + b.piece.half);
   add_fixed(a.slot, pose, b, box, neighbours);
-  if (neighbours.empty()) return true;
+  if (neighbours.empty() || is_held(neighbours, centre)) return true;
   const std::span<const Vec3> normals = normals_in(a.piece.geometry.surface(), around_patch(m, lengths.step));
   if (std::ranges::any_of(normals, [&](Vec3 n) { return dot(n, m.normal) > 1 - 1e-6f; })) return true;
   const auto is_hidden = [&](Vec3 point) {

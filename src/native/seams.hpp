@@ -29,8 +29,8 @@ class Seams {
 
   /// What counts of the manifold `m` of two pieces, in the frame of A's; a body that cannot be pushed is A.
   SeamManifold kept(const SeamSide& a, const SeamSide& b, const Pose& b_in_a, float margin, const Manifold& m) const;
-  /// Whether the manifold of a surface counts.
-  bool counts_on_surface(const SeamSide& a, const SeamSide& b, const Manifold& m) const;
+  /// Whether the manifold of a surface counts, with B's centre in its frame.
+  bool counts_on_surface(const SeamSide& a, const SeamSide& b, Vec3 centre, const Manifold& m) const;
   /// Whether there are any beside this body.
   bool may_have(std::uint32_t a) const { return fixed != nullptr && bodies[a].motion == MotionType::fixed; }
 
