@@ -70,9 +70,14 @@ TEST(Seam, BothFacesOfACornerCount) {
 TEST(Seam, NothingIsHiddenFromWhatIsPressedInByHalf) {
   const Beside level{{beside(tile, {2, 0, 0})}};
   const Manifold side = at({1, 0, 0.45f}, {1, 0, 0});
-  EXPECT_FALSE(counts_at_seam(geometry(tile), level, side, {1.1f, 0, 0.51f}, lengths));
-  EXPECT_TRUE(counts_at_seam(geometry(tile), level, side, {1.1f, 0, 0.49f}, lengths));
-  EXPECT_TRUE(counts_at_seam(geometry(tile), level, side, {0.9f, 0, 0.49f}, lengths));
+  const Geometry cube = geometry(box({0.2f, 0.2f, 0.2f}));
+  const auto is_whole = [&](Vec3 centre) {
+    const Pose pose{.position = centre};
+    return kept_at_seam(geometry(tile), cube, pose, 0.01f, 0.2f, level, lengths, side).is_whole;
+  };
+  EXPECT_FALSE(is_whole({1.1f, 0, 0.51f}));
+  EXPECT_TRUE(is_whole({1.1f, 0, 0.49f}));
+  EXPECT_TRUE(is_whole({0.9f, 0, 0.49f}));
 }
 
 TEST(Seam, NormalsOfARidgeCount) {

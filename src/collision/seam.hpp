@@ -191,8 +191,6 @@ FATHOM_HD bool is_held(const Neighbours& neighbours, Vec3 point) {
 template <class Neighbours>
 FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m, Vec3 centre,
                               const SeamLengths& lengths) {
-  // What has been pressed into something by half comes out as each shape alone would push it.
-  if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return true;
   const bool is_face = is_face_normal(a, m.normal);
   return any_outermost(a, m, lengths.gap, [&](Vec3 point) {
     return !rises_beside(neighbours, point, m.normal, lengths.gap) ||
@@ -222,12 +220,11 @@ FATHOM_HD bool is_deep(const Manifold& m, float depth) {
   return deep;
 }
 
-/// What takes the place of a manifold `m` of A, which has faces, and B that does not count: the one over another face
-/// of A that B's centre is in front of and B, twice `half` thick (m), is not deeper under, or nothing. What is as deep
-/// as that under no face that can be seen is pushed out as A alone would push it.
+/// What takes the place of a manifold of A, which has faces, and B that does not count: the one over another face of A
+/// that B's centre is in front of and B, twice `half` thick (m), is not deeper under, or nothing.
 template <class Neighbours>
 FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
-                                const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
+                                const Neighbours& neighbours, const SeamLengths& lengths) {
   const BoxHull box_a(a.half_extents), box_b(b.half_extents);
   const HullView hull_a = a.type == ShapeType::box ? view(box_a) : a.hull;
   const HullView hull_b = b.type == ShapeType::box ? view(box_b) : b.hull;
@@ -248,7 +245,7 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
       const bool is_next = separation < last || (separation == last && f > last_face);
       if (separation <= margin && is_next && separation > highest) face = f, highest = separation;
     }
-    if (face < 0) return is_deep(m, 0.5f * half) ? m : Manifold{};
+    if (face < 0) return {};
     last = highest, last_face = face;
     Manifold over;
     if (is_round_b) {
@@ -274,8 +271,13 @@ struct SeamManifold {
 template <class Neighbours>
 FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
-  if (counts_at_seam(a, neighbours, m, b_in_a.position, lengths)) return {m, true, true};
-  return {seen_instead(a, b, b_in_a, margin, half, neighbours, lengths, m), true, false};
+  // What has been pressed in by half comes out as each shape alone would push it, and so does what no face takes over.
+  const Vec3 centre = b_in_a.position;
+  if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
+  if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
+  const Manifold instead = seen_instead(a, b, b_in_a, margin, half, neighbours, lengths);
+  if (instead.count == 0 && is_deep(m, 0.5f * half)) return {m};
+  return {instead, true, false};
 }
 
 /// Where B, beside A, is nearest to it, as a manifold with this normal in A's frame.
