@@ -271,7 +271,7 @@ struct SeamManifold {
 template <class Neighbours>
 FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
-  // What has been pressed in by half comes out as each shape alone would push it, and so does what no face takes over.
+  // What has been pressed in by half comes out as each shape alone would push it, and so does what no face carries.
   const Vec3 centre = b_in_a.position;
   if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
   if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
