@@ -172,6 +172,20 @@ TEST(Seams, NothingCatchesOnRandomTiles) {
   }
 }
 
+// Four contacts of each body begin in the first step, all of them at seams: lists have room for them.
+TEST(Seams, ManyBeginAtOnce) {
+  World world(quiet_world());
+  add_tiles(world, 0.5f, 0.5f, 0, 10);
+  std::vector<BodyId> bodies;
+  for (int i = 0; i < 20; ++i)
+    for (int j = -3; j <= 3; ++j) {
+      const Shape shape = (i + j) % 2 == 0 ? box({0.1f, 0.1f, 0.1f}) : cylinder(0.1f, 0.1f);
+      bodies.push_back(world.add(slider(shape, {0.5f * static_cast<float>(i), 0.5f * static_cast<float>(j), 0.1f})));
+    }
+  run(world, 30);
+  for (const BodyId body : bodies) EXPECT_NEAR(world.bounds(body).lower.z, 0, 1e-3f);
+}
+
 TEST(Seams, WhatDoesNotHoldABodyHidesNothingFromIt) {
   for (const bool excluded : {false, true}) {
     World world(quiet_world());

@@ -157,6 +157,20 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
   return best;
 }
 
+/// The first ends, `count` of them, of the core's stretch over the face, if they are not higher than `reach`.
+FATHOM_HD void add_stretch(const HullView& hull, int face, const Stretch& stretch, const RoundShape& round, int count,
+                           float reach, Manifold& m) {
+  const Hull::Plane& plane = hull.planes[face];
+  for (int i = 0; i < count; ++i) {
+    const float t = i == 0 ? stretch.lo : stretch.hi;
+    const Vec3 on_core = mul_add(round.core.from, t, round.core.along);
+    const float height = plane_height(plane, on_core);
+    if (height > reach) continue;
+    const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
+    add_round_point(m, mul_add(on_core, -height, plane.normal), 0, height, round.radius, segment_feature(t, edge >> 1));
+  }
+}
+
 /// One or two points where the core runs over the face, not higher than `reach`. None where the lowest of them is not
 /// as high as `expected`: what is closest then is not the face, or is seen under another angle.
 FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape& round, const Tolerance& tolerance,
@@ -164,19 +178,12 @@ FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape&
   const Hull::Plane& plane = hull.planes[face];
   const Stretch stretch = clip_segment(hull, face, round.core, tolerance.side);
   if (stretch.empty()) return;
-  const Vec3 ends[2] = {mul_add(round.core.from, stretch.lo, round.core.along),
-                        mul_add(round.core.from, stretch.hi, round.core.along)};
-  const float heights[2] = {plane_height(plane, ends[0]), plane_height(plane, ends[1])};
-  if (abs(min(heights[0], heights[1]) - expected) > tolerance.axis) return;
+  const Vec3 from = mul_add(round.core.from, stretch.lo, round.core.along);
+  const Vec3 to = mul_add(round.core.from, stretch.hi, round.core.along);
+  if (abs(min(plane_height(plane, from), plane_height(plane, to)) - expected) > tolerance.axis) return;
   m.normal = plane.normal;
-  const bool one = length_squared(ends[1] - ends[0]) <= tolerance.side * tolerance.side;
-  for (int i = 0; i < (one ? 1 : 2); ++i) {
-    if (heights[i] > reach) continue;
-    const float t = i == 0 ? stretch.lo : stretch.hi;
-    const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
-    add_round_point(m, mul_add(ends[i], -heights[i], plane.normal), 0, heights[i], round.radius,
-                    segment_feature(t, edge >> 1));
-  }
+  const bool one = length_squared(to - from) <= tolerance.side * tolerance.side;
+  add_stretch(hull, face, stretch, round, one ? 1 : 2, reach, m);
 }
 
 /// Hull A and a round shape given in A's frame. Cache: `kind` face_a names a face of the hull.

@@ -27,6 +27,14 @@ struct Manifold {
   FATHOM_HD Manifold() {}
 };
 
+/// Of its points (m); of none a number beyond all lengths.
+FATHOM_HD float nearest_separation(const Manifold& m) {
+  float nearest = 3e38f;
+  for (int i = 0; i < max_manifold_points; ++i)
+    if (i < m.count) nearest = min(nearest, m.points[i].separation);
+  return nearest;
+}
+
 /// Whether the points over a face show less than half of an overlap that a face's axis has, by the `separation` along
 /// it: what touches deepest is beside that face, whose axis is the best within `tolerance` (m) only.
 FATHOM_HD bool hides_overlap(const Manifold& m, float separation, float tolerance) {

@@ -101,7 +101,7 @@ struct NeighbourSolid {
   }
   /// How far it reaches above the plane across `normal` through the point (m).
   FATHOM_HD float rise(Vec3 point, Vec3 normal) const {
-    const Vec3 direction = rotate(conjugate(pose.rotation), normal);
+    const Vec3 direction = inverse_rotate(pose.rotation, normal);
     return dot(direction, support(shape, direction) - inverse_transform(pose, point));
   }
 };
@@ -182,6 +182,7 @@ FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, co
   return false;
 }
 
+/// Whether the point is inside one of them.
 template <class Neighbours>
 FATHOM_HD bool is_held(const Neighbours& neighbours, Vec3 point) {
   return neighbours.any([&](const auto& n) { return n.holds(point, 0); });
@@ -200,24 +201,10 @@ FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, c
 
 /// Up to two points where the core of a round shape runs over the face, not higher than `reach`.
 FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundShape& round, float reach, Manifold& m) {
-  const Hull::Plane& plane = hull.planes[face];
   const Stretch stretch = clip_segment(hull, face, round.core, 0);
   if (stretch.empty()) return;
-  m.normal = plane.normal;
-  for (int i = 0; i < (length_squared(round.core.along) > 0 ? 2 : 1); ++i) {
-    const float t = i == 0 ? stretch.lo : stretch.hi;
-    const Vec3 on_core = mul_add(round.core.from, t, round.core.along);
-    const float height = plane_height(plane, on_core);
-    if (height > reach) continue;
-    const int edge = i == 0 ? stretch.lo_edge : stretch.hi_edge;
-    add_round_point(m, mul_add(on_core, -height, plane.normal), 0, height, round.radius, segment_feature(t, edge >> 1));
-  }
-}
-
-FATHOM_HD bool is_deep(const Manifold& m, float depth) {
-  bool deep = false;
-  for (int i = 0; i < m.count; ++i) deep |= m.points[i].separation < -depth;
-  return deep;
+  m.normal = hull.planes[face].normal;
+  add_stretch(hull, face, stretch, round, length_squared(round.core.along) > 0 ? 2 : 1, reach, m);
 }
 
 /// What takes the place of a manifold of A, which has faces, and B that does not count: the one over another face of A
@@ -276,7 +263,7 @@ FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const 
   if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
   if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
   const Manifold instead = seen_instead(a, b, b_in_a, margin, half, neighbours, lengths);
-  if (instead.count == 0 && is_deep(m, 0.5f * half)) return {m};
+  if (instead.count == 0 && nearest_separation(m) < -0.5f * half) return {m};
   return {instead, true, false};
 }
 

@@ -11,6 +11,7 @@
 #include "device/access.hpp"
 #include "device/support_arrays.hpp"
 #include "dynamics/forces.hpp"
+#include "dynamics/overlap.hpp"
 #include "dynamics/solver_body.hpp"
 #include "geometry/geometry.hpp"
 #include "world/filter.hpp"
@@ -58,6 +59,10 @@ struct alignas(16) BodyConstants {
   FATHOM_HD ShapeType shape() const { return static_cast<ShapeType>(bits >> shape_shift & 3u); }
 };
 static_assert(sizeof(BodyConstants) == 64);
+
+FATHOM_HD float half_thickness(const BodyConstants& c) {
+  return half_thickness(c.shape(), c.half_extents, c.shape_radius);
+}
 
 /// A body's filter but for its group.
 struct FilterMasks {

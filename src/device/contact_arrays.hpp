@@ -236,7 +236,7 @@ struct Contacts {
   Of<std::uint32_t, contact_worklists> next_of_a;      ///< of each of these the next one of A's, or `none`; for bullets
   Of<FixedContact, contact_worklists> fixed_contacts;  ///< by contact; null: no seams
   std::uint32_t capacity;
-  std::uint32_t fast_capacity;  ///< where there are joints a contact may be listed twice (`ListStrays`)
+  std::uint32_t fast_capacity;  ///< a contact may be listed more than once (`reserve_fast`)
 
   FATHOM_HD std::uint32_t fast_at(bool has_hull, std::uint32_t k) const { return has_hull ? fast_capacity - 1 - k : k; }
   /// Where the k-th contact of a list lies. Two share one stretch of `capacity`, from its ends.

@@ -142,10 +142,9 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   found_.grow(n);
   to_collide_.grow(2 * n);
   const std::size_t j = std::max(joints, joint_capacity());
-  fast_.grow(j > 0 ? 2 * n : n, exec::Contents::keep);
-  if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
   if (fixed_contacts_.size() > 0) fixed_contacts_.grow(n, exec::Contents::keep);
   capacity_ = n;
+  reserve_fast(j > 0);
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
   manifolds_.grow(m, exec::Contents::keep);
@@ -172,7 +171,19 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   joint_capacity_ = j;
 }
 
-void ContactMemory::reserve_for_seams() { fixed_contacts_.grow(capacity_, exec::Contents::keep); }
+void ContactMemory::reserve_for_seams() {
+  fixed_contacts_.grow(capacity_, exec::Contents::keep);
+  reserve_fast(joint_capacity_ > 0);
+}
+
+/// All contacts may be fast. Where a step finds no room for manifolds, those at seams are listed again (`defer`), and
+/// where there are joints, those of strays.
+void ContactMemory::reserve_fast(bool has_joints) {
+  const std::size_t times = 1 + (has_joints ? 1 : 0) + (fixed_contacts_.size() > 0 ? 1 : 0);
+  fast_.grow(times * capacity_, exec::Contents::keep);
+  if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
+}
+
 void ContactMemory::reserve_for_bullets() { next_of_a_.grow(fast_.size(), exec::Contents::keep); }
 
 ContactArrays ContactMemory::contacts() {

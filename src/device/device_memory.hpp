@@ -111,6 +111,8 @@ class ContactMemory {
   ConstraintArrays constraints();
 
  private:
+  void reserve_fast(bool has_joints);
+
   exec::Buffer<Contact> contacts_;
   exec::Buffer<ContactManifold> manifolds_;
   exec::Buffer<std::uint32_t> free_;

@@ -209,8 +209,7 @@ struct HoldBackFast {
     // The velocity of what can be pushed another item may be writing.
     const Mover on_a{was_a.geometry, was_a.radius, pose_a, is_a_free ? was_a.velocity : bodies.velocities[a]};
     const Mover on_b{was_b.geometry, was_b.radius, pose_b, bodies.velocities[b]};
-    const float half =
-        min(ContactChanges::thickness(bodies.constants[a]), ContactChanges::thickness(bodies.constants[b]));
+    const float half = min(half_thickness(bodies.constants[a]), half_thickness(bodies.constants[b]));
     AxisCache axis;
     const float margin = speculative_margin(on_a.radius, on_b.radius, was_a.velocity, was_b.velocity, dt);
     const Manifold seen =

@@ -207,7 +207,7 @@ struct MoveBodies {
     const bool is_jointed = bodies.joint_colours[i] != 0;
     if (c.is_dynamic() && !is_jointed) return;
     const Vec3 aside = aside_of(end.position - begin.position, p.dt * bodies.velocities[i].linear);
-    const float slow = slow_share * half_thickness(c.shape(), c.half_extents, c.shape_radius);
+    const float slow = slow_share * half_thickness(c);
     const bool strays = is_jointed && dot(aside, aside) > slow * slow;
     bodies.before[i] = {begin.position, strays ? 1.0f : 0.0f, begin.rotation};
   }

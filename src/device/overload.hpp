@@ -50,10 +50,7 @@ struct MarkOverload {
   }
 
  private:
-  FATHOM_HD float thickness(std::uint32_t i) const {
-    const BodyConstants& c = bodies.constants[i];
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
-  }
+  FATHOM_HD float thickness(std::uint32_t i) const { return half_thickness(bodies.constants[i]); }
   /// N·s in a step, of the contact's own bodies.
   FATHOM_HD float weight_of(const ConstraintHead& head, float gravity) const {
     const float inverse_a = head.bits & pushes_fixed_bit ? 0.0f : bodies.constants[head.a].inverse_mass;

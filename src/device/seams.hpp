@@ -47,10 +47,6 @@ struct FixedNeighbours {
   }
 };
 
-FATHOM_HD float half_thickness_of(const BodyConstants& c) {
-  return half_thickness(c.shape(), c.half_extents, c.shape_radius);
-}
-
 template <class BodyArrays, class ContactArrays>
 struct Seams {
   const BodyArrays& bodies;
@@ -61,7 +57,7 @@ struct Seams {
   }
   FATHOM_HD SeamLengths lengths(std::uint32_t a, std::uint32_t b, const Pose& b_in_a) const {
     const BodyConstants &of_a = bodies.constants[a], &of_b = bodies.constants[b];
-    return make_seam_lengths(half_thickness_of(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
+    return make_seam_lengths(half_thickness(of_b), of_a.radius, of_b.radius, b_in_a, bodies.poses[a]);
   }
 
   /// Of the manifold `m` of a fixed body and another one.
@@ -70,7 +66,7 @@ struct Seams {
     const Geometry of_a = bodies.geometry(a), of_b = bodies.geometry(b);
     const SeamLengths l = lengths(a, b, b_in_a);
     if (m.count == 0 || !may_be_at_seam(of_a, m, l)) return {m};
-    const float half = half_thickness_of(bodies.constants[b]);
+    const float half = half_thickness(bodies.constants[b]);
     const FixedNeighbours<BodyArrays, ContactArrays> neighbours{
         bodies, contacts, a, b, fathom::bounds(grown(fathom::bounds(of_b, b_in_a), l.edge), bodies.poses[a])};
     if (!neighbours.any([](const NeighbourSolid&) { return true; })) return {m};

@@ -134,7 +134,8 @@ struct ContactChanges {
       const BodyConstants &a = bodies.constants[c.a], &b = bodies.constants[c.b];
       if (is_round(a.shape()) || is_round(b.shape())) c.bits |= round_bit;
       mix(c, m);
-      c.offset = first_overlap(fresh, m.restitution, thickness(a), thickness(b), sag * length(counters->gravity));
+      c.offset =
+          first_overlap(fresh, m.restitution, half_thickness(a), half_thickness(b), sag * length(counters->gravity));
     }
     if (is_ahead) c.offset = 0;
     c.bits = is_ahead ? c.bits | ahead_bit : c.bits & ~ahead_bit;
@@ -156,11 +157,8 @@ struct ContactChanges {
     contacts.deferred[contacts.listed(pairs, exec::atomic_add(counters->deferred[pairs], 1u))] = index;
   }
 
-  FATHOM_HD static float thickness(const BodyConstants& c) {
-    return half_thickness(c.shape(), c.half_extents, c.shape_radius);
-  }
   FATHOM_HD float half_of_thinner(const Contact& c) const {
-    return min(thickness(bodies.constants[c.a]), thickness(bodies.constants[c.b]));
+    return min(half_thickness(bodies.constants[c.a]), half_thickness(bodies.constants[c.b]));
   }
 
  private:

@@ -58,13 +58,6 @@ struct LookAhead {
   Manifold manifold;
 };
 
-FATHOM_HD float nearest_separation(const Manifold& m) {
-  float nearest = 3e38f;
-  for (int i = 0; i < max_manifold_points; ++i)
-    if (i < m.count) nearest = min(nearest, m.points[i].separation);
-  return nearest;
-}
-
 /// As the step begins: along the normal of the manifold `seen`, unless the bodies are nearer than its points there.
 FATHOM_HD Apart apart_at_first(const Mover& a, const Mover& b, const NearCores& cores, const Manifold& seen,
                                float skin) {

@@ -46,8 +46,6 @@ struct PairScratch {
   SurfaceScratch surface;
 };
 
-Pose inverse(const Pose& pose) { return relative(pose, {}); }
-
 /// Seen from the frame in which the one it is told in is at `pose`.
 Manifold moved(Manifold m, const Pose& pose) {
   m.normal = rotate(pose.rotation, m.normal);

@@ -10,6 +10,8 @@
 
 namespace fathom::native {
 
+inline Pose inverse(const Pose& pose) { return relative(pose, {}); }
+
 struct Piece {
   Geometry geometry;
   Pose pose;     ///< in the body's frame; of a body's whole shape the identity

@@ -60,8 +60,6 @@ struct SeamNeighbours {
 
 namespace {
 
-Pose inverse(const Pose& pose) { return relative(pose, {}); }
-
 /// Of what is at `body_in_a` all that the box in A's frame meets; not the child `without`.
 void add_pieces(const BodyInfo& body, const Pose& body_in_a, const Aabb& box, const Filter& touching, float depth,
                 std::uint32_t without, SeamNeighbours& neighbours) {
