@@ -8,6 +8,7 @@
 #include "collision/box_axes.hpp"
 #include "collision/box_clip.hpp"
 #include "collision/cache.hpp"
+#include "collision/strip.hpp"
 
 namespace fathom {
 
@@ -95,6 +96,14 @@ FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, c
   return best_b > best_a + p.tolerance.axis ? of_b : of_a;
 }
 
+/// Of a face that looks at the other box, from A to B, in A's frame.
+FATHOM_HD Vec3 normal_across(const BoxPair& p, BoxFace face) {
+  const int axis = face.axis;
+  if (face.of_b) return (p.tb[axis] < 0 ? -1.0f : 1.0f) * Vec3{p.r[0][axis], p.r[1][axis], p.r[2][axis]};
+  const float sign = p.ta[axis] < 0 ? -1.0f : 1.0f;
+  return {axis == 0 ? sign : 0, axis == 1 ? sign : 0, axis == 2 ? sign : 0};
+}
+
 /// See `collide`. The cache names axes 0 … 2 of the boxes for faces and for edges.
 FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float margin, AxisCache& cache,
                                  const PatchLoad& load = {}) {
@@ -117,26 +126,37 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
 
   const float face = max(face_a, face_b), tolerance = pair.tolerance.axis;
   const float edge_threshold = face + (cache.kind == AxisCache::edges ? 0.5f * tolerance : tolerance);
-  if (any_edges_above(pair, min(edge_threshold, margin))) {
-    const BoxEdges edges = best_edges(pair, min(edge_threshold, margin));
-    if (edges.separation > margin) {
-      cache = make_cache(AxisCache::edges, edges.i, edges.j, true);
-      return manifold;
-    }
-    if (edges.separation > edge_threshold) {
-      cache = make_cache(AxisCache::edges, edges.i, edges.j, false);
-      box_edge_contact(pair, edges.i, edges.j, margin, manifold);
-      return manifold;
-    }
+  BoxEdges edges;
+  if (any_edges_above(pair, min(edge_threshold, margin))) edges = best_edges(pair, min(edge_threshold, margin));
+  if (edges.separation > margin) {
+    cache = make_cache(AxisCache::edges, edges.i, edges.j, true);
+    return manifold;
   }
 
   const BoxFace reference = reference_face(pair, {axis_a, false}, {axis_b, true}, cache);
-  cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
-                         : make_cache(AxisCache::face_a, reference.axis, 0, false);
-  if (reference.of_b) {
-    box_face_contact(swapped(pair), reference.axis, &pair, margin, load, cache, manifold);
+  const bool by_edges = edges.separation > edge_threshold;
+  if (by_edges) {
+    cache = make_cache(AxisCache::edges, edges.i, edges.j, false);
+    box_edge_contact(pair, edges.i, edges.j, margin, manifold);
+    if (!may_be_strip(manifold, normal_across(pair, reference))) return manifold;
   } else {
-    box_face_contact(pair, reference.axis, nullptr, margin, load, cache, manifold);
+    cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
+                           : make_cache(AxisCache::face_a, reference.axis, 0, false);
+  }
+  // Calls for both, as in `collide_hulls`.
+  Manifold strip;
+  AxisCache of_strip;
+  const PatchLoad& known = by_edges ? PatchLoad{} : load;
+  AxisCache& face_cache = by_edges ? of_strip : cache;
+  Manifold& over_face = by_edges ? strip : manifold;
+  if (reference.of_b) {
+    box_face_contact(swapped(pair), reference.axis, &pair, margin, known, face_cache, over_face);
+  } else {
+    box_face_contact(pair, reference.axis, nullptr, margin, known, face_cache, over_face);
+  }
+  if (by_edges) {
+    widen_to_strip(strip, tolerance, manifold);
+    return manifold;
   }
   if (hides_overlap(manifold, face, tolerance)) {
     const BoxEdges nearest = best_edges(pair, -1e18f);

@@ -8,6 +8,7 @@
 #include "collision/clip.hpp"
 #include "collision/closest.hpp"
 #include "collision/hull_axes.hpp"
+#include "collision/strip.hpp"
 
 namespace fathom {
 
@@ -44,6 +45,60 @@ FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
   return best;
 }
 
+/// The side of the incident face over which the shape's centre is farthest out, or to which it is nearest, and its
+/// ends.
+struct NearestSide {
+  int edge;
+  FacePoint from, to;
+};
+FATHOM_HD NearestSide nearest_side(const HullView& inc, const Frame& inc_in_ref, int inc_face, const FaceFrame& frame) {
+  const FacePoint centre = to_face(frame, inc_in_ref.position, 0);
+  const auto corner = [&](int e) {
+    return to_face(frame, transform(inc_in_ref, inc.vertices[inc.edges[e].origin]), 0);
+  };
+  NearestSide nearest{};
+  float least = 3e38f;
+  int e = inc.face_edges[inc_face];
+  FacePoint from = corner(e);
+  do {
+    const int next = inc.edges[e].next;
+    const FacePoint to = corner(next);
+    const float dx = to.x - from.x, dy = to.y - from.y;
+    // The incident face looks the other way: its corners run clockwise.
+    const float inside = -area(from, to, centre) / fathom::sqrt(fma(dx, dx, dy * dy));
+    if (inside < least) least = inside, nearest = {e, from, to};
+    e = next, from = to;
+  } while (e != inc.face_edges[inc_face]);
+  return nearest;
+}
+
+/// Adds to the `count` points of the incident face the corner that the shape would tip onto: of the face beyond the
+/// nearest side the one farthest out, if it is over the reference face and not higher than `margin` (m). What is small
+/// or thin tips over a side within a step, where no contact would hold it. Returns how many points there are then.
+FATHOM_HD int add_next_corner(const HullView& ref, int ref_face, const HullView& inc, const Frame& inc_in_ref,
+                              int inc_face, const FaceFrame& frame, float side_tolerance, float margin, bool flipped,
+                              FacePoint* points, int count) {
+  const NearestSide side = nearest_side(inc, inc_in_ref, inc_face, frame);
+  const int beyond = side.edge ^ 1;
+  FacePoint next{};
+  float farthest = 0;
+  for (int e = inc.edges[inc.edges[beyond].next].next; e != beyond; e = inc.edges[e].next) {
+    const int vertex = inc.edges[e].origin;
+    const FacePoint corner = to_face(frame, transform(inc_in_ref, inc.vertices[vertex]),
+                                     vertex_feature(static_cast<std::uint32_t>(vertex), !flipped));
+    const float out = area(side.from, side.to, corner);
+    if (out > farthest) farthest = out, next = corner;
+  }
+  if (!(farthest > 0) || next.z > margin) return count;
+  int e = ref.face_edges[ref_face];
+  do {
+    if (distance_to(make_side(ref, frame, e, side_tolerance), next) > 0) return count;
+    e = ref.edges[e].next;
+  } while (e != ref.face_edges[ref_face]);
+  points[count] = next;
+  return count + 1;
+}
+
 /// Up to four points over a face of A, or with `flipped` of B.
 FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, float margin, const PatchLoad& load,
                                  AxisCache& cache, Manifold& manifold) {
@@ -54,8 +109,11 @@ FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, floa
   const int other_face = incident_face(inc, transpose_mul(inc_in_ref.rotation, frame.n));
 
   FacePoint points[max_face_points];
-  const int clipped =
+  int clipped =
       clip_hull_faces(ref, face, inc, inc_in_ref, other_face, frame, p.tolerance.side, margin, flipped, points);
+  if (clipped > 0 && clipped < max_manifold_points)
+    clipped = add_next_corner(ref, face, inc, inc_in_ref, other_face, frame, p.tolerance.side, margin, flipped, points,
+                              clipped);
   manifold.normal = flipped ? -(p.b_in_a.rotation * frame.n) : frame.n;
   cache.reduced = clipped > max_manifold_points;
   FaceLoad at;
@@ -137,27 +195,37 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
 
   const float face_separation = max(face_a.separation, face_b.separation), tolerance = p.tolerance.axis;
   const float edge_threshold = face_separation + (cache.kind == AxisCache::edges ? 0.5f * tolerance : tolerance);
+  bool flipped = face_b.separation > face_a.separation + tolerance;
+  int face = flipped ? face_b.face : face_a.face;
   const EdgesAxis edges = best_edges(p, of_a, of_b, min(edge_threshold, margin), margin);
   if (edges.separation > margin) {
     cache = make_cache(AxisCache::edges, edges.a, edges.b, true);
     return manifold;
   }
-  if (edges.a >= 0) {
+  const bool by_edges = edges.a >= 0;
+  if (by_edges) {
     cache = make_cache(AxisCache::edges, edges.a, edges.b, false);
     hull_edge_contact(p, edges, margin, manifold);
+    if (!may_be_strip(manifold, flipped ? -(p.b_in_a.rotation * b.planes[face].normal) : a.planes[face].normal))
+      return manifold;
+  } else {
+    const bool cached_face = cache.kind == AxisCache::face_a || cache.kind == AxisCache::face_b;
+    if (cached_face &&
+        cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) + tolerance > face_separation) {
+      flipped = cache.kind == AxisCache::face_b;
+      face = flipped ? cache.b : cache.a;
+    }
+    cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
+  }
+  // One call for both, or compilers of kernels would inline it twice.
+  Manifold strip;
+  AxisCache of_strip;
+  hull_face_contact(p, face, flipped, margin, by_edges ? PatchLoad{} : load, by_edges ? of_strip : cache,
+                    by_edges ? strip : manifold);
+  if (by_edges) {
+    widen_to_strip(strip, tolerance, manifold);
     return manifold;
   }
-
-  bool flipped = face_b.separation > face_a.separation + tolerance;
-  int face = flipped ? face_b.face : face_a.face;
-  const bool cached_face = cache.kind == AxisCache::face_a || cache.kind == AxisCache::face_b;
-  if (cached_face &&
-      cached_separation(a, b, p.b_in_a, p.a_in_b, p.tolerance.noise, cache) + tolerance > face_separation) {
-    flipped = cache.kind == AxisCache::face_b;
-    face = flipped ? cache.b : cache.a;
-  }
-  cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
-  hull_face_contact(p, face, flipped, margin, load, cache, manifold);
   if (hides_overlap(manifold, face_separation, tolerance)) {
     const EdgesAxis nearest = best_edges(p, of_a, of_b, face_separation - tolerance, margin);
     if (nearest.a >= 0) {

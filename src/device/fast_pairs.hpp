@@ -147,16 +147,15 @@ struct HoldBackFast {
       const Contact& c = contacts.contacts[contacts.fast[pair].contact];
       last = c.a == i ? c.b : c.a;
       Pose end;
-      Vec3 linear;
-      if (is_held(last, i, is_other_free, end, linear)) {
+      Velocity then;
+      if (is_held(last, i, is_other_free, end, then)) {
         moved = true;
         sync();
         if (leads()) {
           if (c.touching()) contacts.manifolds[c.manifold].forget_build();
-          Velocity& v = bodies.velocities[i];
-          v.linear = linear;
           if (!bodies.constants[i].is_isotropic())
-            v.angular = spin_put_back(v.angular, bodies.poses[i].rotation, end.rotation);
+            then.angular = spin_put_back(then.angular, bodies.poses[i].rotation, end.rotation);
+          bodies.velocities[i] = then;
           bodies.poses[i] = end;
         }
         sync();
@@ -198,8 +197,8 @@ struct HoldBackFast {
     return best;
   }
 
-  /// Whether the body b is held back from a, and where it ends then.
-  FATHOM_HD bool is_held(std::uint32_t a, std::uint32_t b, bool is_a_free, Pose& end, Vec3& linear) const {
+  /// Whether the body b is held back from a, and where and how fast it ends then.
+  FATHOM_HD bool is_held(std::uint32_t a, std::uint32_t b, bool is_a_free, Pose& end, Velocity& then) const {
     const auto& bodies = move.bodies;
     const float dt = move.p.dt;
     const Pose end_a = is_a_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
@@ -225,13 +224,18 @@ struct HoldBackFast {
       find_way_over_seam<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt, kept, way);
     }
     if (way.is_free) return false;
-    linear = bodies.velocities[b].linear;
+    then = bodies.velocities[b];
     if (is_a_free) {
       end = end_beside(way, on_a, on_b, end_a, end_b, first, half, dt);
-    } else {
-      end = end_of(way, pose_b, end_b, dt);
-      linear = limited(way.linear, move.p.limits.linear);
+      return true;
     }
+    end = end_of(way, pose_b, end_b, dt);
+    if (way.is_lifted) {
+      const BodyConstants& c = bodies.constants[b];
+      then = stopped(way, on_a.velocity, end_a.position, end_b.position, then, end_b, c.inverse_mass, c.inverse_inertia,
+                     bodies.tensors[b].inverse);
+    }
+    then.linear = limited(then.linear, move.p.limits.linear);
     return true;
   }
 

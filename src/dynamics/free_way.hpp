@@ -2,6 +2,7 @@
 // device.
 #pragma once
 
+#include "dynamics/forces.hpp"
 #include "dynamics/look_ahead.hpp"
 
 namespace fathom {
@@ -11,8 +12,19 @@ struct FreeWay {
   bool is_free = true;  ///< to that end
   float part = 1;       ///< of the way
   Vec3 aside;           ///< m, from where that part ends
-  Vec3 linear;          ///< m/s, its velocity then
   Vec3 normal;          ///< of what stops it, from A to B
+  /// It was too deep at the end of its way: it is lifted to where its deepest point is `at` (m, world).
+  bool is_lifted = false;
+  Vec3 at;
+
+  /// By `height` (m) along `along`.
+  FATHOM_HD void lift(const NearCores& cores, const Pose& end_a, const Pose& end_b, Vec3 along, float height) {
+    is_free = false, is_lifted = true;
+    normal = along;
+    aside = height * along;
+    const Vec3 deepest = supports_along(cores, end_a, end_b, along).on_b - cores.b.radius * along;
+    at = end_b.position + deepest + aside;
+  }
 };
 
 /// How deep (m) a pair that is `gap` (m) apart as the step begins may end: a load may press what it stands on a little
@@ -72,8 +84,8 @@ FATHOM_HD bool gets_behind(const NearCores& cores, const Mover& on_a, const Move
 /// straight on; what they meet after that, turned and thrown about within the step, is seen here, and is a contact of
 /// the next one. B goes on with what it meets, and along its surface. What touched before and still comes deeper or
 /// gets through, by corners that go round too fast for the solver or by what lies on it, is lifted out of the surface
-/// and loses its approach. It is not stopped: held where it is too deep it would be pushed out forever and never get
-/// out. `first` is that of `look_ahead`.
+/// (`stopped` says how it goes on). It is not stopped: held where it is too deep it would be pushed out forever and
+/// never get out. `first` is that of `look_ahead`.
 template <bool with_hulls = true>
 FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, const Pose& end_b, const Apart& first,
                            float half, float dt) {
@@ -87,13 +99,9 @@ FATHOM_HD FreeWay free_way(const Mover& a, const Mover& b, const Pose& end_a, co
   if (!cores.meet) return way;
   const float end_gap = separation_along(cores, end_a, end_b, normal);
   if (end_gap >= -allowed) return way;
-  way.linear = b.velocity.linear;
   if (gap <= skin) {
     if (!gets_behind<with_hulls>(cores, on_a, on_b, first, half, dt)) return way;
-    way.is_free = false;
-    way.normal = normal;
-    way.aside = (skin - allowed - end_gap) * normal;  // by rounding it would else be found inside again
-    way.linear = mul_add(way.linear, max(dot(normal, a.velocity.linear - way.linear), 0.0f), normal);
+    way.lift(cores, end_a, end_b, normal, skin - allowed - end_gap);  // by rounding it would else be found inside again
     return way;
   }
   // With what it meets it goes on, or that would run over it, and along its surface.
@@ -142,6 +150,26 @@ FATHOM_HD Pose end_of(const FreeWay& way, const Pose& begin, const Pose& end, fl
   pose.position += way.aside;
   pose.reserved = end.reserved;
   return pose;
+}
+
+/// The velocity of B that is lifted: its deepest point has hit A, which takes it the approach it has there, and the
+/// piece of it with its centre at `centre` (m, world) does not come nearer. A lift gives a body height, and one that
+/// kept its spin would come down on its corners again and again: small capsules and splinters, alone on a floor, spun
+/// faster and faster. Poses and masses are B's; those of A are of its end.
+FATHOM_HD Velocity stopped(const FreeWay& way, const Velocity& of_a, Vec3 end_of_a, Vec3 centre, Velocity v,
+                           const Pose& end_of_b, float inverse_mass, float isotropic, const SymMat3& inverse_inertia) {
+  const Vec3 arm = way.at - (end_of_b.position + way.aside), turn = cross(arm, way.normal);
+  const Vec3 of_surface = of_a.linear + cross(of_a.angular, way.at - end_of_a);
+  const float approach = dot(way.normal, of_surface - (v.linear + cross(v.angular, arm)));
+  if (approach > 0) {
+    const Vec3 response = angular_response(end_of_b.rotation, isotropic, inverse_inertia, turn);
+    const float impulse = approach / (inverse_mass + dot(turn, response));
+    v.linear = mul_add(v.linear, impulse * inverse_mass, way.normal);
+    v.angular = mul_add(v.angular, impulse, response);
+  }
+  const Vec3 of_centre = v.linear + cross(v.angular, centre - end_of_b.position);
+  v.linear = mul_add(v.linear, max(dot(way.normal, of_a.linear - of_centre), 0.0f), way.normal);
+  return v;
 }
 
 /// The angular velocity (rad/s) of a body that `end_of` puts from `from` to `to`: its spin stays as the body has it,

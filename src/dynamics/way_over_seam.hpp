@@ -37,12 +37,9 @@ FATHOM_HD void find_way_over_seam(const Mover& a, const Mover& b, const Pose& en
   way = FreeWay{};
   if (held.manifold.count == 0) return;
   const Vec3 normal = rotate(end_a.rotation, held.manifold.normal);
-  const float gap = separation_along(near_cores(a, b, dt, 0), end_a, end_b, normal);
-  if (gap >= -allowed) return;
-  way.is_free = false;
-  way.normal = normal;
-  way.aside = -(gap + allowed) * normal;
-  way.linear = mul_add(b.velocity.linear, max(-dot(normal, b.velocity.linear), 0.0f), normal);
+  const NearCores cores = near_cores(a, b, dt, 0);
+  const float gap = separation_along(cores, end_a, end_b, normal);
+  if (gap < -allowed) way.lift(cores, end_a, end_b, normal, -(gap + allowed));
 }
 
 }  // namespace fathom

@@ -121,7 +121,12 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
   if (way.is_free || !pre_solve_.may_stop(pair, pair.first.normal)) return false;
   const SpeedLimits limits =
       speed_limits(def.solver.max_linear_speed, def.dt / static_cast<float>(def.solver.substeps));
-  v.linear = limited(b.is_child ? v.linear + (way.linear - on_b.velocity.linear) : way.linear, limits.linear);
+  if (way.is_lifted) {
+    const BodyInfo& info = bodies[pair.b];
+    v = stopped(way, on_a.velocity, end_a.position, end_b.position, v, end, info.inverse_mass,
+                info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia);
+  }
+  v.linear = limited(v.linear, limits.linear);
   put_back(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
   if (pair.contact != none) forget_build(pair.contact);
   return true;

@@ -181,15 +181,17 @@ class PartedPair {
     const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
     const float movement = movement_of(near, surface.radius, body.radius, dt);
     const std::span<const Vec3> pushed = normals_of({0, child});
+    const Vec3 load =
+        b.is_child ? inverse_rotate(surface.pose.rotation, pose_b().position - body.pose.position) : Vec3{};
     SurfaceContact found;
     SurfaceAhead ahead{b_in_a, -1};
     if (movement <= max(slow_movement, slow_share * b.half)) {
-      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushed, scratch_.surface, found);
+      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushed, scratch_.surface, found, load);
     } else {
       ahead = look_ahead(surface, body, b_in_a, near, b.half, dt, scratch_.surface);
       const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
       collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
-                      pushed, scratch_.surface, found);
+                      pushed, scratch_.surface, found, load);
     }
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
     const Piece of_surface = piece_of(a_, 0);
@@ -345,7 +347,9 @@ bool NativeSimulator::hold_back_from_surface(const FastPair& pair) {
   const Pose begin_of_piece = pair.pose_b * b.pose, end_of_piece = end * b.pose;
   const Vec3 moved = inverse_transform(state_.poses[pair.a], end_of_piece.position) -
                      inverse_transform(pair.pose_a, begin_of_piece.position);
-  if (length_squared(moved) <= 0.0625f * b.half * b.half) return false;
+  // What moves as little as this is pushed out before it has got through by many such steps.
+  constexpr float creep = 1.0f / 32;
+  if (length_squared(moved) <= creep * creep * b.half * b.half) return false;
   Velocity v = state_.velocities[pair.b];
   const CentreWay way =
       centre_way({a.geometry, a.radius, pair.pose_a, of_surface}, {b.geometry, b.radius, begin_of_piece, v},

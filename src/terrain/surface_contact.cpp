@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "collision/clip.hpp"
-#include "collision/reduce.hpp"
 #include "geometry/support.hpp"
+#include "terrain/resting_points.hpp"
 #include "terrain/triangle_lanes.hpp"
 
 namespace fathom {
@@ -83,12 +83,14 @@ class Patch {
     kept_[count_++] = point;
   }
 
-  void put(Manifold& m, bool of_round) {
+  /// `load`: where the body's centre of mass is (m).
+  void put(Manifold& m, bool of_round, Vec3 load) {
     m.normal = frame_.n;
     if (of_round) return put_line(m);
     FacePoint points[max_face_points];
     to_face(points);
-    m.count = reduce(points, count_, tolerance_.depth_tie);
+    const FaceLoad at{dot(frame_.x, load), dot(frame_.y, load), true};
+    m.count = choose_resting_points(points, count_, tolerance_.depth_tie, at);
     for (int i = 0; i < m.count; ++i) m.points[i] = kept_[points[i].feature];
   }
 
@@ -123,17 +125,21 @@ class Patch {
     return farthest;
   }
 
-  /// Leaves the farthest points in sixteen directions, and the deepest.
+  /// Leaves the farthest points in sixteen directions, and the lowest half.
   void thin_out() {
     constexpr float x[] = {1, 0.924f, 0.707f, 0.383f, 0, -0.383f, -0.707f, -0.924f};
     constexpr float y[] = {0, 0.383f, 0.707f, 0.924f, 1, 0.924f, 0.707f, 0.383f};
     FacePoint points[max_face_points];
     to_face(points);
-    bool stays[max_face_points] = {};
-    int deepest = 0;
-    for (int i = 1; i < count_; ++i)
-      if (points[i].z < points[deepest].z) deepest = i;
-    stays[deepest] = true;
+    bool stays[max_face_points];
+    float heights[max_face_points];
+    for (int i = 0; i < count_; ++i) heights[i] = points[i].z;
+    std::nth_element(heights, heights + low_points - 1, heights + count_);
+    int low = 0;
+    for (int i = 0; i < count_; ++i) {
+      stays[i] = low < low_points && points[i].z <= heights[low_points - 1];
+      low += stays[i];
+    }
     for (int direction = 0; direction < 8; ++direction) {
       int farthest = 0, nearest = 0;
       const auto along = [&](int i) { return points[i].x * x[direction] + points[i].y * y[direction]; };
@@ -148,6 +154,9 @@ class Patch {
       if (stays[i]) kept_[left++] = kept_[i];
     count_ = left;
   }
+
+  static constexpr int low_points = max_face_points / 2;
+  static_assert(low_points + 16 < max_face_points);
 
   Tolerance tolerance_;
   FaceFrame frame_;
@@ -222,7 +231,7 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 }
 
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
-                     std::span<const Vec3> pushed, SurfaceScratch& scratch, SurfaceContact& contact) {
+                     std::span<const Vec3> pushed, SurfaceScratch& scratch, SurfaceContact& contact, Vec3 load) {
   auto& [triangles, eights, shape, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
@@ -251,7 +260,7 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
       for (int i = 0; i < touch.manifold.count; ++i) patch.add(touch.manifold.points[i]);
     }
     Manifold& m = contact.manifolds[g];
-    patch.put(m, shape.is_round());
+    patch.put(m, shape.is_round(), load);
     for (int i = 0; i < m.count; ++i) m.points[i].position += b_in_a.position;
   }
 }

@@ -37,9 +37,10 @@ struct SurfaceScratch {
 bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, SurfaceScratch& scratch);
 
 /// Manifolds in the surface's frame, normals from the surface to the shape `b`, where they are nearer than `margin`
-/// (m), those with the deepest points first. `pushed`: normals of the manifolds that they had in the last step.
+/// (m), those with the deepest points first. `pushed`: normals of the manifolds that they had in the last step. `load`:
+/// from the shape's centre to the centre of mass of its body (m, the surface's axes).
 FATHOM_COMPONENT_API void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
                                           std::span<const Vec3> pushed, SurfaceScratch& scratch,
-                                          SurfaceContact& contact);
+                                          SurfaceContact& contact, Vec3 load = {});
 
 }  // namespace fathom

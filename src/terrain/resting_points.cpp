@@ -1,0 +1,125 @@
+#include "terrain/resting_points.hpp"
+
+#include <span>
+
+namespace fathom {
+namespace {
+
+/// Of the lower hull of points (x, y, z), z being what separates a body from the ground, the part under its load.
+class Ground {
+ public:
+  Ground(std::span<const FacePoint> points, FaceLoad load) : points_(points), load_{load.x, load.y, 0, 0} {}
+
+  /// Three points in a plane, counter-clockwise.
+  struct Facet {
+    int a = -1, b = -1, c = -1;
+    bool is_found() const { return c >= 0; }
+  };
+
+  /// What the body comes to rest on: it comes down onto its lowest point, tips about that towards its load until it
+  /// meets another, and then over the line between two of them until no tipping brings its load lower. None where the
+  /// load is beside all points, and the body falls off.
+  Facet under_load() const {
+    constexpr int max_tips = 32;
+    int from = lowest(), to = first_towards_load(from);
+    if (to < 0) return {};
+    for (int tip = 0; tip < max_tips; ++tip) {
+      if (turn(from, to) > 0) std::swap(from, to);
+      const int next = next_beyond(from, to);
+      if (next < 0) return {};
+      const bool is_past_from = turn(from, next) < 0, is_past_to = turn(next, to) < 0;
+      if (!is_past_from && !is_past_to) return {to, from, next};
+      (is_past_to ? from : to) = next;
+    }
+    return {};
+  }
+
+  float height_over(const Facet& f, const FacePoint& p) const {
+    const FacePoint &a = points_[f.a], &b = points_[f.b], &c = points_[f.c];
+    const float whole = area(a, b, c), u = area(b, c, p) / whole, v = area(c, a, p) / whole;
+    return p.z - fma(u, a.z, fma(v, b.z, (1 - u - v) * c.z));
+  }
+
+  /// What a body on the facet meets first when it tips over the side that its load is nearest to; −1: nothing.
+  int next_over(const Facet& f) const {
+    const int corners[] = {f.a, f.b, f.c};
+    int next = -1;
+    float nearest = 3e38f;
+    for (int k = 0; k < 3; ++k) {
+      const int from = corners[k], to = corners[(k + 1) % 3];
+      const float inside = turn(from, to) / fathom::sqrt(squared_length(from, to));
+      if (inside < nearest) nearest = inside, next = next_beyond(from, to);
+    }
+    return next;
+  }
+
+ private:
+  int count() const { return static_cast<int>(points_.size()); }
+  /// Above zero where the load is to the left of the way.
+  float turn(int from, int to) const { return area(points_[from], points_[to], load_); }
+  float squared_length(int from, int to) const {
+    const float x = points_[to].x - points_[from].x, y = points_[to].y - points_[from].y;
+    return fma(x, x, y * y);
+  }
+
+  int lowest() const {
+    int lowest = 0;
+    for (int i = 1; i < count(); ++i)
+      if (points_[i].z < points_[lowest].z) lowest = i;
+    return lowest;
+  }
+
+  int first_towards_load(int about) const {
+    const FacePoint& a = points_[about];
+    int first = -1;
+    float least = 3e38f;
+    for (int i = 0; i < count(); ++i) {
+      const float along = (points_[i].x - a.x) * (load_.x - a.x) + (points_[i].y - a.y) * (load_.y - a.y);
+      if (i == about || !(along > 0)) continue;
+      const float slope = (points_[i].z - a.z) / along;
+      if (slope < least) least = slope, first = i;
+    }
+    return first;
+  }
+
+  /// The point on the right of the way that is met first by tipping over it; −1: there is none.
+  int next_beyond(int from, int to) const {
+    const FacePoint &a = points_[from], &b = points_[to];
+    const float square = squared_length(from, to), slope_along = square > 0 ? (b.z - a.z) / square : 0;
+    int next = -1;
+    float least = 3e38f;
+    for (int i = 0; i < count(); ++i) {
+      const float beyond = -area(a, b, points_[i]);
+      if (i == from || i == to || !(beyond > 1e-6f * square)) continue;
+      const float along = (points_[i].x - a.x) * (b.x - a.x) + (points_[i].y - a.y) * (b.y - a.y);
+      const float slope = (points_[i].z - a.z - along * slope_along) / beyond;
+      if (slope < least) least = slope, next = i;
+    }
+    return next;
+  }
+
+  std::span<const FacePoint> points_;
+  FacePoint load_;
+};
+
+}  // namespace
+
+int choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load) {
+  if (count <= max_manifold_points) return count;
+  const Ground ground({points, static_cast<std::size_t>(count)}, load);
+  const Ground::Facet facet = ground.under_load();
+  if (!facet.is_found()) return reduce(points, count, depth_tie);
+  FacePoint chosen[max_face_points];
+  int level = 0;
+  for (int i = 0; i < count; ++i) {
+    const bool is_corner = i == facet.a || i == facet.b || i == facet.c;
+    if (is_corner || ground.height_over(facet, points[i]) <= depth_tie) chosen[level++] = points[i];
+  }
+  level = reduce(chosen, level, depth_tie);
+  if (level < max_manifold_points)
+    if (const int next = ground.next_over(facet); next >= 0) chosen[level++] = points[next];
+  for (int i = 0; i < level; ++i) points[i] = chosen[i];
+  return level;
+}
+
+}  // namespace fathom
