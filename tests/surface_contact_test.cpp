@@ -26,10 +26,10 @@ Shape cliff_mesh() {
 }
 
 SurfaceContact contact_of(const Shape& surface, const Shape& shape, const Pose& pose,
-                          std::span<const Vec3> pushed = {}) {
+                          std::span<const SurfacePush> pushes = {}) {
   SurfaceScratch scratch;
   SurfaceContact contact;
-  collide_surface(*surface.surface, geometry(shape), pose, 0.01f, pushed, scratch, contact);
+  collide_surface(*surface.surface, geometry(shape), pose, 0.01f, pushes, scratch, contact);
   return contact;
 }
 
@@ -69,13 +69,14 @@ TEST(SurfaceContact, ABoxOnAPlateauIsNotInTheCliffBesideIt) {
 
 TEST(SurfaceContact, WhatIsPressedInGoesOnToBePushedOut) {
   const Shape ground = flat_mesh(8, 2);
-  const Vec3 up{0, 0, 1}, along{1, 0, 0};
+  const Vec3 up{0, 0, 1};
+  const SurfacePush upward{up, {}}, along{{1, 0, 0}, {}};
   for (const Shape& shape : {box({0.5f, 0.3f, 0.01f}), capsule(0.01f, 0.3f), sphere(0.1f)}) {
     const float half = shape.type == ShapeType::box ? 0.01f : shape.radius;
     const Pose pose{{0.1f, 0.1f, -0.9f * half}, 0, {}};
     EXPECT_EQ(contact_of(ground, shape, pose).count, 0) << "from behind";
     EXPECT_EQ(contact_of(ground, shape, pose, {&along, 1}).count, 0) << "pushed along the surface";
-    EXPECT_NE(deepest_along(contact_of(ground, shape, pose, {&up, 1}), up), 1) << "pushed out of it";
+    EXPECT_NE(deepest_along(contact_of(ground, shape, pose, {&upward, 1}), up), 1) << "pushed out of it";
   }
 }
 

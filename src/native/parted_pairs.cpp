@@ -42,7 +42,7 @@ struct PairScratch {
   std::vector<FoundPart> found;
   std::vector<Part*> matches;  ///< of these among the parts
   std::vector<std::uint32_t> children_a, children_b;
-  std::vector<Vec3> normals;
+  std::vector<SurfacePush> pushes;
   SurfaceScratch surface;
 };
 
@@ -180,25 +180,29 @@ class PartedPair {
     const Pose b_in_a = relative(surface.pose, body.pose);
     const float near = speculative_margin(surface.radius, body.radius, surface.velocity, body.velocity, dt);
     const float movement = movement_of(near, surface.radius, body.radius, dt);
-    const std::span<const Vec3> pushed = normals_of({0, child});
-    const Vec3 load =
+    const std::span<const SurfacePush> pushes = pushes_of({0, child});
+    const Vec3 centre =
         b.is_child ? inverse_rotate(surface.pose.rotation, pose_b().position - body.pose.position) : Vec3{};
     SurfaceContact found;
     SurfaceAhead ahead{b_in_a, -1};
     if (movement <= max(slow_movement, slow_share * b.half)) {
-      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushed, scratch_.surface, found, load);
+      collide_surface(a_.geometry.surface(), b.geometry, b_in_a, near, pushes, scratch_.surface, found, centre);
     } else {
       ahead = look_ahead(surface, body, b_in_a, near, b.half, dt, scratch_.surface);
       const float rest = min(margin_at_rest(surface.radius, body.radius, dt), slow_share * b.half);
       collide_surface(a_.geometry.surface(), b.geometry, ahead.b_in_a, ahead.time >= 0 ? min(near, b.half) : rest,
-                      pushed, scratch_.surface, found, load);
+                      pushes, scratch_.surface, found, centre);
     }
     const Pose body_in_a = b.is_child ? ahead.b_in_a * inverse(b.pose) : ahead.b_in_a;
     const Piece of_surface = piece_of(a_, 0);
-    for (int g = 0; g < found.count; ++g)
-      if (narrow_phase_.seams.counts_on_surface({contact(first_).a, 0, of_surface}, {contact(first_).b, child, b},
-                                                ahead.b_in_a.position, found.manifolds[g]))
-        scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], {}});
+    for (int g = 0; g < found.count; ++g) {
+      if (!narrow_phase_.seams.counts_on_surface({contact(first_).a, 0, of_surface}, {contact(first_).b, child, b},
+                                                 ahead.b_in_a.position, found.manifolds[g]))
+        continue;
+      AxisCache axis;
+      axis.reduced = found.is_reduced[g];
+      scratch_.found.push_back({{0, child}, ahead.time, body_in_a, found.manifolds[g], axis});
+    }
   }
 
   void touch_pieces(const Piece& b, std::uint32_t child_b) {
@@ -259,12 +263,12 @@ class PartedPair {
   }
 
   /// Of the manifolds that the two have so far.
-  std::span<const Vec3> normals_of(Children children) const {
-    std::vector<Vec3>& normals = scratch_.normals;
-    normals.clear();
+  std::span<const SurfacePush> pushes_of(Children children) const {
+    std::vector<SurfacePush>& pushes = scratch_.pushes;
+    pushes.clear();
     for (const Part& part : parts_of(children))
-      if (part.touches) normals.push_back(manifold(part.index).normal);
-    return normals;
+      if (part.touches) pushes.push_back({manifold(part.index).normal, load_of(manifold(part.index))});
+    return pushes;
   }
 
   const Part* touching_part(Children children) const {

@@ -74,8 +74,5 @@ inline constexpr std::uint64_t steps_to_retry = 64;
 
 /// m of overlap that have as good as faded away: from there on a manifold may be recycled.
 inline constexpr float overlap_gone = 1e-7f;
-/// Cosine between normals up to which a part of a contact with a surface is the one of the step before
-/// (docs/surfaces.md).
-inline constexpr float alike_normals = 0.9f;
 
 }  // namespace fathom::native

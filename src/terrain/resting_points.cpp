@@ -1,6 +1,7 @@
 #include "terrain/resting_points.hpp"
 
 #include <span>
+#include <utility>
 
 namespace fathom {
 namespace {

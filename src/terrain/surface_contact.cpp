@@ -83,15 +83,19 @@ class Patch {
     kept_[count_++] = point;
   }
 
-  /// `load`: where the body's centre of mass is (m).
-  void put(Manifold& m, bool of_round, Vec3 load) {
+  /// Returns whether it has not all points. `load`: where that of the body is (m).
+  bool put(Manifold& m, bool of_round, Vec3 load) {
     m.normal = frame_.n;
-    if (of_round) return put_line(m);
+    if (of_round) {
+      put_line(m);
+      return false;
+    }
     FacePoint points[max_face_points];
     to_face(points);
     const FaceLoad at{dot(frame_.x, load), dot(frame_.y, load), true};
     m.count = choose_resting_points(points, count_, tolerance_.depth_tie, at);
     for (int i = 0; i < m.count; ++i) m.points[i] = kept_[points[i].feature];
+    return m.count < count_;
   }
 
  private:
@@ -198,6 +202,19 @@ void add_doubtful(std::vector<SurfaceScratch::Touch>& touches, std::vector<Surfa
   }
 }
 
+/// Where a body's load is, from `origin` (m): where it was in the push that is nearest to the normal, and a little
+/// towards the body's centre of mass. What lies alone has only that, and of it the push tells but the peak that it
+/// stands on at the moment.
+Vec3 load_along(Vec3 normal, std::span<const SurfacePush> pushes, Vec3 origin, Vec3 centre) {
+  constexpr float share_of_centre = 0.2f;
+  PatchLoad load;
+  float nearest = alike_normals;
+  for (const SurfacePush& push : pushes)
+    if (const float cosine = dot(push.normal, normal); cosine > nearest) nearest = cosine, load = push.load;
+  if (!load.is_known) return centre;
+  return mul_add((1 - share_of_centre) * (load.at - origin), share_of_centre, centre);
+}
+
 /// Every touch gets a group; returns the groups' normals, the deepest first.
 int group(std::vector<SurfaceScratch::Touch>& touches, Vec3 (&normals)[max_surface_manifolds]) {
   int groups = 0;
@@ -231,13 +248,15 @@ bool find_triangles(const Surface& surface, const Aabb& box, Vec3 origin, Surfac
 }
 
 void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in_a, float margin,
-                     std::span<const Vec3> pushed, SurfaceScratch& scratch, SurfaceContact& contact, Vec3 load) {
-  auto& [triangles, eights, shape, touches, doubtful] = scratch;
+                     std::span<const SurfacePush> pushes, SurfaceScratch& scratch, SurfaceContact& contact,
+                     Vec3 centre) {
+  auto& [triangles, eights, pushed, shape, touches, doubtful] = scratch;
   contact.count = 0;
   if (!find_triangles(surface, grown(bounds(b, b_in_a), margin), b_in_a.position, scratch)) return;
   shape.turn(b, b_in_a.rotation);
   const Found found(eights);
-  touches.clear(), doubtful.clear();
+  touches.clear(), doubtful.clear(), pushed.clear();
+  for (const SurfacePush& push : pushes) pushed.push_back(push.normal);
   for (const EightTriangles& eight : eights) {
     const TriangleAxes axes = axes_of(eight, shape, margin, pushed);
     for (unsigned near = axes.near; near != 0; near &= near - 1) {
@@ -260,7 +279,8 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
       for (int i = 0; i < touch.manifold.count; ++i) patch.add(touch.manifold.points[i]);
     }
     Manifold& m = contact.manifolds[g];
-    patch.put(m, shape.is_round(), load);
+    const Vec3 load = load_along(normals[g], pushes, b_in_a.position, centre);
+    contact.is_reduced[g] = patch.put(m, shape.is_round(), load);
     for (int i = 0; i < m.count; ++i) m.points[i].position += b_in_a.position;
   }
 }
