@@ -155,7 +155,7 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
     box_face_contact(pair, reference.axis, nullptr, margin, known, face_cache, over_face);
   }
   if (by_edges) {
-    widen_to_strip(strip, tolerance, manifold);
+    widen_to_strip(strip, margin, tolerance, manifold);
     return manifold;
   }
   if (hides_overlap(manifold, face, tolerance)) {

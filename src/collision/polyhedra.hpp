@@ -223,7 +223,7 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
   hull_face_contact(p, face, flipped, margin, by_edges ? PatchLoad{} : load, by_edges ? of_strip : cache,
                     by_edges ? strip : manifold);
   if (by_edges) {
-    widen_to_strip(strip, tolerance, manifold);
+    widen_to_strip(strip, margin, tolerance, manifold);
     return manifold;
   }
   if (hides_overlap(manifold, face_separation, tolerance)) {
