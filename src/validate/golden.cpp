@@ -17,12 +17,12 @@ using enum BroadPhase;
 // Made by `fathom validate --only golden`; a change of the solver's mathematics changes them all.
 // clang-format off
 constexpr std::array<Golden, 8> golden_runs{{
-    {"drift", 500, 240, soft, tree, {0x97a2832afab1dc29, 0xbf23ee9d24a09043}, {0x8d3d28dbc939b3a2, 0x26ca3d9a61566e1b}},
+    {"drift", 500, 240, soft, tree, {0x84d29b42c78f4bbe, 0xd2a8b56d1ba8fc73}, {0xcbeb5f3f66b34222, 0x7d008cfc7e392d5b}},
     {"layers", 500, 300, soft, tree, {0x91086a0c5ae6e4a9, 0x0ed01c92cd814d91}, {0x23c57aabef8f5945, 0x6d266798da9642d1}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xb2ef1a6e43683717, 0x18b2f79c339abe39}, {0x438f721449375aea, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xe1ddf22a0a144773, 0x27194249092e75d9}, {0x332accf8f9050185, 0x4abdaa2351cec898}},
-    {"stream", 200, 240, soft, tree, {0x5c198b2fa3d9e6ca, 0x2b27cba5f1061dc5}, {0xd2e4e4937221d364, 0x323de9d747f4717b}},
+    {"columns", 60, 300, soft, tree, {0xe1ddf22a0a144773, 0x27194249092e75d9}, {0x1cf818c2585c99a9, 0x86c8a2d8f2e6e8bd}},
+    {"stream", 200, 240, soft, tree, {0x4b31ba5f1894d69c, 0x19aa5aafea7ed519}, {0x86bcd71506fe3fe6, 0x1b7700483e261229}},
     {"layers", 500, 300, soft, sweep, {0x91086a0c5ae6e4a9, 0xba0486ce2c9532f9}, {0x23c57aabef8f5945, 0x6d266798da9642d1}},
     {"layers", 500, 300, impulse, tree, {0xbf54ad39ab465352, 0xb817aeaee8316c61}, {0x4fc7addc3985bfdd, 0x1d474c1323ec4769}},
 }};
