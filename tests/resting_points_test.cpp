@@ -14,8 +14,8 @@ namespace {
 
 std::vector<FacePoint> chosen(std::vector<FacePoint> points, float x = 0, float y = 0) {
   for (std::uint32_t i = 0; i < points.size(); ++i) points[i].feature = i;
-  const int kept = choose_resting_points(points.data(), static_cast<int>(points.size()), 1e-4f, {x, y, true});
-  points.resize(static_cast<std::size_t>(kept));
+  const RestingPoints kept = choose_resting_points(points.data(), static_cast<int>(points.size()), 1e-4f, {x, y, true});
+  points.resize(static_cast<std::size_t>(kept.under_load));
   return points;
 }
 

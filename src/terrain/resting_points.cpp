@@ -1,5 +1,6 @@
 #include "terrain/resting_points.hpp"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -105,22 +106,31 @@ class Ground {
 
 }  // namespace
 
-int choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load) {
-  if (count <= max_manifold_points) return count;
+RestingPoints choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load) {
+  if (count <= max_manifold_points) return {count, 0};
   const Ground ground({points, static_cast<std::size_t>(count)}, load);
   const Ground::Facet facet = ground.under_load();
-  if (!facet.is_found()) return reduce(points, count, depth_tie);
-  FacePoint chosen[max_face_points];
-  int level = 0;
+  if (!facet.is_found()) return {reduce(points, count, depth_tie), 0};
+  const int next = ground.next_over(facet);
+  FacePoint level[max_face_points], above[max_face_points];
+  int levels = 0, aboves = 0, next_above = -1;
   for (int i = 0; i < count; ++i) {
     const bool is_corner = i == facet.a || i == facet.b || i == facet.c;
-    if (is_corner || ground.height_over(facet, points[i]) <= depth_tie) chosen[level++] = points[i];
+    if (i == next) next_above = aboves;
+    if (is_corner || ground.height_over(facet, points[i]) <= depth_tie)
+      level[levels++] = points[i];
+    else
+      above[aboves++] = points[i];
   }
-  level = reduce(chosen, level, depth_tie);
-  if (level < max_manifold_points)
-    if (const int next = ground.next_over(facet); next >= 0) chosen[level++] = points[next];
-  for (int i = 0; i < level; ++i) points[i] = chosen[i];
-  return level;
+  if (levels == 3 && next >= 0) {
+    level[levels++] = above[next_above];
+    above[next_above] = above[--aboves];
+  }
+  levels = reduce(level, levels, depth_tie);
+  aboves = reduce(above, aboves, depth_tie);
+  std::copy_n(level, levels, points);
+  std::copy_n(above, aboves, points + levels);
+  return {levels, aboves};
 }
 
 }  // namespace fathom

@@ -9,9 +9,16 @@
 
 namespace fathom {
 
-/// Reorders the points so that those to keep come first, and returns how many (at most 4): the largest patch of those
-/// in one plane that the body comes to rest on, whose load is at `load`, and where these are but three the one that it
-/// meets first when it tips over its nearest side. `depth_tie`: points that much (m) above the plane count as in it.
-int choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load);
+struct RestingPoints {
+  int under_load = 0;  ///< at most 4
+  int around = 0;      ///< at most 4
+};
+
+/// Reorders the points so that those to keep come first, and returns how many there are. Under the load, which is at
+/// `load`, the largest patch of those in one plane that the body comes to rest on, and where these are but three the
+/// one that it meets first when it tips over its nearest side. Around them, of those above that plane, the largest
+/// patch: what else presses the body may press it anywhere. `depth_tie`: points that much (m) above the plane count as
+/// in it.
+RestingPoints choose_resting_points(FacePoint* points, int count, float depth_tie, FaceLoad load);
 
 }  // namespace fathom

@@ -83,19 +83,22 @@ class Patch {
     kept_[count_++] = point;
   }
 
-  /// Returns whether it has not all points. `load`: where that of the body is (m).
-  bool put(Manifold& m, bool of_round, Vec3 load) {
-    m.normal = frame_.n;
+  /// In up to two manifolds of the same normal. Returns whether they have not all points. `load`: where that of the
+  /// body is (m).
+  bool put(Manifold (&m)[2], bool of_round, Vec3 load) {
+    m[0].normal = m[1].normal = frame_.n;
     if (of_round) {
-      put_line(m);
+      put_line(m[0]);
       return false;
     }
     FacePoint points[max_face_points];
     to_face(points);
     const FaceLoad at{dot(frame_.x, load), dot(frame_.y, load), true};
-    m.count = choose_resting_points(points, count_, tolerance_.depth_tie, at);
-    for (int i = 0; i < m.count; ++i) m.points[i] = kept_[points[i].feature];
-    return m.count < count_;
+    const RestingPoints chosen = choose_resting_points(points, count_, tolerance_.depth_tie, at);
+    m[0].count = chosen.under_load, m[1].count = chosen.around;
+    for (int i = 0; i < m[0].count; ++i) m[0].points[i] = kept_[points[i].feature];
+    for (int i = 0; i < m[1].count; ++i) m[1].points[i] = kept_[points[m[0].count + i].feature];
+    return m[0].count + m[1].count < count_;
   }
 
  private:
@@ -272,17 +275,24 @@ void collide_surface(const Surface& surface, const Geometry& b, const Pose& b_in
 
   Vec3 normals[max_surface_manifolds];
   contact.count = group(touches, normals);
+  int second = contact.count;  // those behind the first ones of all groups
   for (int g = 0; g < contact.count; ++g) {
     Patch patch(normals[g], tolerance);
     for (const SurfaceScratch::Touch& touch : touches) {
       if (touch.group != g) continue;
       for (int i = 0; i < touch.manifold.count; ++i) patch.add(touch.manifold.points[i]);
     }
-    Manifold& m = contact.manifolds[g];
-    const Vec3 load = load_along(normals[g], pushes, b_in_a.position, centre);
-    contact.is_reduced[g] = patch.put(m, shape.is_round(), load);
-    for (int i = 0; i < m.count; ++i) m.points[i].position += b_in_a.position;
+    Manifold both[2];
+    const bool is_reduced = patch.put(both, shape.is_round(), load_along(normals[g], pushes, b_in_a.position, centre));
+    for (Manifold& m : both) {
+      for (int i = 0; i < m.count; ++i) m.points[i].position += b_in_a.position;
+      if (&m == &both[1] && (m.count == 0 || second == max_surface_manifolds)) continue;
+      const int at = &m == &both[0] ? g : second++;
+      contact.manifolds[at] = m;
+      contact.is_reduced[at] = is_reduced;
+    }
   }
+  contact.count = second;
 }
 
 }  // namespace fathom
