@@ -125,9 +125,13 @@ bool all_finite(const Outcome& a) {
 /// Whether the step had the same constraints in the same order. A device has made them by the time bodies fail: where
 /// those go counts for their manifolds, and they for the colours that contacts choose.
 bool have_same_constraints(const Outcome& a, const Outcome& b) {
-  return std::ranges::equal(a.contacts, b.contacts, [](const ContactInfo& x, const ContactInfo& y) {
-    return x.a == y.a && x.b == y.b && x.colour == y.colour && x.point_count == y.point_count &&
-           length(x.normal - y.normal) < 1e-3f;
+  const auto is_same_point = [](const ContactPointInfo& x, const ContactPointInfo& y) {
+    return length(x.position - y.position) < 1e-3f;
+  };
+  return std::ranges::equal(a.contacts, b.contacts, [&](const ContactInfo& x, const ContactInfo& y) {
+    return x.a == y.a && x.b == y.b && x.colour == y.colour && length(x.normal - y.normal) < 1e-3f &&
+           std::ranges::equal(std::span(x.points, static_cast<std::size_t>(x.point_count)),
+                              std::span(y.points, static_cast<std::size_t>(y.point_count)), is_same_point);
   });
 }
 
