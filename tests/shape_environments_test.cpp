@@ -67,19 +67,10 @@ TEST_P(ShapeEnvironments, LoseNobody) {
     EXPECT_EQ(q.escaped, 0u);
     EXPECT_EQ(q.bodies_below_ground, 0u);
     EXPECT_EQ(q.non_finite, 0u);
-    EXPECT_LE(q.overlap_max, scene_is_thrown_about ? 1.0 : 0.1);
-  }
-}
-
-/// What blades of a drum throw about at 7 m/s may be deep in a single moment, which a step more or less chooses. Most
-/// of the time it is not.
-TEST(ShapeEnvironment, TheWasherIsSeldomDeep) {
-  for (const SimulatorKind simulator : {SimulatorKind::native, SimulatorKind::device}) {
-    std::vector<double> overlaps;
-    for (const int steps : {240, 270, 300, 330, 360, 390, 420})
-      overlaps.push_back(simulate({"washer", 216, steps}, simulator, 1).quality.overlap_max);
-    std::ranges::sort(overlaps);
-    EXPECT_LE(overlaps[overlaps.size() / 2], 0.05);
+    // What blades of a drum throw about at 7 m/s is deep in the moment; `BladesOfADrum…` looks at many.
+    if (!scene_is_thrown_about) {
+      EXPECT_LE(q.overlap_max, 0.1);
+    }
   }
 }
 

@@ -135,7 +135,10 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
 void NativeSimulator::put_back(std::uint32_t slot, const Pose& pose, Velocity v) {
   // Of isotropic bodies the energy is the same about any axis.
   if (!bodies[slot].isotropic) v.angular = spin_put_back(v.angular, state_.poses[slot].rotation, pose.rotation);
-  set_state(slot, pose, v);
+  // What is put back in step after step would else gather the rounding of as many products.
+  Pose unit = pose;
+  unit.rotation = normalize(pose.rotation);
+  set_state(slot, unit, v);
 }
 
 /// They may have got to what nobody looked for there: on the whole way all that is fixed or kinematic is asked for.

@@ -21,8 +21,8 @@ constexpr std::array<Golden, 8> golden_runs{{
     {"layers", 500, 300, soft, tree, {0x91086a0c5ae6e4a9, 0x0ed01c92cd814d91}, {0x23c57aabef8f5945, 0x6d266798da9642d1}},
     {"spread", 400, 240, soft, tree, {0x33300bb7781e4636, 0xc1c095d2eaf3b09a}, {0x9a2abd8fd3cec393, 0xc1c095d2eaf3b09a}},
     {"pyramid", 385, 240, soft, tree, {0xb2ef1a6e43683717, 0x18b2f79c339abe39}, {0x438f721449375aea, 0x075a0c40c73c3221}},
-    {"columns", 60, 300, soft, tree, {0xe1ddf22a0a144773, 0x27194249092e75d9}, {0x1cf818c2585c99a9, 0x86c8a2d8f2e6e8bd}},
-    {"stream", 200, 240, soft, tree, {0x4b31ba5f1894d69c, 0x19aa5aafea7ed519}, {0x86bcd71506fe3fe6, 0x1b7700483e261229}},
+    {"columns", 60, 300, soft, tree, {0x1713ac4968af7e09, 0xc5831bc9464f9e4c}, {0x1cf818c2585c99a9, 0x86c8a2d8f2e6e8bd}},
+    {"stream", 200, 240, soft, tree, {0x7b13602e663f3d5e, 0x1ef5a1729a951c5a}, {0x86bcd71506fe3fe6, 0x1b7700483e261229}},
     {"layers", 500, 300, soft, sweep, {0x91086a0c5ae6e4a9, 0xba0486ce2c9532f9}, {0x23c57aabef8f5945, 0x6d266798da9642d1}},
     {"layers", 500, 300, impulse, tree, {0xbf54ad39ab465352, 0xb817aeaee8316c61}, {0x4fc7addc3985bfdd, 0x1d474c1323ec4769}},
 }};
