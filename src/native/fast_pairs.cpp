@@ -125,6 +125,7 @@ bool NativeSimulator::hold_back(const FastPair& pair) {
     const BodyInfo& info = bodies[pair.b];
     v = stopped(way, on_a.velocity, end_a.position, end_b.position, v, end, info.inverse_mass,
                 info.isotropic ? info.inverse_inertia.xx : 0.0f, info.inverse_inertia);
+    v.angular = limited(v.angular, limits.angular);
   }
   v.linear = limited(v.linear, limits.linear);
   put_back(pair.b, end_of(way, pair.pose_b, end, def.dt), v);
