@@ -261,7 +261,7 @@ TEST(CollisionHull, ReductionKeepsTheDeepestAndTheArea) {
       for (int i = 0; i < n; ++i) {
         const float angle = 2 * pi * (static_cast<float>(i) + random.uniform(0, 0.9f)) / static_cast<float>(n);
         points.push_back(
-            {2 * std::cos(angle), std::sin(angle), random.uniform(-0.1f, 0), static_cast<std::uint32_t>(i)});
+            {2 * std::cos(angle), std::sin(angle), random.uniform(-level_height, 0), static_cast<std::uint32_t>(i)});
       }
       std::shuffle(points.begin(), points.end(), std::mt19937(static_cast<unsigned>(trial)));
       const auto deeper = [](const FacePoint& p, const FacePoint& q) { return p.z < q.z; };
@@ -289,6 +289,27 @@ TEST(CollisionHull, ReductionKeepsTheDeepestAndTheArea) {
       reduced.resize(4);
       EXPECT_EQ(std::min_element(reduced.begin(), reduced.end(), deeper)->feature, deepest.feature);
       EXPECT_GE(area(reduced), 0.999 * largest);
+    }
+  }
+}
+
+TEST(CollisionHull, ReductionOfALeaningFaceKeepsTheNextCorners) {
+  for (int n = 5; n <= 60; ++n) {
+    for (const float slope : {0.05f, 0.3f}) {
+      std::vector<FacePoint> points;
+      for (int i = 0; i < n; ++i) {
+        const float angle = 2 * pi * static_cast<float>(i) / static_cast<float>(n);
+        points.push_back({std::cos(angle), std::sin(angle), -slope * std::cos(angle), static_cast<std::uint32_t>(i)});
+      }
+      ASSERT_EQ(reduce(points.data(), n, 0.00025f), 4);
+      points.resize(4);
+      const auto has = [&](int i) {
+        return std::ranges::any_of(points, [&](const FacePoint& p) { return p.feature == static_cast<unsigned>(i); });
+      };
+      EXPECT_TRUE(has(0)) << n;
+      // Corners next to the deepest one that it may come down on within a few steps.
+      const bool has_next = has(1) && has(n - 1), has_second = has(2) && has(n - 2);
+      EXPECT_TRUE(has_next || (n > 20 && has_second)) << n << " corners, slope " << slope;
     }
   }
 }

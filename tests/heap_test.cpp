@@ -163,12 +163,19 @@ TEST(Heap, WakesWithoutAJolt) {
       for (int i = 0; i < 64; ++i) world.step();
       for (const BodyId id : instance.ids())
         if (world.motion(id) == MotionType::dynamic) world.set_velocity(id, {}, {});
-      float fastest = 0;
+      // What stands on an edge may fall over, as fast as its weight makes it.
+      const float by_weight = length(def.gravity) * def.dt;
+      float jolt = 0;
+      std::vector<float> speeds(instance.ids().size(), 0.0f);
       for (int i = 0; i < 30; ++i) {
         world.step();
-        for (const BodyId id : instance.ids()) fastest = std::max(fastest, length(world.velocity(id).linear));
+        for (std::size_t k = 0; k < speeds.size(); ++k) {
+          const float speed = length(world.velocity(instance.ids()[k]).linear);
+          jolt = std::max(jolt, speed - speeds[k] - by_weight);
+          speeds[k] = speed;
+        }
       }
-      EXPECT_LT(fastest, 0.3f) << "seed " << seed << (simulator == SimulatorKind::native ? "" : " on the device");
+      EXPECT_LT(jolt, 0.3f) << "seed " << seed << (simulator == SimulatorKind::native ? "" : " on the device");
     }
     EXPECT_GE(asleep, 8);
   }

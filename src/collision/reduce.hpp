@@ -2,8 +2,10 @@
 //
 // Of a patch whose load is not known the deepest point stays. Of the quadrilaterals that have it as a corner the
 // largest is found exactly: for each opposite corner the best points on either side of the diagonal are independent of
-// each other, so all pairs need to be looked at once only. Once the load has moved out of what is kept, the edge over
-// which the body would tip stays. The points may come in any order.
+// each other, so all pairs need to be looked at once only. High points count less, because a body that leans comes down
+// on the corners next to the deepest one first: a cylinder that rolls on its rim would come down between points that
+// are far apart. Once the load of a patch that does not lean has moved out of what is kept, the edge over which the
+// body would tip stays. The points may come in any order.
 #pragma once
 
 #include "collision/manifold.hpp"
@@ -17,6 +19,9 @@ struct FacePoint {
 };
 
 inline constexpr int max_face_points = 64;
+
+/// m that a point may be above the deepest one and carry as well: contacts give by as much under a body's weight.
+inline constexpr float level_height = 3e-4f;
 
 /// Where the load of a patch lies, in the frame of the reference face (m).
 struct FaceLoad {
@@ -80,30 +85,34 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   return true;
 }
 
-/// The deepest point, and of the largest quadrilateral that has it as a corner the others.
-FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_tie, int chosen[max_manifold_points]) {
+/// The deepest point, and of the largest quadrilateral that has it as a corner the others. The areas of what is higher
+/// than `level` (m) above the deepest count less, as heights do.
+FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_tie, float level,
+                              int chosen[max_manifold_points]) {
   float lowest = points[0].z;
   for (int i = 1; i < count; ++i) lowest = min(lowest, points[i].z);
   int deepest = 0;
   while (points[deepest].z > lowest + depth_tie) ++deepest;
 
-  // Twice the areas of the largest triangles over the diagonal from the deepest point to each other one.
+  // Twice the areas of the largest triangles over the diagonal from the deepest point to each other one, by weight.
   float left_area[max_face_points], right_area[max_face_points];
   int left[max_face_points], right[max_face_points];
-  float dx[max_face_points], dy[max_face_points];
+  float dx[max_face_points], dy[max_face_points], weight[max_face_points];
   for (int i = 0; i < count; ++i) {
     dx[i] = points[i].x - points[deepest].x;
     dy[i] = points[i].y - points[deepest].y;
+    weight[i] = level / max(points[i].z - lowest, level);
     left_area[i] = right_area[i] = 0;
     left[i] = right[i] = deepest;
   }
   for (int i = 1; i < count; ++i) {
     for (int j = 0; j < i; ++j) {
       const float area = dx[i] * dy[j] - dy[i] * dx[j];
-      if (area > left_area[i]) left_area[i] = area, left[i] = j;
-      if (-area > right_area[i]) right_area[i] = -area, right[i] = j;
-      if (-area > left_area[j]) left_area[j] = -area, left[j] = i;
-      if (area > right_area[j]) right_area[j] = area, right[j] = i;
+      const float of_i = weight[i] * area, of_j = weight[j] * area;
+      if (of_j > left_area[i]) left_area[i] = of_j, left[i] = j;
+      if (-of_j > right_area[i]) right_area[i] = -of_j, right[i] = j;
+      if (-of_i > left_area[j]) left_area[j] = -of_i, left[j] = i;
+      if (of_i > right_area[j]) right_area[j] = of_i, right[j] = i;
     }
   }
   int opposite = deepest == 0 ? 1 : 0;
@@ -118,8 +127,12 @@ FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_ti
 FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad load = {}) {
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];
-  if (!load.is_known || !choose_towards(load, points, count, depth_tie, chosen))
-    choose_largest(points, count, depth_tie, chosen);
+  float lowest = points[0].z, highest = lowest;
+  for (int i = 1; i < count; ++i) lowest = min(lowest, points[i].z), highest = max(highest, points[i].z);
+  const float level = max(level_height, depth_tie);
+  const bool leans = highest - lowest > 4 * level;
+  if (!load.is_known || leans || !choose_towards(load, points, count, depth_tie, chosen))
+    choose_largest(points, count, depth_tie, level, chosen);
   // In the order of their indices, so that the result does not depend on which of them is the deepest.
   int kept = 0;
   for (int i = 0; i < count; ++i) {

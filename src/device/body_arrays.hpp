@@ -229,9 +229,10 @@ struct Bodies {
   Of<std::uint32_t, body_islands> island_woken;  ///< number of the step that woke it
   Of<std::uint32_t, body_islands> isolated_in;   ///< number of the step that isolated it
 
-  // Of bodies in fast pairs.
-  Of<Pose, body_fast_pairs> before;  ///< as the step began
-  Of<Pose, body_fast_pairs> ends;    ///< where those got to that what cannot be pushed has held back; for bullets
+  // Of bodies in fast pairs, and of those that strayed (`MoveBodies`).
+  Of<std::uint32_t, body_fast_pairs> fast;  ///< those bodies, `Counters::fast_bodies` of them, in any order
+  Of<Pose, body_fast_pairs> before;         ///< as the step began; `reserved` is 1 where the body strayed, else 0
+  Of<Pose, body_fast_pairs> ends;  ///< where those got to that what cannot be pushed has held back; for bullets
   Of<std::uint32_t, body_fast_pairs> fast_pair;      ///< the first of its fast pairs, `none` between steps
   Of<std::uint32_t, body_fast_pairs> fixed_contact;  ///< the first of its `fixed_contacts`; null: no seams
 

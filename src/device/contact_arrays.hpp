@@ -137,9 +137,11 @@ struct Counters {
   std::uint32_t grid_cells = 0;
   std::uint32_t grid_bodies = 0;
   std::uint32_t big = 0;
+  std::uint32_t filled_entries = 0;  ///< of the grid when it was last filled: another one holds nothing yet
   std::uint32_t to_collide[shape_pairs] = {};
   std::uint32_t fast[2] = {};          ///< pairs that move fast for their size: without a hull, with one
   std::uint32_t looked_ahead[2] = {};  ///< of them, before the step stopped for want of manifolds
+  std::uint32_t fast_bodies = 0;       ///< entries of `Bodies::fast`
   std::uint32_t taken_manifolds = 0;
   std::uint32_t freed_manifolds = 0;
   std::uint32_t deferred[shape_pairs] = {};  ///< of `to_collide`: they touch, and there was no manifold for them

@@ -32,6 +32,7 @@ BodyMemory::BodyMemory(exec::Memory& m)
       island_woken_(m),
       isolated_in_(m),
       fast_pair_(m),
+      fast_(m),
       fixed_contact_(m),
       parent_(m),
       island_slow_(m),
@@ -55,6 +56,7 @@ void BodyMemory::reserve(std::size_t bodies) {
   for_each_lasting([&](auto& buffer) { buffer.grow(bodies, exec::Contents::keep); });
   for_each_passing([&](auto& buffer) { buffer.grow(bodies); });
   fast_pair_.grow(bodies, exec::Contents::keep);
+  fast_.grow(bodies, exec::Contents::keep);
   if (ends_.size() > 0) ends_.grow(bodies);
   if (fixed_contact_.size() > 0) fixed_contact_.grow(bodies);
   if (surface_velocities_.size() > 0) surface_velocities_.grow(bodies, exec::Contents::keep);
@@ -93,6 +95,7 @@ BodyArrays BodyMemory::arrays() {
           .island_slow = island_slow_.data(),
           .island_woken = island_woken_.data(),
           .isolated_in = isolated_in_.data(),
+          .fast = fast_.data(),
           .before = before_.data(),
           .ends = ends_.data(),
           .fast_pair = fast_pair_.data(),
@@ -144,7 +147,7 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
   const std::size_t j = std::max(joints, joint_capacity());
   if (fixed_contacts_.size() > 0) fixed_contacts_.grow(n, exec::Contents::keep);
   capacity_ = n;
-  reserve_fast(j > 0);
+  reserve_fast();
 
   const std::size_t m = std::max(manifolds, manifold_capacity());
   manifolds_.grow(m, exec::Contents::keep);
@@ -173,13 +176,12 @@ void ContactMemory::reserve(std::size_t contacts, std::size_t manifolds, std::si
 
 void ContactMemory::reserve_for_seams() {
   fixed_contacts_.grow(capacity_, exec::Contents::keep);
-  reserve_fast(joint_capacity_ > 0);
+  reserve_fast();
 }
 
-/// All contacts may be fast. Where a step finds no room for manifolds, those at seams are listed again (`defer`), and
-/// where there are joints, those of strays.
-void ContactMemory::reserve_fast(bool has_joints) {
-  const std::size_t times = 1 + (has_joints ? 1 : 0) + (fixed_contacts_.size() > 0 ? 1 : 0);
+/// All contacts may be fast. Where a step finds no room for manifolds, those at seams are listed again (`defer`).
+void ContactMemory::reserve_fast() {
+  const std::size_t times = fixed_contacts_.size() > 0 ? 2 : 1;
   fast_.grow(times * capacity_, exec::Contents::keep);
   if (next_of_a_.size() > 0) next_of_a_.grow(fast_.size(), exec::Contents::keep);
 }
@@ -268,8 +270,8 @@ MechanismArrays MechanismMemory::arrays() {
 void GridMemory::reserve(std::size_t bodies) {
   // Half full at most; a multiple of four, because the table is cleared by fours.
   heads_.grow(std::bit_ceil(std::max<std::size_t>(2 * bodies, 64)));
-  next_.grow(bodies);
-  big_.grow(bodies);
+  next_.grow(bodies, exec::Contents::keep);
+  big_.grow(bodies, exec::Contents::keep);
   capacity_ = std::max(capacity_, bodies);
 }
 

@@ -74,8 +74,8 @@ class BodyMemory {
   exec::Buffer<NotedBox> fat_, known_;
   exec::Buffer<Aabb> boxes_;
   exec::Buffer<std::uint64_t> colours_, further_, joint_colours_, recoloured_, further_recoloured_, best_;
-  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, fixed_contact_, parent_,
-      island_slow_;
+  exec::Buffer<std::uint32_t> touching_, island_, island_woken_, isolated_in_, fast_pair_, fast_, fixed_contact_,
+      parent_, island_slow_;
   exec::Buffer<BodySupport> support_;
   exec::Buffer<SupportNode> nodes_;
   exec::Buffer<SupportMove> moves_;
@@ -111,7 +111,7 @@ class ContactMemory {
   ConstraintArrays constraints();
 
  private:
-  void reserve_fast(bool has_joints);
+  void reserve_fast();
 
   exec::Buffer<Contact> contacts_;
   exec::Buffer<ContactManifold> manifolds_;

@@ -52,8 +52,8 @@ struct LookAheadPairs {
     if (!changes.take(index, c, seen, b_then, meets ? found.time : -1)) {
       changes.defer(index, shape_pair(a.geometry.type, b.geometry.type));
     } else if (found.is_fast && (c.fixed_a() || is_bullet(c.a) || is_bullet(c.b))) {
-      bodies.before[c.a] = a.pose;
-      bodies.before[c.b] = b.pose;
+      note_begin(c.a, a.pose);
+      note_begin(c.b, b.pose);
       contacts.fast[pair].next = chained(pair, c.b);
       if (!c.fixed_a()) contacts.next_of_a[pair] = chained(pair, c.a);
     }
@@ -62,36 +62,23 @@ struct LookAheadPairs {
  private:
   FATHOM_HD bool is_bullet(std::uint32_t body) const { return changes.bodies.constants[body].is_bullet(); }
 
+  FATHOM_HD void note_begin(std::uint32_t body, const Pose& pose) const {
+    changes.bodies.before[body] = {pose.position, 0, pose.rotation};
+  }
+
   /// The pair comes first of the body's, in any order: what comes of them does not depend on it. Returns which one did.
   FATHOM_HD std::uint32_t chained(std::uint32_t pair, std::uint32_t body) const {
-    return exec::atomic_exchange(changes.bodies.fast_pair[body], pair);
-  }
-};
-
-/// Where a body with joints has strayed, all that cannot be pushed beside it is asked for on its whole way. Item k is a
-/// contact. One that is fast has been listed before, and does no harm.
-struct ListStrays {
-  ContactChanges changes;
-
-  FATHOM_HD void operator()(std::uint32_t k) const {
     const auto& bodies = changes.bodies;
-    const auto& contacts = changes.contacts;
-    if (changes.counters->stopped) return;
-    const Contact c = contacts.contacts[k];
-    if (!c.in_use() || c.apart() || !c.fixed_a()) return;
-    if (!bodies.is_awake(c.b) || bodies.joint_colours[c.b] == 0 || bodies.before[c.b].reserved == 0) return;
-    if (!bodies.is_awake(c.a)) bodies.before[c.a] = bodies.poses[c.a];
-    const auto is_hull = [&](std::uint32_t i) { return bodies.constants[i].shape() == ShapeType::hull; };
-    const bool has_hull = is_hull(c.a) || is_hull(c.b);
-    const std::uint32_t pair = contacts.fast_at(has_hull, exec::atomic_add(changes.counters->fast[has_hull], 1u));
-    contacts.fast[pair] = {k, exec::atomic_exchange(bodies.fast_pair[c.b], pair)};
+    const std::uint32_t next = exec::atomic_exchange(bodies.fast_pair[body], pair);
+    if (next == none) bodies.fast[exec::atomic_add(changes.counters->fast_bodies, 1u)] = body;
+    return next;
   }
 };
 
-/// What came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the next
-/// step. Then, `from_free`, the lighter of two bodies that can both be pushed ends beside the heavier one, from where
-/// that has got to by then, and may have to be held back from the former again. Item k is a fast pair of either list;
-/// one of each body's pairs speaks for all, if some is with a hull, the first of those.
+/// A body that came out inside or behind something that cannot be pushed goes as far as its way was free, and on in the
+/// next step. `from_free` then lets the lighter of two bodies that can both be pushed end beside the heavier one, from
+/// where that has got to. A body that was held back, or that strayed, may have come to something that it is no fast
+/// pair with: all that cannot be pushed is looked for on its whole way. Item k is a body of `Bodies::fast`.
 template <bool with_hulls>
 struct HoldBackFast {
   static constexpr std::uint32_t group_size = 64;
@@ -99,26 +86,23 @@ struct HoldBackFast {
 
   MoveBodies move;
   Contacts<contact_manifolds> contacts;
+  ApartTable apart;
+  bool has_grid;  ///< that of the last search
   bool from_free;
   bool is_last;  ///< nobody asks for the pairs after this
 
   FATHOM_HD void operator()(std::uint32_t k) const {
+    const auto& bodies = move.bodies;
     if (move.counters->stopped) return;
-    const std::uint32_t own = contacts.fast_at(with_hulls, k);
-    const Contact& c = contacts.contacts[contacts.fast[own].contact];
-    const std::uint32_t sides[] = {c.b, c.a};
-    for (const std::uint32_t i : sides) {
-      if (i == c.a && c.fixed_a()) continue;
-      if (speaker(i) != own) continue;
-      const bool moved = can_be_held(i) && hold_back(i);
-      sync();
-      if (!leads()) continue;
-      if (moved) put_box(i);
-      if (is_last)
-        move.bodies.fast_pair[i] = none;
-      else
-        move.bodies.ends[i] = move.bodies.poses[i];
-    }
+    const std::uint32_t i = bodies.fast[k];
+    const bool moved = can_be_held(i) && hold_back(i);
+    sync();
+    if (!leads()) return;
+    if (moved) put_box(i);
+    if (is_last)
+      bodies.fast_pair[i] = none;
+    else
+      bodies.ends[i] = bodies.poses[i];
   }
 
  private:
@@ -131,36 +115,87 @@ struct HoldBackFast {
     return (move.bodies.flags[i] & (awake_flag | isolated_flag)) == awake_flag;
   }
 
+  /// What a body is held back from, one round after the other. What holds it back from one obstacle may take it to
+  /// another, so its way is searched several times.
+  enum Round : int { free_pairs, fixed_pairs, first_search, last_search = first_search + 3, beside_carrier };
+
   /// Returns whether it has changed where the body gets to.
   FATHOM_HD bool hold_back(std::uint32_t i) const {
     const auto& bodies = move.bodies;
-    bool moved = false, is_other_free = from_free;
-    // In the order of what they meet: that of the chains is any.
+    bool moved = false, is_free = true;  // ever, in this round
+    int round = from_free ? free_pairs : fixed_pairs;
+    std::uint32_t carrier = none;
+    Aabb way;
+    // In the order of their indices: that of the chains and of the grid's cells is any.
     for (std::uint32_t last = none;;) {
-      const std::uint32_t pair = next_after(last, i, is_other_free);
-      if (pair == none) {
-        if (!is_other_free || !moved) return moved;
-        is_other_free = false;
-        last = none;
+      const Obstacle o = round < first_search ? next_of_pairs(i, last, round == free_pairs)
+                                              : next_on_way(i, last, way, round == beside_carrier);
+      if (o.body == none) {
+        if (!moved && (from_free || bodies.before[i].reserved == 0)) return false;
+        if (round >= first_search && (is_free || round == beside_carrier)) return moved;
+        if (round == last_search) {
+          put(i, begin_beside(i, carrier), bodies.velocities[i]);
+          if (carrier == none) return true;
+        }
+        ++round;
+        way = box_of_way(i);
+        last = none, is_free = true;
         continue;
       }
-      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
-      last = c.a == i ? c.b : c.a;
+      last = o.body;
       Pose end;
       Velocity then;
-      if (is_held(last, i, is_other_free, end, then)) {
-        moved = true;
-        sync();
-        if (leads()) {
-          if (c.touching()) contacts.manifolds[c.manifold].forget_build();
-          if (!bodies.constants[i].is_isotropic())
-            then.angular = spin_put_back(then.angular, bodies.poses[i].rotation, end.rotation);
-          bodies.velocities[i] = then;
-          bodies.poses[i] = end;
-        }
-        sync();
-      }
+      if (!is_held(o, i, end, then)) continue;
+      moved = true, is_free = false;
+      if (bodies.constants[o.body].motion() == MotionType::kinematic) carrier = o.body;
+      if (o.contact != none) forget_build(o.contact);
+      put(i, end, then);
     }
+  }
+
+  /// What a body may have to be held back from.
+  struct Obstacle {
+    std::uint32_t body = none;
+    std::uint32_t contact = none;  ///< of the fast pair, if it is one
+    bool is_free = false;          ///< it can be pushed
+    Pose begin;                    ///< as the step began
+  };
+
+  FATHOM_HD void put(std::uint32_t i, const Pose& end, Velocity v) const {
+    const auto& bodies = move.bodies;
+    const Pose was = bodies.poses[i];
+    if (!bodies.constants[i].is_isotropic()) v.angular = spin_put_back(v.angular, was.rotation, end.rotation);
+    sync();
+    if (leads()) {
+      bodies.velocities[i] = v;
+      // A body that is put back in step after step would gather the rounding of as many products.
+      bodies.poses[i] = {end.position, was.reserved, normalize(end.rotation)};
+    }
+    sync();
+  }
+
+  FATHOM_HD void forget_build(std::uint32_t contact) const {
+    const Contact& c = contacts.contacts[contact];
+    if (leads() && c.touching()) contacts.manifolds[c.manifold].forget_build();
+  }
+
+  /// Where the body began, outside of all, carried by what moves.
+  FATHOM_HD Pose begin_beside(std::uint32_t i, std::uint32_t carrier) const {
+    const Pose& begin = move.bodies.before[i];
+    return carrier == none ? begin : move.bodies.poses[carrier] * relative(begin_of(carrier), begin);
+  }
+
+  /// Of a body that cannot be pushed.
+  FATHOM_HD Pose begin_of(std::uint32_t i) const {
+    const Pose& end = move.bodies.poses[i];
+    if (move.bodies.constants[i].motion() == MotionType::fixed) return end;
+    return advanced(end, move.bodies.velocities[i], -move.p.dt);
+  }
+
+  FATHOM_HD Aabb box_of_way(std::uint32_t i) const {
+    const float r = move.bodies.constants[i].radius;
+    const Vec3 begin = move.bodies.before[i].position, end = move.bodies.poses[i].position;
+    return grown(Aabb{min(begin, end), max(begin, end)}, r);
   }
 
   /// Which of two bodies that can be pushed is held back from the other.
@@ -169,44 +204,78 @@ struct HoldBackFast {
     return !can_be_held(c.b) || (can_be_held(c.a) && is_a_lighter) ? c.a : c.b;
   }
 
-  /// Of the body's pairs behind `pair` the next one, or `none`.
-  FATHOM_HD std::uint32_t next_of(std::uint32_t pair, std::uint32_t i) const {
-    const FastPair& f = contacts.fast[pair];
-    return contacts.contacts[f.contact].b == i ? f.next : contacts.next_of_a[pair];
-  }
-
-  /// Of the body's pairs the first with a hull, or else the first; `none` where it has none.
-  FATHOM_HD std::uint32_t speaker(std::uint32_t i) const {
-    const std::uint32_t first = move.bodies.fast_pair[i];
-    const std::uint32_t first_with_hull = contacts.fast_capacity - move.counters->fast[true];
-    for (std::uint32_t pair = first; pair != none; pair = next_of(pair, i))
-      if (pair >= first_with_hull) return pair;
-    return first;
-  }
-
-  /// The pair in which the body i is held back from the lowest other above `last` (`none`: any), one that can be pushed
-  /// or not.
-  FATHOM_HD std::uint32_t next_after(std::uint32_t last, std::uint32_t i, bool is_other_free) const {
-    std::uint32_t best = none, lowest = none;
-    for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none; pair = next_of(pair, i)) {
-      const Contact& c = contacts.contacts[contacts.fast[pair].contact];
-      const bool is_asked = c.fixed_a() ? !is_other_free : is_other_free && held_of(c) == i;
+  /// The lowest body above `last` (`none`: any) that the body i is held back from in a fast pair.
+  FATHOM_HD Obstacle next_of_pairs(std::uint32_t i, std::uint32_t last, bool is_free) const {
+    Obstacle next;
+    for (std::uint32_t pair = move.bodies.fast_pair[i]; pair != none;) {
+      const FastPair& f = contacts.fast[pair];
+      const Contact& c = contacts.contacts[f.contact];
+      const bool is_asked = c.fixed_a() ? !is_free : is_free && held_of(c) == i;
       const std::uint32_t other = c.b == i ? c.a : c.b;
-      if (is_asked && (last == none || other > last) && other < lowest) best = pair, lowest = other;
+      if (is_asked && (last == none || other > last) && other < next.body) next.body = other, next.contact = f.contact;
+      pair = c.b == i ? f.next : contacts.next_of_a[pair];
     }
-    return best;
+    next.is_free = is_free;
+    if (next.body != none) next.begin = move.bodies.before[next.body];
+    return next;
   }
 
-  /// Whether the body b is held back from a, and where and how fast it ends then.
-  FATHOM_HD bool is_held(std::uint32_t a, std::uint32_t b, bool is_a_free, Pose& end, Velocity& then) const {
+  /// The lowest body above `last` (`none`: any) that cannot be pushed and was in the box, in world axes.
+  FATHOM_HD Obstacle next_on_way(std::uint32_t i, std::uint32_t last, const Aabb& way, bool only_fixed) const {
     const auto& bodies = move.bodies;
+    Obstacle next;
+    const auto ask = [&](std::uint32_t other) {
+      if ((last != none && other <= last) || other >= next.body) return;
+      const MotionType motion = bodies.constants[other].motion();
+      if (motion == MotionType::dynamic || (only_fixed && motion != MotionType::fixed)) return;
+      if (!overlaps(bodies.known[other].box(), way) || !may_collide(bodies, i, other)) return;
+      if (apart.is_on && apart.has(i, other)) return;
+      next.body = other;
+    };
+    if (has_grid)
+      for_each_in_grid(way, ask);
+    else
+      for (std::uint32_t j = 0; j < move.counters->bodies; ++j) ask(j);
+    if (next.body != none) next.begin = begin_of(next.body);
+    return next;
+  }
+
+  /// Calls act(body) for every body that was in the box, in world axes, and for others, of some more than once.
+  template <class Act>
+  FATHOM_HD void for_each_in_grid(const Aabb& box, const Act& act) const {
+    const GridView& grid = move.grid;
+    const std::uint32_t bodies = move.counters->bodies;
+    for (std::uint32_t k = 0; k < move.counters->big; ++k) act(grid.big[k]);
+    const float rounding = 4 * Grid::rounding(box);
+    for (std::uint32_t level = 0; level < grid_levels; ++level) {
+      if (!(move.counters->levels >> level & 1u)) continue;
+      // Middles of boxes that overlap this one are at most this far away.
+      const Aabb middles = grown(box, 0.5f * grid.edge(level) + rounding);
+      const Cell first = grid.cell_of(middles.lower, level), end = grid.cell_of(middles.upper, level);
+      const auto width = [](std::int32_t from, std::int32_t to) { return static_cast<float>(to - from) + 1; };
+      if (width(first.x, end.x) * width(first.y, end.y) * width(first.z, end.z) > static_cast<float>(bodies)) {
+        for (std::uint32_t j = 0; j < bodies; ++j) act(j);
+        return;
+      }
+      Cell cell;
+      for (cell.z = first.z; cell.z <= end.z; ++cell.z)
+        for (cell.y = first.y; cell.y <= end.y; ++cell.y)
+          for (cell.x = first.x; cell.x <= end.x; ++cell.x)
+            for (std::uint32_t j = grid.heads[grid.entry(cell, level)]; j != none; j = grid.next[j]) act(j);
+    }
+  }
+
+  /// Whether the body b is held back from the obstacle, and where and how fast it ends then.
+  FATHOM_HD bool is_held(const Obstacle& o, std::uint32_t b, Pose& end, Velocity& then) const {
+    const auto& bodies = move.bodies;
+    const std::uint32_t a = o.body;
     const float dt = move.p.dt;
-    const Pose end_a = is_a_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
-    const Pose &pose_a = bodies.before[a], &pose_b = bodies.before[b];
+    const Pose end_a = o.is_free ? bodies.ends[a] : bodies.poses[a], end_b = bodies.poses[b];
+    const Pose &pose_a = o.begin, &pose_b = bodies.before[b];
     const Mover was_a = mover<with_hulls>(bodies, a, pose_a, velocity_between(pose_a, end_a, dt));
     const Mover was_b = mover<with_hulls>(bodies, b, pose_b, velocity_between(pose_b, end_b, dt));
     // The velocity of what can be pushed another item may be writing.
-    const Mover on_a{was_a.geometry, was_a.radius, pose_a, is_a_free ? was_a.velocity : bodies.velocities[a]};
+    const Mover on_a{was_a.geometry, was_a.radius, pose_a, o.is_free ? was_a.velocity : bodies.velocities[a]};
     const Mover on_b{was_b.geometry, was_b.radius, pose_b, bodies.velocities[b]};
     const float half = min(half_thickness(bodies.constants[a]), half_thickness(bodies.constants[b]));
     AxisCache axis;
@@ -217,7 +286,7 @@ struct HoldBackFast {
     const Apart first = apart_at_first(on_a, on_b, near_cores(was_a, was_b, dt, skin), seen, skin);
     FreeWay way = free_way<with_hulls>(on_a, on_b, end_a, end_b, first, half, dt);
     const auto seams = seams_of(bodies, contacts);
-    if (!way.is_free && !is_a_free && seams.may_have(a)) {
+    if (!way.is_free && !o.is_free && seams.may_have(a)) {
       const auto kept = [&](const Pose& b_in_a, float close, const Manifold& m) {
         return seams.kept(a, b, b_in_a, close, m);
       };
@@ -225,7 +294,7 @@ struct HoldBackFast {
     }
     if (way.is_free) return false;
     then = bodies.velocities[b];
-    if (is_a_free) {
+    if (o.is_free) {
       end = end_beside(way, on_a, on_b, end_a, end_b, first, half, dt);
       return true;
     }
@@ -234,6 +303,7 @@ struct HoldBackFast {
       const BodyConstants& c = bodies.constants[b];
       then = stopped(way, on_a.velocity, end_a.position, end_b.position, then, end_b, c.inverse_mass, c.inverse_inertia,
                      bodies.tensors[b].inverse);
+      then.angular = limited(then.angular, move.p.limits.angular);
     }
     then.linear = limited(then.linear, move.p.limits.linear);
     return true;

@@ -23,19 +23,26 @@ struct BeginStep {
     Counters& c = *counters;
     const bool run = !c.stopped;
     c.live_bodies = run ? c.bodies : 0;
-    c.grid_bodies = run && c.changed ? c.bodies : 0;
+    const bool fills = run && (c.changed || c.filled_entries != grid_entries);
+    c.grid_bodies = fills ? c.bodies : 0;
     c.search_groups = (c.grid_bodies + search_group_bodies - 1) / search_group_bodies;
-    c.grid_cells = run && c.changed ? grid_entries / 4 : 0;
+    c.grid_cells = fills ? grid_entries / 4 : 0;
     // How much room the stopped step asked for is still to be reported.
     if (run) c.found = 0;
-    c.added = c.coarse_groups = c.changed_levels = c.big = 0;
-    c.levels = 1;
+    c.added = c.coarse_groups = 0;
+    // Strays are looked for in the grid of the last search (`HoldBackFast`).
+    if (fills) {
+      c.filled_entries = grid_entries;
+      c.changed_levels = c.big = 0;
+      c.levels = 1;
+    }
     for (std::uint32_t& count : c.to_collide) count = 0;
     for (std::uint32_t k = 0; k < 2; ++k) c.looked_ahead[k] = c.fast[k];
     c.waking = run && c.wake_asked ? c.bodies : 0;
     // A step that stopped half way goes on with these.
     if (c.stopped == no_room_for_manifolds || c.stopped == body_failed) return;
     for (std::uint32_t k = 0; k < 2; ++k) c.fast[k] = c.looked_ahead[k] = 0;
+    c.fast_bodies = 0;
     for (std::uint32_t& n : c.uncoloured) n = 0;
     c.any_began = c.any_ended = 0;
     c.recycled = c.points = c.begun = c.ended = c.hits = c.quarantined = c.islands = c.active = 0;

@@ -87,7 +87,7 @@ struct MoveBodies {
     v.reserved0 = residual.x, v.reserved1 = residual.y, pose.reserved = residual.z;
     FATHOM_ASSERT(is_finite(pose) && is_finite(v.linear) && is_finite(v.angular), i);
     FATHOM_ASSERT(abs(dot(pose.rotation, pose.rotation) - 1) < 1e-5f, i);
-    if (p.jointed) note_way(i, c, before, pose);
+    if (c.is_dynamic() && (forced || bodies.touching[i] > 0)) note_stray(i, c, before, pose);
     bodies.poses[i] = pose;
     bodies.velocities[i] = v;
     const Aabb box = motion_box(bodies.geometry(i), c.radius, pose, v, p.dt);
@@ -201,15 +201,16 @@ struct MoveBodies {
     if (c.is_isotropic() || forced) pose.rotation = turned(pose.rotation, f.turned);
   }
 
-  /// What `ListStrays` has to know: where bodies with joints, and what moves them, began, and whether the former have
-  /// strayed by a good part of their thickness from the line that they began along.
-  FATHOM_HD void note_way(std::uint32_t i, const BodyConstants& c, const Pose& begin, const Pose& end) const {
-    const bool is_jointed = bodies.joint_colours[i] != 0;
-    if (c.is_dynamic() && !is_jointed) return;
+  /// Lists a body that has left the line it began along by a good part of its thickness, and farther than pairs are
+  /// looked for beside that line. A joint may draw its bodies through what they touch, so for them nothing is too near.
+  FATHOM_HD void note_stray(std::uint32_t i, const BodyConstants& c, const Pose& begin, const Pose& end) const {
     const Vec3 aside = aside_of(end.position - begin.position, p.dt * bodies.velocities[i].linear);
-    const float slow = slow_share * half_thickness(c);
-    const bool strays = is_jointed && dot(aside, aside) > slow * slow;
-    bodies.before[i] = {begin.position, strays ? 1.0f : 0.0f, begin.rotation};
+    const bool is_jointed = p.jointed && bodies.joint_colours[i] != 0;
+    const float beside = is_jointed ? 0.0f : half_speculative_margin(c.radius, p.dt) + fall_within(p.dt);
+    const float allowed = max(beside, slow_share * half_thickness(c));
+    if (!(dot(aside, aside) > allowed * allowed)) return;
+    if (bodies.fast_pair[i] == none) bodies.fast[exec::atomic_add(counters->fast_bodies, 1u)] = i;
+    bodies.before[i] = {begin.position, 1.0f, begin.rotation};
   }
 
   FATHOM_HD void account_for_sleep(std::uint32_t i, const BodyConstants& c, const Velocity& v, Vec3 moved) const {

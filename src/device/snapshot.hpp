@@ -70,6 +70,7 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   events_are_current_ = true;
   Counters counters;
   in(counters);
+  counters.filled_entries = 0;
   check_indices(in, counters);
   joint_mirror_.rebuild(excluded, indices_, is_on_device());
   restore_hulls();

@@ -232,8 +232,6 @@ class Step {
   void finish() {
     const MoveBodies move{bodies_, grid_, counters_, settings_.move};
     device_.parallel_for(live_bodies(), move);
-    if (has_joints())
-      device_.parallel_for({&counters_->live_contacts, contacts_.capacity}, ListStrays{contact_changes()});
     hold_back_fast(move, false);
     if (has_bullets()) hold_back_fast(move, true);
     if (settings_.move.sleeping) {
@@ -258,8 +256,12 @@ class Step {
   exec::Range links() const { return {&counters_->mechanism_links, mechanisms_.link_capacity}; }
   void hold_back_fast(const MoveBodies& move, bool from_free) {
     const bool is_last = from_free == has_bullets();
-    device_.parallel_for(fast(false), HoldBackFast<false>{move, contacts_, from_free, is_last});
-    if (has_hulls()) device_.parallel_for(fast(true), HoldBackFast<true>{move, contacts_, from_free, is_last});
+    const exec::Range bodies{&counters_->fast_bodies, body_capacity_};
+    const bool has_grid = !settings_.published.sweep;
+    if (has_hulls())
+      device_.parallel_for(bodies, HoldBackFast<true>{move, contacts_, joints_.apart, has_grid, from_free, is_last});
+    else
+      device_.parallel_for(bodies, HoldBackFast<false>{move, contacts_, joints_.apart, has_grid, from_free, is_last});
   }
   bool has_bullets() const { return settings_.shapes & bullets_bit; }
   ContactChanges contact_changes() const { return {bodies_, contacts_, joints_.apart, counters_, settings_.sag}; }

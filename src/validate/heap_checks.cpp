@@ -311,8 +311,6 @@ int hashes_that_differ(const Heap& heap, const Setup& setup, std::uint64_t expec
 }
 
 constexpr const char* known_of_heaps = "some heaps: springs give way, and thin bodies are pressed in by their centre";
-constexpr const char* known_of_devices =
-    "under 2 % of heaps: what a hit throws off its line, into a wall that it was no pair with, is not looked for";
 
 /// Of the smaller body's outer radius (m), as overlaps are judged by the inner one.
 double gap_limit(double outer) { return std::max(0.02 * outer, std::min(0.002, 0.2 * outer)); }
@@ -365,9 +363,8 @@ Record judge_heap(const Heap& heap, const Setup& setup) {
   if (run.lost() > 0) return record;
   // What is at rest is not beyond a surface by its centre; a blow may press it there for a moment.
   run.look_for_bodies_outside(rests ? 0 : 1);
-  const char* known = setup.simulator == SimulatorKind::device ? known_of_devices : "";
   record.at_most("bodies outside the bin or under the floor", run.outside(), 0).known =
-      has_joints ? known_of_heaps : known;
+      has_joints ? known_of_heaps : "";
   const double bodies = static_cast<double>(dynamic_body_count(heap.scene));
   record.at_most("bodies thrown over the rim", run.over_rim(), std::floor(0.05 * bodies));
   // A floor that moves drives what is jammed against a wall.

@@ -17,7 +17,7 @@ namespace fathom {
 namespace {
 
 constexpr std::uint64_t magic = 0x53574d4f48544146;  // "FATHOMWS"
-constexpr std::uint32_t version = 26;
+constexpr std::uint32_t version = 27;
 constexpr std::size_t head_size = 32;
 
 /// All of a definition but what belongs to the machine: threads, device and log.
