@@ -1,7 +1,7 @@
-// Angles over a lane type L, which every target computes to the same bits. Included like the laws of constraints
+// Angles over a lane type L, bit-identical on every target. Included like the constraint laws
 // (dynamics/ball_joint-inl.hpp).
 
-/// The angle (rad) of the vector (x, y), within 3e-7: Abramowitz and Stegun, 4.4.49.
+/// Angle (rad) of the vector (x, y), accurate to 3e-7: Abramowitz and Stegun, 4.4.49.
 template <class L>
 FATHOM_LANE_FUNCTION L angle_of(L y, L x) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);

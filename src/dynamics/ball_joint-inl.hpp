@@ -1,43 +1,44 @@
-// The rows of a ball joint over a lane type L: `float`, or a vector of as many joints as it has lanes.
+// The rows of a ball joint over a lane type L: `float`, or a vector register that holds one joint per lane.
 //
-// No include guard and no namespace: the including file has opened the namespace that has L's functions in it, once
-// for scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp).
-// FATHOM_LANE_FUNCTION is what functions are marked with there.
+// No include guard and no namespace: the including file opens the namespace that contains L's functions, once for
+// scalars (dynamics/ball_joint.hpp) and once for each instruction set (native/ball_joints-inl.hpp). There,
+// FATHOM_LANE_FUNCTION marks the functions.
 //
 // Three rows hold the anchors x_a + r_a and x_b + r_b together. Arms turn with their bodies within the step, by the
-// whole rotation since it began, so that a pendulum's rod keeps its length whatever its speed. Anisotropic bodies' spin
-// and inertia are those of the orientation in which the step began (`step_torque_free_in_contact`); the joint turns
-// them along.
+// whole rotation since it began, so that a pendulum's rod keeps its length at any speed. Spin and inertia of an
+// anisotropic body are expressed in its orientation at the start of the step (`step_torque_free_in_contact`); the joint
+// rotates them.
 //
-// A substep is one of RATTLE (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along
-// the arms as they are, such that the anchors meet where the bodies will have moved to, and after they have moved one
-// that takes the anchors' relative velocity away. So what swings keeps its energy, of which a plain projection of
-// velocities takes a part (h ω)² in every substep. Bodies of a mechanism that is solved directly, and on which nothing
-// else acts, *swing*: they move by the mean of their velocities before and after gravity's acceleration, which makes it
-// of second order. What touches something, or is left to sweeps, moves by the latter.
+// A substep is a RATTLE step (Andersen, "Rattle: a velocity version of the Shake algorithm", 1983): an impulse along
+// the current arms makes the anchors meet where the bodies will have moved to; after they have moved, a second one
+// removes the anchors' relative velocity. So a swinging body keeps its energy, of which a plain velocity projection
+// takes a fraction (h ω)² in every substep. Bodies of a directly solved mechanism on which nothing else acts *swing*:
+// they move by the mean of their velocities before and after gravity's acceleration, which is second order. Bodies that
+// touch something, or are left to sweeps, move by the velocity after it.
 //
-// Bodies carry what a substep's impulses gave them into the next (`WarmStart`). Of a joint that is right for
-// velocities, but not for spin, which the impulse would give at another arm by then: a pendulum would gain a part h ω²
-// of its momentum every second. So the first sweep of a substep puts the difference right.
+// Bodies carry the velocity that a substep's impulses gave them into the next substep (`WarmStart`). For a joint that
+// is right for the linear velocity but not for the spin, which the impulse would give about a different arm by then: a
+// pendulum would gain a fraction h ω² of its momentum every second. So the first sweep of a substep corrects the
+// difference.
 
 enum class JointPass {
   soft,     ///< before positions move: pulls the anchors together
-  relax,    ///< after it: takes the pull out of the velocities again, but of a spring's, which is there to stay
-  iterate,  ///< of the `impulse` solver: both at once
+  relax,    ///< after they move: removes that pull from the velocities, except a spring's, which stays
+  iterate,  ///< both at once, in the `impulse` solver
 };
 
-/// What outlasts a sweep of one joint. Arms and the gap are those of the step's beginning.
+/// State of one joint that outlasts a sweep. Arms and gap are those at the start of the step.
 template <class L>
 struct BallJointRow {
   VecOf<L> arm_a, arm_b;        ///< m, from the centres of mass, world axes
   VecOf<L> gap;                 ///< m, from A's anchor to B's
   VecOf<L> impulse;             ///< N·s on B, accumulated over the substep
-  VecOf<L> total;               ///< N·s, over the step
-  VecOf<L> moment_a, moment_b;  ///< N·m·s, of `impulse` on each body about its centre, as spins are written
-  VecOf<L> pull;                ///< m/s², of bodies that swing how much more B accelerates than A
+  VecOf<L> total;               ///< N·s, accumulated over the step
+  VecOf<L> moment_a, moment_b;  ///< N·m·s, of `impulse` on each body about its centre, in the axes of its spin
+  VecOf<L> pull;                ///< m/s², for bodies that swing: acceleration of B relative to A
   L bias_rate, mass_scale, impulse_scale;
-  L rigid;  ///< 1, or 0 of a spring
-  L most;   ///< N·s, of a spring the largest impulse of a substep; 0 of a rigid joint
+  L rigid;  ///< 1, or 0 for a spring
+  L most;   ///< N·s, largest impulse of a spring in a substep; 0 for a rigid joint
 };
 
 template <class L>
@@ -71,8 +72,8 @@ FATHOM_LANE_FUNCTION VecOf<L> negated(VecOf<L> v) {
   return zero_vector<L>() - v;
 }
 
-/// Rotation by the vector `phi` (rad), at most two turns long: what substeps' limits leave of a step by default. Of an
-/// eighth of it, where few terms of the series give all digits, squared twice.
+/// Rotation by the vector `phi` (rad), shortened to two turns where it is longer. Computes an eighth of it, where a few
+/// terms of the series give full precision, and squares twice.
 template <class L>
 FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
   const L longest = splat<L>(157.9f);  // (4π)²
@@ -94,13 +95,13 @@ FATHOM_LANE_FUNCTION UnitQuat<L> rotation_by(VecOf<L> phi) {
   return squared(squared(UnitQuat<L>{c, scale(s, phi)}));
 }
 
-/// The frame that a body's spin and its inverse inertia are written in: of an anisotropic body that of the step's
-/// beginning, which turns with it; of others the world. `all_isotropic`: none of the lanes' bodies is anisotropic.
+/// The frame in which a body's spin and inverse inertia are expressed: for an anisotropic body the one at the start of
+/// the step, which turns with it; otherwise the world. `all_isotropic`: no lane holds an anisotropic body.
 template <class L, bool all_isotropic>
 struct SpinFrame {
   UnitQuat<L> spin;  ///< from that frame to the world
 
-  /// `turned` since the step began; `Side` has an inverse_inertia, zero of anisotropic bodies.
+  /// `turned`: rotation since the step began; `Side` has an inverse_inertia, zero for anisotropic bodies.
   template <class Side>
   FATHOM_LANE_FUNCTION SpinFrame(const UnitQuat<L>& turned, const Side& side) {
     if constexpr (all_isotropic) return;
@@ -121,9 +122,9 @@ struct SpinFrame {
       return turned_back_by(spin, v);
   }
 
-  // What an impulse (world axes) does, whose moment is written as spins are.
+  // Effect of an impulse (world axes) whose moment is given in the axes of the spin.
 
-  /// The angular velocity that it gives, written likewise.
+  /// Change of angular velocity, in the same axes.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> spun_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
     if constexpr (Inertia::couples)
@@ -131,7 +132,7 @@ struct SpinFrame {
     else
       return inertia.spun_by(moment);
   }
-  /// The linear velocity that it gives, in world axes.
+  /// Change of linear velocity, in world axes.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> moved_by(const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
     if constexpr (Inertia::couples)
@@ -139,7 +140,7 @@ struct SpinFrame {
     else
       return inertia.moved_by(impulse, moment);
   }
-  /// `linear` and that.
+  /// `linear` plus that change.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> moved(VecOf<L> linear, const Inertia& inertia, VecOf<L> impulse,
                                       VecOf<L> moment) const {
@@ -148,7 +149,7 @@ struct SpinFrame {
     else
       return mul_add(linear, inertia.mass, impulse);
   }
-  /// It acts on a body.
+  /// Applies it to a body.
   template <class Side, class Inertia>
   FATHOM_LANE_FUNCTION void push(Side& side, const Inertia& inertia, VecOf<L> impulse, VecOf<L> moment) const {
     side.linear = moved(side.linear, inertia, impulse, moment);
@@ -156,20 +157,20 @@ struct SpinFrame {
   }
 };
 
-/// One body of a joint: where its arm is, and the frame that its spin is written in.
+/// One body of a joint: its current arm, and the frame of its spin.
 template <class L, bool all_isotropic>
 struct JointArm {
-  VecOf<L> arm;  ///< m, now
+  VecOf<L> arm;  ///< m, current
   SpinFrame<L, all_isotropic> frame;
 
   template <class Side>
   FATHOM_LANE_FUNCTION JointArm(const Side& side, VecOf<L> arm_at_start)
       : JointArm(rotation_by<L>(side.turned), side, arm_at_start) {}
-  /// Angular velocity in the world's axes, of that which the body has.
+  /// The body's angular velocity in world axes.
   FATHOM_LANE_FUNCTION VecOf<L> in_world(VecOf<L> angular) const { return frame.in_world(angular); }
-  /// The moment of an impulse at the anchor about the body's centre, as spins are written.
+  /// The moment of an impulse at the anchor about the body's centre, in the axes of the spin.
   FATHOM_LANE_FUNCTION VecOf<L> moment_of(VecOf<L> impulse) const { return frame.from_world(cross(arm, impulse)); }
-  /// The velocity that an impulse at the anchor gives there.
+  /// Velocity of the anchor due to an impulse there.
   template <class Inertia>
   FATHOM_LANE_FUNCTION VecOf<L> response(VecOf<L> impulse, const Inertia& inertia) const {
     const VecOf<L> moment = moment_of(impulse);
@@ -182,17 +183,17 @@ struct JointArm {
       : arm(turned_by(turned, arm_at_start)), frame(turned, side) {}
 };
 
-/// x with K x = v, for a symmetric positive definite K by its columns; zero where there is none.
+/// x with K x = v, for a symmetric positive definite K given by its columns; zero where there is no solution.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> solved(VecOf<L> kx, VecOf<L> ky, VecOf<L> kz, VecOf<L> v) {
-  // Scaled to a trace of one, because products of three elements may leave the range of numbers.
+  // Scaled to a trace of one, because products of three elements may overflow or underflow.
   const L scaling = inverse_or_zero(kx.x + (ky.y + kz.z));
   kx = scale(scaling, kx), ky = scale(scaling, ky), kz = scale(scaling, kz);
   const VecOf<L> yz = cross(ky, kz), zx = cross(kz, kx), xy = cross(kx, ky);
   return scale(scaling * inverse_or_zero(dot(kx, yz)), VecOf<L>{dot(yz, v), dot(zx, v), dot(xy, v)});
 }
 
-/// The part of these changes of spin that turns neither body by more than `angle` (rad) in a substep of h seconds.
+/// Fraction of these changes of spin that turns neither body by more than `angle` (rad) in a substep of h seconds.
 template <class L>
 FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float angle) {
   const L most = splat<L>(angle * angle), fastest = larger(dot(by_a, by_a), dot(by_b, by_b));
@@ -200,13 +201,13 @@ FATHOM_LANE_FUNCTION L turning_share(VecOf<L> by_a, VecOf<L> by_b, L h, float an
 }
 
 /// The two bodies of a joint during one sweep. `Bodies` has sides `a` and `b` (linear, angular, moved, turned,
-/// inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and says whether all are
-/// isotropic and A is never pushed.
+/// inverse_inertia), `inverse_of_a()` and `inverse_of_b()` (dynamics/inverse_inertia-inl.hpp), and flags for whether
+/// all are isotropic and A is never pushed.
 template <class L, class Bodies>
 struct BallJointSweep {
   Bodies& bodies;
   JointArm<L, Bodies::all_isotropic> at_a, at_b;
-  VecOf<L> spun_a, spun_b;  ///< rad/s that the row's impulse has given by the end of `carry_along`
+  VecOf<L> spun_a, spun_b;  ///< rad/s that the row's impulse has contributed by the end of `carry_along`
 
   FATHOM_LANE_FUNCTION BallJointSweep(const BallJointRow<L>& row, Bodies& of)
       : bodies(of), at_a(of.a, row.arm_a), at_b(of.b, row.arm_b) {
@@ -217,10 +218,10 @@ struct BallJointSweep {
     return (bodies.b.linear + cross(at_b.in_world(bodies.b.angular), at_b.arm)) -
            (bodies.a.linear + cross(at_a.in_world(bodies.a.angular), at_a.arm));
   }
-  /// What the anchors' relative velocity (m/s) is short of how far a step of h seconds takes them apart: arms turn, so
-  /// anchors move on circles, and what moves along their tangents comes out beyond. To be called after `carry_along`.
-  /// What the last substep gave acts again, along arms that have turned since: where it spins a light body so far as it
-  /// will not turn once the sweep has put that right, only a part of it counts.
+  /// Speed (m/s) at which anchors separate in a step of h seconds beyond their relative velocity: arms turn, so anchors
+  /// move on circles, and a step along the tangent ends outside. To be called after `carry_along`. The last substep's
+  /// impulse acts again, along arms that have turned since: where it spins a light body more than the sweep will leave
+  /// it, only a part of that spin counts.
   FATHOM_LANE_FUNCTION VecOf<L> drift(L h) const {
     const L less = turning_share(spun_a, spun_b, h, max_carry) - splat<L>(1.0f);
     return drift_of(at_b.in_world(mul_add(bodies.b.angular, less, spun_b)), at_b.arm, h) -
@@ -229,8 +230,8 @@ struct BallJointSweep {
   FATHOM_LANE_FUNCTION VecOf<L> gap(const BallJointRow<L>& row) const {
     return row.gap + ((bodies.b.moved + (at_b.arm - row.arm_b)) - (bodies.a.moved + (at_a.arm - row.arm_a)));
   }
-  /// The part of this impulse that turns neither body by more than `max_drift` in a substep of h seconds. A sweep that
-  /// gives more throws the anchors past each other.
+  /// Fraction of this impulse that turns neither body by more than `max_drift` in a substep of h seconds. A larger one
+  /// would throw the anchors past each other.
   FATHOM_LANE_FUNCTION L followed_share(VecOf<L> impulse, L h) const {
     const VecOf<L> by_b = spun_b_by(impulse, at_b.moment_of(impulse));
     if constexpr (Bodies::only_pushes_b)
@@ -238,14 +239,14 @@ struct BallJointSweep {
     else
       return turning_share(spun_a_by(impulse, at_a.moment_of(impulse)), by_b, h, max_drift);
   }
-  /// The row's impulse is larger by this from now on.
+  /// Adds to the row's impulse and applies the addition.
   FATHOM_LANE_FUNCTION void push(BallJointRow<L>& row, VecOf<L> impulse) {
     push(bodies.b, at_b, bodies.inverse_of_b(), impulse, row.moment_b);
     if constexpr (!Bodies::only_pushes_b)
       push(bodies.a, at_a, bodies.inverse_of_a(), negated<L>(impulse), row.moment_a);
   }
-  /// The impulse so far acts at the arms as they are now, as much of it as does not throw the bodies round: of a thin
-  /// rod what went along the arm a substep ago spins the rod about its own axis now.
+  /// Re-applies the impulse so far at the current arms, but only as much as does not throw the bodies round: an impulse
+  /// that went along a thin rod one substep ago now spins the rod about its own axis.
   FATHOM_LANE_FUNCTION void carry_along(BallJointRow<L>& row, L h) {
     const VecOf<L> impulse = row.impulse, was_b = spun_b_by(impulse, row.moment_b), moment_b = at_b.moment_of(impulse);
     spun_b = spun_b_by(impulse, moment_b);
@@ -275,7 +276,7 @@ struct BallJointSweep {
   }
 
  private:
-  /// To second order, of turns up to `max_drift`: of a longer one an anchor comes back on its circle.
+  /// To second order, for turns up to `max_drift`: beyond that an anchor comes back on its circle.
   FATHOM_LANE_FUNCTION static VecOf<L> drift_of(VecOf<L> spin, VecOf<L> arm, L h) {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
@@ -302,13 +303,13 @@ struct BallJointSweep {
   }
 };
 
-/// The last step's impulse acts again at once.
+/// Applies the last step's impulse.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void warm_start_ball_joint(BallJointRow<L>& row, Bodies& bodies) {
   BallJointSweep<L, Bodies>(row, bodies).push(row, row.impulse);
 }
 
-/// The pull of a joint's gap (m/s), of a rigid one no faster than `max_pull`.
+/// The pull that closes a joint's gap (m/s); for a rigid joint at most `max_pull`.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> pull) {
   const L one = splat<L>(1.0f), most = splat<L>(max_pull * max_pull);
@@ -316,7 +317,7 @@ FATHOM_LANE_FUNCTION VecOf<L> limited_pull(const BallJointRow<L>& row, VecOf<L> 
   return scale(mul_add(one, row.rigid, shrink - one), pull);
 }
 
-/// Of an impulse that the row is to have, what is beyond its largest.
+/// The part of the row's wanted impulse beyond its maximum.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> impulse) {
   const L size = root(dot(impulse, impulse)), zero = splat<L>(0.0f);
@@ -324,7 +325,7 @@ FATHOM_LANE_FUNCTION VecOf<L> beyond_most(const BallJointRow<L>& row, VecOf<L> i
   return scale(select(is_beyond, splat<L>(1.0f) - row.most / size, zero), impulse);
 }
 
-/// One sweep of a substep of h seconds. Returns a sum that is finite only where all that it leaves is.
+/// One sweep of a substep of h seconds. Returns a sum that is finite only where all results are.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   BallJointSweep<L, Bodies> sweep(row, bodies);
@@ -349,8 +350,8 @@ FATHOM_LANE_FUNCTION L solve_ball_joint(BallJointRow<L>& row, Bodies& bodies, L 
   return sum.x + (sum.y + sum.z);
 }
 
-/// Arms, gap and the impulse to start from, without a pull, of bodies with orientations `q_a` and `q_b` whose centres
-/// are `between` apart (m, from A's to B's).
+/// Sets arms, gap and starting impulse, without a pull, for bodies with orientations `q_a` and `q_b`; `between` leads
+/// from A's centre to B's (m).
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_ball_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
                                              VecOf<L> anchor_a, VecOf<L> anchor_b, VecOf<L> impulse,

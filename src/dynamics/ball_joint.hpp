@@ -26,8 +26,8 @@ struct JointBodies {
   struct Side {
     Vec3 linear, angular, moved, turned;
     float inverse_mass = 0;
-    float inverse_inertia = 0;  ///< of isotropic bodies and of those that cannot be pushed; of others 0
-    Inertia response{};         ///< the inverse inertia (1/(kg·m²)), as the spin is written
+    float inverse_inertia = 0;  ///< for isotropic bodies and those that cannot be pushed, else 0
+    Inertia response{};         ///< the inverse inertia (1/(kg·m²)), in the axes of the spin
   };
   Side a, b;
 
@@ -35,20 +35,20 @@ struct JointBodies {
   FATHOM_HD auto inverse_of_b() const { return fathom::inverse_inertia(b.inverse_mass, b.response); }
 };
 
-/// Of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds. No joint is stiffer
-/// than a rigid one.
+/// Softness of a joint with this frequency (Hz; 0: rigid) and damping ratio, over substeps of h seconds, at most that
+/// of a rigid one.
 FATHOM_HD Softness joint_softness(float hertz, float damping_ratio, float h) {
   const float rigid = rigid_joint_rate / h;
   return hertz > 0 ? make_soft(min(hertz, rigid), damping_ratio, h) : make_soft(rigid, rigid_joint_damping, h);
 }
 
-/// What a spring gives at most in a substep of h seconds (N·s); 0 of a rigid joint. A force of 0 is next to nothing.
+/// Largest impulse of a spring in a substep of h seconds (N·s); 0 for a rigid joint. A force of 0 gives a tiny impulse.
 FATHOM_HD float max_impulse(float hertz, float max_force, float h) {
   return hertz > 0 ? max(max_force * h, 1e-30f) : 0.0f;
 }
 
-/// A body swings about its anchor under an impulse J a substep of h seconds with (h ω)² = h J times this (1/(kg·m)),
-/// whichever way it is pulled: the length of its arm times the inverse inertia across it.
+/// Under an impulse J per substep of h seconds a body swings about its anchor with (h ω)² = h J times this (1/(kg·m)),
+/// whatever the direction of the pull: the length of its arm times the inverse inertia across it.
 FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
   const float arm = length(anchor);
   if (!(arm > 0)) return 0;
@@ -57,13 +57,13 @@ FATHOM_HD float swing_rate(Vec3 anchor, const SymMat3& inverse_inertia) {
   return 0.5f * across;
 }
 
-/// The largest impulse (N·s) that sweeps begin a step with. The last substep's acts again at once, at arms that have
-/// turned since, and what light bodies swing faster under than a substep follows, (h ω)² > 1, it throws round: of a
-/// head that lands with a body behind it the neck. Sweeps find the rest anew.
+/// The largest impulse (N·s) with which sweeps begin a step. The last substep's impulse acts again, at arms that have
+/// turned since. Where light bodies would swing under it faster than a substep can follow, (h ω)² > 1, it would throw
+/// them round, such as the neck between a landing head and the body behind it. Sweeps find the remainder again.
 FATHOM_HD float max_start(float swing_rate, float h) {
   return swing_rate * h > 1e-38f ? min(1 / (swing_rate * h), 3e38f) : 3e38f;
 }
-/// How much of an impulse of this size (squared) they begin with.
+/// Fraction of an impulse of this size (squared) with which they begin.
 FATHOM_HD float start_share(float size_squared, float most) {
   return size_squared > most * most ? most / fathom::sqrt(size_squared) : 1.0f;
 }

@@ -1,4 +1,4 @@
-// Bodies that fail on request, so that tests see that nobody else notices.
+// Bodies that fail on request, so that tests can check that no other body notices.
 #pragma once
 
 #include <atomic>
@@ -7,19 +7,19 @@
 
 namespace fathom {
 
-/// Moments of a substep, after which a body's velocity becomes NaN.
+/// Stages of a substep after which a body's velocity becomes NaN.
 enum class SolverStage : std::uint8_t {
-  before_step,  ///< not NaN: it is isolated before anything is solved
+  before_step,  ///< the body is isolated before anything is solved
   velocities,   ///< integrated
   warm_start,
-  pushes,  ///< sweeps before positions move
+  pushes,  ///< sweeps before positions are integrated
   positions,
-  relaxes,   ///< sweeps after
-  supports,  ///< solved directly
+  relaxes,   ///< sweeps afterwards
+  supports,  ///< direct solution
 };
 inline constexpr SolverStage last_solver_stage = SolverStage::supports;
 
-/// Of all worlds of the process, while it is armed: bodies with that category fail, unless they cannot be pushed.
+/// Applies to all worlds of the process while armed: bodies of this category fail, unless they cannot be pushed.
 struct BodyFault {
   std::atomic<bool> is_armed{false};
   std::uint64_t category = 0;
@@ -36,7 +36,7 @@ struct BodyFault {
 
 inline BodyFault body_fault;
 
-/// A body of this category fails if that is asked for; on a GPU none does.
+/// Makes a body of this category fail if requested; never on a GPU.
 FATHOM_HD void fail_on_request([[maybe_unused]] SolverStage now, [[maybe_unused]] std::uint32_t substep,
                                [[maybe_unused]] std::uint64_t category, [[maybe_unused]] Vec3& linear,
                                [[maybe_unused]] Vec3& angular) {

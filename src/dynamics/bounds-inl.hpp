@@ -1,16 +1,16 @@
-// Margins of the boxes that a broad phase keeps, over vectors like those of dynamics/integrate-inl.hpp.
+// Margins of the broad phase's boxes, over vectors like those of dynamics/integrate-inl.hpp.
 
-/// Half the distance (m) at which bodies as large as one with bounding radius `radius` (m) become a contact although
-/// they do not touch yet: speculative margin. All of it from a radius of some 17 cm on (at 1/60 s). In a heap of
-/// pebbles dozens of others are within that of each: they have a share of their size, and, as a pair, what one may fall
-/// before contacts are looked for again.
+/// Half the speculative margin (m): half the distance at which two bodies with bounding radius `radius` (m) become a
+/// contact before they touch. It reaches its full value from a radius of about 17 cm on (at 1/60 s). In a heap of
+/// pebbles dozens of others would be within that distance of each: small bodies get a fraction of their size plus, per
+/// pair, the distance that one may fall before contacts are searched again.
 template <class L>
 FATHOM_LANE_FUNCTION L half_speculative_margin(L radius, float dt) {
   return smaller(splat<L>(half_margin), splat<L>(half_margin_share) * radius + splat<L>(0.5f * fall_within(dt)));
 }
 
 /// How far (m) any point of a body may turn out of its box within `dt` (s), plus half the speculative margin. Turning
-/// moves a point by at most the angle times its distance, and never beyond the bounding sphere.
+/// moves a point by at most the angle times its distance from the centre, and never beyond the bounding sphere.
 template <class Vec>
 FATHOM_LANE_FUNCTION LaneOf<Vec> reach_beyond_box(Vec angular, LaneOf<Vec> radius, float dt) {
   using L = LaneOf<Vec>;
@@ -18,7 +18,8 @@ FATHOM_LANE_FUNCTION LaneOf<Vec> reach_beyond_box(Vec angular, LaneOf<Vec> radiu
   return half_speculative_margin(radius, dt) + turning;
 }
 
-/// Of the way `moved` (m) of a body what led away from the line that its velocity foretold: `way` (m), that in a step.
+/// The part of a body's movement `moved` (m) that left the line predicted by its velocity; `way` (m) is the predicted
+/// movement of a step.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec aside_of(Vec moved, Vec way) {
   using L = LaneOf<Vec>;
@@ -31,7 +32,7 @@ struct BoxOf {
   Vec lower, upper;
 };
 
-/// The box of what goes along `path` (m) in `box`.
+/// `box` swept along `path` (m).
 template <class Vec>
 FATHOM_LANE_FUNCTION BoxOf<Vec> swept(const BoxOf<Vec>& box, Vec path) {
   const LaneOf<Vec> o = splat<LaneOf<Vec>>(0.0f);
@@ -39,7 +40,7 @@ FATHOM_LANE_FUNCTION BoxOf<Vec> swept(const BoxOf<Vec>& box, Vec path) {
   return {box.lower + smaller(path, zero), box.upper + larger(path, zero)};
 }
 
-/// `box` with room for several steps of motion, so that the broad phase hears of a body only now and then.
+/// `box` with room for several steps of motion, so that the broad phase is rarely told of a body.
 template <class Vec>
 FATHOM_LANE_FUNCTION BoxOf<Vec> fat_box(LaneOf<Vec> radius, const BoxOf<Vec>& box, Vec velocity, float dt) {
   using L = LaneOf<Vec>;

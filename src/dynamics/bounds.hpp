@@ -1,4 +1,4 @@
-// The boxes that a broad phase keeps of a body. Pure, for host and device.
+// The broad phase's boxes of a body. Pure, for host and device.
 #pragma once
 
 #include "dynamics/lane_scalar.hpp"
@@ -7,15 +7,15 @@
 
 namespace fathom {
 
-/// How far (m) something comes within a step of `dt` that its weight sets in motion at its beginning, at most.
+/// Distance (m) that a body starting from rest may fall within a step of `dt` (s), at most.
 FATHOM_HD float fall_within(float dt) { return 9.81f * dt * dt; }
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #include "dynamics/bounds-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
-/// Box of everything the shape with bounding radius `radius` (m) may reach within `dt` (s), plus half the speculative
-/// margin.
+/// Box of everything that a shape with bounding radius `radius` (m) may reach within `dt` (s), plus half the
+/// speculative margin.
 FATHOM_HD Aabb motion_box(const Geometry& shape, float radius, const Pose& pose, const Velocity& velocity, float dt) {
   const Aabb box = grown(bounds(shape, pose), reach_beyond_box(velocity.angular, radius, dt));
   const BoxOf<Vec3> all = swept(BoxOf<Vec3>{box.lower, box.upper}, dt * velocity.linear);

@@ -1,39 +1,39 @@
-// The rows of a contact and the sweeps over them, over a lane type L: `float`, or a vector of as many contacts as it
-// has lanes. Included like the laws of joints (dynamics/ball_joint-inl.hpp).
+// The rows of a contact and the sweeps over them, over a lane type L: `float`, or a vector register that holds one
+// contact per lane. Included like the joint laws (dynamics/ball_joint-inl.hpp).
 //
 // A manifold's points share one normal, so their rows are written about one reference point c in the frame
 // (t1, t2, n): with u the relative velocity of the bodies at c and ω the relative angular velocity, a point at (x, y)
 // in that frame approaches with
 //     vn = u·n + y (ω·t1) − x (ω·t2),
-// two numbers a point instead of two anchors. Point impulses act on the three numbers (u·n, ω·t1, ω·t2) through
-// a symmetric 3×3 matrix K, and only their sum (P along n, torques T1, T2) is applied to the bodies. The same rows
-// applied to the bodies' movement since the step began give the separation in later substeps (first order in the
-// rotation of one step; for a sphere exact, since its contact stays under the centre).
+// two numbers per point instead of two anchors. Point impulses act on the three numbers (u·n, ω·t1, ω·t2) through a
+// symmetric 3×3 matrix K, and only their sum (P along n, torques T1, T2) is applied to the bodies. Applied to the
+// bodies' movement since the step began, the same rows give the separation in later substeps (to first order in the
+// rotation of a step; exact for a sphere, since its contact stays under the centre).
 //
 // Order within a sweep (Box2D v3, Box3D `contact_solver.c`): the soft sweep solves penetration alone; the relax sweep
-// first the points without bias, then friction, whose limit is then the impulse that carries the load.
+// solves the points without bias, then friction, whose limit is by then the impulse that carries the load.
 //
-// `Rows` is one contact's memory, wherever that is:
+// `Rows` accesses one contact's data, wherever it is stored:
 //     ContactAxesOf<L> axes();  ContactResponse<L> response();  ContactFriction<L> friction();
 //     int end();  bool has(i);  ContactPoint<L> point(i);  L impulse(i);  void set_impulse(i, L);
 //     FrictionImpulse<L> friction_impulse();  void set_friction_impulse(FrictionImpulse<L>);
 //     bool may_bounce();  L restitution();  L pull();
 // `Bodies` has sides `a` and `b` (linear, angular, moved, turned), `inverse_of_a()` and `inverse_of_b()`
-// (dynamics/inverse_inertia-inl.hpp), and says whether A is never pushed.
+// (dynamics/inverse_inertia-inl.hpp), and a flag for whether A is never pushed.
 
 enum class ContactPass {
   soft,     ///< before positions move, with bias and push-out
-  relax,    ///< after it, without
-  iterate,  ///< of the `impulse` solver: a plain velocity bias
+  relax,    ///< after they move, without either
+  iterate,  ///< a plain velocity bias, in the `impulse` solver
 };
 
-/// `a`, no farther from zero than `most`.
+/// `a`, clamped to ±`most`.
 template <class L>
 FATHOM_LANE_FUNCTION L within(L a, L most) {
   return larger(splat<L>(0.0f) - most, smaller(a, most));
 }
 
-/// (n·u, t1·ω, t2·ω) of velocities or of movements.
+/// (n·u, t1·ω, t2·ω) of velocities or movements.
 template <class L>
 struct NormalMotionOf {
   L n, t1, t2;
@@ -49,13 +49,13 @@ struct ContactResponse {
 
 template <class L>
 struct ContactFriction {
-  L coefficient;                   ///< Coulomb's
-  L patch_radius;                  ///< of the patch's load: `patch_share` of the points' mean distance from c (m)
+  L coefficient;   ///< Coulomb's
+  L patch_radius;  ///< lever of the twist limit: `patch_share` times the points' load-weighted mean distance from c (m)
   L slide_11, slide_12, slide_22;  ///< inverse of the 2×2 matrix of sliding at c (kg)
   L twist_mass;                    ///< kg·m²
 };
 
-/// What all points of a contact share.
+/// Data that all points of a contact share.
 template <class L>
 struct ContactFrameOf {
   VecOf<L> normal;   ///< unit, world axes, from A to B
@@ -73,14 +73,14 @@ struct ContactPoint {
   L mass;        ///< effective mass (kg)
 };
 
-/// Accumulated over a substep.
+/// Friction impulse, accumulated over a substep.
 template <class L>
 struct FrictionImpulse {
   L slide_1, slide_2;  ///< N·s along t1 and t2 = n × t1
   L twist;             ///< N·m·s about the normal
 };
 
-/// The frame as sweeps use it.
+/// The contact frame as sweeps use it.
 template <class L>
 struct ContactAxesOf {
   VecOf<L> n, t1, t2, arm_a, arm_b, lever_a, lever_b;
@@ -103,12 +103,12 @@ struct ContactAxesOf {
     return {dot(n, linear_b - linear_a) + (dot(lever_b, angular_b) - dot(lever_a, angular_a)), dot(t1, spin),
             dot(t2, spin)};
   }
-  /// Of the bodies' velocities.
+  /// Relative velocity of the bodies.
   template <class Bodies>
   FATHOM_LANE_FUNCTION NormalMotionOf<L> velocity(const Bodies& bodies) const {
     return motion(bodies.a.linear, bodies.a.angular, bodies.b.linear, bodies.b.angular);
   }
-  /// Since the step began.
+  /// Relative movement since the step began.
   template <class Bodies>
   FATHOM_LANE_FUNCTION NormalMotionOf<L> movement(const Bodies& bodies) const {
     return motion(bodies.a.moved, bodies.a.turned, bodies.b.moved, bodies.b.turned);
@@ -136,7 +136,7 @@ FATHOM_LANE_FUNCTION L total_impulse(const Rows& rows) {
   return sum;
 }
 
-/// Impulses of the last step act again at once (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
+/// Applies the impulses of the last step (Catto, "Iterative Dynamics with Temporal Coherence", 2005).
 template <class L, class Rows, class Bodies>
 FATHOM_LANE_FUNCTION void warm_start_contact(const Rows& rows, Bodies& bodies) {
   const ContactAxesOf<L> axes = rows.axes();
@@ -175,17 +175,17 @@ struct NormalSweep {
   }
 };
 
-/// What a sweep over the points needs beside rows and bodies.
+/// Parameters of a sweep over the points.
 template <class L>
 struct ContactStepOf {
   L inverse_substep;  ///< 1/s
   L bias_rate, mass_scale, impulse_scale;
   L push_out_velocity;  ///< m/s
-  L slop;               ///< m within which points are as if they just touched (`support_slop`)
+  L slop;               ///< m within which points count as just touching (`support_slop`)
 };
 
-/// Softness of a contact of which `held` (0 to 1) is held directly. Springs give way under load, which damps the sway
-/// of what sweeps alone hold; a direct solution leaves no sway, and no load has to give way.
+/// Stiffens the softness of a contact of which the part `held` (0 to 1) is held directly. Springs that give way under
+/// load damp the sway of stacks that only sweeps hold; a direct solution leaves no sway, so no load has to give way.
 template <class L>
 FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
   const L one = splat<L>(1.0f), soft = one - held, rate = splat<L>(support_push_out_rate);
@@ -195,15 +195,15 @@ FATHOM_LANE_FUNCTION void stiffen(L held, ContactStepOf<L>& step) {
   step.impulse_scale = select(is_held, soft * step.impulse_scale, step.impulse_scale);
 }
 
-/// How far apart or inside each other (m) the bodies of a contact that is held may be as if they just touched: each of
-/// its points then keeps what the solution gave it. `patch_radius` is the contact's (m).
+/// Separation or penetration (m) up to which the bodies of a held contact count as just touching, so that each of its
+/// points keeps the impulse that the direct solution gave it. `patch_radius` is the contact's (m).
 template <class L>
 FATHOM_LANE_FUNCTION L support_slop(L patch_radius) {
   return smaller(splat<L>(max_support_slop), splat<L>(patch_radius_slop) * patch_radius);
 }
 
-/// Of two bodies that can be pushed, one more than eight times as heavy as the other, a contact gives back half as much
-/// of its impulse: the light body's spring carries the heavy one's weight and would give way too far.
+/// Between two movable bodies, one more than eight times as heavy as the other, a contact gives back half as much of
+/// its impulse: the light body's spring carries the heavy one's weight and would give way too far.
 template <class L>
 FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, ContactStepOf<L>& step) {
   const L least = smaller(inverse_mass_a, inverse_mass_b), most = larger(inverse_mass_a, inverse_mass_b);
@@ -211,8 +211,8 @@ FATHOM_LANE_FUNCTION void stiffen_uneven(L inverse_mass_a, L inverse_mass_b, Con
   step.impulse_scale = select(is_uneven, splat<L>(uneven_share) * step.impulse_scale, step.impulse_scale);
 }
 
-/// One sweep over the points; `held`: some may be within the step's slop. Returns the bodies' approach afterwards,
-/// which is finite only if their velocities were and the impulses are.
+/// One sweep over the points; `held`: some may be within the step's slop. Returns the bodies' approach velocity
+/// afterwards, which is finite only if their velocities and the impulses are.
 template <ContactPass pass, bool held, class L, class Rows, class Bodies>
 FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bodies& bodies,
                                     const ContactStepOf<L>& step) {
@@ -227,7 +227,7 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
     if constexpr (held) separation = separation - within(separation, step.slop);
     const L speed = sweep.motion.at(p.x, p.y);
     const auto apart = is_above(separation, zero);
-    // A point still apart may close its gap within the substep and no more: a speculative contact.
+    // Speculative contact: a point that is still apart may close its gap within the substep, but no more.
     const L gap_speed = separation * step.inverse_substep;
     L bias = select(apart, gap_speed, zero), mass = p.mass, kept = old;
     if constexpr (pass != ContactPass::relax) bias = select(apart, gap_speed, step.bias_rate * separation);
@@ -236,15 +236,15 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
       kept = mul_sub(old, select(apart, zero, step.impulse_scale), old);
     }
     L impulse = mul_sub(kept, mass, speed + bias);
-    // The limit is one of the velocity that this sweep adds. What carries a load that lasts is not limited, or bodies
-    // under a larger one would sink into each other without end; but where they spring back it is, or what a fall has
-    // compressed would return it all.
+    // The limit applies to the velocity that this sweep adds. An impulse that carries a lasting load is exempt, or
+    // bodies under a larger load would sink into each other without end; but not where they spring back, or all that a
+    // fall has compressed would rebound.
     if constexpr (pass != ContactPass::relax) {
       const L carried = select(is_above(speed, splat<L>(pressed_speed)), kept, old);
       impulse = smaller(impulse, mul_sub(carried, mass, speed - step.push_out_velocity));
     }
     impulse = larger(impulse, zero);
-    // What will bounce keeps its speed until it is there: relaxing must not brake it in the air.
+    // A point that will bounce keeps its speed until it meets the surface: relaxing must not brake it in the air.
     if (pass == ContactPass::relax && rows.may_bounce())
       impulse = select(both(apart, is_above(rows.restitution(), zero)), smaller(impulse, old), impulse);
     rows.set_impulse(i, impulse);
@@ -254,18 +254,18 @@ FATHOM_LANE_FUNCTION L solve_points(Rows& rows, const ContactAxesOf<L>& axes, Bo
   return sweep.motion.n;
 }
 
-/// What an arm (m) of a body that spins with `angular` adds to the speed of the point at its end, to second order, once
-/// the arm has turned by the rotation vector `turned`.
+/// Speed, to second order, of the end of an arm (m) on a body that spins with `angular`, beyond that of the arm as
+/// given, once the arm has turned by the rotation vector `turned`.
 template <class L>
 FATHOM_LANE_FUNCTION VecOf<L> carried_speed(VecOf<L> arm, VecOf<L> turned, VecOf<L> angular) {
   const VecOf<L> along = cross(turned, arm);
   return cross(angular, mul_add(along, splat<L>(0.5f), cross(turned, along)));
 }
 
-/// What the sliding velocity at c gains where A moves as it is told, by the way that the patch has gone, with `lead`
-/// (s) beyond (`friction_lead`). What rests on a body that turns has to go round with it within the step: on a tangent
-/// it would get half of (ω Δt)² of its radius farther out in every step. The patch goes with B's centre and turns about
-/// it with A. B's own spin does not take it along: under a ball that rolls on A it stays below the centre.
+/// Addition to the sliding velocity at c where A is kinematic, due to the movement of the patch so far plus `lead` (s)
+/// (`friction_lead`). A body that rests on a turning one has to follow the circle within the step: along a tangent it
+/// would move outwards by half of (ω Δt)² of its radius in every step. The patch moves with B's centre and turns about
+/// it with A. B's own spin does not carry it: under a ball that rolls on A it stays below the centre.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactAxesOf<L>& axes, L lead) {
   const auto &a = bodies.a, &b = bodies.b;
@@ -274,14 +274,14 @@ FATHOM_LANE_FUNCTION VecOf<L> carried_slide(const Bodies& bodies, const ContactA
   return carried_speed<L>(axes.arm_b, turned, b.angular - a.angular) - cross(a.angular, moved);
 }
 
-/// Friction over the patch around c; returns `old` brought up to date: what stops the twist about the normal, then the
-/// sliding, each within its own limit: µ times `load`, the points' impulses, for the twist times the patch's radius R.
-/// Over an area that slides with v and spins with ω both point along the slip: where R ω is much more than v, little of
-/// friction is left for sliding, v / √(v² + R² ω²). Without that a spinning box is stopped wherever its load's middle
-/// happens to be, which rocks it and moves the load. v counts for at least what friction stops in a substep, so that
-/// what is gripped has its whole limit. One limit for both would be nearer to Coulomb's law, but lets go of grips,
-/// where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried` adds
-/// to the sliding velocity what moving surfaces do, and `carried_slide` where A moves as it is told.
+/// Friction over the patch around c; returns the updated impulse: first stops the twist about the normal, then the
+/// sliding, each within its own limit: µ times `load`, the sum of the points' impulses, for the twist times the patch
+/// radius R. Over an area that slides with v and spins with ω both point along the slip: where R ω is much larger than
+/// v, only v / √(v² + R² ω²) of the friction is left for sliding. Without that factor a spinning box is stopped
+/// wherever its load's centre happens to be, which rocks it and moves the load. v counts as at least what friction
+/// stops in a substep, so that a gripped body keeps its whole limit. A common limit would be closer to Coulomb's law,
+/// but loses grips where opposite twists of two contacts use it up (docs/log/2026-11-23-friction-patches.md). `carried`
+/// adds to the sliding velocity the motion of moving surfaces and, where A is kinematic, `carried_slide`.
 template <class L, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>& row, const ContactAxesOf<L>& axes,
                                                        Bodies& bodies, L load, const FrictionImpulse<L>& old,
@@ -296,7 +296,7 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   const L v1 = dot(axes.t1, slip), v2 = dot(axes.t2, slip);
   const L wanted_1 = old.slide_1 - mul_add(row.slide_12 * v2, row.slide_11, v1);
   const L wanted_2 = old.slide_2 - mul_add(row.slide_22 * v2, row.slide_12, v1);
-  // Masses of what is oblong and hardly turns may be anything, and are squared.
+  // The masses of oblong bodies that hardly turn may be anything, and are squared.
   const L mass = smaller(splat<L>(0.5f) * (row.slide_11 + row.slide_22), splat<L>(1e12f));
   const L spin = mass * row.patch_radius * twist_speed;
   const L slide = mul_add(limit * limit, mass * mass, mul_add(v2 * v2, v1, v1));
@@ -311,8 +311,8 @@ FATHOM_LANE_FUNCTION FrictionImpulse<L> solve_friction(const ContactFriction<L>&
   return now;
 }
 
-/// The same of a sweep, with the impulses accumulated in the rows. Returns their sum, which tells whether all are
-/// finite.
+/// The same within a sweep, with the impulses accumulated in the rows. Returns their sum, which is finite only if all
+/// are.
 template <class L, class Rows, class Bodies, class Carried>
 FATHOM_LANE_FUNCTION L sweep_friction(Rows& rows, const ContactAxesOf<L>& axes, Bodies& bodies,
                                       const Carried& carried) {
@@ -322,20 +322,20 @@ FATHOM_LANE_FUNCTION L sweep_friction(Rows& rows, const ContactAxesOf<L>& axes, 
   return now.twist + (now.slide_1 + now.slide_2);
 }
 
-/// What a bounce has given.
+/// Result of a bounce.
 template <class L>
 struct Bounce {
-  bool any;   ///< whether any lane bounced; without, nothing has changed
+  bool any;   ///< whether any lane bounced; if not, nothing has changed
   L impulse;  ///< N·s along the normal
-  L sum;      ///< finite only if all that it leaves is
+  L sum;      ///< finite only if all results are
 };
 
-/// Speed (m/s) at which two points part that approach with the relative speed `speed` < 0 under the relative
-/// acceleration `pull` (m/s²) and, if nothing else happens, meet within a substep of length h: what makes them part
-/// with e times the speed at which they meet, seen from where they are. Points that bounce before they meet keep their
-/// energy to the last bit of it, wherever in the substep that is: a body that falls through the gap gains this energy
-/// before it bounces, v² − 2 a s, and without it every bounce would lose m g times the gap. Negative: they do not meet,
-/// or more slowly than `threshold`.
+/// Separation speed (m/s) of two points that approach with the relative speed `speed` < 0 under the relative
+/// acceleration `pull` (m/s²) and, if nothing else happens, meet within a substep of length h: chosen so that, seen
+/// from their current positions, they part with e times the speed at which they would meet. Points that bounce before
+/// they meet so keep their energy to the last bit, wherever in the substep they meet: a body that falls through the gap
+/// gains v² − 2 a s before it bounces, without which every bounce would lose m g times the gap. Negative: they do not
+/// meet, or more slowly than `threshold`.
 template <class L>
 FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L threshold) {
   const L zero = splat<L>(0.0f), no = splat<L>(-1.0f);
@@ -349,9 +349,9 @@ FATHOM_LANE_FUNCTION L leaving_speed(L speed, L separation, L e, L pull, L h, L 
   return select(misses, no, leaving);
 }
 
-/// Points that would meet within the substep of `h` seconds, faster than `threshold` (m/s), leave with e times that
-/// speed, at once: Newton's law, before velocities are integrated, one contact after the other. `surfaces` adds what
-/// moving surfaces do to the sliding velocity.
+/// Points that would meet within the substep of `h` seconds, faster than `threshold` (m/s), leave at once with e times
+/// that speed: Newton's law, before velocities are integrated, one contact after the other. `surfaces` adds the motion
+/// of moving surfaces to the sliding velocity.
 template <class L, class Rows, class Bodies, class Surfaces>
 FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L threshold, const Surfaces& surfaces) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
@@ -371,7 +371,7 @@ FATHOM_LANE_FUNCTION Bounce<L> bounce_contact(Rows& rows, Bodies& bodies, L h, L
     bounced = bounced + select(is_above(zero, leaving[i]), zero, one);
   }
   if (!any_above(bounced, zero)) return {false, zero, zero};
-  // Several points at once: begin with equal shares, so that what falls flat rises flat.
+  // Several points at once: start with equal shares, so that a body that falls flat rises flat.
   const auto several = is_above(bounced, one);
   const L share = one / select(several, sweep.k.nn * bounced, one);
   for (int i = 0; i < rows.end(); ++i) {

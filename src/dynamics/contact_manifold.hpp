@@ -1,7 +1,7 @@
-// What is remembered of a touching pair from step to step: anchors in both bodies, impulses, and the friction frame.
+// What a touching pair keeps from step to step: anchors in both bodies, impulses, and the friction frame.
 //
-// Made of 16-byte quads, because constraint building loads them as such: transposed into vector lanes on the CPU, as
-// vectors on a GPU.
+// Consists of 16-byte quads, because constraint building loads them as such: transposed into vector lanes on the CPU,
+// as vectors on a GPU.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace fathom {
 
-/// Anchors of a contact point, two quads.
+/// Anchors of a contact point: two quads.
 struct ContactPointState {
   Vec3 anchor_a;  ///< in A's frame (m)
   std::uint32_t feature = 0;
@@ -19,7 +19,7 @@ struct ContactPointState {
 
  private:
   friend struct ContactManifold;
-  float of_manifold_ = 0;  // `ContactManifold` keeps here what is the manifold's: a quad has room for it
+  float of_manifold_ = 0;  // spare word of the quad, in which `ContactManifold` stores data of its own
 };
 
 struct alignas(16) ContactManifold {
@@ -34,16 +34,16 @@ struct alignas(16) ContactManifold {
   ContactPointState points[max_manifold_points];
   Quat rotation_at_build;  ///< B in A's frame when the points were made
 
-  /// Of point i, over the step (N·s). Points share the sum as they do in the last substep, or evenly where none of them
-  /// touches then.
+  /// Impulse of point i over the step (N·s). The points share the step's sum as they do in the last substep, or evenly
+  /// where none of them carries load then.
   FATHOM_HD float step_impulse_of(int i) const {
     const float sum = ((impulses[0] + impulses[1]) + impulses[2]) + impulses[3];
     return sum > 0 ? step_impulse * (impulses[i] / sum) : step_impulse / static_cast<float>(point_count());
   }
 
-  // A contact of something round has two points at most. In place of the last one's anchors it keeps, of the patch
-  // that it touches in, the lever of the friction that brakes spin (m), and of rolling resistance its length (m) and
-  // its impulse along tangent, normal × tangent and normal (N·m·s).
+  // A contact of a round shape has at most two points. In the slot of the last one's anchors it stores values of its
+  // contact patch: the lever of the friction that brakes spin (m), the rolling resistance length (m), and the rolling
+  // impulse along tangent, normal × tangent and normal (N·m·s).
   FATHOM_HD void set_round(float lever, float rolling_length) { points[3].anchor_a = {lever, rolling_length, 0}; }
   FATHOM_HD float round_lever() const { return points[3].anchor_a.x; }
   FATHOM_HD float rolling_length() const { return points[3].anchor_a.y; }
@@ -55,7 +55,7 @@ struct alignas(16) ContactManifold {
     return {points[0].of_manifold_, points[1].of_manifold_, points[2].of_manifold_};
   }
   FATHOM_HD int point_count() const { return static_cast<int>(point_count_as_float()); }
-  /// As vector lanes compare it, and as a snapshot may hold it damaged.
+  /// As a float, which vector lanes compare, and which a damaged snapshot may corrupt.
   FATHOM_HD float point_count_as_float() const { return points[3].of_manifold_; }
   FATHOM_HD void set_build(const Pose& b_in_a, int count) {
     rotation_at_build = b_in_a.rotation;
@@ -64,19 +64,19 @@ struct alignas(16) ContactManifold {
     points[2].of_manifold_ = b_in_a.position.z;
     points[3].of_manifold_ = static_cast<float>(count);
   }
-  /// It will be rebuilt, wherever the bodies are.
+  /// Forces a rebuild, wherever the bodies are.
   FATHOM_HD void forget_build() { points[0].of_manifold_ = 3e38f; }
 };
 static_assert(sizeof(ContactManifold) == 208);
 
-/// The fastest speed (m/s) of any point of a body.
+/// Upper bound on the speed (m/s) of any point of a body.
 FATHOM_HD float fastest_speed(float radius, Vec3 linear, Vec3 angular) {
   return length(linear) + radius * length(angular);
 }
 
-/// Whether friction is within `beyond` times its cone, for checks. What is left of a load that ended within the step is
-/// as good as its rounding; and where friction is less than 1e-19 of the impulse `stopping` (N·s) that would stop the
-/// slide, the quotient of both squares in `solve_friction` is below float's normal numbers and loses digits.
+/// Whether friction is within `beyond` times its cone, for checks. Tolerances: the residue of a load that ended within
+/// the step is no better than its rounding; and where friction is less than 1e-19 of the impulse `stopping` (N·s) that
+/// would stop the slide, the quotient of both squares in `solve_friction` is subnormal and loses digits.
 FATHOM_HD bool is_within_cone(const ContactManifold& m, float beyond, float stopping) {
   const float load = (m.impulses[0] + m.impulses[1]) + (m.impulses[2] + m.impulses[3]);
   const float slide =

@@ -1,11 +1,11 @@
-// How the rows of a contact are made of its manifold, over a lane type L; included after dynamics/contact-inl.hpp.
+// Builds the rows of a contact from its manifold, over a lane type L; included after dynamics/contact-inl.hpp.
 //
-// `Manifold` reads one: VecOf<L> normal(), tangent() (world axes); VecOf<L> on_a(i), on_b(i), where point i is on each
-// body, from A's centre (m, world axes); VecOf<L> between(), from A's centre to B's; L impulse(i); L friction();
-// FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i).
-// `Rows` has set_frame(ContactAxesOf<L>), set_response, set_friction, set_point and set_friction_impulse.
+// `Manifold` reads one: VecOf<L> normal(), tangent() (world axes); VecOf<L> on_a(i), on_b(i), position of point i on
+// each body, from A's centre (m, world axes); VecOf<L> between(), from A's centre to B's; L impulse(i); L friction();
+// FrictionImpulse<L> friction_impulse(); int end(); bool has(i); a mask used(i). `Rows` has
+// set_frame(ContactAxesOf<L>), set_response, set_friction, set_point and set_friction_impulse.
 
-/// K over (n, t1, t2) for impulses at c.
+/// The response K over (n, t1, t2) to impulses at c.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION ContactResponse<L> contact_response(const ContactAxesOf<L>& axes, const Bodies& bodies) {
   const auto& a = bodies.inverse_of_a();
@@ -32,7 +32,7 @@ FATHOM_LANE_FUNCTION L mass_at(const ContactResponse<L>& k, L x, L y) {
   return inverse_or_zero(mul_sub(mul_add(h_n, y, h_1), x, h_2));
 }
 
-/// Masses of sliding at c and of twisting about the normal.
+/// Effective masses of sliding at c and of twisting about the normal.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, const Bodies& bodies,
                                               ContactFriction<L>& row) {
@@ -54,8 +54,8 @@ FATHOM_LANE_FUNCTION void set_friction_masses(const ContactAxesOf<L>& axes, cons
   row.twist_mass = inverse_or_zero(dot(axes.n, spun_apart(bodies, axes.n)));
 }
 
-/// Frame, points and impulses to start from, with `overlap` (m) of the depth counted as touching. Returns the nearest
-/// points' separation (m), the overlap added.
+/// Sets frame, points and starting impulses; `overlap` (m) of the depth counts as touching. Returns the nearest points'
+/// separation (m), with the overlap added.
 template <class L, class Manifold, class Rows, class Bodies>
 FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const Bodies& bodies, Rows& rows) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
@@ -71,7 +71,7 @@ FATHOM_LANE_FUNCTION L prepare_contact_rows(const Manifold& m, L overlap, const 
     middle[i] = scale(splat<L>(0.5f), on_a + on_b);
     nearest = select(m.used(i), smaller(nearest, separation[i]), nearest);
   }
-  // c is the middle of the load in the last step; where there was none, of the points that touch or nearly do.
+  // c is the centre of the last step's load or, without one, of the points that touch or nearly do.
   L near_count = zero, load = zero;
   const L reach = nearest + splat<L>(friction_reach);
   for (int i = 0; i < m.end(); ++i) {

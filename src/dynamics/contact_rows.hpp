@@ -1,4 +1,4 @@
-// The rows of one contact, for the device, for cells and for single contacts. Pure, for host and device. The law is in
+// The rows of one contact, for the device, cells and single contacts. Pure, for host and device. The law is in
 // dynamics/contact-inl.hpp.
 #pragma once
 
@@ -29,12 +29,12 @@ using PointRow = ContactPoint<float>;
 
 /// Accumulated impulses of a contact over the substep.
 struct alignas(16) ContactImpulses {
-  float normal[max_manifold_points] = {};  ///< N·s, one a point
+  float normal[max_manifold_points] = {};  ///< N·s, one per point
   float slide_1 = 0, slide_2 = 0;          ///< N·s along t1 and t2 = n × t1
   float twist = 0;                         ///< N·m·s about the normal
   float step = 0;                          ///< N·s along the normal, of all points over the step
 
-  /// None but the step's sum so far.
+  /// Zero impulses, except the step's sum so far.
   FATHOM_HD ContactImpulses cleared() const {
     ContactImpulses none;
     none.step = step;
@@ -43,14 +43,14 @@ struct alignas(16) ContactImpulses {
   FATHOM_HD float sum() const { return ((normal[0] + normal[1]) + normal[2]) + normal[3]; }
 };
 
-/// What bouncing needs beside.
+/// Additional data of bouncing contacts.
 struct alignas(8) BounceRow {
   float restitution = 0;
   float pull = 0;  ///< the bodies' relative acceleration along the normal (m/s²)
 };
 
-/// All rows of one contact, as the law asks for them. Loops over points run to the end, so that they can be unrolled
-/// and rows stay in registers.
+/// All rows of one contact, with the interface that the law expects. Loops over points have a constant length, so that
+/// they can be unrolled and rows stay in registers.
 struct ContactRows {
   ContactFrame frame;
   PointRow points[max_manifold_points] = {};
@@ -130,8 +130,8 @@ struct PosedManifold {
   }
 };
 
-/// Rows of a manifold between bodies at `pose_a` and `pose_b`, of which `overlap` (m) counts as touching; `round` where
-/// one of them is (dynamics/rolling.hpp). Returns how far the nearest points are apart (m).
+/// Sets the rows of a manifold between bodies at `pose_a` and `pose_b`; `overlap` (m) of the depth counts as touching;
+/// `round`: one of the bodies is round (dynamics/rolling.hpp). Returns the nearest points' separation (m).
 template <class Inertia>
 FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, const Pose& pose_b, float overlap,
                                 bool round, const ContactBodies<Inertia>& bodies, ContactRows& rows) {
@@ -142,12 +142,12 @@ FATHOM_HD float prepare_contact(const ContactManifold& m, const Pose& pose_a, co
   return nearest - overlap;
 }
 
-/// Step of a sweep with this softness.
+/// Parameters of a sweep with this softness.
 FATHOM_HD ContactStep contact_step(float inverse_substep, const Softness& softness, float push_out_velocity) {
   return {inverse_substep, softness.bias_rate, softness.mass_scale, softness.impulse_scale, push_out_velocity, 0};
 }
 
-/// Adds what moving surfaces do, and `carried_slide` where A moves as it is told.
+/// Adds the motion of moving surfaces, and `carried_slide` where A is kinematic.
 template <class Inertia>
 struct CarriedBySides {
   const ContactBodies<Inertia>& bodies;
@@ -167,12 +167,12 @@ FATHOM_HD_INLINED void sweep_contact(ContactRows& rows, const ContactAxes& axes,
                                      const ContactStep& step, const CarriedBySides<Inertia>& carried) {
   if constexpr (pass == ContactPass::iterate) sweep_friction(rows, axes, bodies, carried);
   solve_points<pass, held>(rows, axes, bodies, step);
-  // Friction comes last where relaxing has left what carries the load, without the spring's part.
+  // In the relax pass friction comes last: the impulses then carry the load alone, without the spring's part.
   if constexpr (pass == ContactPass::relax) sweep_friction(rows, axes, bodies, carried);
 }
 
-/// Whether all is finite that a sweep leaves of a contact. Where it is not, both bodies stay as they were and the
-/// contact forgets its impulses: so nothing that is not finite gets from one body to another.
+/// Whether all results of a sweep over a contact are finite. If not, both bodies keep their velocities and the contact
+/// forgets its impulses, so that NaN and infinity do not spread from one body to another.
 template <class Inertia>
 FATHOM_HD bool is_sound(const ContactBodies<Inertia>& bodies, const ContactImpulses& impulses) {
   const auto sum = [](Vec3 v) { return v.x + v.y + v.z; };

@@ -1,15 +1,15 @@
-// The row of a coupling over a lane type L, as those of generic joints (dynamics/generic_joint-inl.hpp), which are
+// The row of a coupling over a lane type L, like those of generic joints (dynamics/generic_joint-inl.hpp), which are
 // included first.
 //
-// One row: share_a x_a + share_b x_b is within bounds, x each body's angle about an axis, way along one or distance
-// from a point, all fixed in the world. Angles count turns: a whole number beside what is left of it, so that the sum
-// keeps its digits however far the wheels have turned.
+// One row: share_a x_a + share_b x_b stays within bounds, where x is each body's angle about an axis, travel along an
+// axis or distance from a point, all fixed in the world. Angles count whole turns separately from the remainder, so
+// that the sum keeps its precision however far the wheels have turned.
 
-/// What it ties of a body.
+/// The motion of one body that the coupling ties.
 template <class L>
 struct CoupledEnd {
-  UnitQuat<L> from;  ///< in the world; the motion is along or about its axis x
-  L turns, rope;     ///< 1 of an angle, of a distance; of neither: a way
+  UnitQuat<L> from;  ///< world frame; the motion is along or about its axis x
+  L turns, rope;     ///< 1 for an angle, 1 for a distance; both 0: travel along the axis
   L share;
 };
 inline constexpr int coupled_field_count = 7;
@@ -18,16 +18,16 @@ inline constexpr int coupled_field_count = 7;
 template <class L>
 struct CoupledEnds {
   CoupledEnd<L> a, b;
-  L tells_a;  ///< 1: the reaction that is told is that on A
+  L tells_a;  ///< 1: the reported reaction is that on A
 };
 
-/// How far an angle has come.
+/// An angle with its whole turns.
 template <class L>
 struct CountedAngle {
   L turns, angle;  ///< whole turns, and within one (rad)
 };
 
-/// What outlasts a sweep of a coupling. Frames, arms and ways are those of the step's beginning.
+/// State of a coupling that outlasts a sweep. Frames, arms and ways are those at the start of the step.
 template <class L>
 struct CouplingRow {
   UnitQuat<L> frame_a, frame_b;  ///< the joint's frames in the world
@@ -40,23 +40,23 @@ struct CouplingRow {
 
   L impulse;  ///< on the row's sum, over the substep
   CountedAngle<L> angle_a, angle_b;
-  VecOf<L> given_a, given_b;    ///< N·s that it has been so far on each body
-  VecOf<L> moment_a, moment_b;  ///< and N·m·s about its centre, as spins are written
-  VecOf<L> force, torque;       ///< N·s and N·m·s over the step, of the end that is told of
+  VecOf<L> given_a, given_b;    ///< N·s, total so far on each body
+  VecOf<L> moment_a, moment_b;  ///< N·m·s, about its centre, in the axes of its spin
+  VecOf<L> force, torque;       ///< N·s and N·m·s over the step, at the reported end
 };
 
-/// To the nearest whole number, of numbers below 4 million.
+/// Rounds to the nearest integer; |a| below 4 million.
 template <class L>
 FATHOM_LANE_FUNCTION L rounded(L a) {
   const L shift = splat<L>(12582912.0f);
   return (a + shift) - shift;
 }
 
-/// Of a row that has just been prepared, or the like: how far a body's end has come.
+/// How far a body's end has moved.
 template <class L>
 struct CoupledPosition {
-  VecOf<L> push, moment;  ///< of a unit impulse: N·s and N·m·s on the body, world axes
-  CountedAngle<L> value;  ///< of a way or distance no turns, and m
+  VecOf<L> push, moment;  ///< effect of a unit impulse on the body: N·s and N·m·s, world axes
+  CountedAngle<L> value;  ///< for a travel or distance: no turns, and m
   VecOf<L> way, arm;      ///< m
   L length;               ///< m, of `way`
 
@@ -94,7 +94,7 @@ struct CoupledSide {
   CoupledPosition<L> at;
   SpinFrame<L, all_isotropic> frame;
   VecOf<L> turn;  ///< `at.moment` as the spin is written
-  L drift;        ///< m/s by which a substep changes it more than its rate says
+  L drift;        ///< m/s by which a substep changes it beyond its rate
 
   template <class Side>
   FATHOM_LANE_FUNCTION CoupledSide(const CoupledEnd<L>& end, const UnitQuat<L>& start_frame, VecOf<L> arm, VecOf<L> way,
@@ -102,7 +102,7 @@ struct CoupledSide {
       : at(end, start_frame, arm, way, start, side.moved, side.turned), frame(rotation_by<L>(side.turned), side) {
     const VecOf<L> omega = frame.in_world(side.angular);
     turn = frame.from_world(at.moment);
-    // As a distance joint's: arms turn, and so do lines.
+    // As in a distance joint: arms turn, and so do lines.
     const L most = splat<L>(max_drift * max_drift), half = splat<L>(0.5f) * h, turned = h * h * dot(omega, omega);
     const VecOf<L> curve = scale(most / larger(turned, most), cross(omega, cross(omega, at.arm)));
     const VecOf<L> apart = side.linear + cross(omega, at.arm);
@@ -111,7 +111,7 @@ struct CoupledSide {
     const L swept = smaller(dot(across, across) * inverse * inverse, most);
     drift = half * dot(at.push, curve) + splat<L>(0.5f) * end.rope * swept * at.length * inverse_or_zero(h);
   }
-  /// What a unit of impulse changes the rate of its motion by.
+  /// Change of the motion's rate per unit impulse.
   template <class Inertia>
   FATHOM_LANE_FUNCTION L response(const Inertia& inertia) const {
     const L spun = dot(turn, frame.spun_by(inertia, at.push, turn));
@@ -120,7 +120,7 @@ struct CoupledSide {
     else
       return mul_add(spun, inertia.mass, dot(at.push, at.push));
   }
-  /// An impulse on the row acts on the body, less what has acted of it.
+  /// Applies a row impulse to the body, less the part already applied.
   template <class Side, class Inertia>
   FATHOM_LANE_FUNCTION void push(Side& side, const Inertia& inertia, L impulse, VecOf<L> less, VecOf<L> less_moment,
                                  VecOf<L>& given, VecOf<L>& moment) const {
@@ -144,7 +144,7 @@ struct CouplingSweep {
         a(row.coupling.a, row.frame_a, row.arm_a, row.way_a, row.start_a, of.a, h),
         b(row.coupling.b, row.frame_b, row.arm_b, row.way_b, row.start_b, of.b, h) {}
 
-  /// Whole turns are summed up by themselves.
+  /// Whole turns are summed separately.
   FATHOM_LANE_FUNCTION L value() const {
     const L turns = mul_add(coupling.a.share * a.at.value.turns, coupling.b.share, b.at.value.turns);
     const L angles = mul_add(coupling.a.share * a.at.value.angle, coupling.b.share, b.at.value.angle);
@@ -161,12 +161,12 @@ struct CouplingSweep {
     if constexpr (!only_pushes_b) sum = sum + coupling.a.share * coupling.a.share * a.response(bodies.inverse_of_a());
     return sum;
   }
-  /// The row's impulse is larger by this from now on.
+  /// Adds to the row's impulse.
   FATHOM_LANE_FUNCTION void push(CouplingRow<L>& row, L impulse) {
     const VecOf<L> none = zero_vector<L>();
     push(row, impulse, none, none, none, none);
   }
-  /// The impulse so far acts along the lines as they are now.
+  /// Re-applies the impulse so far along the current lines.
   FATHOM_LANE_FUNCTION void carry_along(CouplingRow<L>& row) {
     push(row, row.impulse, row.given_a, row.given_b, row.moment_a, row.moment_b);
   }
@@ -179,7 +179,7 @@ struct CouplingSweep {
   }
 
  private:
-  /// Less what has been given of it.
+  /// Less the part already applied.
   FATHOM_LANE_FUNCTION void push(CouplingRow<L>& row, L impulse, VecOf<L> given_a, VecOf<L> given_b, VecOf<L> moment_a,
                                  VecOf<L> moment_b) {
     b.push(bodies.b, bodies.inverse_of_b(), coupling.b.share * impulse, given_b, moment_b, row.given_b, row.moment_b);
@@ -188,13 +188,13 @@ struct CouplingSweep {
   }
 };
 
-/// The last step's impulse acts again at once.
+/// Applies the last step's impulse.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void warm_start_coupling(CouplingRow<L>& row, Bodies& bodies) {
   CouplingSweep<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row);
 }
 
-/// The row's impulse after a sweep before positions move: what it holds in any case, or what a bound asks for.
+/// The row's impulse after a sweep before positions move: that of a locked row, or what a bound asks for.
 template <class L, class Sweep>
 FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sweep& sweep, L h, L inverse) {
   const L zero = splat<L>(0.0f);
@@ -203,7 +203,7 @@ FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sw
   const L pull = bounded(row.bias_rate * (value - row.lower), most);
   const L held = mul_add(row.impulse, zero - row.mass_scale * inverse, speed + pull);
   const L locked = held - row.impulse_scale * row.impulse;
-  // Without what a bound has given so far.
+  // Without the bound's impulse so far.
   const L free_speed = speed - row.impulse * inverse_or_zero(inverse);
   const L at = mul_add(value, h, free_speed), below = is_less(at, row.lower), above = is_less(row.upper, at);
   const L bound = bounded((choose(below, row.lower, row.upper) - value) / h, splat<L>(max_pull));
@@ -214,7 +214,7 @@ FATHOM_LANE_FUNCTION L soft_coupling_impulse(const CouplingRow<L>& row, const Sw
   return choose(row.limited, larger(below, above) * one_way, locked);
 }
 
-/// One sweep of a substep of h seconds, as `solve_ball_joint`.
+/// One sweep of a substep of h seconds, like `solve_ball_joint`.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_coupling(CouplingRow<L>& row, Bodies& bodies, L h, bool ends_substep) {
   CouplingSweep<L, Bodies> sweep(row, bodies, h);
@@ -238,7 +238,8 @@ FATHOM_LANE_FUNCTION L solve_coupling(CouplingRow<L>& row, Bodies& bodies, L h, 
   return sum.x + (sum.y + (sum.z + row.impulse));
 }
 
-/// Frames, arms and ways of bodies at these orientations and positions, with frames on them.
+/// Sets frames, arms and ways for bodies at these orientations and positions; `on_a` and `on_b` are the joint frames on
+/// them.
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_coupling(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> position_a,
                                            VecOf<L> position_b, const UnitQuat<L>& on_a, const UnitQuat<L>& on_b,
@@ -251,7 +252,7 @@ FATHOM_LANE_FUNCTION void prepare_coupling(const UnitQuat<L>& q_a, const UnitQua
   row.given_a = row.given_b = row.moment_a = row.moment_b = row.force = row.torque = {zero, zero, zero};
 }
 
-/// The angle that an end begins a step with, which was `last` as the one before ended.
+/// The angle with which an end begins a step; `last` is that at the end of the step before.
 template <class L>
 FATHOM_LANE_FUNCTION CountedAngle<L> resumed(const CoupledEnd<L>& end, const UnitQuat<L>& frame, VecOf<L> arm,
                                              VecOf<L> way, const CountedAngle<L>& last) {

@@ -1,4 +1,4 @@
-// What the application's forces and torques do to a body. Pure, for host and device.
+// Effect of the application's forces and torques on a body. Pure, for host and device.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// What the application lets act on a body in the next step (N, N·m).
+/// The application's force and torque on a body in the next step (N, N·m).
 struct Force {
   Vec3 force, torque;
 };
@@ -17,39 +17,39 @@ struct Acceleration {
   Vec3 angular;  ///< rad/s²
 };
 
-/// Angular acceleration (rad/s²) by a torque (N·m), or change of angular velocity by an angular impulse (N·m·s), both
-/// in world axes. `isotropic`: the inverse inertia (1/(kg·m²)) of a body whose tensor is a multiple of the identity,
-/// else 0; the tensor is read only then.
+/// Angular acceleration (rad/s²) due to a torque (N·m), or change of angular velocity due to an angular impulse
+/// (N·m·s), both in world axes. `isotropic`: the inverse inertia (1/(kg·m²)) of a body whose tensor is a multiple of
+/// the identity, else 0; the tensor is read only if it is 0.
 FATHOM_HD Vec3 angular_response(Quat rotation, float isotropic, const SymMat3& inverse_inertia, Vec3 torque) {
   return with_inverse_inertia(0, isotropic, BodyTensor{rotation, inverse_inertia},
                               [&](const auto& inertia) { return inertia.spun_by(torque); });
 }
 
-/// Adds what a force (N) and a torque (N·m, about the centre of mass) of the application do.
+/// Adds the effect of the application's force (N) and torque (N·m, about the centre of mass).
 FATHOM_HD void add_forces(Acceleration& to, Quat rotation, float inverse_mass, float isotropic,
                           const SymMat3& inverse_inertia, Vec3 force, Vec3 torque) {
   to.linear = mul_add(to.linear, inverse_mass, force);
   to.angular += angular_response(rotation, isotropic, inverse_inertia, torque);
 }
 
-/// How much farther (m or rad) a body has to move in a step of length dt than its n substeps have moved it, where the
-/// application's forces act: `before` and `after` are its velocity at the step's ends, `acceleration` is that of all
-/// that acts but contacts. `is_parabola`: the substeps have moved it along an exact parabola.
+/// Additional movement (m or rad) of a body in a step of length dt, beyond that of its n substeps, where the
+/// application's forces act: `before` and `after` are its velocities at the step's ends, `acceleration` is due to
+/// everything but contacts. `is_parabola`: the substeps have moved it along an exact parabola.
 ///
-/// A controller computes its force F(x) once a step. Spread over the substeps, which is what contacts need in order to
-/// carry it evenly, a = F/m gives
+/// A controller computes its force F(x) once per step. Spread over the substeps, so that contacts carry it evenly, a =
+/// F/m gives
 ///     v' = v + a dt,    x' = x + v dt + β a dt²,
 /// with β = (n + 1)/(2n), or 1/2 on a parabola. For a spring, a = −ω² x, this map has the determinant
 ///     det = (1 − β w²) + w² = 1 + (1 − β) w²,    w = ω dt,
 /// so with β < 1 every undamped oscillation grows. With β = 1, symplectic Euler over the whole step (Hairer, Lubich,
-/// Wanner, "Geometric Numerical Integration", VI.3), det = 1 and the trace is 2 − w²: it is stable for all w < 2. What
-/// is missing is (1 − β) a dt² = (1 − β) dt (v' − v).
+/// Wanner, "Geometric Numerical Integration", VI.3), det = 1 and the trace is 2 − w²: it is stable for all w < 2. The
+/// missing movement is (1 − β) a dt² = (1 − β) dt (v' − v).
 ///
-/// Written with v' − v this holds in contact, too: what contacts do not let happen is not made up for either, and a
-/// body that is pressed, or floats at rest between weight and buoyancy, stays where it is. A collision's change of
-/// velocity is no force's, though. Frictionless contacts leave of p = a dt a projection onto the directions in which
-/// the body is free; all projections of p lie on the sphere that has p as its diameter. So of v' − v the nearest point
-/// of that ball counts.
+/// Written with v' − v this also holds in contact: movement that contacts prevent is not added either, and a body that
+/// is pressed, or floats at rest between weight and buoyancy, stays in place. A collision's change of velocity is not
+/// due to a force, though. Frictionless contacts reduce p = a dt to its projection onto the directions in which the
+/// body is free; all projections of p lie on the sphere with diameter p. So v' − v is replaced by the nearest point of
+/// that ball.
 FATHOM_HD Vec3 missing_movement(Vec3 before, Vec3 after, Vec3 acceleration, bool is_parabola, float dt,
                                 float substeps) {
   const Vec3 middle = (0.5f * dt) * acceleration;
@@ -61,8 +61,8 @@ FATHOM_HD Vec3 missing_movement(Vec3 before, Vec3 after, Vec3 acceleration, bool
   return is_parabola ? mul_add(rest, dt / substeps, middle) : rest;
 }
 
-/// Adds to what a body has moved (m) and turned (rad) in a step what `missing_movement` says of both, where the
-/// application's forces act. Velocities are those at the step's ends.
+/// Adds `missing_movement` to a body's movement (m) and rotation (rad) in a step where the application's forces act.
+/// Velocities are those at the step's ends.
 FATHOM_HD void complete_forced(Vec3& moved, Vec3& turned, const Force& f, const Acceleration& a, Vec3 linear_before,
                                Vec3 linear_after, Vec3 angular_before, Vec3 angular_after, bool is_parabola, float dt,
                                float substeps) {

@@ -1,19 +1,19 @@
 // How a sweep solves the rows of a generic or distance joint (dynamics/generic_rows-inl.hpp, which is included first),
 // over the same lane type L.
 //
-// A sweep solves all axes at once: what is locked is eliminated (Gauss-Jordan), which leaves of the others the masses
-// that the locked ones let through. Then drives are solved as soft rows of these, and again with the limits that their
-// result would break and with what exceeds its largest force. A substep is one of RATTLE, as a ball joint's.
+// A sweep solves all axes at once. Eliminating the locked axes (Gauss-Jordan) leaves the effective masses of the
+// others. Drives are then solved as soft rows, and solved again with the limits that their result would break and with
+// those drives at their largest force that would exceed it. A substep is a RATTLE step, as for a ball joint.
 
-/// Equations of six rows: `response` x = `wanted`, and which of them have been solved for.
+/// Equations of six rows, `response` x = `wanted`, and which of them have been solved.
 template <class L>
 struct GenericSystem {
   L response[axis_count][axis_count];
   L wanted[axis_count];
-  L pull[axis_count];     ///< of `wanted` what brings axes back to their limits; of `solve_free_axes` alone
-  L inverse[axis_count];  ///< of the solved ones' diagonal; of others 0
+  L pull[axis_count];  ///< the part of `wanted` that brings axes back to their limits; used only by `solve_free_axes`
+  L inverse[axis_count];  ///< of the diagonal for solved rows, else 0
 
-  /// Solves row i for its impulse, where `active` is 1, and takes it out of all others.
+  /// Solves row i for its impulse where `active` is 1, and eliminates it from all others.
   template <bool pulls = false>
   FATHOM_LANE_FUNCTION void eliminate(int i, L active, L compliance) {
     const L pivot = active * inverse_or_zero(response[i][i] + compliance);
@@ -28,29 +28,29 @@ struct GenericSystem {
       response[j][i] = choose(active, splat<L>(0.0f), response[j][i]);
     }
   }
-  /// Row i's impulse is `impulse`.
+  /// Applies the known impulse `impulse` on row i.
   FATHOM_LANE_FUNCTION void give(int i, L impulse) {
     for (int j = 0; j < axis_count; ++j) wanted[j] = mul_add(wanted[j], splat<L>(0.0f) - impulse, response[j][i]);
   }
 };
 
-/// What an axis that is not locked does in a sweep.
+/// How a sweep treats an axis that is not locked.
 template <class L>
 struct FreeAxis {
-  L is_driven, is_at_limit;  ///< 1 or 0: solved as a soft row, as a rigid one
+  L is_driven, is_at_limit;  ///< 1 or 0: solved as a soft row; as a rigid row
   L compliance, aim;         ///< of the drive: wanted velocity is aim - compliance · impulse
-  L bound;                   ///< m/s or rad/s with which it comes to its limit
-  L pull;                    ///< of `bound` what it comes back with from beyond it
-  L given;                   ///< N·s that it gets in any case
+  L bound;                   ///< m/s or rad/s at which it reaches its limit
+  L pull;                    ///< the part of `bound` that brings it back from beyond the limit
+  L given;                   ///< N·s, known impulse
 };
 
-// Armature I takes the impulse I (v - v') from whatever changes the rate of its axis from v to v': a drive that holds
-// the rate as it was, of compliance 1 / I. Side by side with a drive, that wants aim - compliance · impulse, it is one
-// that wants
+// Armature I takes the impulse I (v - v') from whatever changes the rate of its axis from v to v': it acts as a drive
+// that holds the old rate with compliance 1 / I. In parallel with a drive that wants aim - compliance · impulse, the
+// two are a drive that wants
 //   (aim + compliance I v) / (1 + compliance I) - compliance / (1 + compliance I) · impulse
-// until the drive gives its most.
+// until the drive reaches its largest force.
 
-/// A drive with an armature beside it, or the armature alone.
+/// Combines a drive with an armature, or adds the armature alone.
 template <class L>
 FATHOM_LANE_FUNCTION void add_armature(FreeAxis<L>& f, L armature, L rate) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), least = splat<L>(1e-30f);
@@ -61,7 +61,7 @@ FATHOM_LANE_FUNCTION void add_armature(FreeAxis<L>& f, L armature, L rate) {
   f.is_driven = larger(f.is_driven, has);
 }
 
-/// The same with a drive that gives `most`, or its reverse.
+/// The same with a drive at its largest impulse `most`, or at its reverse.
 template <class L>
 FATHOM_LANE_FUNCTION void add_limit_to_armature(FreeAxis<L>& f, L armature, L rate, L most) {
   const L compliance = splat<L>(1.0f) / larger(armature, splat<L>(1e-30f));
@@ -69,7 +69,7 @@ FATHOM_LANE_FUNCTION void add_limit_to_armature(FreeAxis<L>& f, L armature, L ra
   f.compliance = compliance;
 }
 
-/// Solves the axes that are not locked, of a system whose locked ones have been eliminated.
+/// Solves the unlocked axes of a system whose locked ones have been eliminated.
 template <class L>
 FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const GenericJointRow<L>& row,
                                           const FreeAxis<L> (&axes)[axis_count]) {
@@ -85,8 +85,8 @@ FATHOM_LANE_FUNCTION void solve_free_axes(GenericSystem<L>& system, const Generi
   }
 }
 
-/// What is locked is soft: it lets a part of what pushes it through, and gives a part of its impulses back. So what its
-/// elimination leaves of the other axes is so much of it, and the rest of what was before.
+/// Locked axes are soft: they let part of the load through and give back part of their impulses. So the other axes get
+/// that part of the eliminated system and the rest of the original one.
 template <class L>
 FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L>& before,
                                  const GenericJointRow<L>& row) {
@@ -103,8 +103,8 @@ FATHOM_LANE_FUNCTION void soften(GenericSystem<L>& system, const GenericSystem<L
   }
 }
 
-/// Whether a drive that is not at a limit would give more than its most for an impulse `wanted`, which leaves the axis
-/// the rate `speed`. One beside an armature becomes one that gives its most.
+/// Whether a drive that is not at a limit exceeds its largest impulse with `wanted`, which leaves the axis the rate
+/// `speed`. A drive beside an armature is instead replaced by one at its largest impulse.
 template <class L>
 FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis<L>& a, L rate, L wanted, L speed) {
   const L zero = splat<L>(0.0f), one = splat<L>(1.0f), has = is_less(zero, a.armature);
@@ -117,16 +117,16 @@ FATHOM_LANE_FUNCTION L exceeds_beside_armature(FreeAxis<L>& f, const GenericAxis
   return exceeds * (one - has);
 }
 
-/// The rate that a limit throws an axis back with; `side` is -1 of the lower limit, 1 of the upper one, or 0. What it
-/// came with is its last rate: the bodies' velocities have impulses of the last substep in them, repeated.
+/// The rate at which an axis bounces off a limit; `side` is -1 for the lower limit, 1 for the upper one, or 0. The
+/// approach speed is its last rate: the bodies' velocities already contain the repeated impulses of the last substep.
 template <class L>
 FATHOM_LANE_FUNCTION L bounce_of(const GenericJointRow<L>& row, int i, L side) {
   const L is_hit = is_less(row.min_hit, side * row.rate[i]);
   return splat<L>(0.0f) - is_hit * row.axes[i].restitution * row.rate[i];
 }
 
-/// What limits and drives make of a system, after what is locked. Two rounds: one without limits and without bounds of
-/// drives, and one with those that its result exceeds.
+/// Solves limits and drives of a system after the locked axes. Two rounds: one without limits and largest forces, and
+/// one with those that the first result exceeds.
 template <class L, class Rows>
 FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const GenericSystem<L>& before,
                                           GenericJointRow<L>& row, const Rows& rows, L h, bool reacts,
@@ -174,7 +174,7 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     } else {
       at_bound = bounded(at_bound, a.most);
     }
-    // At a limit its velocity is known, and with it what the drive gives.
+    // At a limit the axis' velocity is known, and hence the drive's impulse.
     const L known = choose(f.is_at_limit, at_bound, bounded_drive) - row.drive[i];
     const L is_known = f.is_driven * larger(f.is_at_limit, exceeds);
     f.given = choose(is_known, known, zero) - a.limited * (one - f.is_at_limit) * row.hold[i];
@@ -190,13 +190,13 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
     const L driven = bounded(row.drive[i] + change, a.most);
     drive[i] = choose(f.is_driven, reacts ? choose(is_less(zero, a.armature), row.drive[i] + change, driven) : driven,
                       drive[i]);
-    // Of one that lasts, a part is given back, as of what is locked.
+    // A lasting impulse is partly given back, as for locked axes.
     const L lasts = is_less(zero, larger(row.hold[i], zero - row.hold[i]));
     const L soft = mul_add(row.mass_scale * change, zero - row.impulse_scale, row.hold[i]);
     L held = row.hold[i] + choose(lasts, soft, change);
     held = choose(is_less(rows.value[i] - a.lower, a.upper - rows.value[i]), larger(held, zero), smaller(held, zero));
     if (reacts) {
-      // What a soft limit lets through, body and armature take together.
+      // Body and armature share what a soft limit lets through.
       const L short_by = f.is_at_limit * (row.hold[i] + change - held);
       drive[i] = mul_add(drive[i], a.armature / larger(system.inverse[i] + a.armature, splat<L>(1e-30f)), short_by);
     }
@@ -208,17 +208,17 @@ FATHOM_LANE_FUNCTION void drive_and_limit(GenericSystem<L>& system, const Generi
   }
 }
 
-/// The last step's impulses act again at once.
+/// Applies the last step's impulses.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void warm_start_generic_joint(GenericJointRow<L>& row, Bodies& bodies) {
   GenericJointRows<L, Bodies>(row, bodies, splat<L>(0.0f)).carry_along(row, splat<L>(0.0f));
 }
 
-/// What an axis does while velocities relax, besides what it did without armature and restitution.
+/// How an axis relaxes where it has armature or restitution.
 template <class L>
 struct RelaxingAxis {
-  L spins, compliance;  ///< 1: nothing but its armature holds it
-  L of_armature;        ///< N·s that this takes where a limit holds the axis
+  L spins, compliance;  ///< 1: only its armature holds it
+  L of_armature;        ///< N·s of the armature where a limit holds the axis
 
   FATHOM_LANE_FUNCTION RelaxingAxis(const GenericJointRow<L>& row, int i, L presses, L& wanted) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
@@ -229,11 +229,11 @@ struct RelaxingAxis {
     of_armature = at_limit * a.armature * (row.rate[i] - row.bounce[i]);
     wanted = wanted + (spins * row.rate[i] + at_limit * row.bounce[i]);
   }
-  /// Of a row's change what the armature has given.
+  /// The armature's share of a row's change.
   FATHOM_LANE_FUNCTION L part_of(L change) const { return mul_add(of_armature, spins, change); }
 };
 
-/// The axes' relaxing impulses, of a system whose rows have been solved.
+/// The relaxed impulse of an axis, in a system whose rows have been solved.
 template <class L>
 FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L change) {
   const L zero = splat<L>(0.0f), held = row.hold[i] + change;
@@ -241,8 +241,9 @@ FATHOM_LANE_FUNCTION L relaxed_hold(const GenericJointRow<L>& row, int i, L chan
   return choose(row.axes[i].limited, pressing, held);
 }
 
-/// What the last sweep has pulled back is where it is by now, or this one finds how far it is. Left in the velocities,
-/// which the relaxing sweep would take it out of along rows that have turned, it would gain energy at every limit hit.
+/// Removes the velocity with which the last sweep pulled axes back to their limits: they have moved by it, or this
+/// sweep finds how far they still are. Left in the velocities it would add energy at every limit hit, because the relax
+/// sweep would remove it along rows that have turned.
 template <class L, class Bodies>
 FATHOM_LANE_FUNCTION void take_back_pull(GenericJointRow<L>& row, Bodies& bodies) {
   const auto frame_of = [](const auto& side) FATHOM_LANE_LAMBDA {
@@ -254,7 +255,7 @@ FATHOM_LANE_FUNCTION void take_back_pull(GenericJointRow<L>& row, Bodies& bodies
   row.pulled = row.pulled_a = row.pulled_b = zero_vector<L>();
 }
 
-/// One sweep of a substep of h seconds, as `solve_ball_joint`.
+/// One sweep of a substep of h seconds, like `solve_ball_joint`.
 template <JointPass pass, class L, class Bodies>
 FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodies, L h, JointUse use,
                                            bool ends_substep) {
@@ -272,7 +273,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
     const L pull = bounded(row.bias_rate * (rows.value[i] - a.lower), most);
     system.wanted[i] = zero - rows.velocity(i);
     if constexpr (!relaxes) system.wanted[i] = system.wanted[i] - a.locked * (rows.drift[i] + pull);
-    system.pull[i] = zero - a.locked * row.rigid * pull;  // a spring's is there to stay
+    system.pull[i] = zero - a.locked * row.rigid * pull;  // a spring's pull stays
     system.inverse[i] = zero;
     for (int j = 0; j <= i; ++j) system.response[i][j] = system.response[j][i] = rows.response(i, j);
   }
@@ -322,7 +323,7 @@ FATHOM_LANE_FUNCTION L solve_generic_joint(GenericJointRow<L>& row, Bodies& bodi
   }
   rows.push(row, more);
   if (pass == JointPass::soft && use.moves) rows.set_pull_apart(row, pull_back, share);
-  // Of several sweeps per substep all begin with the rates that it began with.
+  // All of several sweeps per substep use the rates from its start.
   if (use.reacts && (pass != JointPass::iterate || ends_substep))
     for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i);
   if (ends_substep) rows.add_up(row);

@@ -1,4 +1,5 @@
-// The rows of one generic or distance joint, for the device and for single joints, and what they are made of. Pure.
+// The rows of one generic or distance joint, for the device and for single joints, and the definitions behind them.
+// Pure.
 #pragma once
 
 #include <fathom/joint.hpp>
@@ -11,20 +12,20 @@ namespace fathom {
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #define FATHOM_LANE_LAMBDA
 #include "dynamics/generic_rows-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/generic_joint-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/coupling-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// What outlasts a step, on B, in the axes' order.
+/// Impulses that outlast a step, on B, in the order of the axes.
 struct GenericImpulse {
-  float hold[axis_count] = {}, drive[axis_count] = {};  ///< N·s and N·m·s of the last substep, to start from
+  float hold[axis_count] = {}, drive[axis_count] = {};  ///< N·s and N·m·s of the last substep, for warm starting
   Vec3 force, torque;                                   ///< N·s and N·m·s of the whole step, world axes
 };
 
-/// What sweeps begin a step with (see `max_start`).
+/// The impulses with which sweeps begin a step (see `max_start`).
 FATHOM_HD GenericImpulse started(const GenericImpulse& last, float max_start) {
   const float share = start_share(length_squared({last.hold[0], last.hold[1], last.hold[2]}), max_start);
   GenericImpulse start = last;
@@ -32,13 +33,13 @@ FATHOM_HD GenericImpulse started(const GenericImpulse& last, float max_start) {
   return start;
 }
 
-/// A coupling as its row reads it.
+/// A coupling in the form that its row reads.
 struct Coupling {
   CoupledEnds<float> ends{};
   Vec3 from_a, from_b;  ///< m, world
 };
 
-/// Of a checked definition; `swapped`: A is its B.
+/// From a validated definition; `swapped`: A is the definition's B.
 inline Coupling make_coupling(const JointDef& def, bool swapped) {
   const auto end = [](const CouplingEnd& e, float share) {
     const Quat q = e.from.rotation;
@@ -55,32 +56,32 @@ inline Coupling make_coupling(const JointDef& def, bool swapped) {
   return c;
 }
 
-/// A definition as the rows read it. A is the body that cannot be pushed, where there is one.
+/// A definition in the form that the rows read. If one of the bodies cannot be pushed, it is A.
 struct GenericJoint {
   UnitQuat<float> on_a{1, {}}, on_b{1, {}};  ///< the joint's frames on the bodies
-  Softness softness;                         ///< of what is locked
+  Softness softness;                         ///< of locked axes
   float rigid = 1, distance = 0, cone = 0;   ///< see GenericJointRow
   float moves = 0;                           ///< 1: some axis has a limit, a drive or an armature
   float reacts = 0;                          ///< 1: an armature or restitution
-  float min_hit = 0;                         ///< m/s or rad/s, above which limits throw back
+  float min_hit = 0;                         ///< m/s or rad/s, speed above which limits bounce
   GenericAxis<float> axes[axis_count] = {};
-  float couples = 0;  ///< 1: it is a coupling, and of the axes the first one's bounds alone count
+  float couples = 0;  ///< 1: it is a coupling, and only the first axis' bounds are used
   Coupling coupling;
 
   FATHOM_HD JointUse use() const { return {moves != 0, reacts != 0}; }
-  /// Whether some axis is locked, or has limits.
+  /// Whether some axis is locked or has limits.
   bool holds() const {
     for (const GenericAxis<float>& axis : axes)
       if (axis.locked + axis.limited > 0) return true;
     return false;
   }
-  /// Whether the bodies move as one, but for drives.
+  /// Whether the bodies move as one, except for drives.
   bool is_stiff() const {
     for (const GenericAxis<float>& axis : axes)
       if (!(axis.locked > 0 || axis.most > 0)) return false;
     return distance == 0;
   }
-  /// By a drive, or an armature.
+  /// Whether some axis has a drive or an armature.
   bool is_driven() const {
     for (const GenericAxis<float>& axis : axes)
       if (axis.most > 0 || axis.armature > 0) return true;
@@ -88,7 +89,7 @@ struct GenericJoint {
   }
 };
 
-/// What a row has of its definition.
+/// Copies a definition into a row.
 FATHOM_HD void define_coupling(const GenericJoint& joint, CouplingRow<float>& row) {
   row.coupling = joint.coupling.ends;
   row.bias_rate = joint.softness.bias_rate, row.mass_scale = joint.softness.mass_scale;
@@ -96,7 +97,8 @@ FATHOM_HD void define_coupling(const GenericJoint& joint, CouplingRow<float>& ro
   row.lower = joint.axes[0].lower, row.upper = joint.axes[0].upper, row.limited = joint.axes[0].limited;
 }
 
-/// The row of a coupling with what it has of its last step; hold[0] of `impulse` is the row's, drives are its angles.
+/// The row of a coupling with the state of its last step: hold[0] of `impulse` is the row's impulse, its drive entries
+/// hold the angles.
 FATHOM_HD CouplingRow<float> prepared_coupling(const GenericJoint& joint, Vec3 anchor_a, Vec3 anchor_b, const Pose& a,
                                                const Pose& b, const GenericImpulse& impulse) {
   const auto unit = [](Quat q) { return UnitQuat<float>{q.w, q.vector()}; };
@@ -111,7 +113,7 @@ FATHOM_HD CouplingRow<float> prepared_coupling(const GenericJoint& joint, Vec3 a
   return row;
 }
 
-/// What outlasts the step of it.
+/// The part of the row that outlasts the step.
 FATHOM_HD GenericImpulse impulse_of(const CouplingRow<float>& row) {
   GenericImpulse impulse;
   impulse.hold[0] = row.impulse;
@@ -121,7 +123,7 @@ FATHOM_HD GenericImpulse impulse_of(const CouplingRow<float>& row) {
   return impulse;
 }
 
-/// The rates of a prepared row's axes, of bodies with these velocities as the step begins.
+/// Sets the rates of a prepared row's axes for bodies with these velocities at the start of the step.
 template <class Side>
 FATHOM_HD void begin_rates(GenericJointRow<float>& row, const GenericJoint& joint, const Side& a, const Side& b) {
   row.distance = joint.distance, row.cone = joint.cone;
@@ -133,8 +135,8 @@ FATHOM_HD void begin_rates(GenericJointRow<float>& row, const GenericJoint& join
   for (int i = 0; i < axis_count; ++i) row.rate[i] = rows.velocity(i), row.bounce[i] = 0;
 }
 
-/// What a joint with a new definition begins with of its impulses: an axis that is neither locked nor limited any more
-/// holds nothing, and one without a drive drives nothing.
+/// Clears the impulses that a joint's new definition has no use for: the hold of an axis that is neither locked nor
+/// limited, and the drive of an axis without a drive.
 FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impulse) {
   if (joint.couples != 0) return;
   for (int i = 0; i < axis_count; ++i) {
@@ -143,7 +145,7 @@ FATHOM_HD void forget_what_ended(const GenericJoint& joint, GenericImpulse& impu
   }
 }
 
-/// An axis in substeps of h seconds; `sign` is -1 where the bodies' roles are exchanged.
+/// An axis for substeps of h seconds; `sign` is -1 where the bodies' roles are swapped.
 inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float h) {
   GenericAxis<float> a{};
   a.locked =
@@ -176,10 +178,10 @@ inline GenericAxis<float> generic_axis(const JointAxis& axis, float sign, float 
 
 struct JointRole {
   bool swapped = false;   ///< A is the definition's B
-  bool is_alone = false;  ///< of a coupling: see `alone_coupling_rate`
+  bool is_alone = false;  ///< for a coupling: see `alone_coupling_rate`
 };
 
-/// Of a checked definition. `h` is a substep (s).
+/// From a validated definition. `h` is the substep (s).
 inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& role, float h, float min_hit) {
   const bool swapped = role.swapped;
   GenericJoint joint;
@@ -214,7 +216,7 @@ inline GenericJoint make_generic_joint(const JointDef& def, const JointRole& rol
   return joint;
 }
 
-/// Where its axes stand (see JointPositions) with the definition's bodies at these poses; `swapped` as above.
+/// Positions of its axes (see JointPositions) with the definition's bodies at these poses; `swapped` as above.
 inline JointPositions joint_axis_positions(const JointDef& def, const Pose& a, const Pose& b, bool swapped) {
   JointPositions positions{};
   if (def.type == JointType::ball) return positions;

@@ -1,20 +1,21 @@
-// The rows of a generic or distance joint over a lane type L, as those of ball joints (dynamics/ball_joint-inl.hpp),
-// which is included first. How they are solved is in dynamics/generic_joint-inl.hpp.
+// The rows of a generic or distance joint over a lane type L, like those of ball joints (dynamics/ball_joint-inl.hpp),
+// which is included first. They are solved in dynamics/generic_joint-inl.hpp.
 //
 // Six axes: three translations of B's anchor in A's frame, the twist about B's axis x and its two swings. The relative
-// rotation is taken apart into a swing of axis x and the twist that it leaves; the twist's rate is that about the
-// bisector of the two axes x, so both hold for any angle short of a swing by pi. Translations act on both bodies at B's
-// anchor, so that a slider that is far out keeps the angular momentum.
+// rotation is decomposed into a swing of axis x and the remaining twist, whose rate is that about the bisector of the
+// two axes x, so both hold for any swing below pi. Translations act on both bodies at B's anchor, so that a slider that
+// is far out conserves angular momentum.
 
 inline constexpr int axis_count = 6, translations = 3;
 
-/// What an axis asks of a substep; `generic_axis` makes it of a definition. An axis that is neither is free.
+/// Parameters of an axis for a substep, which `generic_axis` makes from a definition. An axis that is neither locked
+/// nor limited is free.
 template <class L>
 struct GenericAxis {
   L locked, limited;  ///< 1 or 0
-  L lower, upper;     ///< m or rad; of a locked axis both are where it is held
-  /// Of a drive: it wants the velocity approach (target - x) + velocity - (compliance + response K) impulse, K being
-  /// what a unit of impulse changes the axis' velocity by.
+  L lower, upper;     ///< m or rad; for a locked axis both are the held position
+  /// A drive wants the velocity approach (target - x) + velocity - (compliance + response K) impulse, where K is the
+  /// change of the axis' velocity per unit impulse.
   L target, approach, velocity, compliance, response;
   L most;  ///< N·s or N·m·s; 0: no drive
   L restitution;
@@ -22,7 +23,7 @@ struct GenericAxis {
 };
 inline constexpr int axis_field_count = 12;
 
-/// What outlasts a sweep of one joint. Frames, arms and the gap are those of the step's beginning.
+/// State of one joint that outlasts a sweep. Frames, arms and gap are those at the start of the step.
 template <class L>
 struct GenericJointRow {
   UnitQuat<L> frame_a, frame_b;  ///< the joint's frames in the world
@@ -30,28 +31,28 @@ struct GenericJointRow {
   VecOf<L> gap;                  ///< m, from A's anchor to B's
   VecOf<L> pull;                 ///< m/s², see BallJointRow
   L bias_rate, mass_scale, impulse_scale;
-  L rigid;     ///< 1, or 0 where what is locked is a spring
-  L distance;  ///< 1 of a distance joint
-  L cone;      ///< 1 where the swings have a cone in place of two axes
+  L rigid;     ///< 1, or 0 where locked axes are springs
+  L distance;  ///< 1 for a distance joint
+  L cone;      ///< 1 where a cone limits the swing instead of two axes
   GenericAxis<L> axes[axis_count];
 
-  L hold[axis_count];           ///< N·s or N·m·s on B, of what is locked or at a limit, over the substep
-  L drive[axis_count];          ///< of drives
-  VecOf<L> given;               ///< N·s on B that all of them have been so far
-  VecOf<L> moment_a, moment_b;  ///< N·m·s, its moments about the centres, as spins are written; A gets the reverse
+  L hold[axis_count];           ///< N·s or N·m·s on B over the substep, of locked axes and limits
+  L drive[axis_count];          ///< the same, of drives
+  VecOf<L> given;               ///< N·s on B, sum of all so far
+  VecOf<L> moment_a, moment_b;  ///< N·m·s, its moments about the centres, in the axes of the spins; A gets the reverse
   VecOf<L> force, torque;       ///< N·s and N·m·s on B over the step, world axes
 
-  // Of joints that move (see JointUse): what the last sweep pulled axes back with that were beyond their limits, which
-  // the next one takes back: as `given` and its moments.
+  // For joints that move (see JointUse): impulse and moments, as in `given`, with which the last sweep pulled axes back
+  // inside their limits. The next sweep removes them.
   VecOf<L> pulled, pulled_a, pulled_b;
 
-  // Of joints that react to speeds.
+  // For joints that react to speeds.
   L min_hit;             ///< m/s or rad/s, above which limits throw back
-  L bounce[axis_count];  ///< m/s or rad/s with which the substep leaves a limit that it hit
-  L rate[axis_count];    ///< as the last sweep has left them
+  L bounce[axis_count];  ///< m/s or rad/s at which the substep leaves a limit that was hit
+  L rate[axis_count];    ///< after the last sweep
 };
 
-/// What the axes of a joint have that not all have, or of several side by side some of them.
+/// Optional features of a joint's axes, or of any of several joints side by side.
 struct JointUse {
   bool moves = false;   ///< limits or drives
   bool reacts = false;  ///< armature or restitution
@@ -66,30 +67,30 @@ FATHOM_LANE_FUNCTION UnitQuat<L> conjugate(const UnitQuat<L>& q) {
   return {q.w, scale(splat<L>(-1.0f), q.v)};
 }
 
-/// `a`, no longer than `most`.
+/// `a`, clamped to ±`most`.
 template <class L>
 FATHOM_LANE_FUNCTION L bounded(L a, L most) {
   return smaller(larger(a, splat<L>(0.0f) - most), most);
 }
 
-/// The six rows of a joint as they are now: where they stand, what they act on.
+/// The six current rows of a joint: positions and directions.
 template <class L, class Bodies>
 struct GenericJointRows {
   static constexpr bool only_pushes_b = Bodies::only_pushes_b;
   using Frame = SpinFrame<L, Bodies::all_isotropic>;
 
   Bodies& bodies;
-  Frame frame_a, frame_b;                                 ///< that spins are written in
+  Frame frame_a, frame_b;                                 ///< in which spins are expressed
   VecOf<L> along[translations];                           ///< unit vectors in the world
-  VecOf<L> turn_of_a[axis_count], turn_of_b[axis_count];  ///< m or 1: moment of a unit impulse, as spins are written
+  VecOf<L> turn_of_a[axis_count], turn_of_b[axis_count];  ///< m or 1: moment of a unit impulse, in the axes of the spin
   VecOf<L> spin_of_a[axis_count], spin_of_b[axis_count];  ///< and the spin that it gives
   L value[axis_count];                                    ///< m or rad
-  L drift[axis_count];  ///< m/s or rad/s by which a substep changes it more than its rate says
+  L drift[axis_count];  ///< m/s or rad/s by which a substep changes it beyond its rate
 
-  /// Where they stand alone: `along`, `value`, `reach`, `arm`, `torque_axis`.
+  /// Sets positions only: `along`, `value`, `reach`, `arm`, `torque_axis`.
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of)
       : GenericJointRows(row, of, rotation_by<L>(of.a.turned), rotation_by<L>(of.b.turned)) {}
-  /// Of bodies that have turned by these since the step began.
+  /// The same for bodies that have turned by these rotations since the step began.
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, const UnitQuat<L>& turned_a,
                                         const UnitQuat<L>& turned_b)
       : bodies(of), frame_a(turned_a, of.a), frame_b(turned_b, of.b) {
@@ -100,8 +101,8 @@ struct GenericJointRows {
     spun_a_ = spun_b_ = zero_vector<L>();
   }
   FATHOM_LANE_FUNCTION GenericJointRows(const GenericJointRow<L>& row, Bodies& of, L h) : GenericJointRows(row, of) {
-    // As the last substep has left them: what it gave acts again, along arms that have turned since, and spins light
-    // bodies as they will not spin once the sweep has put that right.
+    // Velocities without the last substep's impulses, which act again along arms that have turned since and give light
+    // bodies spins that the sweep will correct.
     spun_b_ = frame_b.spun_by(of.inverse_of_b(), row.given, row.moment_b);
     const VecOf<L> omega_b = frame_b.in_world(of.b.angular - spun_b_);
     const VecOf<L> linear_b =
@@ -114,7 +115,7 @@ struct GenericJointRows {
     }
     const VecOf<L> speed_b = linear_b + cross(omega_b, arm_);
     set_drift(row, gap_, speed_b - (linear_a + cross(omega_a, arm_a_)), h);
-    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach_));  // as A sees it
+    const VecOf<L> apart = speed_b - (linear_a + cross(omega_a, reach_));  // as seen from A
     const L slides = splat<L>(1.0f) - row.distance;
     VecOf<L> curve = curve_of(omega_b, arm_, h) - curve_of(omega_a, mul_add(arm_a_, slides, reach_ - arm_a_), h);
     const VecOf<L> slow_a = followed(omega_a, h), relative = followed(omega_b, h) - slow_a;
@@ -127,7 +128,7 @@ struct GenericJointRows {
     }
   }
 
-  /// m, from A's and from B's centre to where the joint acts, and the axes of its rotations, all in the world.
+  /// m, from A's and from B's centre to the point where the joint acts, and the rotation axes, all in the world.
   FATHOM_LANE_FUNCTION VecOf<L> reach() const { return reach_; }
   FATHOM_LANE_FUNCTION VecOf<L> arm() const { return arm_; }
   FATHOM_LANE_FUNCTION VecOf<L> torque_axis(int i) const { return about_[i]; }
@@ -135,7 +136,7 @@ struct GenericJointRows {
     const L turning = dot(turn_of_b[i], bodies.b.angular) - dot(turn_of_a[i], bodies.a.angular);
     return i < translations ? turning + dot(along[i], bodies.b.linear - bodies.a.linear) : turning;
   }
-  /// What a unit of impulse on row j changes row i's velocity by.
+  /// Change of row i's velocity per unit impulse on row j.
   FATHOM_LANE_FUNCTION L response(int i, int j) const {
     L sum = dot(turn_of_b[i], spin_of_b[j]);
     if constexpr (!only_pushes_b) sum = sum + dot(turn_of_a[i], spin_of_a[j]);
@@ -148,15 +149,15 @@ struct GenericJointRows {
       return mul_add(sum, inverse_mass, dot(along[i], along[j]));
     }
   }
-  /// As a ball joint's.
+  /// As for a ball joint.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], L h) const {
     return followed_share(impulses, zero_vector<L>(), zero_vector<L>(), h, max_drift);
   }
-  /// The rows' impulses are larger by these from now on.
+  /// Adds to the rows' impulses.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count]) {
     push(row, impulses, zero_vector<L>(), zero_vector<L>(), zero_vector<L>());
   }
-  /// The impulses so far act along the rows as they are now, as a ball joint's.
+  /// Re-applies the impulses so far along the current rows, as for a ball joint.
   FATHOM_LANE_FUNCTION void carry_along(GenericJointRow<L>& row, L h) {
     L impulses[axis_count];
     for (int i = 0; i < axis_count; ++i) impulses[i] = row.hold[i] + row.drive[i];
@@ -167,7 +168,8 @@ struct GenericJointRows {
     }
     push(row, impulses, row.given, row.moment_a, row.moment_b);
   }
-  /// So much of the row's impulses pulls axes back to their limits. It is there to move the bodies, not to last.
+  /// Splits off the part of the row's impulses that pulls axes back to their limits: it moves the bodies but must not
+  /// last.
   FATHOM_LANE_FUNCTION void set_pull_apart(GenericJointRow<L>& row, const L (&pull)[axis_count], L share) const {
     row.pulled = row.pulled_a = row.pulled_b = zero_vector<L>();
     for (int i = 0; i < axis_count; ++i) {
@@ -180,7 +182,7 @@ struct GenericJointRows {
     row.given = row.given - row.pulled;
     row.moment_a = row.moment_a - row.pulled_a, row.moment_b = row.moment_b - row.pulled_b;
   }
-  /// What the impulses so far are in the world.
+  /// Adds the impulses so far to force and torque, in world axes.
   FATHOM_LANE_FUNCTION void add_up(GenericJointRow<L>& row) const {
     row.force = row.force + row.given;
     for (int i = 0; i < translations; ++i)
@@ -192,9 +194,9 @@ struct GenericJointRows {
 
   VecOf<L> about_[translations];
   VecOf<L> reach_, arm_, arm_a_, gap_;
-  VecOf<L> spun_a_, spun_b_;  ///< rad/s that the row's impulses so far have given
+  VecOf<L> spun_a_, spun_b_;  ///< rad/s due to the row's impulses so far
 
-  /// What a unit of impulse on row j gives of relative linear velocity.
+  /// Relative linear velocity per unit impulse on row j.
   FATHOM_LANE_FUNCTION VecOf<L> moved_apart(int j) const {
     const VecOf<L> impulse = j < translations ? along[j] : zero_vector<L>();
     const VecOf<L> of_b = frame_b.moved_by(bodies.inverse_of_b(), impulse, turn_of_b[j]);
@@ -203,7 +205,7 @@ struct GenericJointRows {
     else
       return of_b + frame_a.moved_by(bodies.inverse_of_a(), impulse, turn_of_a[j]);
   }
-  /// The same, less the spins that the bodies have been given already.
+  /// The same, less the spins already given to the bodies.
   FATHOM_LANE_FUNCTION L followed_share(const L (&impulses)[axis_count], VecOf<L> spun_a, VecOf<L> spun_b, L h,
                                         float angle) const {
     VecOf<L> by_a = zero_vector<L>(), by_b = zero_vector<L>();
@@ -215,7 +217,7 @@ struct GenericJointRows {
     if constexpr (!only_pushes_b) by_a = by_a - spun_a;
     return turning_share(by_a, by_b, h, angle);
   }
-  /// Less what has been given of them.
+  /// Less the parts already applied.
   FATHOM_LANE_FUNCTION void push(GenericJointRow<L>& row, const L (&impulses)[axis_count], VecOf<L> given,
                                  VecOf<L> moment_a, VecOf<L> moment_b) {
     VecOf<L> linear = negated<L>(given), of_a = negated<L>(moment_a), of_b = negated<L>(moment_b);
@@ -231,17 +233,17 @@ struct GenericJointRows {
       row.moment_a = row.moment_a + of_a;
     }
   }
-  /// As much of a spin as a substep turns by `max_drift`.
+  /// `spin`, limited so that a substep turns by at most `max_drift`.
   FATHOM_LANE_FUNCTION static VecOf<L> followed(VecOf<L> spin, L h) {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(root(most / larger(turned, most)), spin);
   }
-  /// To second order, of turns up to `max_drift`, as a ball joint's.
+  /// To second order, for turns up to `max_drift`, as for a ball joint.
   FATHOM_LANE_FUNCTION static VecOf<L> curve_of(VecOf<L> spin, VecOf<L> arm, L h) {
     const L most = splat<L>(max_drift * max_drift), turned = h * h * dot(spin, spin);
     return scale(splat<L>(0.5f) * h * (most / larger(turned, most)), cross(spin, cross(spin, arm)));
   }
-  /// What row i does, whose unit of impulse is `impulse` with these moments on A and B, in world axes.
+  /// Sets the effect of row i, whose unit impulse is `impulse` with these moments on A and B, in world axes.
   FATHOM_LANE_FUNCTION void set_turns(int i, VecOf<L> impulse, VecOf<L> of_a, VecOf<L> of_b) {
     turn_of_a[i] = frame_a.from_world(of_a), turn_of_b[i] = frame_b.from_world(of_b);
     spin_of_b[i] = frame_b.spun_by(bodies.inverse_of_b(), impulse, turn_of_b[i]);
@@ -252,7 +254,7 @@ struct GenericJointRows {
     set_angles(row, frame, product(conjugate(frame), product(turned_b, row.frame_b)), about_);
     set_translations(row, frame, gap);
   }
-  /// Of a distance joint the first row is the distance, and no other acts.
+  /// The first row of a distance joint is the distance; its others do not act.
   FATHOM_LANE_FUNCTION void set_translations(const GenericJointRow<L>& row, const UnitQuat<L>& frame, VecOf<L> gap) {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     const VecOf<L> units[] = {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}};
@@ -266,7 +268,7 @@ struct GenericJointRows {
                 choose(row.distance, line.z, along[0].z)};
     value[0] = choose(row.distance, length, value[0]);
   }
-  /// Of a distance joint, whose line turns with the anchors, so that these come out farther apart.
+  /// For a distance joint: its line turns with the anchors, which end up farther apart.
   FATHOM_LANE_FUNCTION void set_drift(const GenericJointRow<L>& row, VecOf<L> gap, VecOf<L> speed, L h) {
     const L length = root(dot(gap, gap)), inverse = inverse_or_zero(length);
     for (int i = 0; i < translations; ++i) drift[i] = splat<L>(0.0f);
@@ -274,7 +276,7 @@ struct GenericJointRows {
     const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(max_drift * max_drift));
     drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
   }
-  /// The part of a gap that the translations allow. What is beyond them is an error: as a lever of A, a joint that has
+  /// The part of a gap that the translations allow. The rest is an error: with that as a lever of A, a joint that has
   /// been torn apart would turn A ever faster instead of closing.
   FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointRow<L>& row, VecOf<L> gap) const {
     for (int i = 0; i < translations; ++i) {
@@ -289,12 +291,13 @@ struct GenericJointRows {
     const L zero = splat<L>(0.0f), one = splat<L>(1.0f);
     // B's axis x in A's frame.
     const VecOf<L> x = turned_by(q, VecOf<L>{one, zero, zero});
-    // Hinges must not hold upside down; of one locked swing both ways round are the same.
+    // Hinges must not hold upside down; with one locked swing both orientations are the same.
     const L both_swings = row.axes[translations + 1].locked * row.axes[translations + 2].locked;
     const L hooke = row.axes[translations].locked * ((one - both_swings) * (one - row.cone));
     const L sign = choose(is_less(q.w, zero), splat<L>(-1.0f), one);
     const L twist = angle_of(sign * q.v.x, sign * q.w);
-    // A locked twist between free swings is that of a Hooke's joint, A's axis y across B's z: no swing is too large.
+    // A locked twist between free swings is that of a Hooke's joint, A's axis y perpendicular to B's z: no swing is too
+    // large.
     const VecOf<L> z = turned_by(q, VecOf<L>{zero, zero, one});
     const L across_x = larger(root(mul_add(z.x * z.x, z.z, z.z)), splat<L>(1e-6f)), inverse_x = one / across_x;
     value[translations] = choose(hooke, angle_of(zero - z.y, across_x), twist + twist);
@@ -317,8 +320,8 @@ struct GenericJointRows {
   }
 };
 
-/// Frames, arms, gap and the impulses to start from, of bodies with orientations `q_a` and `q_b` whose centres are
-/// `between` apart (m, from A's to B's), and frames on them.
+/// Sets frames, arms and gap and clears the sums, for bodies with orientations `q_a` and `q_b`; `between` leads from
+/// A's centre to B's (m), `on_a` and `on_b` are the joint frames on them.
 template <class L>
 FATHOM_LANE_FUNCTION void prepare_generic_joint(const UnitQuat<L>& q_a, const UnitQuat<L>& q_b, VecOf<L> between,
                                                 const UnitQuat<L>& on_a, const UnitQuat<L>& on_b, VecOf<L> anchor_a,

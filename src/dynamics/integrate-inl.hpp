@@ -1,9 +1,8 @@
-// How bodies move, over vectors `Vec` of one body or of as many bodies as a vector register has lanes: `Vec3`, or what
-// native/lane_functions-inl.hpp and native/integrate_bodies.hpp have. Included like the laws of constraints
-// (dynamics/contact-inl.hpp).
+// Motion of bodies, over vectors `Vec` of one body (`Vec3`) or of one body per lane (native/lane_functions-inl.hpp,
+// native/integrate_bodies.hpp). Included like the constraint laws (dynamics/contact-inl.hpp).
 
-/// The rotation vector `phi` (rad) less whole turns: at most half a turn long. One beyond a million rad, whose own
-/// rounding is a tenth of a radian, becomes none.
+/// The rotation vector `phi` (rad) less whole turns: at most half a turn long. Vectors longer than a million rad, whose
+/// own rounding is a tenth of a radian, become zero.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec within_half_a_turn(Vec phi) {
   using L = LaneOf<Vec>;
@@ -18,8 +17,8 @@ FATHOM_LANE_FUNCTION Vec within_half_a_turn(Vec phi) {
   return scale(select(is_far, kept, one), phi);
 }
 
-/// Rotation by the vector `phi` (rad, world axes) as cos and sin of half the angle from their series, so that every
-/// target computes the same bits: of unit length and exact to 1e-7, whatever the angle.
+/// Rotation by the vector `phi` (rad, world axes): cos and sin of half the angle from their series, so that every
+/// target computes the same bits. Of unit length and exact to 1e-7 for any angle.
 template <class Vec>
 FATHOM_LANE_FUNCTION QuatOf<Vec> exponential(Vec phi) {
   using L = LaneOf<Vec>;
@@ -43,9 +42,9 @@ FATHOM_LANE_FUNCTION QuatOf<Vec> turned(QuatOf<Vec> q, Vec phi) {
   return normalize(exponential(phi) * q);
 }
 
-/// Adds `change` to a velocity (m/s). `residual` gets what rounding has left out, to be part of the next change (Kahan,
-/// "Further remarks on reducing truncation errors", 1965): g h is far less than the velocity it is added to, is rounded
-/// the same way in every step of a fall, and is then no longer g.
+/// Adds `change` to a velocity (m/s). `residual` gets the rounding error, to be added to the next change (Kahan,
+/// "Further remarks on reducing truncation errors", 1965): g h is far smaller than the velocity it is added to and is
+/// rounded the same way in every step of a fall, which would change g.
 template <class Vec>
 FATHOM_LANE_FUNCTION void accelerate(Vec& velocity, Vec& residual, Vec change) {
   const Vec next = velocity + change;
@@ -60,27 +59,27 @@ FATHOM_LANE_FUNCTION L damping_factor(L damping, L h) {
   return one / (one + h * damping);
 }
 
-/// A velocity after a substep of length h (s) with what contacts and joints gave it in the last one, `warm`.
+/// The velocity after a substep of length h (s), including `warm`, which contacts and joints gave in the last substep.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec substep_velocity(Vec v, Vec acceleration, LaneOf<Vec> damping, LaneOf<Vec> h, Vec warm) {
   return mul_add(scale(damping, v), h, acceleration) + warm;
 }
 
-/// `warm` brought up to date: with what contacts and joints have done since the velocity was `reference`.
+/// `warm`, updated by the change due to contacts and joints since the velocity was `reference`.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec carried(Vec warm, Vec v, Vec reference) {
   return warm + (v - reference);
 }
 
-/// Mean velocity (m/s) of a substep of length h (s), at whose end it is `v`, of a body that nothing touched: it flies
-/// on an exact parabola. Where contacts act it is `v` itself (symplectic Euler, which contacts need).
+/// Mean velocity (m/s) over a substep of length h (s) that ends with `v`, for a body that nothing touched: it moves on
+/// an exact parabola. Where contacts act, use `v` itself (symplectic Euler, which contacts need).
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec mean_velocity(Vec v, Vec acceleration, LaneOf<Vec> h) {
   return mul_add(v, splat<LaneOf<Vec>>(-0.5f) * h, acceleration);
 }
 
-/// Where a step that changed the velocity (m/s) of a body from `before` to `after` may have been no more than a free
-/// flight, in which it becomes `flown`, rounded in each of its substeps.
+/// Whether a step that changed a body's velocity (m/s) from `before` to `after` may have been free movement, which
+/// leads to `flown` up to rounding in each substep.
 template <class Vec>
 FATHOM_LANE_FUNCTION auto may_have_flown(Vec before, Vec after, Vec flown, float substeps) {
   using L = LaneOf<Vec>;
@@ -92,23 +91,23 @@ FATHOM_LANE_FUNCTION auto may_have_flown(Vec before, Vec after, Vec flown, float
               is_near(before.z, after.z, flown.z));
 }
 
-/// A step of a body that nothing touches.
+/// State of a body that nothing touches during a step.
 template <class Vec>
 struct Flight {
   Vec linear, angular;  ///< m/s, rad/s
-  Vec residual;         ///< of the linear velocity: what rounding has left out (`accelerate`)
+  Vec residual;         ///< rounding error of the linear velocity (`accelerate`)
   Vec moved, turned;    ///< m, rad
 };
 
-/// What acts on it.
+/// Forces on it.
 template <class Vec>
 struct FlightForces {
   Vec acceleration, angular_acceleration;       ///< m/s², rad/s²
   LaneOf<Vec> linear_damping, angular_damping;  ///< factors per substep
 };
 
-/// All substeps of bodies that nothing touches. Without damping their way is one, an exact parabola. Spins are those of
-/// isotropic bodies, at most `max_spin` (rad/s); others turn by `spin_freely`.
+/// All substeps of bodies that nothing touches. Without damping the whole path is one exact parabola. Spins are those
+/// of isotropic bodies, at most `max_spin` (rad/s); other bodies turn by `spin_freely`.
 template <class Vec>
 FATHOM_LANE_FUNCTION void fly(Flight<Vec>& f, const FlightForces<Vec>& by, float step, int substeps, float max_spin) {
   using L = LaneOf<Vec>;

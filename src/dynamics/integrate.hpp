@@ -1,4 +1,4 @@
-// How one body moves within a step: velocities, flights, limits. Pure, for host and device. The law is in
+// Motion of one body within a step: velocities, free movement, limits. Pure, for host and device. The law is in
 // dynamics/integrate-inl.hpp.
 #pragma once
 
@@ -16,18 +16,18 @@ namespace fathom {
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA
 
-/// What integration needs of a dynamic body in substeps of length `h` (s): `gravity` (m/s²) is what pulls at it, and
-/// damping is in 1/s.
+/// Integration parameters of a dynamic body for substeps of length `h` (s): `gravity` (m/s²) acts on it, and damping is
+/// in 1/s.
 FATHOM_HD BodyMotion motion_under(Vec3 gravity, float linear_damping, float angular_damping, float h) {
   return {gravity, damping_factor(linear_damping, h), {}, damping_factor(angular_damping, h)};
 }
 
-/// Whether no contact has acted on a body that the solver has brought to the linear velocity `after`: W is what
-/// contacts gave it in all substeps but the last, and the reference its velocity before they acted in that.
+/// Whether no contact has acted on a body whose linear velocity after the solver is `after`: W is what contacts gave it
+/// in all substeps but the last, and the reference its velocity in that one before they acted.
 FATHOM_HD bool has_flown(const WarmStart& w, Vec3 after) { return w.linear == Vec3{} && after == w.linear_reference; }
 
-/// Cuts velocities to the limits. What is cut is no contact's doing, so the references follow. Returns whether the
-/// linear one was cut.
+/// Clamps velocities to the limits. The cut is not due to contacts, so the references follow. Returns whether the
+/// linear velocity was cut.
 FATHOM_HD bool slow_down(Vec3& linear, Vec3& angular, WarmStart& warm, SpeedLimits limits) {
   const Vec3 slower = limited(linear, limits.linear), turning_slower = limited(angular, limits.angular);
   const bool is_cut = !(slower == linear);

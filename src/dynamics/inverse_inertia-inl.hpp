@@ -1,15 +1,15 @@
-// A body's inverse inertia over a lane type L: what an impulse does to its velocities. Rows of constraints ask for that
-// alone, and never of which kind the inertia is. Included like the laws of joints (dynamics/ball_joint-inl.hpp), before
-// them.
+// A body's inverse inertia over a lane type L: how an impulse changes its velocities. Constraint rows use this
+// interface and never ask which kind of inertia it is. Included like the joint laws (dynamics/ball_joint-inl.hpp),
+// before them.
 //
-// An impulse (N·s) comes with its moment (N·m·s) about the body's centre. Both kinds have
+// An impulse (N·s) comes with its moment (N·m·s) about the body's centre. Both kinds provide
 //     VecOf<L> moved_by(impulse, moment);  VecOf<L> spun_by(impulse, moment);  VecOf<L> spun_by(moment);
 //     L along(direction, moment);  L response(direction, moment);
 //     void push(linear, angular, impulse, moment);  void pull(…);  void twist(linear, angular, moment);
-// in m/s and rad/s. `along` is what a unit impulse gives of linear velocity along itself, `response` of the velocity of
-// the point on which it acts: the effective mass of a row with that direction and that arm is its inverse.
+// in m/s and rad/s. `along` is the linear velocity that a unit impulse gives along itself, `response` the velocity of
+// the point on which it acts: the inverse of the effective mass of a row with that direction and arm.
 
-/// Linear and angular velocity answer apart. `Spin` is L where the inertia is a multiple of the identity, else
+/// Linear and angular velocity are uncoupled. `Spin` is L where the inertia is a multiple of the identity, else
 /// SymOf<L>.
 template <class L, class Spin>
 struct InverseInertia {
@@ -45,14 +45,14 @@ struct InverseInertia {
   }
 };
 
-/// The inverse of a symmetric 6×6 mass: of a body in water, which carries other masses of it along each of its axes. A
-/// force off the centre of these turns it, and a moment moves its centre.
+/// The inverse of a symmetric 6×6 mass matrix, for a body in water, whose added mass differs along each of its axes. A
+/// force off the centre of added mass turns the body, and a moment moves its centre.
 template <class L>
 struct CoupledInertia {
   static constexpr bool couples = true;
 
   SymOf<L> linear;            ///< 1/kg
-  VecOf<L> by_x, by_y, by_z;  ///< 1/(kg·m): linear velocity of a unit moment about each axis
+  VecOf<L> by_x, by_y, by_z;  ///< 1/(kg·m): linear velocity due to a unit moment about each axis
   SymOf<L> angular;           ///< 1/(kg·m²)
 
   FATHOM_LANE_FUNCTION VecOf<L> moved_by(VecOf<L> impulse, VecOf<L> moment) const {
@@ -87,10 +87,10 @@ struct CoupledInertia {
   }
 };
 
-// Of two bodies: `Bodies` has sides `a` and `b` with `linear` and `angular`, `inverse_of_a()` and `inverse_of_b()`, and
-// says whether A is never pushed. What acts on B acts the other way round on A.
+// For two bodies: `Bodies` has sides `a` and `b` with `linear` and `angular`, `inverse_of_a()` and `inverse_of_b()`,
+// and a flag for whether A is never pushed. Impulses act on B, and reversed on A.
 
-/// An impulse, with its moments about each body's centre.
+/// Applies an impulse with its moments about each body's centre.
 template <class Bodies, class Vec>
 FATHOM_LANE_FUNCTION void push_apart(Bodies& bodies, Vec impulse, Vec moment_a, Vec moment_b) {
   bodies.inverse_of_b().push(bodies.b.linear, bodies.b.angular, impulse, moment_b);
@@ -98,14 +98,14 @@ FATHOM_LANE_FUNCTION void push_apart(Bodies& bodies, Vec impulse, Vec moment_a, 
     bodies.inverse_of_a().pull(bodies.a.linear, bodies.a.angular, impulse, moment_a);
 }
 
-/// A moment alone.
+/// Applies a moment alone.
 template <class Bodies, class Vec>
 FATHOM_LANE_FUNCTION void twist_apart(Bodies& bodies, Vec moment) {
   bodies.inverse_of_b().twist(bodies.b.linear, bodies.b.angular, moment);
   if constexpr (!Bodies::only_pushes_b) bodies.inverse_of_a().twist_back(bodies.a.linear, bodies.a.angular, moment);
 }
 
-/// What a moment makes of the bodies' relative angular velocity.
+/// Change of the bodies' relative angular velocity due to a moment.
 template <class Bodies, class Vec>
 FATHOM_LANE_FUNCTION Vec spun_apart(const Bodies& bodies, Vec moment) {
   if constexpr (Bodies::only_pushes_b)

@@ -1,5 +1,5 @@
-// A body's inverse inertia as constraints use it, of one body: which of the kinds in inverse_inertia-inl.hpp it has,
-// and how the 6×6 one is made. Pure, for host and device.
+// The inverse inertia of one body as constraints use it: which kind of inverse_inertia-inl.hpp it is, and how the 6×6
+// one is made. Pure, for host and device.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ namespace fathom {
 #include "dynamics/inverse_inertia-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
-/// Whether a body that can be pushed has several principal moments: it has a mass but no single inverse inertia.
+/// Whether a movable body has several principal moments: it has a mass but no single inverse inertia.
 FATHOM_HD bool is_anisotropic(float inverse_mass, float inverse_inertia) {
   return inverse_mass > 0 && inverse_inertia == 0;
 }
@@ -26,8 +26,8 @@ FATHOM_HD bool is_anisotropic(const SolverBody& body) {
 FATHOM_HD SymMat3 tensor(float multiple) { return {multiple, multiple, multiple, 0, 0, 0}; }
 FATHOM_HD SymMat3 tensor(const WorldInertia& w) { return {w.xx, w.yy, w.zz, w.xy, w.xz, w.yz}; }
 
-/// The inverse inertia of body `i` in world axes, as `Spin`: a float for bodies that are not anisotropic, or a tensor,
-/// which is among `inertias` for those that are.
+/// The inverse inertia of body `i` in world axes, as `Spin`: a float where no body is anisotropic, else a tensor, read
+/// from `inertias` for anisotropic bodies.
 template <class Spin>
 FATHOM_HD Spin world_inertia(const WorldInertia* inertias, std::size_t i, float inverse_mass, float inverse_inertia) {
   if constexpr (std::is_same_v<Spin, float>)
@@ -36,8 +36,7 @@ FATHOM_HD Spin world_inertia(const WorldInertia* inertias, std::size_t i, float 
     return is_anisotropic(inverse_mass, inverse_inertia) ? tensor(inertias[i]) : tensor(inverse_inertia);
 }
 
-/// With `Spin` a float or a tensor, or all of a coupled one; then `inverse_mass` is what stands for it where only a
-/// size matters.
+/// `Spin` is a float, a tensor, or a whole coupled inertia; with the latter `inverse_mass` is not used here.
 template <class Spin>
 FATHOM_HD auto inverse_inertia(float inverse_mass, const Spin& spin) {
   if constexpr (std::is_same_v<Spin, CoupledInertia<float>>)
@@ -46,7 +45,7 @@ FATHOM_HD auto inverse_inertia(float inverse_mass, const Spin& spin) {
     return InverseInertia<float, Spin>{inverse_mass, spin};
 }
 
-/// A tensor of a body with this orientation, in the body's axes.
+/// A tensor in body axes, for a body with this orientation.
 struct BodyTensor {
   Quat rotation;
   const SymMat3& inverse;
@@ -54,7 +53,7 @@ struct BodyTensor {
   FATHOM_HD Vec3 operator*(Vec3 v) const { return rotate(rotation, inverse * inverse_rotate(rotation, v)); }
 };
 
-/// What `act` makes of the inverse inertia of a body: `isotropic` (1/(kg·m²)), or where that is 0 the `tensor`.
+/// Calls `act` with the inverse inertia of a body: `isotropic` (1/(kg·m²)), or where that is 0 the `tensor`.
 template <class Tensor, class Act>
 FATHOM_HD auto with_inverse_inertia(float inverse_mass, float isotropic, const Tensor& tensor, const Act& act) {
   if (isotropic > 0) return act(inverse_inertia(inverse_mass, isotropic));
@@ -69,15 +68,15 @@ FATHOM_HD Vec3 moment_of(const InverseInertia<float, SymMat3>& inertia, Vec3 ang
   return inverse(to_matrix(inertia.spin)) * angular;
 }
 
-/// What a body and the water that it carries along resist a change of its velocity with: kinetic energy is half of
-/// v·linear v + 2 v·coupling ω + ω·angular ω. Symmetric and positive definite as a whole.
+/// The inertia of a body and the water that it carries along: kinetic energy is half of v·linear v + 2 v·coupling ω +
+/// ω·angular ω. Symmetric and positive definite as a whole.
 struct CoupledMass {
   SymMat3 linear;   ///< kg
-  Mat3 coupling;    ///< kg·m, by columns: momentum of a unit spin about each axis
+  Mat3 coupling;    ///< kg·m, by columns: momentum due to a unit spin about each axis
   SymMat3 angular;  ///< kg·m²
 };
 
-/// Its inverse, to float's last digits, since it is made once for a body: by Cholesky's method, in double precision,
+/// Its inverse, to full float precision, since it is computed once per body: by Cholesky's method in double precision,
 /// with every degree of freedom in units that make its own mass 1.
 inline CoupledInertia<float> inverse(const CoupledMass& mass) {
   constexpr int n = 6;
@@ -114,7 +113,7 @@ inline CoupledInertia<float> inverse(const CoupledMass& mass) {
   return {symmetric(0), column(3), column(4), column(5), symmetric(3)};
 }
 
-/// Turned by a rotation: from a body's axes to the world's.
+/// Rotated from a body's axes to the world's.
 FATHOM_HD CoupledInertia<float> rotated(const Mat3& r, const CoupledInertia<float>& w) {
   const Mat3 turned = r * Mat3{w.by_x, w.by_y, w.by_z} * transpose(r);
   return {rotated(r, w.linear), turned.x, turned.y, turned.z, rotated(r, w.angular)};

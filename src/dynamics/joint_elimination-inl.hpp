@@ -1,19 +1,20 @@
 // The direct solution of a tree (dynamics/joint_tree.hpp) across joints that lock some of six coordinates, drive others
-// and leave the rest free. Included as dynamics/joint_link-inl.hpp is.
+// and leave the rest free. Included like dynamics/joint_link-inl.hpp.
 //
-// Coordinates are those of the joint: three translations of the body's point at the joint, three rotations. A body and
-// all that hangs on it resist a change a of its motion there with I a, and are pushed by a load p. Its parent moves
-// that point by a'. Where a coordinate is locked, a = a' - error. One that is free is eliminated, one after the other:
-// with the force t - s (a - a') of a drive the two are in series, and the parent feels I s / (I + s) of it, without one
-// nothing at all. That this is exactly zero keeps the rounding of a heavy body from being inertia of a light parent.
+// Coordinates are those of the joint: three translations of the body's point at the joint and three rotations. A body
+// and all that hangs on it resist a change a of its motion there with I a, under a load p. Its parent moves that point
+// by a'. Where a coordinate is locked, a = a' - error. Free coordinates are eliminated one after the other: a drive
+// with the force t - s (a - a') is in series with the inertia, and the parent feels I s / (I + s); without a drive it
+// feels nothing at all. That this is exactly zero keeps the rounding of a heavy body from becoming inertia of a light
+// parent.
 
 inline constexpr int joint_coordinates = 6;
 
-/// Directions of a joint's coordinates in the world, orthonormal by threes, and what may move along them.
+/// Directions of a joint's coordinates in the world, orthonormal in each group of three, and their freedom.
 struct JointFreedom {
   Vec3 along[3], about[3];
   Flag is_free[joint_coordinates] = {};
-  Real stiffness[joint_coordinates] = {};  ///< s of a free one: N·s per m/s, N·m·s per rad/s; 0: no drive
+  Real stiffness[joint_coordinates] = {};  ///< s of a free coordinate: N·s per m/s, N·m·s per rad/s; 0: no drive
 
   FATHOM_LANE_FUNCTION Mask has(int k) const { return is_set(is_free[k]); }
   FATHOM_LANE_FUNCTION Mask is_same(const JointFreedom& other) const {
@@ -27,11 +28,11 @@ struct JointFreedom {
 
 using JointVector = Real[joint_coordinates];
 
-/// A body and all that hangs on it, its free coordinates eliminated.
+/// A body and all that hangs on it, with its free coordinates eliminated.
 struct EliminatedLink {
   Vec3 arm;                                ///< m, from the body's centre to the point
-  JointVector inertia[joint_coordinates];  ///< what the parent feels
-  JointVector column[joint_coordinates];   ///< of each free one as it was eliminated
+  JointVector inertia[joint_coordinates];  ///< as felt by the parent
+  JointVector column[joint_coordinates];   ///< of each free coordinate when it was eliminated
   JointVector inverse, own;                ///< 1 / (I + s), and I
 };
 
@@ -45,13 +46,13 @@ FATHOM_LANE_FUNCTION Vec3 angular_of(const JointFreedom& f, const JointVector& v
   return v[3] * f.about[0] + (v[4] * f.about[1] + v[5] * f.about[2]);
 }
 
-/// m times the matrix of a cross product with `a`, and that times m.
+/// m times the cross-product matrix of `a`, and the latter times m.
 FATHOM_LANE_FUNCTION Mat3 times_skew(const Mat3& m, Vec3 a) {
   return {a.z * m.y - a.y * m.z, a.x * m.z - a.z * m.x, a.y * m.x - a.x * m.y};
 }
 FATHOM_LANE_FUNCTION Mat3 skew_times(Vec3 a, const Mat3& m) { return {cross(a, m.x), cross(a, m.y), cross(a, m.z)}; }
 
-/// Adds `part` of `row`.
+/// Adds `part` times `row`.
 FATHOM_LANE_FUNCTION void add_row(JointVector& to, Real part, const JointVector& row) {
   for (int j = 0; j < joint_coordinates; ++j) to[j] = fma(part, row[j], to[j]);
 }
@@ -61,7 +62,7 @@ FATHOM_LANE_FUNCTION void add_row(Mask mask, JointVector& to, Real part, const J
   for (int j = 0; j < joint_coordinates; ++j) to[j] = select(mask, fma(part, row[j], to[j]), to[j]);
 }
 
-/// Takes coordinate k, where it `is_free`, out of all others, whose parent feels the `share` of it.
+/// Eliminates coordinate k, where it `is_free`, from all others; the parent feels the `share` of it.
 FATHOM_LANE_FUNCTION void eliminate_coordinate(JointVector (&m)[joint_coordinates], int k, Mask is_free,
                                                const JointVector& column, Real inverse, Real share) {
   for (int i = 0; i < joint_coordinates; ++i) {
@@ -71,7 +72,7 @@ FATHOM_LANE_FUNCTION void eliminate_coordinate(JointVector (&m)[joint_coordinate
   }
 }
 
-/// Eliminates what `f` leaves free of a body, `arm` from its centre.
+/// Eliminates the coordinates of a body that `f` leaves free; `arm` leads from its centre.
 FATHOM_LANE_FUNCTION EliminatedLink eliminated(const TreeInertia& body, Vec3 arm, const JointFreedom& f) {
   EliminatedLink link;
   link.arm = arm;
@@ -96,7 +97,7 @@ FATHOM_LANE_FUNCTION EliminatedLink eliminated(const TreeInertia& body, Vec3 arm
   return link;
 }
 
-/// It hangs on `parent`, `arm` from the parent's centre.
+/// Attaches the child to `parent`, `arm` from the parent's centre.
 FATHOM_LANE_FUNCTION void add_child(TreeInertia& parent, const EliminatedLink& child, const JointFreedom& f, Vec3 arm) {
   const Mat3 along{f.along[0], f.along[1], f.along[2]}, about{f.about[0], f.about[1], f.about[2]};
   const auto block = [&](int from_row, int from_column) {
@@ -114,13 +115,13 @@ FATHOM_LANE_FUNCTION void add_child(TreeInertia& parent, const EliminatedLink& c
   parent.angular = parent.angular + (angular + sm + transpose(sm) - skew_times(arm, ls));
 }
 
-/// What acts on a body in a round of the solution, in the joint's coordinates.
+/// Loads on a body in a round of the solution, in the joint's coordinates.
 struct JointLoad {
-  JointVector pushed;   ///< p, after elimination what the parent gets but for errors
-  JointVector reached;  ///< p + t of each free coordinate as it was eliminated
+  JointVector pushed;   ///< p; after elimination, what the parent gets except for errors
+  JointVector reached;  ///< p + t of each free coordinate when it was eliminated
 };
 
-/// Of a load about the point, and drives that give `drive` besides what they give for a change.
+/// For a load about the point, and drives that give `drive` besides their response to a change.
 FATHOM_LANE_FUNCTION JointLoad eliminated_load(const EliminatedLink& link, const JointFreedom& f, const TreeLoad& load,
                                                const JointVector& drive) {
   JointLoad l{};
@@ -136,7 +137,7 @@ FATHOM_LANE_FUNCTION JointLoad eliminated_load(const EliminatedLink& link, const
   return l;
 }
 
-/// What the parent gets of it at the point.
+/// The load that the parent gets at the point.
 FATHOM_LANE_FUNCTION TreeLoad handed_on(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
                                         const JointVector& error) {
   JointVector v;
@@ -145,7 +146,7 @@ FATHOM_LANE_FUNCTION TreeLoad handed_on(const EliminatedLink& link, const JointF
   return {linear_of(f, v), angular_of(f, v)};
 }
 
-/// How the body's point changes its motion where the parent changes it by `parent`, and the joint's impulse on it.
+/// Change of the point's motion where the parent's changes by `parent`, and the joint's impulse on the body.
 FATHOM_LANE_FUNCTION void follow_at_joint(const EliminatedLink& link, const JointFreedom& f, const JointLoad& load,
                                           const JointVector& error, const JointVector& parent, JointVector& change,
                                           JointVector& impulse) {
@@ -155,7 +156,7 @@ FATHOM_LANE_FUNCTION void follow_at_joint(const EliminatedLink& link, const Join
     const Mask is_free = f.has(k);
     if (!anywhere(is_free)) continue;
     Real sum = fma(f.stiffness[k], parent[k], load.reached[k]);
-    // What was eliminated before stands for the parent by then.
+    // Coordinates that were eliminated before use the parent's change.
     for (int i = 0; i < joint_coordinates; ++i)
       if (i != k) sum = fma(-link.column[k][i], i < k ? select(f.has(i), parent[i], change[i]) : change[i], sum);
     change[k] = select(is_free, sum * link.inverse[k], change[k]);

@@ -1,5 +1,5 @@
-// The direct solution of a tree across joints that leave some coordinates free (dynamics/joint_elimination-inl.hpp), of
-// one tree. Pure, for host and device.
+// The direct solution across joints that leave some coordinates free (dynamics/joint_elimination-inl.hpp), for one
+// tree. Pure, for host and device.
 #pragma once
 
 #include "dynamics/joint_tree.hpp"

@@ -1,97 +1,100 @@
 // Generic and distance joints as links of a mechanism: which of their coordinates are held, driven or free in a
-// substep, and what they give. A link is a body and the joint to its parent. Its coordinates are of the body against
-// the parent (dynamics/joint_elimination-inl.hpp), a joint's axes those of B against A (dynamics/generic_rows-inl.hpp).
+// substep, and the impulses they give. A link is a body and the joint to its parent. Its coordinates are those of the
+// body relative to the parent (dynamics/joint_elimination-inl.hpp); a joint's axes are those of B relative to A
+// (dynamics/generic_rows-inl.hpp).
 //
 // Written for one lane and for eight: included in namespace fathom, where Real is a float, Mask a bool and Vec3 that of
 // fathom/math.hpp (dynamics/joint_link.hpp), and in fathom::wide, where they have eight lanes
-// (dynamics/lane_eight.hpp). Each lane is another mechanism, all of the same shape: which axes are locked, limited or
+// (dynamics/lane_eight.hpp). Each lane is a different mechanism of the same shape: which axes are locked, limited or
 // driven is the same in all of them (native/mechanisms.cpp, `shape_of`). No result depends on the other lanes.
 
-/// How a body moves, in world axes.
+/// Motion of a body, in world axes.
 struct LinkMotion {
   Vec3 moved, turned;       ///< m and rad, since the step began
   Vec3 linear, angular;     ///< m/s and rad/s
-  Flag is_isotropic;        ///< alike in all lanes
+  Flag is_isotropic;        ///< same in all lanes
   UnitQuat<Real> rotation;  ///< by `turned`
-  UnitQuat<Real> ahead;     ///< and when the substep will be over: by `turned_ahead`
+  UnitQuat<Real> ahead;     ///< and at the substep's end: by `turned_ahead`
 
-  /// As a step begins.
+  /// At the start of a step.
   FATHOM_LANE_FUNCTION static LinkMotion at_start(Vec3 linear, Vec3 angular) {
     const UnitQuat<Real> unturned{splat<Real>(1), {}};
     return {{}, {}, linear, angular, all_set, unturned, unturned};
   }
 
-  /// Rad since the step began, when a substep of length h (s) will be over: rotation vectors of isotropic bodies are
-  /// summed up, of others they are what they are (`turned_so_far`).
+  /// Rotation vector (rad) since the step began, at the end of a substep of length h (s). Those of isotropic bodies are
+  /// summed up, those of others are exact (`turned_so_far`).
   FATHOM_LANE_FUNCTION Vec3 turned_ahead(Real h) const {
     return everywhere(is_set(is_isotropic)) ? mul_add(turned, h, angular) : turned_further(turned, h * angular);
   }
 };
 
-/// A joint's two bodies by their part in the tree.
+/// A joint's two bodies by their role in the tree.
 struct LinkPair {
   const LinkMotion &body, &parent;
 };
 
-/// Which limits act and which drives give their most, by axis: what a solution revises before it counts.
+/// Which limits act and which drives are at their largest force, by axis; a solution revises these before it is
+/// accepted.
 struct LinkLimits {
   Flag at_limit[axis_count], at_upper[axis_count];
-  Flag at_most[axis_count], at_minus[axis_count];  ///< of drives, forwards or backwards
-  Real bounce[axis_count];                         ///< m/s or rad/s with which a limit throws back
+  Flag at_most[axis_count], at_minus[axis_count];  ///< of drives: at the largest force; in the negative direction
+  Real bounce[axis_count];                         ///< m/s or rad/s at which the axis bounces off a limit
 };
 
-/// A joint to a link's parent. `JointLink` begins a step with one and stores what it has given.
+/// The joint to a link's parent. `JointLink` begins a step with one and stores its impulses.
 class LinkJoint {
  public:
-  /// On the body at the joint, in this substep: N·s and N·m·s.
+  /// Impulse on the body at the joint in this substep: N·s and N·m·s.
   FATHOM_LANE_FUNCTION Vec3 force() const { return force_; }
   FATHOM_LANE_FUNCTION Vec3 torque() const { return torque_; }
-  /// m, from the centres of the body and of the parent to where the joint acts.
+  /// m, from the centres of the body and of the parent to the point where the joint acts.
   FATHOM_LANE_FUNCTION Vec3 arm() const { return is_b() ? arm_b_ : reach_a_; }
   FATHOM_LANE_FUNCTION Vec3 parent_arm() const { return is_b() ? reach_a_ : arm_b_; }
-  /// All rotations are held.
+  /// Whether all rotations are held.
   FATHOM_LANE_FUNCTION Mask is_stiff() const {
     return inverted(either(freedom_.has(3), either(freedom_.has(4), freedom_.has(5))));
   }
   FATHOM_LANE_FUNCTION void forget();
-  /// The last substep's impulses no longer count.
+  /// Drops the last substep's impulses.
   FATHOM_LANE_FUNCTION void let_go();
 
-  /// Finds where the joint is; to be called when bodies have moved.
+  /// Updates the joint's position; to be called after bodies have moved.
   FATHOM_LANE_FUNCTION void look(const LinkPair& pair);
-  /// `relaxes`: after positions have moved, without drives.
+  /// `relaxes`: after positions have moved; drives do not act.
   FATHOM_LANE_FUNCTION void begin_solution(bool relaxes) { relaxes_ = relaxes ? all_set : Flag{}; }
   FATHOM_LANE_FUNCTION bool asks_for_masses() const;
-  /// Chooses coordinates by what is held, and what drives give by now. Returns whether that has changed what there is
-  /// to eliminate.
+  /// Chooses coordinates by the held axes, and sets the drives' impulses. Returns whether the elimination has to be
+  /// repeated.
   FATHOM_LANE_FUNCTION Mask choose_coordinates(const LinkPair& pair);
-  /// Of the body and all that hangs on it.
+  /// Eliminates the body with all that hangs on it.
   FATHOM_LANE_FUNCTION void eliminate(const TreeInertia& body) { link_ = eliminated(body, arm(), freedom_); }
-  /// What the parent feels of that.
+  /// Adds what the parent feels of it.
   FATHOM_LANE_FUNCTION void add_to(TreeInertia& parent) const { add_child(parent, link_, freedom_, parent_arm()); }
-  /// How easily the body turns across `axis` in what is free, with what hangs on it (1/(kg·m²)).
+  /// Response of the body, with all that hangs on it, to turning across `axis` in the free coordinates (1/(kg·m²)).
   FATHOM_LANE_FUNCTION Real response_across(Vec3 axis) const;
-  /// Errors of a round (m/s and rad/s), so that what is held comes to where it is to be within h, gaps closing at
-  /// `most` (m/s or rad/s) at the fastest …
+  /// Sets a round's errors (m/s and rad/s) so that held axes reach their wanted value within h, gaps closing at `most`
+  /// (m/s or rad/s) at the fastest …
   FATHOM_LANE_FUNCTION void aim_ahead(const LinkPair& pair, Real most, Real h);
-  /// Whether these errors are within `share`, of arms or rad, as `meets` judges.
+  /// Whether these errors are within `share` (of the arms, or rad), by the measure of `meets`.
   FATHOM_LANE_FUNCTION Mask is_aimed_within(Real share, Real h) const;
-  /// … or loses its velocity and this share of its gap.
+  /// … or so that they lose their velocity and this share of their gap.
   FATHOM_LANE_FUNCTION void aim_at_rest(const LinkPair& pair, Real gap_share, Real min_share, Real most, Real h);
-  /// What the parent gets of the body's load, both about the joint. `is_aimed`: errors are taken away.
+  /// The part of the body's load that the parent gets, both about the joint. `is_aimed`: errors are removed.
   FATHOM_LANE_FUNCTION TreeLoad hand_on(const TreeLoad& load, bool is_aimed);
-  /// The body's change where its parent changes thus. `counts`: the joint gives what that takes.
+  /// The body's change where its parent changes by `parent`. `counts`: the joint's impulse is accumulated.
   FATHOM_LANE_FUNCTION TreeChange follow(const TreeChange& parent, bool is_aimed, Mask counts);
 
-  /// Takes on or lets go limits and largest forces, where `asks`, as the rounds' result says. True where it changes.
+  /// Activates or releases limits and largest forces according to the rounds' result, where `asks`. True where
+  /// something changes.
   FATHOM_LANE_FUNCTION Mask revise(const LinkPair& pair, Real h, Mask asks);
-  /// Whether what is held will be within `share` of where the rounds aimed at: of arms, or rad.
+  /// Whether held axes will be within `share` (of the arms, or rad) of the rounds' aim.
   FATHOM_LANE_FUNCTION Mask meets(const LinkPair& pair, Real share, Real h);
   FATHOM_LANE_FUNCTION void take_back();
   FATHOM_LANE_FUNCTION LinkLimits& limits() { return limits_; }
   FATHOM_LANE_FUNCTION Vec3 force_more() const { return force_more_; }
   FATHOM_LANE_FUNCTION Vec3 torque_more() const { return torque_more_; }
-  /// The rounds' impulses count; `ends`: the substep is over.
+  /// Adopts the rounds' impulses; `ends`: the substep is over.
   FATHOM_LANE_FUNCTION void apply(const LinkPair& pair, bool ends);
 
  protected:
@@ -114,7 +117,7 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Mask is_at_most(int i) const { return is_set(limits_.at_most[i]); }
   FATHOM_LANE_FUNCTION Mask is_at_minus(int i) const { return is_set(limits_.at_minus[i]); }
   FATHOM_LANE_FUNCTION Real compliance(int i) const { return fma(axis(i).response, mass_[i], axis(i).compliance); }
-  /// A drive that gives whatever its velocity takes.
+  /// A drive without compliance, which gives whatever impulse its velocity takes.
   FATHOM_LANE_FUNCTION Mask is_rigid_drive(int i) const {
     if (!is_driven(i)) return is_set(Flag{});
     return inverted(either(is_at_most(i), compliance(i) > 0.0f));
@@ -122,7 +125,7 @@ class LinkJoint {
   FATHOM_LANE_FUNCTION Mask is_held(int i) const {
     return is_locked(i) ? is_set(all_set) : either(is_at_limit(i), is_rigid_drive(i));
   }
-  /// At which a locked axis is held, or a limit that acts or would act.
+  /// The position of a locked axis, or of the limit that acts or would act.
   FATHOM_LANE_FUNCTION Real bound(int i) const {
     const GenericAxis<Real>& a = axis(i);
     const Mask is_upper =
@@ -130,50 +133,51 @@ class LinkJoint {
     return select(is_upper, a.upper, a.lower);
   }
   FATHOM_LANE_FUNCTION Real drive_aim(int i) const;
-  /// m, by which gaps are judged.
+  /// m, the length by which gaps are judged.
   FATHOM_LANE_FUNCTION Real reach() const {
     const Real arms = length(row_.arm_a) + length(row_.arm_b);
     return is_distance() ? arms + value_[0] : arms;
   }
-  /// What the armature gives of N·s or N·m·s where the axis gets the rate `to`.
+  /// Armature's impulse (N·s or N·m·s) where the axis gets the rate `to`.
   FATHOM_LANE_FUNCTION Real of_armature(int i, Real to) const { return axis(i).armature * (rate_[i] - to); }
-  /// N·s or N·m·s on B, of the substep so far and the rounds; whether the axis has a coordinate.
+  /// N·s or N·m·s on B, of the substep so far and the rounds; `has`: the axis has a coordinate.
   struct OfAxis {
     Mask has;
     Real impulse;
   };
   FATHOM_LANE_FUNCTION OfAxis impulse_of(int i) const;
   FATHOM_LANE_FUNCTION void note_hit(int i, Mask hits);
-  /// Where what is held is to be at the substep's end: at its bound, or nearer to it by what `most` (m/s or rad/s)
-  /// makes of the substep. A limit lets the joint come as fast as it does; one that the joint has left may still be
-  /// taken for one that acts, and is not to draw it back at once.
+  /// The value that a held axis is to have at the substep's end: its bound, or as near as `most` (m/s or rad/s) allows
+  /// within the substep. A limit lets the joint come as fast as it does; one that the joint has left may still count as
+  /// acting and must not pull it back at once.
   FATHOM_LANE_FUNCTION Real wanted_value(int i, const LinkPair& pair, Real most, Real h) const;
-  /// What takes an axis to its bound at rest: at most to close this share of its gap.
+  /// The rate that closes an axis' gap to its bound, at most this share of the gap.
   FATHOM_LANE_FUNCTION Real closing_rate(int i, Real rate, Real gap_share, Real min_share, Real most, Real h) const;
   FATHOM_LANE_FUNCTION Real rate(int i, const LinkPair& pair) const;
-  /// Sets `ahead_`, where the substep will leave the axes with the motions that the bodies have.
+  /// Sets `ahead_`: where the substep will leave the axes at the bodies' current motion.
   FATHOM_LANE_FUNCTION void look_ahead(const LinkPair& pair, Real h);
-  /// Where that `belongs`; `count`: of rotations that there are already.
+  /// Adds axis i as a coordinate where it `belongs`; `count`: number of rotations so far.
   FATHOM_LANE_FUNCTION void add_rotation(int i, Mask belongs, bool is_free, AxisNumber& count);
   FATHOM_LANE_FUNCTION void set_drives(const LinkPair& pair);
   FATHOM_LANE_FUNCTION void set_errors(const JointVector& of_axes);
-  /// `ahead`: where the substep leaves the axis, as the rounds have judged it.
+  /// `ahead`: where the substep leaves the axis, according to the rounds.
   FATHOM_LANE_FUNCTION Mask revise_limit(int i, Mask asks, Real ahead, Real given, Real after);
   FATHOM_LANE_FUNCTION Mask revise_drive(int i, Mask asks, Real given, Real after);
 
-  // Words alone, each as long as a Real: lanes are taken apart word by word.
-  Flag is_b_{}, reacts_{}, moves_{}, relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // alike in all
+  // Only words as long as a Real: lanes are separated word by word.
+  Flag is_b_{}, reacts_{}, moves_{}, relaxes_{}, is_first_round_{}, knows_ahead_{}, aims_ahead_{};  // same in all
   GenericJointRow<Real> row_{};
-  Vec3 along_[3], about_[3];                        // of axes, now
-  JointVector value_{}, ahead_{}, aim_{}, mass_{};  // aim_: of what is locked or limited, where holding it leads to
+  Vec3 along_[3], about_[3];  // of the axes, current
+  JointVector value_{}, ahead_{}, aim_{},
+      mass_{};  // aim_: of locked or limited axes, the position that holding them leads to
   Vec3 reach_a_, arm_b_;
   JointFreedom freedom_;
-  AxisNumber axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis; of translations alike in all lanes
-  JointVector scale_{};                         // the axis' rate of a coordinate's
+  AxisNumber axis_of_[joint_coordinates] = {};  // of a coordinate, or no_axis; for translations the same in all lanes
+  JointVector scale_{};                         // the axis' rate per unit rate of the coordinate
   JointVector drive_{}, error_{};
   EliminatedLink link_{};
   JointLoad load_{};
-  JointVector rate_{};  // m/s or rad/s, as the last solution left it
+  JointVector rate_{};  // m/s or rad/s, after the last solution
   LinkLimits limits_{};
   Vec3 force_, torque_, force_more_, torque_more_, force_sum_, torque_sum_;
 };
@@ -252,7 +256,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
     freedom_.is_free[k] = flag(inverted(is_held(k)));
   }
   if (is_distance()) {
-    // Anchors that meet have no line, and nothing acts along it.
+    // Coincident anchors define no line, and nothing acts along it.
     const Mask meet = length_squared(along_[0]) == 0.0f;
     freedom_.along[0] = select(meet, unit_vector(1, 0, 0), freedom_.along[0]);
     axis_of_[0] = select(meet, no_axis(), axis_of_[0]);
@@ -279,8 +283,8 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::choose_coordinates(const LinkPair& pair) {
   return inverted(freedom_.is_same(last));
 }
 
-/// What free coordinates get without a change: of their drives, and of armatures, which keep them at the rates that
-/// they had. What is free gets nothing else, so it gives back what it had before it was.
+/// Impulses of free coordinates before any change: those of their drives, and of armatures, which keep the old rates.
+/// Nothing else acts on a free coordinate, so it gives back the impulse from before it was free.
 FATHOM_LANE_FUNCTION void LinkJoint::set_drives(const LinkPair& pair) {
   JointVector before;
   to_coordinates(freedom_, force_, torque_, before);
@@ -362,7 +366,7 @@ FATHOM_LANE_FUNCTION Real LinkJoint::closing_rate(int i, Real rate, Real gap_sha
   return clamp(gap_share / h * (value_[i] - bound(i)), -pull, pull);
 }
 
-/// Of axes that are held, in the coordinates' order.
+/// Errors of held axes, in the order of the coordinates.
 FATHOM_LANE_FUNCTION void LinkJoint::set_errors(const JointVector& of_axes) {
   for (int k = 0; k < joint_coordinates; ++k) {
     const Mask is_held = inverted(freedom_.has(k));
@@ -433,7 +437,7 @@ FATHOM_LANE_FUNCTION void LinkJoint::aim_at_rest(const LinkPair& pair, Real gap_
 
 FATHOM_LANE_FUNCTION TreeLoad LinkJoint::hand_on(const TreeLoad& load, bool is_aimed) {
   const JointVector nothing{}, &drive = drive_, &error = error_;
-  // Drives give theirs in the first round.
+  // Drives act in the first round.
   const bool drives = is_aimed && everywhere(is_set(is_first_round_));
   load_ = eliminated_load(link_, freedom_, load, drives ? drive : nothing);
   if (is_aimed) is_first_round_ = Flag{};
@@ -472,7 +476,7 @@ FATHOM_LANE_FUNCTION LinkJoint::OfAxis LinkJoint::impulse_of(int i) const {
 FATHOM_LANE_FUNCTION Mask LinkJoint::revise_limit(int i, Mask asks, Real ahead, Real given, Real after) {
   const GenericAxis<Real>& a = axis(i);
   const Mask was_at_limit = is_at_limit(i), was_at_upper = is_at_upper(i);
-  // One that comes back from beyond its limit by itself, as fast as that would take it, is let.
+  // An axis that returns from beyond its limit by itself, as fast as the limit would move it, is left alone.
   const Mask is_within = both(ahead >= min(a.lower, aim_[i]), ahead <= max(a.upper, aim_[i]));
   const Mask hits = both(asks, inverted(either(was_at_limit, is_within)));
   Real drive{};
@@ -526,7 +530,7 @@ FATHOM_LANE_FUNCTION Mask LinkJoint::revise(const LinkPair& pair, Real h, Mask a
     const Real after = rate(i, pair);
     Mask changes_limit = is_set(Flag{});
     if (is_limited(i)) {
-      // Axes without a coordinate are those that nothing held.
+      // Axes without a coordinate are not held by anything.
       Mask may_change = now.has;
       if (i >= translations && !may_drive(i)) may_change = either(may_change, inverted(is_at_limit(i)));
       const Real ahead = looks_ahead ? ahead_[i] : fma(h, after, value_[i]);

@@ -10,20 +10,20 @@
 
 namespace fathom {
 
-/// Of which only where they are is asked.
+/// Bodies of which only positions are read.
 using PlacedBodies = JointBodies<float>;
 
 #define FATHOM_LANE_FUNCTION FATHOM_HD
 #include "dynamics/joint_link-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 
-/// And how it begins and ends a step, one by one.
+/// A LinkJoint that also begins and ends a step, for a single joint.
 class JointLink : public LinkJoint {
  public:
-  /// As the step begins. Of `row` frames, arms, gap, pull and rates are set; `is_b`: the link's body is the joint's B.
+  /// Begins the step. Frames, arms, gap, pull and rates of `row` are set; `is_b`: the link's body is the joint's B.
   FATHOM_HD void begin(const GenericJoint& joint, bool is_b, const GenericJointRow<float>& row,
                        const GenericImpulse& impulse);
-  /// What it takes to move its axes, where limits or drives ask for that (`GenericAxis::response`).
+  /// Finds the response of its axes where limits or drives need it (`GenericAxis::response`).
   FATHOM_HD void look_at_masses(const JointBodies<SymMat3>& bodies, float h);
   FATHOM_HD GenericImpulse impulse() const;
 };

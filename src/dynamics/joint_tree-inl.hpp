@@ -1,24 +1,24 @@
-// The direct solution of bodies that ball joints connect to a tree: what changes of velocity make all joints hold at
-// once, with the least kinetic energy. Included as dynamics/joint_link-inl.hpp is.
+// The direct solution of bodies that ball joints connect to a tree: the changes of velocity that satisfy all joints at
+// once with the least kinetic energy. Included like dynamics/joint_link-inl.hpp.
 //
-// Eliminated from the leaves to the root and substituted back, in a time proportional to the number of joints (Baraff,
+// Eliminates from the leaves to the root and substitutes back, in time proportional to the number of joints (Baraff,
 // "Linear-time dynamics using Lagrange multipliers", 1996). Written as Featherstone's articulated bodies ("Rigid Body
-// Dynamics Algorithms", 2008, chapter 7) with three degrees of freedom a joint: what a joint's parent feels of all that
-// hangs on it is a symmetric 3×3 inertia at the anchor and an impulse.
+// Dynamics Algorithms", 2008, chapter 7) with three degrees of freedom per joint: all that hangs on a joint appears to
+// its parent as a symmetric 3×3 inertia at the anchor and an impulse.
 //
 // Angular inertias are factorised, never inverted: a thin light link with a heavy one behind it turns 10,000 times as
-// easily about its own axis as across. An inverse's rounding is that of its largest element, and times the heavy mass
-// it was several times the light one: folded chains gained energy without end (docs/log/2026-11-25-whipping-chains.md).
-// A factor's rounding is as if the inertia were another by some 1e-7 of it.
+// easily about its own axis as across it. The rounding error of an inverse is that of its largest element; times the
+// heavy mass it was several times the light one, and folded chains gained energy without end
+// (docs/log/2026-11-25-whipping-chains.md). The rounding error of a factor is that of an inertia changed by about 1e-7
+// of it.
 
-/// What a body and all that hangs on it resist a change of velocity with, about the body's centre: momentum by linear
-/// and angular velocity.
+/// Inertia of a body and all that hangs on it, about the body's centre: momentum per linear and angular velocity.
 struct TreeInertia {
-  Mat3 linear, mixed, angular;  ///< kg, kg·m (momentum by angular velocity), kg·m²
+  Mat3 linear, mixed, angular;  ///< kg, kg·m (momentum per angular velocity), kg·m²
 };
 
-/// A symmetric, positive definite matrix as L D transpose(L), L with ones on its diagonal. What is no larger than the
-/// rounding of what it is the rest of counts as infinite: nothing turns that way.
+/// A symmetric, positive definite matrix as L D transpose(L), L with ones on its diagonal. A pivot no larger than the
+/// rounding error of its diagonal element counts as infinite: nothing turns that way.
 struct SymFactor {
   Real yx, zx, zy;  ///< L, below its diagonal
   Vec3 inverse;     ///< of D
@@ -59,15 +59,15 @@ struct SymFactor {
   }
 };
 
-/// The same at a body's anchor to its parent, its angular velocity eliminated.
+/// The same at a body's anchor to its parent, with the angular velocity eliminated.
 struct TreeLink {
   Vec3 arm;           ///< m, from the centre to the anchor
   Mat3 inertia;       ///< kg
   SymFactor angular;  ///< of kg·m²
-  Mat3 mixed;         ///< kg·m (momentum by angular velocity), as `SymFactor::right` leaves it
+  Mat3 mixed;         ///< kg·m (momentum per angular velocity), after `SymFactor::right`
 };
 
-/// What acts on a body and all that hangs on it, about the body's centre.
+/// Load on a body and all that hangs on it, about the body's centre.
 struct TreeLoad {
   Vec3 impulse, moment;  ///< N·s, N·m·s
 };
@@ -84,7 +84,7 @@ FATHOM_LANE_FUNCTION TreeInertia tree_inertia(Real mass, const Mat3& inertia) {
   return {diagonal(mass), diagonal(Real{}), inertia};
 }
 
-/// What a body's parent feels of it at the anchor, `arm` from the body's centre.
+/// The link that a body's parent feels at the anchor, `arm` from the body's centre.
 FATHOM_LANE_FUNCTION TreeLink tree_link(const TreeInertia& body, Vec3 arm) {
   const Mat3 r = skew(arm), vr = body.linear * r, rc = r * body.mixed;
   TreeLink link;
@@ -104,7 +104,7 @@ FATHOM_LANE_FUNCTION TreeLink tree_link(const TreeInertia& body, Vec3 arm) {
   return link;
 }
 
-/// A child hangs on `parent` at `arm` from its centre.
+/// Attaches a child to `parent` at `arm` from its centre.
 FATHOM_LANE_FUNCTION void add_child(TreeInertia& parent, const TreeLink& child, Vec3 arm) {
   const Mat3 s = skew(arm), bs = child.inertia * s;
   parent.linear = parent.linear + child.inertia;
@@ -112,35 +112,35 @@ FATHOM_LANE_FUNCTION void add_child(TreeInertia& parent, const TreeLink& child, 
   parent.angular = parent.angular - s * bs;
 }
 
-/// A load about the body's centre, about its anchor.
+/// Moves a load from the body's centre to its anchor.
 FATHOM_LANE_FUNCTION TreeLoad at_anchor(const TreeLink& link, const TreeLoad& load) {
   return {load.impulse, load.moment - cross(link.arm, load.impulse)};
 }
 
-/// The impulse that a load about the anchor is there, the angular velocity eliminated.
+/// The impulse at the anchor due to a load about it, with the angular velocity eliminated.
 FATHOM_LANE_FUNCTION Vec3 pushed_at_anchor(const TreeLink& link, const TreeLoad& load) {
   return load.impulse - link.mixed * link.angular.scaled(link.angular.forward(load.moment));
 }
 
-/// What the child hands on to its parent of its load (about its anchor), where the anchors run away from each other at
-/// `error` (m/s): an impulse at the anchor.
+/// The impulse at the anchor that the child hands on to its parent, for its load (about its anchor) and anchors that
+/// separate at `error` (m/s).
 FATHOM_LANE_FUNCTION Vec3 handed_on(const TreeLink& child, const TreeLoad& load, Vec3 error) {
   return child.inertia * error + pushed_at_anchor(child, load);
 }
 
-/// The impulse on a body at its anchor where that is to change its velocity by `change`.
+/// The impulse on a body at its anchor if the anchor's velocity is to change by `change`.
 FATHOM_LANE_FUNCTION Vec3 impulse_on(const TreeLink& link, const TreeLoad& load, Vec3 change) {
   return link.inertia * change - pushed_at_anchor(link, load);
 }
 
-/// How the body then changes its velocities.
+/// The resulting change of the body's velocities.
 FATHOM_LANE_FUNCTION TreeChange follow(const TreeLink& link, const TreeLoad& load, Vec3 change) {
   const Vec3 angular =
       link.angular.backward(link.angular.scaled(link.angular.forward(load.moment) - transpose_mul(link.mixed, change)));
   return {change + cross(link.arm, angular), angular};
 }
 
-/// Of a body without a parent, given its link at its centre.
+/// Change of a body without a parent, given its link at its centre.
 FATHOM_LANE_FUNCTION TreeChange root_change(const TreeLink& link, const TreeLoad& load) {
   return follow(link, load, SymFactor(link.inertia).solve(pushed_at_anchor(link, load)));
 }

@@ -1,4 +1,4 @@
-// The direct solution of trees of ball joints (dynamics/joint_tree-inl.hpp), of one tree. Pure, for host and device.
+// The direct solution of trees of ball joints (dynamics/joint_tree-inl.hpp), for one tree. Pure, for host and device.
 #pragma once
 
 #include <fathom/math.hpp>

@@ -1,6 +1,6 @@
-// What code that is written for one lane and for eight (dynamics/joint_link-inl.hpp) asks of eight: what is a float, a
-// Vec3, a Mat3 elsewhere has eight lanes here, and functions of the same names round as those of fathom/math.hpp and
-// dynamics/lane_scalar.hpp do, so that each lane has the bits that it would have alone.
+// The eight-lane types and functions for code that is written for one lane and for eight (dynamics/joint_link-inl.hpp):
+// what is a float, a Vec3 or a Mat3 elsewhere has eight lanes here. Functions round like those of the same name in
+// fathom/math.hpp and dynamics/lane_scalar.hpp, so that each lane has the bits that it would have alone.
 #pragma once
 
 #include <type_traits>
@@ -51,7 +51,7 @@ inline Real root(Real a) { return sqrt(a); }
 inline Real larger(Real a, Real b) { return max(a, b); }
 inline Real smaller(Real a, Real b) { return min(a, b); }
 inline Real magnitude(Real a) { return abs(a); }
-/// `a`, not negative, less its fraction.
+/// Integer part of `a` >= 0.
 inline Real whole(Real a) {
   return select(a < eight(0x1p23f), __builtin_convertvector(__builtin_convertvector(a, EightInts), Eight), a);
 }
@@ -165,17 +165,17 @@ using QuatOf = Quat;
 #define FATHOM_LANE_FUNCTION inline
 #define FATHOM_LANE_LAMBDA
 #include "dynamics/limited-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/integrate-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/angle-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/inverse_inertia-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/ball_joint-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/generic_rows-inl.hpp"
-// What it builds on stands before.
+// Depends on the include above.
 #include "dynamics/rotation-inl.hpp"
 #undef FATHOM_LANE_FUNCTION
 #undef FATHOM_LANE_LAMBDA

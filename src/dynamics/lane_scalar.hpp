@@ -1,5 +1,5 @@
-// What laws over a lane type L ask of L, for one lane: a float. Vectors of lanes have the same functions in
-// native/lane_functions-inl.hpp. A mask is a bool here.
+// The functions that laws over a lane type L require, for one lane: a float. Vectors of lanes have the same functions
+// in native/lane_functions-inl.hpp. A mask is a bool here.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -11,7 +11,7 @@ using VecOf = Vec3;
 /// Symmetric 3×3 matrices.
 template <class L>
 using SymOf = SymMat3;
-/// The other way round, for laws over vectors.
+/// The lane type of a vector, for laws over vectors.
 template <class Vec>
 struct LanesOf;
 template <>
@@ -28,7 +28,7 @@ FATHOM_HD L splat(float value) {
   return value;
 }
 FATHOM_HD Vec3 scale(float s, Vec3 a) { return s * a; }
-/// a + s·b and a − s·b, one rounding.
+/// a + s·b and a − s·b with a single rounding.
 FATHOM_HD float mul_add(float a, float s, float b) { return fma(s, b, a); }
 FATHOM_HD float mul_sub(float a, float s, float b) { return fma(-s, b, a); }
 FATHOM_HD Vec3 mul_sub(Vec3 a, float s, Vec3 b) { return mul_add(a, -s, b); }
@@ -38,7 +38,7 @@ FATHOM_HD float smaller(float a, float b) { return min(a, b); }
 FATHOM_HD Vec3 larger(Vec3 a, Vec3 b) { return max(a, b); }
 FATHOM_HD Vec3 smaller(Vec3 a, Vec3 b) { return min(a, b); }
 FATHOM_HD float magnitude(float a) { return abs(a); }
-/// `a`, not negative, less its fraction.
+/// Integer part of `a` >= 0.
 FATHOM_HD float whole(float a) { return a < 0x1p23f ? static_cast<float>(static_cast<int>(a)) : a; }
 FATHOM_HD float inverse_or_zero(float a) { return a > 0 ? 1.0f / a : 0.0f; }
 FATHOM_HD float one_where_zero(float a) { return a == 0 ? 1.0f : 0.0f; }
@@ -51,13 +51,12 @@ FATHOM_HD bool any_above(float a, float b) { return a > b; }
 FATHOM_HD float select(bool mask, float a, float b) { return mask ? a : b; }
 FATHOM_HD Vec3 select(bool mask, Vec3 a, Vec3 b) { return mask ? a : b; }
 
-// What code that is written for one lane and for eight (dynamics/joint_link-inl.hpp) asks besides; eight of them have
-// that in dynamics/lane_eight.hpp.
+// Additional functions for code that is written for one lane and for eight (dynamics/joint_link-inl.hpp);
+// dynamics/lane_eight.hpp has those for eight.
 
 using Real = float;
 using Mask = bool;
-/// A mask that is stored, and the number of an axis: words as long as a Real, so that lanes are taken apart word by
-/// word.
+/// A stored mask, and the number of an axis: words as long as a Real, so that lanes can be separated word by word.
 using Flag = std::int32_t;
 using AxisNumber = std::int32_t;
 inline constexpr Flag all_set = -1;
@@ -69,11 +68,11 @@ FATHOM_HD bool everywhere(Mask m) { return m; }
 FATHOM_HD Mask inverted(Mask m) { return !m; }
 FATHOM_HD Mask either(Mask a, Mask b) { return a || b; }
 FATHOM_HD Flag select(bool mask, Flag a, Flag b) { return mask ? a : b; }
-/// Of what all lanes have alike.
+/// Of a value that is the same in all lanes.
 FATHOM_HD float first_lane(float a) { return a; }
 FATHOM_HD Vec3 unit_vector(float x, float y, float z) { return {x, y, z}; }
 
-/// 1 or 0, for conditions that are stored.
+/// 1 or 0, for stored conditions.
 FATHOM_HD float is_less(float a, float b) { return a < b ? 1.0f : 0.0f; }
 FATHOM_HD float choose(float condition, float a, float b) { return condition != 0 ? a : b; }
 

@@ -1,7 +1,7 @@
-// Of vectors over lanes what moving bodies and joints ask for. Included like the laws of constraints
+// Vector functions over lanes for moving bodies and joints. Included like the constraint laws
 // (dynamics/contact-inl.hpp).
 
-/// `v`, no longer than `most`.
+/// `v`, shortened to `most` if it is longer.
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec limited(Vec v, LaneOf<Vec> most) {
   using L = LaneOf<Vec>;
@@ -13,7 +13,7 @@ FATHOM_LANE_FUNCTION Vec limited(Vec v, LaneOf<Vec> most) {
   return select(is_above(squared, max_squared), scale(most / root(dot(scaled, scaled)), scaled), v);
 }
 
-/// The rotation vector (rad) of one by `turned` and then one by `by`, to second order in `by` (Baker, Campbell and
+/// The rotation vector (rad) of a rotation by `turned` followed by one by `by`, to second order (Baker, Campbell and
 /// Hausdorff).
 template <class Vec>
 FATHOM_LANE_FUNCTION Vec turned_further(Vec turned, Vec by) {

@@ -1,10 +1,10 @@
-// What a mechanism's links do in its direct solution (dynamics/mechanism.hpp), each by itself, or with those that it is
-// joined to. Included as dynamics/joint_link-inl.hpp is.
+// The operations of a mechanism's links in its direct solution (dynamics/mechanism.hpp), on each link alone or together
+// with its neighbours. Included like dynamics/joint_link-inl.hpp.
 
 #if defined(__CUDACC__)
 #define FATHOM_FLATTEN
 #else
-/// Called, their arguments would pass through memory, which costs more than what they do.
+/// Not inlined, their arguments would pass through memory, which costs more than the work itself.
 #define FATHOM_FLATTEN [[gnu::flatten]]
 #endif
 
@@ -18,14 +18,14 @@ FATHOM_LANE_FUNCTION Mat3 rotation_matrix(const UnitQuat<Real>& q) {
           {2.0f * (xz + wy), 2.0f * (yz - wx), 1.0f - 2.0f * (xx + yy)}};
 }
 
-/// What a substitution does: it takes away all links' errors under their loads, answers closures' loads besides, or
-/// only tells in `LinkState::step` what these would do.
+/// What a substitution does: remove all links' errors under their loads (aimed), respond to closures' loads in addition
+/// (closing), or only write the response to loads to `LinkState::step` (probing).
 enum class LinkPass { aimed, closing, probing };
 
-/// Of links by their numbers. `Access` knows their bodies, and in which arrays links' states are:
+/// Operations on links by number. `Access` knows their bodies and the arrays of their states:
 ///
 ///     state(i): LinkState&;  generic(n): JointLink&
-///     body(i, link): what has linear, angular, moved, turned and inverse_mass as a SolverBody
+///     body(i, link): an object with linear, angular, moved, turned and inverse_mass, like a SolverBody
 ///     set_velocity(i, link, linear, angular);  add_velocity(i, link, linear, angular)
 ///     response(i, link): inverse inertia as the spin is written
 ///     push_out_velocity(): Real;  limits(h): its members are compared with Reals
@@ -43,17 +43,17 @@ struct LinkSolver {
 
   FATHOM_LANE_FUNCTION static Real sum_of(Vec3 v) { return v.x + (v.y + v.z); }
 
-  /// What the link's joint has given its body in this substep.
+  /// Impulse of the link's joint on its body in this substep.
   FATHOM_LANE_FUNCTION Vec3 force_of(std::uint32_t i) const {
     return has_generic(i) ? generic(i).force() : state(i).row.impulse;
   }
   FATHOM_LANE_FUNCTION Vec3 torque_of(std::uint32_t i) const { return has_generic(i) ? generic(i).torque() : Vec3{}; }
-  /// Whether the pull of its joint may swing the link's body.
+  /// Whether its joint's pull may swing the link's body.
   FATHOM_LANE_FUNCTION Mask may_swing(std::uint32_t i) const {
     if (links[i].joint == none) return is_set(Flag{});
     return has_generic(i) ? inverted(generic(i).is_stiff()) : is_set(all_set);
   }
-  /// Of a link's parent or of what it hangs on.
+  /// Motion of a link's parent, or of its obstacle.
   FATHOM_LANE_FUNCTION const LinkMotion& parent_of(std::uint32_t i) const {
     return links[i].parent != none ? state(links[i].parent).motion : state(i).obstacle;
   }
@@ -61,7 +61,7 @@ struct LinkSolver {
 
   // --- what bodies carry into a substep --------------------------------------------------------------------------
 
-  /// What velocities of the link's body become by `sign` times the joints' impulses.
+  /// `velocity` of the link's body plus `sign` times the effect of the joints' impulses.
   FATHOM_LANE_FUNCTION TreeChange with_carried(std::uint32_t i, float sign, TreeChange velocity) const {
     const MechanismLink& link = links[i];
     const Real inverse_mass = access.body(i, link).inverse_mass;
@@ -90,7 +90,7 @@ struct LinkSolver {
     state(i).row.impulse = state(i).moment = state(i).parent_moment = {};
     if (has_generic(i)) generic(i).let_go();
   }
-  /// On by a substep of length h (s), as bodies are.
+  /// Moves it by a substep of length h (s), like the bodies.
   FATHOM_LANE_FUNCTION static void move_obstacle(LinkMotion& obstacle, Real h) {
     obstacle.moved = mul_add(obstacle.moved, h, obstacle.linear);
     obstacle.turned = mul_add(obstacle.turned, h, obstacle.angular);
@@ -99,7 +99,7 @@ struct LinkSolver {
 
   // --- where links are -------------------------------------------------------------------------------------------
 
-  /// Where a link's body is now, how it moves, and what it resists that with.
+  /// Updates the position, motion and inertia of a link's body.
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void turn(std::uint32_t i) const {
     LinkState& s = state(i);
     const auto body = access.body(i, links[i]);
@@ -119,7 +119,7 @@ struct LinkSolver {
     if (links[i].joint == none) return;
     if (has_generic(i)) {
       JointLink& joint = generic(i);
-      // Before positions move it is where the last substep has left it.
+      // Before positions move, the joint is still where the last substep left it.
       if (relaxes) joint.look(pair_of(i));
       joint.begin_solution(relaxes);
       if (joint.asks_for_masses()) access.look_at_masses(i, links[i], joint, h);
@@ -135,14 +135,14 @@ struct LinkSolver {
     const Mask changes = generic(i).choose_coordinates(pair_of(i));
     state(i).is_eliminated = select(changes, Flag{}, state(i).is_eliminated);
   }
-  /// How bodies will have turned when the substep is over.
+  /// Rotations of the bodies at the end of the substep.
   FATHOM_LANE_FUNCTION void look_ahead(std::uint32_t i, Real h) const {
     LinkState& s = state(i);
     s.motion.ahead = rotation_by<Real>(s.motion.turned_ahead(h));
     if (links[i].parent == none) s.obstacle.ahead = rotation_by<Real>(s.obstacle.turned_ahead(h));
   }
-  /// Whether the arms of the link's body turn by less than rows can tell of in a substep. Beyond that the stiffness of
-  /// swings, which goes with the last substep's impulses, would make ever larger ones.
+  /// Whether the arms of the link's body turn in a substep by no more than rows can represent. Beyond that the
+  /// stiffness of swings, which is proportional to the last substep's impulses, would make ever larger ones.
   FATHOM_LANE_FUNCTION Mask turns_slowly(std::uint32_t i, Real h) const {
     const Vec3 turn = h * state(i).motion.angular;
     const auto is_slow = [&](Vec3 arm) { return length(cross(turn, arm)) <= max_drift * length(arm); };
@@ -152,16 +152,16 @@ struct LinkSolver {
     return all_are;
   }
 
-  /// How fast the anchors run away from each other.
+  /// Velocity at which the anchors separate.
   FATHOM_LANE_FUNCTION static Vec3 speed_apart(const LinkState& s, const LinkMotion& parent) {
     return (s.motion.linear + cross(s.motion.angular, s.arm)) - (parent.linear + cross(parent.angular, s.parent_arm));
   }
-  /// How far they are apart.
+  /// The gap between them.
   FATHOM_LANE_FUNCTION static Vec3 gap(const LinkState& s, const LinkMotion& parent) {
     return s.row.gap + ((s.motion.moved + (s.arm - s.row.arm_b)) - (parent.moved + (s.parent_arm - s.row.arm_a)));
   }
-  /// How far they will be apart when the bodies have moved on for h (s), over h, beyond what a wide gap may keep: no
-  /// gap closes faster than overlaps do, because to bring what is far apart together at once would throw it.
+  /// Their gap after the bodies have moved for h (s), divided by h, less what a wide gap may keep: no gap closes faster
+  /// than overlaps do, because closing a wide gap at once would throw the body.
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION Vec3 gap_ahead(const LinkState& s, const LinkMotion& parent, Real h) const {
     const auto anchor_ahead = [h](const LinkMotion& m, Vec3 arm) {
       return mul_add(m.moved, h, m.linear) + (turned_by(m.ahead, arm) - arm);
@@ -170,12 +170,12 @@ struct LinkSolver {
     const Vec3 at_once = (1.0f / h) * gap(s, parent), kept = at_once - limited(at_once, access.push_out_velocity());
     return mul_add((1.0f / h) * ahead - kept, -0.5f * h, s.row.pull);
   }
-  /// By which its gaps are judged.
+  /// The length by which its gaps are judged.
   FATHOM_LANE_FUNCTION static Real reach(const LinkState& s) { return length(s.arm) + length(s.parent_arm); }
 
   // --- loads -----------------------------------------------------------------------------------------------------
 
-  /// Moments of what a body has carried over, about arms that have turned since.
+  /// Moments of the impulses that a body has carried over, about arms that have turned since.
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void load_carried(std::uint32_t i) const {
     LinkState& s = state(i);
     if (links[i].joint != none) s.load.moment += cross(s.arm, force_of(i)) + torque_of(i) - turned_by(s.spin, s.moment);
@@ -184,8 +184,8 @@ struct LinkSolver {
       s.load.moment -= cross(child.parent_arm, force_of(c)) + torque_of(c) - turned_by(s.spin, child.parent_moment);
     }
   }
-  /// The pull of an impulse on a body that turns about the anchor it acts on: what it takes of the angular velocity
-  /// within a substep of length h (kg·m²), and of which velocity.
+  /// Stiffness of an impulse's pull on a body that turns about the anchor it acts on: the angular momentum that it
+  /// takes per angular velocity within a substep of length h (kg·m²), and the velocity that it acts on.
   FATHOM_LANE_FUNCTION static Real stiffness(Vec3 impulse, Vec3 arm, Real h) {
     return h * max(dot(impulse, arm), Real{});
   }
@@ -193,7 +193,7 @@ struct LinkSolver {
     const Vec3 axis = normalize(arm);
     return angular - dot(axis, angular) * axis;
   }
-  /// Of the body and its children's pulls on it, `act(arm, stiffness)`.
+  /// Calls `act(arm, stiffness)` for the body's pull and its children's pulls on it.
   template <class Act>
   FATHOM_LANE_FUNCTION void each_pull(std::uint32_t i, Real h, const Act& act) const {
     const auto pull = [&](std::uint32_t of, Vec3 arm, Vec3 force) {
@@ -204,15 +204,15 @@ struct LinkSolver {
     for (std::uint32_t c = links[i].first_child; c < links[i].end_of_children(); ++c)
       pull(c, state(c).parent_arm, -force_of(c));
   }
-  /// Whether joints turn the body slowly enough under what they carry for a substep to follow: it swings about its
-  /// anchor under a pull F at r with ω² = F r / I, I being the inertia of it and what hangs on it. An explicit step
+  /// Whether joints turn the body slowly enough under their load for a substep to follow: it swings about its anchor
+  /// under a pull F at r with ω² = F r / I, where I is the inertia of it and all that hangs on it. An explicit step
   /// follows up to h ω = 2.
   FATHOM_LANE_FUNCTION Mask can_follow(std::uint32_t i, Real h) const {
     Real sum{};  // of (h ω)²
     each_pull(i, h, [&](Vec3 arm, Real k) { sum += k * response_across(i, normalize(arm)); });
     return sum <= stiffest_swing;
   }
-  /// How easily the link's body turns across `axis`, about its anchor, with what hangs on it (1/(kg·m²)).
+  /// Response of the link's body, with all that hangs on it, to turning across `axis` about its anchor (1/(kg·m²)).
   FATHOM_LANE_FUNCTION Real response_across(std::uint32_t i, Vec3 axis) const {
     if (has_generic(i)) return generic(i).response_across(axis);
     const SymFactor& m = state(i).link.angular;
@@ -222,7 +222,7 @@ struct LinkSolver {
 
   // --- elimination -----------------------------------------------------------------------------------------------
 
-  /// If it or one of its children has changed.
+  /// Eliminates the link if it or one of its children has changed.
   FATHOM_LANE_FUNCTION void eliminate(std::uint32_t i) const {
     LinkState& s = state(i);
     Mask is_changed = inverted(is_set(s.is_eliminated));
@@ -266,7 +266,7 @@ struct LinkSolver {
   FATHOM_LANE_FUNCTION static Vec3 error(const LinkState& s) {
     return pass == LinkPass::aimed ? s.error : Vec3{};
   }
-  /// Where that `counts`.
+  /// Accumulates the change where it `counts`.
   template <LinkPass pass>
   FATHOM_FLATTEN FATHOM_LANE_FUNCTION void follow_parent(std::uint32_t i, Mask counts) const {
     LinkState& s = state(i);
@@ -298,7 +298,7 @@ struct LinkSolver {
     else
       state(i).error = gap_ahead(state(i), parent_of(i), h);
   }
-  /// Whether a round would take away no more than this share of the arms.
+  /// Whether a round would remove no more than this share of the arms.
   FATHOM_LANE_FUNCTION Mask is_aimed_within(std::uint32_t i, Real share, Real h) const {
     if (links[i].joint == none) return is_set(all_set);
     if (has_generic(i)) return generic(i).is_aimed_within(share, h);
@@ -318,8 +318,8 @@ struct LinkSolver {
       s.error = mul_add(s.error + pull, -0.5f * h, s.row.pull);
     }
   }
-  /// Whether the anchors will meet, and by a way that rows can tell: a body that its joints spin round within a substep
-  /// meets them too.
+  /// Whether the anchors will meet, along a path that rows can represent: a body that its joints spin round within a
+  /// substep would count as meeting too.
   FATHOM_LANE_FUNCTION Mask does_meet(std::uint32_t i, Real h) const {
     const LinkState& s = state(i);
     const Mask is_slow = h * length(s.change.angular) <= max_drift;
@@ -327,11 +327,11 @@ struct LinkSolver {
     if (has_generic(i)) return both(is_slow, generic(i).meets(pair_of(i), splat<Real>(meeting_share), h));
     return both(is_slow, h * length(gap_ahead(s, parent_of(i), h)) <= meeting_share * reach(s));
   }
-  /// Whether some limit or largest force is another one than the solution took it for, of those that are asked.
+  /// Whether some limit or largest force differs from what the solution assumed, among those that are asked.
   FATHOM_LANE_FUNCTION Mask revise(std::uint32_t i, Real h, Mask asks) const {
     return has_generic(i) ? generic(i).revise(pair_of(i), h, asks) : is_set(Flag{});
   }
-  /// Whether a solution leaves the body with a velocity that bodies may have.
+  /// Whether a solution leaves the body with an allowed velocity.
   FATHOM_LANE_FUNCTION Mask is_sound(std::uint32_t i, Real h) const {
     const LinkState& s = state(i);
     const auto limits = access.limits(h);

@@ -1,4 +1,4 @@
-// The links of mechanisms one by one (dynamics/link_solver-inl.hpp). Pure, for host and device.
+// The links of mechanisms, one at a time (dynamics/link_solver-inl.hpp). Pure, for host and device.
 #pragma once
 
 #include <cstdint>

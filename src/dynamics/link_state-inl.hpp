@@ -1,23 +1,24 @@
-// What a link of a mechanism is in a step. Included as dynamics/joint_link-inl.hpp is.
+// State of a mechanism's link during a step. Included like dynamics/joint_link-inl.hpp.
 
-/// Words alone, each as long as a Real: lanes are taken apart word by word.
+/// Only words as long as a Real: lanes are separated word by word.
 struct LinkState {
   BallJointRow<Real> row;  ///< of a ball joint; A: the parent, B: the body; impulses on B
   Real mass;               ///< kg, the link's share
-  SymMat3 inertia;         ///< kg·m², likewise, in the body's axes
-  UnitQuat<Real> start;    ///< the body's orientation as the step began
-  Flag is_isotropic;       ///< alike in all lanes
-  UnitQuat<Real> spin;     ///< from the axes in which the body's spin is written to the world's
+  SymMat3 inertia;         ///< kg·m², also its share, in the body's axes
+  UnitQuat<Real> start;    ///< the body's orientation at the start of the step
+  Flag is_isotropic;       ///< same in all lanes
+  UnitQuat<Real> spin;     ///< from the axes of the body's spin to the world's
   LinkMotion motion;
-  LinkMotion obstacle;         ///< of what the link hangs on, which other threads may have moved on or not
-  Vec3 arm, parent_arm;        ///< m, now
-  Vec3 moment, parent_moment;  ///< N·m·s that the joint has given so far, as the body and, reversed, its parent spin
+  LinkMotion obstacle;   ///< of what the link hangs on; a copy, since other threads may already have moved it
+  Vec3 arm, parent_arm;  ///< m, current
+  Vec3 moment,
+      parent_moment;  ///< N·m·s of the joint so far, in the axes of the body's spin and, reversed, of its parent's
   TreeInertia of_body;
   TreeLink link;
   Flag is_eliminated;       ///< the elimination in `link`, or in the JointLink, is up to date
-  Flag is_changed;          ///< the last pass has made it so
-  TreeLoad load, handed;    ///< on the body, and what its parent gets of it at the joint
+  Flag is_changed;          ///< by the last pass
+  TreeLoad load, handed;    ///< on the body, and what its parent gets at the joint
   Vec3 error;               ///< m/s
-  TreeChange step, change;  ///< of a round, and of all of them
+  TreeChange step, change;  ///< of a round, and of all rounds
   Vec3 impulse;             ///< N·s, of all rounds
 };

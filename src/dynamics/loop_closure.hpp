@@ -1,17 +1,17 @@
 // Loops of joints in a direct solution (dynamics/mechanism.hpp). Pure, for host and device.
 //
-// A tree has no loops, so a loop is cut at one of its bodies: the tree gets a copy of it, which has a share of its
-// mass, and the joint that closes the loop holds the copy. That the body and its copy move alike are six rows more.
-// What these give is J inverse(A) transpose(J) by the tree's response A, a column for each row by a solution of the
-// tree (cut joints: Featherstone, "Rigid Body Dynamics Algorithms", 2008, chapter 8). Cut at a body, all joints are
-// joints of the tree, with their limits, drives and springs, and there is one kind of closure.
+// A tree has no loops, so a loop is cut at one of its bodies: the tree gets a copy of the body with a share of its
+// mass, and the joint that closes the loop holds the copy. Six additional rows make the body and its copy move alike.
+// Their matrix is J inverse(A) transpose(J) with the tree's response A; each column takes one solution of the tree (cut
+// joints: Featherstone, "Rigid Body Dynamics Algorithms", 2008, chapter 8). Because the cut is at a body, all joints
+// stay joints of the tree, with their limits, drives and springs, and there is only one kind of closure.
 //
-// Rows that nothing in the loop can follow, as those across a planar linkage, would be singular, and what does not fit
-// together would be pulled without end. So each gives way by a little of what it holds, as a spring of some 100 times a
-// substep's rate. Only what nothing follows is to do that: of what rows hold, the part (S inverse(R + S))² S is taken
-// as an aim, with responses R and softnesses S, which is next to nothing where R is the larger. Rounds on the error
-// that is left do the rest, and are told by how bodies would move, because rounding in R would have them aim past it
-// (docs/log/2026-11-25-loop-closures.md).
+// Rows that nothing in the loop can follow, such as those across a planar linkage, would be singular, and a loop that
+// does not fit together would be pulled without end. So each row yields a little under its load, like a spring of about
+// 100 times a substep's rate. Only rows that nothing follows are meant to yield: the aim is the part (S inverse(R +
+// S))² S of their impulses, with responses R and softnesses S, which is negligible where R is the larger. Further
+// rounds work on the remaining error; they measure it from the bodies' motion, because rounding in R would make them
+// miss the aim (docs/log/2026-11-25-loop-closures.md).
 #pragma once
 
 #include <cstdint>
@@ -24,10 +24,10 @@ namespace fathom {
 
 inline constexpr std::uint32_t closure_rows = 6;
 
-/// The rows that close a mechanism's loops, in memory of the mechanism's own.
+/// The rows that close a mechanism's loops, stored in the mechanism's memory.
 class LoopClosure {
  public:
-  /// Floats that `closures` take.
+  /// Floats that this many closures need.
   FATHOM_HD static constexpr std::uint32_t size(std::uint32_t closures) {
     const std::uint32_t rows = closure_rows * closures;
     return rows * (rows + 1) / 2 + 5 * rows;
@@ -35,21 +35,21 @@ class LoopClosure {
   FATHOM_HD LoopClosure(float* memory, std::uint32_t closures)
       : lower_(memory), rows_(closure_rows * closures), vectors_(memory + rows_ * (rows_ + 1) / 2) {}
 
-  /// What row i moves by where row j <= i gives a unit.
+  /// Response of row i to a unit impulse on row j <= i.
   FATHOM_HD float& response(std::uint32_t i, std::uint32_t j) const { return lower_[i * (i + 1) / 2 + j]; }
-  /// What row i gives way by for each unit that it holds.
+  /// Yield of row i per unit of its impulse.
   FATHOM_HD float& softness(std::uint32_t i) const { return vectors_[i]; }
-  /// N·s or N·m·s that row i holds more of than as the step began …
+  /// Impulse of row i (N·s or N·m·s) added since the step began …
   FATHOM_HD float& total(std::uint32_t i) const { return vectors_[rows_ + i]; }
-  /// … and by the rounds of a solution.
+  /// … and by the current solution's rounds.
   FATHOM_HD float& more(std::uint32_t i) const { return vectors_[2 * rows_ + i]; }
-  /// What row i is off by (m/s or rad/s); once solved, what takes that away (N·s or N·m·s).
+  /// Error of row i (m/s or rad/s); after `solve`, the impulse that removes it (N·s or N·m·s).
   FATHOM_HD float& error(std::uint32_t i) const { return vectors_[3 * rows_ + i]; }
 
-  /// Factorises the responses as L D transpose(L), column by column: inverse(D) and L D take their place. By a team.
+  /// Factorises the responses as L D transpose(L), column by column, in place: stores inverse(D) and L D. By a team.
   FATHOM_HD void factorise() const {
     for (std::uint32_t k = 0; k < rows_; ++k) {
-      // Rounding leaves no row stiffer than it is alone.
+      // Rounding must not make a row stiffer than its own softness.
       if (team::is_leader()) response(k, k) = 1 / max(response(k, k), softness(k));
       team::sync();
       for (std::uint32_t i = k + 1 + team::item(); i < rows_; i += team::items) {
@@ -59,7 +59,7 @@ class LoopClosure {
       team::sync();
     }
   }
-  /// Solves for what takes the errors away and adds it to `more`. By a team.
+  /// Solves for the impulses that remove the errors and adds them to `more`. By a team.
   FATHOM_HD void solve() const {
     each_row([&](std::uint32_t i) { yield(i) = total(i) + more(i); });
     for (int pass = 0; pass < yielding_passes; ++pass) {
@@ -82,9 +82,9 @@ class LoopClosure {
     for (std::uint32_t i = team::item(); i < rows_; i += team::items) act(i);
     team::sync();
   }
-  /// By which row i gives way for what it holds that nothing in the loop follows (m/s or rad/s).
+  /// Yield (m/s or rad/s) of row i under the part of its impulse that nothing in the loop follows.
   FATHOM_HD float& yield(std::uint32_t i) const { return vectors_[4 * rows_ + i]; }
-  /// Of the responses' equations, x being the right side at first.
+  /// Solves the factorised equations in place; x is the right-hand side at first.
   FATHOM_HD void substitute(float* x) const {
     for (std::uint32_t k = 0; k < rows_; ++k) {
       const float known = x[k] * response(k, k);

@@ -1,13 +1,13 @@
 // Mechanisms: bodies that rigid joints connect to a tree, solved directly (dynamics/joint_tree.hpp) where sweeps would
-// give way. Pure, for host and device.
+// be too soft. Pure, for host and device.
 //
-// A direct solution takes the place of the joints' rows in a sweep, after the contacts': bodies leave it with
-// velocities that all joints agree with. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
+// A direct solution replaces the joints' rows in a sweep, after those of the contacts: bodies leave it with velocities
+// that satisfy all joints. Its substep is that of the rows (dynamics/ball_joint-inl.hpp).
 //
-// A loop is cut at one of its bodies, of which the tree gets a copy (dynamics/loop_closure.hpp).
+// A loop is cut at one of its bodies, which gets a copy in the tree (dynamics/loop_closure.hpp).
 //
-// A mechanism is one team's (math/team.hpp), whose work-items share its links. Each link adds up what its children hand
-// it, in their order, so that no result depends on the team.
+// One team (math/team.hpp) solves a mechanism; its work-items share the links. Each link adds up its children's
+// contributions in their order, so that no result depends on the team.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace fathom {
 
-/// The two bodies of a link's joint, of which the one that the link hangs on, if it hangs on an obstacle, moves thus.
+/// The two bodies of a link's joint. If the link hangs on an obstacle, that side moves like `obstacle`.
 template <class Access>
 FATHOM_HD JointBodies<SymMat3> bodies_of(const Access& access, const MechanismLink& link, const LinkMotion& obstacle) {
   const auto j = access.joint(link.joint);
@@ -38,10 +38,10 @@ FATHOM_HD JointBodies<SymMat3> bodies_of(const Access& access, const MechanismLi
   return {side(j.a), side(j.b)};
 }
 
-/// Solves mechanisms of the bodies and joints that `Access` knows, which has, besides what LinkSolver asks for,
+/// Solves mechanisms of the bodies and joints that `Access` knows. Besides what LinkSolver requires, it provides
 ///
-///     solver_body(slot): SolverBody;  response_of(slot): inverse inertia as the spin is written
-///     is_isotropic(slot), inverse_mass(slot), inertia(slot): its own, whatever loads have added;  pose(slot)
+///     solver_body(slot): SolverBody; response_of(slot): inverse inertia in the axes of the spin
+///     is_isotropic(slot), inverse_mass(slot), inertia(slot): its own, without the inertia added for loads; pose(slot)
 ///     swing(link): m/s² of a body that swings, or 0
 ///     joint(j): {a, b, anchor_a, anchor_b};  last_impulse(j), generic_joint(j), generic_impulse(j)
 ///     store(j, last, total);  store(j, GenericImpulse)
@@ -62,9 +62,9 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD void prepare(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { prepare_link(i); });
   }
-  /// The last step's impulses act again, or are forgotten. Along arms that have turned since they may spin a thin rod
-  /// several times per substep round its axis, which contacts would take for the speed of its surface: then all of
-  /// them are let go.
+  /// Applies the last step's impulses, or forgets them. Along arms that have turned since they may spin a thin rod
+  /// about its axis several times per substep, which contacts would mistake for surface speed; then all of them are
+  /// dropped.
   FATHOM_HD void warm_start(const Mechanism& m, float h, bool forgets) const {
     let_closures_go(m);
     if (forgets)
@@ -76,7 +76,7 @@ class MechanismSolver : public LinkSolver<Access> {
   }
   /// Before positions move.
   FATHOM_HD void pull_together(const Mechanism& m, float h) const { solve<true>(m, h); }
-  /// And after.
+  /// After positions have moved.
   FATHOM_HD void relax(const Mechanism& m, float h) const {
     each(m, [&](std::uint32_t i) { this->move_obstacle(state(i).obstacle, h); });
     solve<false>(m, h);
@@ -91,7 +91,7 @@ class MechanismSolver : public LinkSolver<Access> {
     s = {};
     const std::uint32_t copies = link.is_copy() ? links[link.original].copies : link.copies;
     s.mass = 1 / (static_cast<float>(copies + 1) * access.solver_body(link.body).inverse_mass);
-    // With what loads have added.
+    // Includes the inertia added for loads.
     s.inertia = s.mass * access.inverse_mass(link.body) * access.inertia(link.body);
     s.start = rotation(access.pose(link.body));
     s.is_isotropic = flag(access.is_isotropic(link.body));
@@ -117,7 +117,7 @@ class MechanismSolver : public LinkSolver<Access> {
       access.store(link.joint, on_body(link, row.impulse), on_body(link, row.total));
   }
 
-  /// Before positions move (`soft`) or after, of bodies and obstacles that are where they are now.
+  /// Before positions move (`soft`) or after, for bodies and obstacles at their current positions.
   template <bool soft>
   FATHOM_HD void solve(const Mechanism& m, float h) const {
     turn_all(m, h, !soft);
@@ -137,7 +137,7 @@ class MechanismSolver : public LinkSolver<Access> {
   }
 
  private:
-  // --- who does what ---------------------------------------------------------------------------------------------
+  // --- division of work ---------------------------------------------------------------------------------------------
 
   template <class Act>
   FATHOM_HD static void each(const Mechanism& m, const Act& act) {
@@ -170,7 +170,7 @@ class MechanismSolver : public LinkSolver<Access> {
 
   // --- a step ----------------------------------------------------------------------------------------------------
 
-  /// m/s², of bodies that swing how much more the link's body accelerates than its parent
+  /// m/s², for bodies that swing: acceleration of the link's body relative to its parent
   FATHOM_HD Vec3 pull_of(const MechanismLink& link) const {
     return access.swing(link) - (link.parent != none ? access.swing(links[link.parent]) : Vec3{});
   }
@@ -201,7 +201,7 @@ class MechanismSolver : public LinkSolver<Access> {
     of_link.begin(joint, link.is_b != 0, row, access.generic_impulse(link.joint));
     state(i).arm = of_link.arm(), state(i).parent_arm = of_link.parent_arm();
   }
-  /// Whether the link's body would be no faster without what it carries than bodies may be.
+  /// Whether the link's body, without the carried impulses, would be within the speed limits.
   FATHOM_HD bool is_sound_without_carried(std::uint32_t i, float h) const {
     if (links[i].is_copy()) return true;
     const SolverBody body = access.body(i, links[i]);
@@ -212,7 +212,7 @@ class MechanismSolver : public LinkSolver<Access> {
   FATHOM_HD bool carries_finite(std::uint32_t i) const {
     return is_finite(this->sum_of(this->force_of(i)) + this->sum_of(state(i).moment + state(i).parent_moment));
   }
-  /// What is not finite of one body reaches no other.
+  /// Keeps a body's NaN or infinity from reaching other bodies.
   FATHOM_HD void forget_link(std::uint32_t i) const {
     BallJointRow<float>& row = state(i).row;
     row.impulse = row.total = state(i).moment = state(i).parent_moment = {};
@@ -221,9 +221,9 @@ class MechanismSolver : public LinkSolver<Access> {
 
   // --- a solution ------------------------------------------------------------------------------------------------
 
-  /// Takes back what the last substep's impulses have given. Along arms that have turned they would cancel to no more
-  /// than their rounding, of which light bodies on long arms make ever larger impulses. Not where a rod has turned so
-  /// far that these would spin it about its axis, of which it got nothing: that would throw it the other way.
+  /// Removes the effect of the last substep's impulses. Along arms that have turned they would cancel only up to
+  /// rounding, from which light bodies on long arms make ever larger impulses. Not where a rod has turned so far that
+  /// removing them would spin it about its axis, though they never gave it that spin: it would be thrown the other way.
   FATHOM_HD void start_anew(const Mechanism& m, float h) const {
     if (all(m, [&](std::uint32_t i) { return is_sound_without_carried(i, h); }))
       each(m, [&](std::uint32_t i) { this->give_carried(i, -1); });
@@ -236,10 +236,10 @@ class MechanismSolver : public LinkSolver<Access> {
     let_closures_go(m);
   }
 
-  /// So that anchors meet at the substep's end, or that they do not move against each other. The latter never adds
-  /// energy but for the share of gaps that it closes, whatever arms do within the substep. Begins anew where the result
-  /// says that other limits act, or drives give their most: mostly the first round tells. Returns whether the substep
-  /// follows all swings.
+  /// Solves so that anchors meet at the substep's end, or that they do not move against each other. The latter never
+  /// adds energy, except for the share of gaps that it closes, whatever the arms do within the substep. Starts again
+  /// where the result activates other limits or saturates drives, which the first round usually shows. Returns whether
+  /// the substep follows all swings.
   template <bool soft>
   FATHOM_HD bool solve_with_limits(const Mechanism& m, float h, bool looks_ahead) const {
     for (int revision = 0;; ++revision) {
@@ -253,7 +253,7 @@ class MechanismSolver : public LinkSolver<Access> {
       take_back(m);
     }
   }
-  /// With what bodies carry over for their loads. Returns whether the substep follows all swings.
+  /// Also sets the loads to the impulses that bodies carry over. Returns whether the substep follows all swings.
   template <bool soft>
   FATHOM_HD bool eliminate_all(const Mechanism& m, float h, bool looks_ahead) const {
     from_leaves(m, [&](std::uint32_t i) { this->eliminate(i); });
@@ -273,7 +273,7 @@ class MechanismSolver : public LinkSolver<Access> {
     substitute(m, 1);
     look_ahead(m, h);
   }
-  /// As long as another round helps, up to `newton_rounds` in all. Returns whether there was one.
+  /// Takes rounds while another one helps, up to `newton_rounds` in all. Returns whether any was taken.
   FATHOM_HD bool take_more_rounds(const Mechanism& m, float h) const {
     for (int round = 1; round < newton_rounds; ++round) {
       aim_ahead(m, h);
@@ -303,13 +303,13 @@ class MechanismSolver : public LinkSolver<Access> {
     each(m, [&](std::uint32_t i) { this->turn(i); });
     each(m, [&](std::uint32_t i) { this->turn_joint(i, h, relaxes); });
   }
-  /// What a solution has found, so that it begins anew with other limits.
+  /// Discards a solution, to start again with other limits.
   FATHOM_HD void take_back(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { this->turn(i); });
     each(m, [&](std::uint32_t i) { this->choose_coordinates(i); });
   }
 
-  /// What a body's pulls resist of its turning (see `stiffness`).
+  /// Adds the resistance of a body's pulls to its turning (see `stiffness`).
   FATHOM_HD void stiffen(std::uint32_t i, float h) const {
     LinkState& body = state(i);
     body.is_eliminated = Flag{};
@@ -319,10 +319,10 @@ class MechanismSolver : public LinkSolver<Access> {
       body.of_body.angular = body.of_body.angular + k * (diagonal(1) - outer);
     });
   }
-  /// Of the motion that the body has.
+  /// The load of that stiffness at the body's current motion.
   FATHOM_HD void load_stiffened(std::uint32_t i, float h) const {
     LinkState& body = state(i);
-    body.is_eliminated = Flag{};  // but stiffened
+    body.is_eliminated = Flag{};  // apart from the stiffness
     this->each_pull(i, h, [&](Vec3 arm, float k) { body.load.moment -= k * this->across(body.motion.angular, arm); });
   }
 
@@ -352,7 +352,7 @@ class MechanismSolver : public LinkSolver<Access> {
       for (std::uint32_t row = 0; row < closure_rows; ++row) closure.total(closure_rows * k + row) = 0;
     });
   }
-  /// How a copy moves against the body, row by row.
+  /// Motion of a copy relative to the body, row by row.
   FATHOM_HD static void write_difference(const TreeChange& copy, const TreeChange& body, float (&rows)[closure_rows]) {
     const Vec3 linear = copy.linear - body.linear, angular = copy.angular - body.angular;
     rows[0] = linear.x, rows[1] = linear.y, rows[2] = linear.z;
@@ -365,7 +365,7 @@ class MechanismSolver : public LinkSolver<Access> {
     on_body.impulse -= load.impulse, on_body.moment -= load.moment;
   }
 
-  /// What each row moves by where another gives a unit: a solution for each, of links without loads.
+  /// The response of each row to a unit impulse on another: one solution for each, of links without loads.
   FATHOM_HD void find_responses(const Mechanism& m) const {
     const LoopClosure closure = closure_of(m);
     each_closure(m, [&](std::uint32_t k) { begin_closure(m, closure, k); });
@@ -397,7 +397,7 @@ class MechanismSolver : public LinkSolver<Access> {
       closure.more(closure_rows * k + r) = 0;
     }
   }
-  /// Copies have moved as their own joints want: takes away what they have moved against their bodies.
+  /// Copies have moved as their own joints require: removes their motion relative to their bodies.
   FATHOM_HD void close_loops(const Mechanism& m) const {
     const LoopClosure closure = closure_of(m);
     each_closure(m, [&](std::uint32_t k) {

@@ -5,8 +5,8 @@
 
 namespace fathom {
 
-/// Rotation vector (rad, world axes) of a unit quaternion, |φ| ≤ π. A quarter of half the angle has a tangent below
-/// 0.2, where five terms of the arctangent's series are exact to rounding; tan(a/2) = tan a / (1 + √(1 + tan² a)).
+/// Rotation vector (rad, world axes) of a unit quaternion, |φ| ≤ π. A quarter of half the angle has a tangent of at
+/// most 0.2, where five terms of the arctangent's series are exact to rounding; tan(a/2) = tan a / (1 + √(1 + tan² a)).
 FATHOM_HD Vec3 rotation_vector(Quat q) {
   const Vec3 v = q.w < 0 ? -q.vector() : q.vector();
   const float sine = length(v);
@@ -18,8 +18,8 @@ FATHOM_HD Vec3 rotation_vector(Quat q) {
   return (16 * t * series / sine) * v;
 }
 
-/// The velocity with which a body gets `from` a pose `to` another in `dt` (s), turning the shorter way; none where the
-/// way is too long for a float.
+/// The velocity that takes a body from pose `from` to pose `to` in `dt` (s), turning the shorter way; zero where the
+/// distance is too long for a float.
 FATHOM_HD Velocity velocity_between(const Pose& from, const Pose& to, float dt) {
   const float rate = 1 / dt;
   const Vec3 linear = rate * (to.position - from.position);

@@ -1,9 +1,9 @@
-// Bodies that begin inside each other: placed so, or brought there. Pure, for host and device.
+// Bodies that start inside each other, because they were created or moved there. Pure, for host and device.
 //
-// Pushed out at once they arrive at the surface with a velocity that one relax sweep does not take away where several
-// contacts share a body: stacks hop, and until they have come down again nothing presses. So the depth at which they
-// began counts as touching, for a contact's lasting, and fades away in the course of some tenths of a second. They
-// carry each other from the first step and rise without haste.
+// Pushed out at once, they would arrive at the surface with a velocity that one relax sweep cannot remove where several
+// contacts share a body: stacks hop, and nothing presses until they have come down again. So the initial depth counts
+// as touching for the lifetime of the contact, and fades over some tenths of a second. The bodies carry each other from
+// the first step and rise slowly.
 #pragma once
 
 #include "collision/manifold.hpp"
@@ -11,18 +11,18 @@
 
 namespace fathom {
 
-/// Half of a shape's thickness (m), of its `Geometry`. A surface is solid behind: the other one is the thinner.
+/// Half of a shape's thickness (m), from its `Geometry`. A surface is solid behind, so the other shape is the thinner.
 FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) {
   if (type == ShapeType::mesh || type == ShapeType::height_field) return 1e6f;
   const bool is_round = type == ShapeType::sphere || type == ShapeType::capsule;
   return is_round ? radius : min(half_extents.x, min(half_extents.y, half_extents.z));
 }
 
-/// What counts as touching where a contact begins (m): the depth of its deepest point, less the `sag` (m) that springs
-/// have under a body's own weight, so that they press. Nothing where that depth is more than 10 cm or a tenth of the
-/// thinner shape's half: who begins as deep might be pushed through by what it carries. What bounces carries nothing,
-/// and where hits have turned bodies within a step they are deep inside others that no contact expected: it may be more
-/// of the half, from where they bounce as they would have before.
+/// Depth that counts as touching where a contact begins (m): that of its deepest point, less the `sag` (m) of springs
+/// under a body's own weight, so that they press. Zero where that depth exceeds 10 cm or a tenth of the thinner shape's
+/// half thickness: a deeper body might be pushed through by its load. Bouncing bodies carry nothing, and where hits
+/// have turned bodies within a step they may be unexpectedly deep inside others: they may start at a larger share of
+/// the half thickness, and bounce from there as they would have before.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag) {
   float nearest = 0;
@@ -33,11 +33,11 @@ FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_t
                                                                                              : 0.0f;
 }
 
-/// What of an overlap fades within a step of length dt (s) is left with, as a factor.
+/// Factor by which an overlap fades within a step of length dt (s).
 FATHOM_HD float overlap_kept(float dt) { return overlap_time / (overlap_time + dt); }
 
-/// What is left of `overlap` after a step of which `kept` is left over, the nearest points being `nearest` (m) apart:
-/// never more than the shapes overlap, so that what has parted meets at the surface again.
+/// The rest of `overlap` after a step with the factor `kept`; the nearest points are `nearest` (m) apart. Never more
+/// than the shapes overlap, so that bodies that have parted meet at the surface again.
 FATHOM_HD float faded_overlap(float overlap, float nearest, float kept) {
   return min(kept * overlap, max(-nearest, 0.0f));
 }

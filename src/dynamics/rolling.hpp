@@ -1,6 +1,6 @@
-// What keeps round bodies from rolling and spinning forever. Pure, for host and device.
+// Friction that keeps round bodies from rolling and spinning forever. Pure, for host and device.
 //
-// A sphere or a capsule touches in a point. A real one touches in a small patch, which gives it two more couples:
+// A sphere or a capsule touches in a point, a real one in a small patch, which adds two couples:
 //
 // * Spin about the normal is braked by Coulomb's friction over the patch. For Hertz's pressure its couple is
 //   3π/16 µ N a, a the patch's radius; a² = R d for a sphere of radius R that is pressed in by d (Johnson, "Contact
@@ -17,20 +17,20 @@ namespace fathom {
 
 FATHOM_HD bool is_round(ShapeType shape) { return shape == ShapeType::sphere || shape == ShapeType::capsule; }
 
-/// Lever (m) of the friction that brakes spin on a patch of this radius of curvature.
+/// Lever of the friction that brakes spin, per radius of curvature of the patch.
 inline constexpr float spin_lever = 0.589f * 0.01f;
 
-/// A round contact's couples: `radius` (m) is 0 of shapes that are not round.
+/// Sets a round contact's couples: `radius` (m) is 0 for shapes that are not round.
 FATHOM_HD void set_round(ContactManifold& m, float radius_a, float radius_b, float resistance_a, float resistance_b) {
   const float largest = max(radius_a, radius_b), least = min(radius_a, radius_b);
   const float curvature = least > 0 ? least * largest / (least + largest) : largest;
   m.set_round(spin_lever * curvature, max(resistance_a, resistance_b) * largest);
 }
 
-/// Rolling resistance of a contact that has it.
+/// The row of a contact's rolling resistance.
 struct alignas(16) RollRow {
   Vec3 impulse;      ///< angular, accumulated over the substep (N·m·s, world axes): plus on B, minus on A
-  float length = 0;  ///< m ahead of the middle at which the normal force acts
+  float length = 0;  ///< m, by which the normal force acts ahead of the centre
 };
 
 FATHOM_HD RollRow roll_row(const ContactManifold& m, const ContactAxes& f) {

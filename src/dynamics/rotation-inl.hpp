@@ -1,8 +1,7 @@
-// Turning bodies, torque-free rotation, of one body or of eight side by side. Included as dynamics/joint_link-inl.hpp
-// is.
+// Rotation of bodies, torque-free, for one body or eight side by side. Included like dynamics/joint_link-inl.hpp.
 
-/// A quaternion of about unit length, brought nearer by one Newton step; any other is normalised. `normalize` leaves
-/// lengths within its square root's rounding as they are, always on the same side.
+/// A quaternion of nearly unit length, improved by one Newton step; any other is normalised. `normalize` leaves lengths
+/// within its square root's rounding error unchanged, always on the same side.
 FATHOM_LANE_FUNCTION Quat renormalised(const Quat& q) {
   const Real minus_one = splat<Real>(-1.0f);
   const Real e = -0.5f * fma(q.w, q.w, fma(q.x, q.x, fma(q.y, q.y, fma(q.z, q.z, minus_one))));
@@ -11,7 +10,7 @@ FATHOM_LANE_FUNCTION Quat renormalised(const Quat& q) {
   return everywhere(is_near) ? near : select(is_near, near, normalize(q));
 }
 
-/// A part of `step_torque_free`, of length h: changes the spin (rad/s, body axes) and returns its mean.
+/// One part, of length h, of `step_torque_free`: changes the spin (rad/s, body axes) and returns its mean.
 FATHOM_LANE_FUNCTION Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, const SymMat3& inverse_inertia, Real h) {
   const Real half = 0.5f * h, limit = 4.0f * dot(spin, spin);
   Vec3 mean = spin;
@@ -21,12 +20,12 @@ FATHOM_LANE_FUNCTION Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, c
     // tan(½hω) / ω
     const Real tangent = half * fma(x, fma(x, splat<Real>(2.0f / 15.0f), splat<Real>(1.0f / 3.0f)), splat<Real>(1.0f));
     mean = mul_add(spin, tangent, inverse_inertia * cross(inertia * mean, mean));
-    // No rigid body has such an inertia, or it overflows.
+    // Impossible inertia for a rigid body, or an overflow.
     is_sound = both(is_sound, dot(mean, mean) <= limit);
     if (!anywhere(is_sound)) return spin;
   }
   Vec3 after = 2.0f * mean - spin;
-  // What four rounds leave of the equation must not add up to energy.
+  // The error that four rounds leave must not accumulate in the energy.
   const Real energy = dot(spin, inertia * spin), energy_after = dot(after, inertia * after);
   const Mask is_off = abs(energy_after - energy) > 4e-6f * energy;
   if (anywhere(is_off)) after = select(is_off, root(energy / energy_after) * after, after);
@@ -35,15 +34,15 @@ FATHOM_LANE_FUNCTION Vec3 turn_torque_free(Vec3& spin, const SymMat3& inertia, c
   return mean;
 }
 
-/// One torque-free step of length h of a body with inertia `inertia` and its inverse (body axes): turns `q` and
-/// changes the spin (rad/s, body axes). Implicit midpoint rule for Euler's equations, which keeps their quadratic
-/// invariants, energy and the momentum's size (Hairer, Lubich, Wanner, "Geometric Numerical Integration", IV.2); turned
-/// by its mean spin, with steps lengthened so that this is the Cayley map of the longer step, a body keeps its angular
-/// momentum's direction too (Austin, Krishnaprasad, Wang, "Almost Poisson integration of rigid body systems", 1993),
-/// and constant spins are exact. Four rounds of a fixed point that converges where a part's angle is below 1, whatever
-/// the inertia: I⁻¹(Iω × ω) is no larger than ω², where an iteration on the turned momentum needs h|ω| below the
-/// smallest moment over the largest. Fast spins go in parts. Returns the rotation vector of the
-/// step (world axes).
+/// One torque-free step of length h for a body with inertia `inertia` and its inverse (body axes): turns `q` and
+/// changes the spin (rad/s, body axes). Returns the rotation vector of the step (world axes). The implicit midpoint
+/// rule for Euler's equations conserves their quadratic invariants, energy and the size of the momentum (Hairer,
+/// Lubich, Wanner, "Geometric Numerical Integration", IV.2). The body turns by its mean spin, with steps lengthened so
+/// that this is the Cayley map of the longer step; so it also keeps the direction of its angular momentum (Austin,
+/// Krishnaprasad, Wang, "Almost Poisson integration of rigid body systems", 1993), and constant spins are exact. Four
+/// fixed-point rounds converge where a part's angle is below 1, whatever the inertia: I⁻¹(Iω × ω) is no larger than ω²,
+/// whereas an iteration on the rotated momentum needs h|ω| below the ratio of the smallest to the largest moment. Fast
+/// spins take several parts.
 FATHOM_LANE_FUNCTION Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMat3& inertia,
                                                 const SymMat3& inverse_inertia, Real h) {
   spin = limited(spin, max_torque_free_parts * torque_free_part / h);
@@ -68,10 +67,10 @@ FATHOM_LANE_FUNCTION Vec3 step_torque_free_spin(Quat& q, Vec3& spin, const SymMa
   return turned_by;
 }
 
-/// The same of the angular velocity `w` in world axes of a body in contact, whose contacts see it as it was when the
-/// step began, turned by `start`: there `w` is its spin. Were it the true angular velocity, contacts would push against
-/// the inertia of one orientation a body that turns with that of another, and what they take from the spin about a
-/// rod's axis would come back as much more about the others: energy from nothing, beyond all bounds at 50:1. So the
+/// The same for a body in contact with angular velocity `w` in world axes. Contacts see the body in its orientation
+/// `start` at the start of the step, and `w` is its spin turned by that. If it were the true angular velocity, contacts
+/// would push a body of one orientation with the inertia of another, and what they remove from the spin about a rod's
+/// axis would come back multiplied about the other axes: energy from nothing, without bounds at 50:1. This way the
 /// energy that contacts see is the body's.
 FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start, Vec3& w, const SymMat3& inertia,
                                                       const SymMat3& inverse_inertia, Real h) {
@@ -81,8 +80,8 @@ FATHOM_LANE_FUNCTION Vec3 step_torque_free_in_contact(Quat& q, const Quat& start
   return turned_by;
 }
 
-/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns the one nearest to `near`. Rotation
-/// vectors of a spin whose axis changes do not add up, and a joint's arms are where the body is.
+/// The rotation vector (rad) that takes `start` to `q`, of at most three half turns; of the possible ones that nearest
+/// to `near`. Rotation vectors of a spin whose axis changes do not add up, and a joint's arms follow the body.
 FATHOM_LANE_FUNCTION Vec3 turned_so_far(const Quat& q, const Quat& start, Vec3 near) {
   const Quat product = q * conjugate(start);
   const Quat turned = select(product.w < 0.0f, Quat{-product.w, -product.x, -product.y, -product.z}, product);

@@ -1,4 +1,4 @@
-// What the solver knows of a body while it works: one cache line, gathered and scattered by vector lanes.
+// The solver's working copy of a body: one cache line, gathered and scattered by vector lanes.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -19,7 +19,7 @@ struct alignas(64) SolverBody {
   float inverse_inertia = 0;
 };
 
-/// What integration needs of a body and contacts do not.
+/// Data of a body that integration needs and contacts do not.
 struct alignas(32) BodyMotion {
   Vec3 acceleration;         ///< from gravity and forces (m/s²)
   float linear_damping = 0;  ///< factor per substep
@@ -40,8 +40,8 @@ struct alignas(64) WarmStart {
   float pad3 = 0;
 };
 
-/// What only bodies with several principal moments need: inverse inertia in world axes when the step began, and how the
-/// body has turned since. Three quads. The pose stays as it was until the step ends, so that it can be done again.
+/// Data needed only by bodies with several principal moments: inverse inertia in world axes at the start of the step,
+/// and the rotation since. Three quads. The pose stays unchanged until the step ends, so that the step can be repeated.
 struct alignas(16) WorldInertia {
   float xx = 0, yy = 0, zz = 0, xy = 0;
   float xz = 0, yz = 0, pad0 = 0, pad1 = 0;

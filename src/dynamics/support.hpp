@@ -1,14 +1,14 @@
-// Direct solution of supports: how a structure at rest passes its load down to the ground. Pure, for host and device.
+// Direct solution of supports: how a structure at rest passes its load to the ground. Pure, for host and device.
 //
-// A sweep carries a change from one contact to the next, so a heavy load or a tall structure needs many of them, and
+// A sweep carries a change from one contact to the next, so a heavy load or a tall structure needs many sweeps, and
 // meanwhile its contacts give way. But where every contact of a structure presses and none slips, the velocities are
-// known: the bodies move as one with what they stand on. What is left to find is who gives whom which impulse. The
-// contact graph's levels (Guendelman, Bridson, Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003) order
-// it: a body's *supports* are its contacts with bodies nearer to the ground. From the top level down each body asks its
+// known: the bodies move as one with what they stand on. Only the distribution of impulses is unknown. The contact
+// graph's levels (Guendelman, Bridson, Fedkiw, "Nonconvex Rigid Bodies with Stacking", SIGGRAPH 2003) order the work: a
+// body's *supports* are its contacts with bodies nearer to the ground. From the top level down each body asks its
 // supports for the momentum that brings it, and all that it carries, to the common motion; of all ways to share that
-// among the points it takes the one least in proportion to what they carry already. What contacts cannot give, because
-// they would pull or slip, is left out, and the structure goes the part of the way that leaves it least kinetic energy.
-// So a solution never adds energy, whatever it could not hold.
+// among the points it takes the one that is least in proportion to what they already carry. What contacts cannot give,
+// because they would pull or slip, is left out, and the structure goes the fraction of the way that leaves it the least
+// kinetic energy. So a solution never adds energy, whatever it could not hold.
 #pragma once
 
 #include "dynamics/contact_rows.hpp"
@@ -17,7 +17,7 @@
 
 namespace fathom {
 
-/// Points that press, or are no farther apart than this, may give impulses (m; `arm` is a body's from its centre).
+/// Distance (m) up to which points that do not press may still give impulses; `arm` leads from a body's centre.
 FATHOM_HD float support_reach(Vec3 arm) { return min(max_support_reach, support_reach_share * length(arm)); }
 
 /// Symmetric 6×6 matrix over (force, torque), or its Cholesky factor: the lower triangle by rows.
@@ -29,7 +29,7 @@ struct Triangle6 {
   FATHOM_HD float operator()(int row, int column) const { return m[index(row, column)]; }
 };
 
-/// Momentum (N·s) and angular momentum about some point (N·m·s); or the multipliers of rows over them.
+/// Momentum (N·s) and angular momentum about some point (N·m·s), or multipliers of rows over them.
 struct Wrench {
   Vec3 force, torque;
 
@@ -40,7 +40,7 @@ struct Wrench {
 };
 FATHOM_HD Wrench operator-(const Wrench& w) { return {-w.force, -w.torque}; }
 
-/// m + weight · r rᵀ
+/// m += weight · r rᵀ
 FATHOM_HD void add_row(Triangle6& m, const Wrench& r, float weight) {
   const float row[6] = {r.force.x, r.force.y, r.force.z, r.torque.x, r.torque.y, r.torque.z};
   for (int i = 0; i < 6; ++i) {
@@ -50,8 +50,7 @@ FATHOM_HD void add_row(Triangle6& m, const Wrench& r, float weight) {
 }
 
 /// Cholesky factor of a matrix scaled to a unit diagonal (Golub, Van Loan, "Matrix Computations", 4.2), so that a
-/// body's size does not matter. False where it is nearly singular: the body can move in some way that no support
-/// resists.
+/// body's size does not matter. False where it is nearly singular: no support resists some motion of the body.
 FATHOM_HD bool factorise(const Triangle6& m, Triangle6& factor) {
   constexpr float min_pivot = 1e-4f;
   float scale[6];
@@ -90,33 +89,33 @@ FATHOM_HD Wrench solve(const Triangle6& factor, const Wrench& w) {
   return {{y[0], y[1], y[2]}, {y[3], y[4], y[5]}};
 }
 
-/// A contact through which a body rests on another, as it is throughout a step.
+/// A contact through which a body rests on another; constant during a step.
 struct SupportRows {
   Vec3 n, t1;                         ///< unit, world axes; n points from the contact's A to its B
   Vec3 arm_upper, arm_lower;          ///< m, from the centres of the upper and the lower body to c
   float x[max_manifold_points];       ///< m, of the points along t1, from c
   float y[max_manifold_points];       ///< m, along t2
-  float weight[max_manifold_points];  ///< N·s: shares are in proportion to it; 0 where a point does not press
-  float slide_weight;                 ///< N·s, of sliding along t1 and t2
+  float weight[max_manifold_points];  ///< N·s: shares are proportional to it; 0 for a point that does not press
+  float slide_weight;                 ///< N·s, weight of sliding along t1 and t2
   float twist_radius;                 ///< m, `patch_radius` of the contact's frame
   float friction;
   float up;  ///< 1 where B is the upper body, else −1
 
   FATHOM_HD Vec3 t2() const { return cross(n, t1); }
-  /// Of point i, from c (m).
+  /// Point i, from c (m).
   FATHOM_HD Vec3 point(int i) const { return mul_add(x[i] * t1, y[i], t2()); }
   FATHOM_HD bool holds() const { return weight[0] + weight[1] + weight[2] + weight[3] > 0; }
 };
 
-/// What a contact gives more than it does: to the upper body along +n·up, N·s and N·m·s.
+/// Additional impulses of a contact: on the upper body along +n·up, N·s and N·m·s.
 struct SupportChange {
   float normal[max_manifold_points];
   float slide_1, slide_2, twist;
-  std::uint32_t left_out;  ///< a bit for each point that is to give nothing at all
+  std::uint32_t left_out;  ///< a bit for each point that gives nothing at all
 };
 
-/// Weights of a contact's points. A body's own weight in a substep, `body_weight` (N·s), lets points take load that do
-/// not carry any yet; `touches` has a bit for each point that may.
+/// Weights of a contact's points. A body's own weight in a substep, `body_weight` (N·s), lets points that carry nothing
+/// yet take load; `touches` has a bit for each point that may.
 FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std::uint32_t touches, float body_weight) {
   const float base = fma(weight_of_contact, impulses.sum(), weight_of_body * body_weight);
   float sum = 0;
@@ -124,11 +123,11 @@ FATHOM_HD void weigh_points(SupportRows& r, const ContactImpulses& impulses, std
     r.weight[i] = touches >> i & 1u ? impulses.normal[i] + base : 0.0f;
     sum += r.weight[i];
   }
-  // A slippery contact is not asked for more friction than it has.
+  // A slippery contact must not be asked for more friction than it has.
   r.slide_weight = sum * min(2 * r.friction, 1.0f);
 }
 
-/// Adds to `m` the rows by which a contact acts on its upper body, but for the points that are left out.
+/// Adds the rows of a contact on its upper body to `m`, except the points that are left out.
 FATHOM_HD void add_support(Triangle6& m, const SupportRows& r, std::uint32_t left_out) {
   for (int i = 0; i < max_manifold_points; ++i)
     if (r.weight[i] > 0 && !(left_out >> i & 1u)) add_row(m, {r.n, cross(r.arm_upper + r.point(i), r.n)}, r.weight[i]);
@@ -138,8 +137,7 @@ FATHOM_HD void add_support(Triangle6& m, const SupportRows& r, std::uint32_t lef
   add_row(m, {Vec3{}, r.n}, r.slide_weight * r.twist_radius * r.twist_radius);
 }
 
-/// The contact's part of what the multipliers `y` stand for, beside `renewal`. Returns true where a point would have to
-/// pull.
+/// The contact's share under the multipliers `y`, plus `renewal`. Returns true where a point would have to pull.
 FATHOM_HD bool share_out(const SupportRows& r, const ContactImpulses& impulses, const SupportChange& renewal,
                          const Wrench& y, SupportChange& change) {
   bool pulls = false;
@@ -166,7 +164,7 @@ FATHOM_HD void leave_out(const SupportRows& r, const ContactImpulses& impulses, 
   }
 }
 
-/// Keeps a change within what a contact can give: it does not pull, and friction stays in its cone.
+/// Limits a change to what a contact can give: it does not pull, and friction stays in its cone.
 FATHOM_HD void limit_change(const SupportRows& r, const ContactImpulses& impulses, SupportChange& change) {
   float load = 0;
   for (int i = 0; i < max_manifold_points; ++i) {
@@ -183,7 +181,7 @@ FATHOM_HD void limit_change(const SupportRows& r, const ContactImpulses& impulse
   change.twist = clamp(impulses.twist + change.twist, -twist_limit, twist_limit) - impulses.twist;
 }
 
-/// What the upper body gets by a change, about c.
+/// The wrench of a change on the upper body, about c.
 FATHOM_HD Wrench wrench_of(const SupportRows& r, const SupportChange& change) {
   float sum = 0, sum_x = 0, sum_y = 0;
   for (int i = 0; i < max_manifold_points; ++i) {
@@ -196,10 +194,10 @@ FATHOM_HD Wrench wrench_of(const SupportRows& r, const SupportChange& change) {
   const Vec3 torque = mul_add(mul_add(change.twist * r.n, sum_y, r.t1), -sum_x, t2);
   return {r.up * force, r.up * torque};
 }
-/// The same about the centre of a body, `arm` (m) from there to c.
+/// The same about a body's centre, from which `arm` (m) leads to c.
 FATHOM_HD Wrench about_centre(const Wrench& w, Vec3 arm) { return {w.force, w.torque + cross(arm, w.force)}; }
 
-/// Impulses with `part` of a change.
+/// Adds `part` of a change to the impulses.
 FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, float part, ContactImpulses& impulses) {
   const float before = impulses.sum();
   for (int i = 0; i < max_manifold_points; ++i)
@@ -210,7 +208,7 @@ FATHOM_HD void apply_change(const SupportRows& r, const SupportChange& change, f
   impulses.step += impulses.sum() - before;
 }
 
-/// What a contact gives up so.
+/// The part of its friction that a contact gives up for redistribution (`support_renewal`).
 FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   SupportChange change{};
   change.slide_1 = -support_renewal * impulses.slide_1;
@@ -219,11 +217,11 @@ FATHOM_HD SupportChange given_up(const ContactImpulses& impulses) {
   return change;
 }
 
-/// What a body asks its supports for, shared out among them. `Supports` gives access to them:
+/// Distributes a body's demand among its supports. `Supports` gives access to them:
 ///
 ///     int count();  const SupportRows& rows(k);  ContactImpulses impulses(k);  SupportChange& change(k);
 ///
-/// `factor` is of all rows. Returns what the body gets, about its centre.
+/// `factor` is that of all rows. Returns what the body gets, about its centre.
 template <class Supports>
 FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const Wrench& demand) {
   const int count = supports.count();
@@ -268,15 +266,15 @@ FATHOM_HD Wrench ask_supports(Supports& supports, const Triangle6& factor, const
   return got;
 }
 
-/// The part of a change, 0 to 1, that leaves least kinetic energy: `slope` is Σ u·ΔP of all bodies, u their velocities
-/// against the common motion and ΔP their changes of momentum, `curvature` Σ Δu·ΔP.
+/// The fraction of a change, 0 to 1, that leaves the least kinetic energy: `slope` is Σ u·ΔP over all bodies, where u
+/// are their velocities relative to the common motion and ΔP their changes of momentum; `curvature` is Σ Δu·ΔP.
 FATHOM_HD float best_part(float slope, float curvature) {
   return curvature > 0 ? clamp(-slope / curvature, 0.0f, 1.0f) : 0.0f;
 }
 
-/// How far bodies of `mass` (kg) are held that a solution leaves twice the kinetic energy `energy` (J) of: not at all
-/// where they still move `unheld_share` as fast as they would fall, gaining `fall` (m/s) in a substep. Springs that
-/// give way must damp what a solution does not hold.
+/// How far bodies of `mass` (kg) are held, 0 to 1, by a solution that leaves them twice the kinetic energy `energy`
+/// (J): not at all where they still move at `unheld_share` of the speed `fall` (m/s) that a fall gains in a substep.
+/// Springs that give way must damp what a solution does not hold.
 FATHOM_HD float part_held(float energy, float mass, float fall) {
   const float unheld = unheld_share * fall;
   return 1 - min(fathom::sqrt(max(energy, 0.0f) / (mass * unheld * unheld)), 1.0f);

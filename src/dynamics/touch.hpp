@@ -1,5 +1,5 @@
-// When two bodies touch and when they hit each other, as the application is told. Contacts begin before bodies meet, so
-// that the solver can stop them at the surface; that is no touch yet. Pure, for host and device.
+// When two bodies touch and when they hit each other, as reported to the application. Contacts begin before bodies
+// meet, so that the solver can stop them at the surface; that is not a touch yet. Pure, for host and device.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace fathom {
 
-/// How many times a millimetre is halved to be the distance within which bodies touch that do not press on each other:
-/// until it is no more than a hundredth of the smaller one's bounding radius (m). Contacts keep it in four bits.
+/// How often a millimetre is halved to get the distance at which bodies touch without pressing: until it is at most a
+/// hundredth of the smaller body's bounding radius (m). Contacts store it in four bits.
 FATHOM_HD std::uint32_t touch_halvings(float smaller_radius) {
   std::uint32_t halvings = 0;
   for (float radius = 0.1f; halvings < 15 && radius > smaller_radius; radius *= 0.5f) ++halvings;
   return halvings;
 }
 
-/// m. What touches already goes on doing so farther apart.
+/// m. Bodies that already touch keep touching at a larger distance.
 FATHOM_HD float touch_distance(std::uint32_t halvings, bool touched) {
   const float halved = __builtin_bit_cast(float, (127 - halvings) << 23);
   return (touched ? parting_distance : touching_distance) * halved;
@@ -29,11 +29,11 @@ FATHOM_HD float touch_distance(std::uint32_t halvings, bool touched) {
 struct Hit {
   Vec3 point;               ///< in the world (m)
   Vec3 normal;              ///< in the world, from A to B
-  float speed = 0;          ///< at which the bodies approached there as the step began (m/s); 0: none met
-  bool is_closing = false;  ///< they have met and still approach: the next step goes on with this hit
+  float speed = 0;          ///< approach speed there at the start of the step (m/s); 0: no hit
+  bool is_closing = false;  ///< they have met and still approach: the hit continues in the next step
 };
 
-/// A body before and after the step; `after` is what the solver has made of it.
+/// A body before and after the step; `after` is the solver's result.
 struct Stepped {
   Vec3 position, linear, angular;  ///< as the step began
   Quat rotation;
@@ -54,10 +54,10 @@ FATHOM_HD bool approaches(const NormalMotion& velocity, const PointRow* points, 
   return any;
 }
 
-/// The fastest of the points, of a contact with an impulse in this step, that approached faster than the threshold as
-/// the step began and have met: those that end it with an impulse, or at the surface by the rows that the solver went
-/// by; one that bounces does so before it gets there (`leaving_speed`) and parts. `ahead`: the arms are those
-/// of the impact.
+/// The fastest of a contact's points that approached faster than the threshold at the start of the step and have met,
+/// for a contact with an impulse in this step. A point has met if it ends the step with an impulse, or at the surface
+/// according to the solver's rows; one that bounces does so before it gets there (`leaving_speed`) and parts. `ahead`:
+/// the arms are those of the impact.
 FATHOM_HD Hit fastest_hit(const ContactManifold& m, const ContactFrame& frame, const PointRow* points,
                           const float* impulses, const Stepped& a, const Stepped& b, bool ahead, const HitRule& rule) {
   const ContactAxes axes(frame);
@@ -79,10 +79,10 @@ FATHOM_HD Hit fastest_hit(const ContactManifold& m, const ContactFrame& frame, c
     hit.is_closing |= left > rule.threshold;
     if (!(speed > hit.speed)) continue;
     hit.speed = speed;
-    // Made where the bodies meet, B's anchor is that of another orientation.
+    // In a manifold made at the impact, B's anchor belongs to another orientation.
     const Stepped& on = ahead ? a : b;
     const Vec3 arm = rotate(on.rotation, ahead ? m.points[i].anchor_a : m.points[i].anchor_b);
-    // Relaxing slows what meets in the next step's first substep.
+    // The relax sweep slows points that meet in the next step's first substep.
     const float wait = min(max(p.separation, 0.0f) / speed, 2 * rule.dt);
     hit.point = on.position + mul_add(arm, wait, on.linear + cross(on.angular, arm));
   }
