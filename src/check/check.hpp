@@ -1,8 +1,8 @@
-// Checks of what must hold, for those who change the code: they tell of an error where it is made.
+// Checks of invariants, for developers: they report an error where it is made.
 //
 // FATHOM_ASSERT is cheap and is in every build but release; FATHOM_VALIDATE may cost as much as a step and is in the
-// builds that tests, sanitizers and fuzzers use (CMake's FATHOM_CHECKS). Both take a condition, and the body that it is
-// about where there is one: its slot, in device code its device index. Elsewhere the condition is not evaluated.
+// builds that tests, sanitizers and fuzzers use (CMake's FATHOM_CHECKS). Both take a condition and, if it concerns a
+// body, that body: its slot, in device code its device index. In other builds the condition is not evaluated.
 #pragma once
 
 #include <atomic>
@@ -28,11 +28,11 @@ struct Failure {
   const char* file;
   int line;
   std::uint32_t body;
-  std::uint64_t step;  ///< that some world took last
+  std::uint64_t step;  ///< last step taken by any world
 };
 
-/// What is done about a failure instead of writing it to the error output and aborting; null: that again. May be called
-/// by any thread. Where it returns, so does the check.
+/// Handles a failure instead of writing to the error output and aborting; null restores that. May be called from any
+/// thread. If it returns, so does the check.
 using Handler = void (*)(const Failure&);
 void set_handler(Handler handler);
 
@@ -45,7 +45,7 @@ FATHOM_HD void fail([[maybe_unused]] const char* condition, [[maybe_unused]] con
 #if defined(__CUDA_ARCH__)
   ::printf("%s:%d: body %u: not true: %s\n", file, line, body, condition);
   __trap();
-#elif !defined(FATHOM_SYCL_SOURCE)  // whose kernels cannot tell
+#elif !defined(FATHOM_SYCL_SOURCE)  // SYCL kernels cannot report failures
   fail_on_host(condition, file, line, body);
 #endif
 }

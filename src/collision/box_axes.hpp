@@ -1,8 +1,8 @@
 // Separating axes of two boxes: three faces each and nine pairs of edges.
 //
-// The projections are those of S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: with the rotation
-// matrix between the boxes and its absolute values every axis costs a handful of multiplications. Three axes go
-// side by side, so that all six faces cost little more than one.
+// The projections are those of S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: with the rotation matrix
+// between the boxes and its absolute values every axis costs only a few multiplications. Three axes are tested side by
+// side, so that all six faces cost little more than one.
 #pragma once
 
 #include "collision/lanes.hpp"
@@ -14,7 +14,7 @@ namespace fathom {
 /// Two boxes as the axis tests read them.
 struct BoxPair {
   Lanes ha, hb;          ///< half extents
-  Lanes ta, tb;          ///< from centre of A to centre of B in the axes of A and of B
+  Lanes ta, tb;          ///< from A's centre to B's, in the axes of A and of B
   Lanes r[3];            ///< r[i][j]: component along axis i of A of axis j of B
   Lanes q[3];            ///< absolute values of r
   Lanes face_a, face_b;  ///< separations (m) along the face normals of A's and of B's axes
@@ -50,7 +50,7 @@ FATHOM_HD BoxPair make_box_pair(Vec3 half_a, Vec3 half_b, const Pose& b_in_a) {
   return p;
 }
 
-/// The same pair with the roles of A and B exchanged.
+/// The same pair with A and B swapped.
 FATHOM_HD BoxPair swapped(const BoxPair& p) {
   BoxPair s;
   s.ha = p.hb;
@@ -67,13 +67,13 @@ FATHOM_HD BoxPair swapped(const BoxPair& p) {
   return s;
 }
 
-/// x·|x|: order-preserving, so that a / √b > c can be told without root or division as
-/// signed_square(a) > signed_square(c)·b.
+/// x·|x|: order-preserving, so that a / √b > c can be tested without root or division as signed_square(a) >
+/// signed_square(c)·b.
 FATHOM_HD float signed_square(float x) { return x * abs(x); }
 
-/// Separations along the cross products of edges, times those products' lengths: for one axis of A, for all of B.
-/// The rounding to expect is taken off: divided by the length of a short product it would make nearly parallel
-/// edges look separated. What is left is a lower bound, which sinks below every other axis as the edges align.
+/// Separations along the cross products of edges, times those products' lengths: for one axis of A, for all of B. The
+/// expected rounding error is subtracted: divided by the length of a short product it would make nearly parallel edges
+/// look separated. The result is a lower bound, which sinks below every other axis as the edges align.
 struct EdgeAxes {
   Lanes scaled;          ///< separation · length (m)
   Lanes length_squared;  ///< of the cross product of the two unit axes
@@ -90,7 +90,7 @@ FATHOM_HD float edge_separation(const EdgeAxes& axes, int j) {
   return axes.length_squared[j] > 0 ? axes.scaled[j] / fathom::sqrt(axes.length_squared[j]) : -3e38f;
 }
 
-/// Is any edge axis' separation above the threshold? Tells most face contacts without a root or a search.
+/// Whether any edge axis' separation exceeds the threshold. Identifies most face contacts without a root or a search.
 FATHOM_HD bool any_edges_above(const BoxPair& p, float threshold) {
   const float square = signed_square(threshold);
   Lanes excess[3];

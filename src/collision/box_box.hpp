@@ -1,8 +1,8 @@
 // Contact manifold of two boxes: the hot path of most scenes.
 //
-// Faces are preferred over edges and A's faces over B's, and what was the reference stays it while it is within
-// tolerance of the best: a resting contact must not change its mind from step to step
-// (D. Gregorius, "Robust Contact Creation for Physics Simulations", GDC 2015).
+// Faces are preferred over edges and A's faces over B's, and the reference stays the same while it is within tolerance
+// of the best: a resting contact must not flip between features from step to step (D. Gregorius, "Robust Contact
+// Creation for Physics Simulations", GDC 2015).
 #pragma once
 
 #include "collision/box_axes.hpp"
@@ -12,7 +12,7 @@
 
 namespace fathom {
 
-/// One point where the supporting edges of both boxes along the axis pass each other.
+/// One point where the two boxes' supporting edges along the axis cross.
 FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Manifold& manifold) {
   const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
   const float gap = p.ta[i2] * p.r[i1][j] - p.ta[i1] * p.r[i2][j];
@@ -26,7 +26,7 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
   const auto along_b = [&](int c) { return fma(n[i2], p.r[i2][c], n[i1] * p.r[i1][c]); };
 
   const bool a1 = n[i1] > 0, a2 = n[i2] > 0, b1 = along_b(j1) < 0, b2 = along_b(j2) < 0;
-  float a[3], b[3], d[3];  // middles of the edges, and from one to the other
+  float a[3], b[3], d[3];  // midpoints of the edges, and the vector between them
   a[i] = 0;
   a[i1] = a1 ? p.ha[i1] : -p.ha[i1];
   a[i2] = a2 ? p.ha[i2] : -p.ha[i2];
@@ -53,15 +53,15 @@ FATHOM_HD void box_edge_contact(const BoxPair& p, int i, int j, float margin, Ma
   manifold.points[0].feature = edge_feature(box_edge(i, a1, a2), box_edge(j, b1, b2), false);
 }
 
-/// Up to four points where the face of A across `axis` and the face of B that looks at it overlap.
-/// Where the pair is swapped, `unswapped` is the pair in its own order, which the result is for; else it is null.
+/// Up to four points where the face of A across `axis` and the opposing face of B overlap. If the pair is swapped,
+/// `unswapped` is the pair in its original order, which the result refers to; else null.
 FATHOM_HD void box_face_contact(const BoxPair& p, int axis, const BoxPair* unswapped, float margin,
                                 const PatchLoad& load, AxisCache& cache, Manifold& manifold) {
   const bool flipped = unswapped != nullptr;
   const BoxFacePair faces = make_face_pair(p, axis, flipped);
   FacePoint points[max_box_points];
   const int clipped = clip_faces(faces, p.tolerance.side, margin, points);
-  // Axes of the reference face in the frame of the result: its own ones, or its rows in the other box.
+  // Axes of the reference face in the result's frame: its own, or its rows in the other box.
   const Lanes own[3] = {lanes(1, 0, 0), lanes(0, 1, 0), lanes(0, 0, 1)};
   const Lanes* axes = flipped ? p.r : own;
   const Lanes x = axes[(axis + 1) % 3], y = axes[(axis + 2) % 3], n = (faces.ref_positive ? 1.0f : -1.0f) * axes[axis];
@@ -87,7 +87,7 @@ struct BoxFace {
   bool of_b;
 };
 
-/// Of the best faces of A and B the one to clip against: A's, unless B's is clearly better or last step's still good.
+/// The face to clip against: the best face of A, unless that of B is clearly better or the last step's is still good.
 FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, const AxisCache& cache) {
   const float best_a = p.face_a[of_a.axis], best_b = p.face_b[of_b.axis];
   const float enough = max(best_a, best_b) - p.tolerance.axis;
@@ -96,7 +96,7 @@ FATHOM_HD BoxFace reference_face(const BoxPair& p, BoxFace of_a, BoxFace of_b, c
   return best_b > best_a + p.tolerance.axis ? of_b : of_a;
 }
 
-/// Of a face that looks at the other box, from A to B, in A's frame.
+/// Normal of a face that faces the other box, from A to B, in A's frame.
 FATHOM_HD Vec3 normal_across(const BoxPair& p, BoxFace face) {
   const int axis = face.axis;
   if (face.of_b) return (p.tb[axis] < 0 ? -1.0f : 1.0f) * Vec3{p.r[0][axis], p.r[1][axis], p.r[2][axis]};
@@ -143,7 +143,7 @@ FATHOM_HD Manifold collide_boxes(Vec3 ha, Vec3 hb, const Pose& b_in_a, float mar
     cache = reference.of_b ? make_cache(AxisCache::face_b, 0, reference.axis, false)
                            : make_cache(AxisCache::face_a, reference.axis, 0, false);
   }
-  // Calls for both, as in `collide_hulls`.
+  // Shared calls, as in `collide_hulls`.
   Manifold strip;
   AxisCache of_strip;
   const PatchLoad& known = by_edges ? PatchLoad{} : load;

@@ -1,8 +1,8 @@
-// The overlap of two box faces, seen along the normal of one of them: a parallelogram cut by a rectangle.
+// The overlap of two box faces, viewed along the normal of one of them: a parallelogram clipped by a rectangle.
 //
-// In the frame of the reference face the rectangle is axis-aligned, so each edge of the incident face is cut by
-// two slabs (Liang, Barsky 1984) instead of by four planes one after the other; what that misses are the
-// rectangle's own corners inside the parallelogram.
+// In the frame of the reference face the rectangle is axis-aligned, so each edge of the incident face is clipped
+// against two slabs (Liang, Barsky 1984) instead of four planes one after the other; the only points that this misses
+// are the rectangle's own corners inside the parallelogram.
 #pragma once
 
 #include "collision/box_axes.hpp"
@@ -17,8 +17,8 @@ struct BoxFacePair {
   float hx, hy;
   Vec3 centre, u, v;
   int ref_axis, inc_axis;           ///< normals of the faces
-  bool ref_positive, inc_positive;  ///< on which side of their box
-  bool flipped;                     ///< what is called A here is B of the pair
+  bool ref_positive, inc_positive;  ///< side of their box
+  bool flipped;                     ///< A here is B of the pair
 };
 
 FATHOM_HD std::uint32_t box_vertex(int axis, bool s0, bool s1, bool s2) {
@@ -30,7 +30,7 @@ FATHOM_HD std::uint32_t box_edge(int axis, bool s1, bool s2) {
   return static_cast<std::uint32_t>(axis) * 4 + std::uint32_t{s1} + 2 * std::uint32_t{s2};
 }
 
-/// The face of A across `axis` that looks at B, and the face of B that looks back.
+/// The face of A across `axis` that faces B, and the face of B that faces it.
 FATHOM_HD BoxFacePair make_face_pair(const BoxPair& p, int axis, bool flipped) {
   BoxFacePair f;
   const int k = axis, k1 = (k + 1) % 3, k2 = (k + 2) % 3;
@@ -63,7 +63,7 @@ FATHOM_HD std::uint32_t side_y_edge(const BoxFacePair& f, bool y) {
   return box_edge((f.ref_axis + 1) % 3, y, f.ref_positive);
 }
 
-/// Writes down points that are not higher than `margin`.
+/// Collects points that are not higher than `margin`.
 struct FacePointList {
   FacePoint* points;
   int count;
@@ -74,11 +74,11 @@ struct FacePointList {
   }
 };
 
-/// 1/x, with zero replaced by a length that no cut can notice.
+/// 1/x, with zero replaced by a value too large to affect a cut.
 FATHOM_HD float safe_reciprocal(float x) { return abs(x) > 1e-12f ? 1.0f / x : 1e12f; }
 
-/// Cuts the two incident edges base ± across + s·along, −1 ≤ s ≤ 1, by the rectangle hx, hy.
-/// Ends that lie inside are vertices, which belong to two edges; `with_vertices` says whether to report them.
+/// Clips the two incident edges base ± across + s·along, −1 ≤ s ≤ 1, against the rectangle hx, hy. Ends that lie inside
+/// are vertices, which belong to two edges; only the edges along u report them.
 template <bool along_u>
 FATHOM_HD void cut_edges(const BoxFacePair& f, float hx, float hy, FacePointList& list) {
   const Vec3 along = along_u ? f.u : f.v, across = along_u ? f.v : f.u;
@@ -99,7 +99,7 @@ FATHOM_HD void cut_edges(const BoxFacePair& f, float hx, float hy, FacePointList
       const bool is_vertex = s == (upper ? 1.0f : -1.0f);
       if (is_vertex && !along_u) return;
       const Vec3 point = mul_add(base, s, along);
-      // Going up along the edge the upper cut is at the positive side where the edge runs that way.
+      // The upper cut is at the positive side if the edge runs in the positive direction.
       const std::uint32_t side =
           cut_by_x ? side_x_edge(f, upper == (along.x > 0)) : side_y_edge(f, upper == (along.y > 0));
       const std::uint32_t feature =
@@ -113,7 +113,8 @@ FATHOM_HD void cut_edges(const BoxFacePair& f, float hx, float hy, FacePointList
 
 /// Corners of the rectangle inside the parallelogram.
 FATHOM_HD void add_corners(const BoxFacePair& f, float hx, float hy, FacePointList& list) {
-  const float det = f.u.x * f.v.y - f.u.y * f.v.x;  // never small: the incident face was chosen to face us
+  const float det =
+      f.u.x * f.v.y - f.u.y * f.v.x;  // never small: the incident face is the one most parallel to the reference face
   const float inv = 1.0f / det;
   for (int i = 0; i < 4; ++i) {
     const bool px = (i & 1) != 0, py = (i & 2) != 0;
@@ -127,7 +128,7 @@ FATHOM_HD void add_corners(const BoxFacePair& f, float hx, float hy, FacePointLi
   }
 }
 
-inline constexpr int max_box_points = 12;  ///< four ends of either pair of edges, four corners
+inline constexpr int max_box_points = 12;  ///< four ends per pair of edges, four corners
 
 /// Fills `points` (room for `max_box_points`) with the corners of the overlap; returns their number.
 FATHOM_HD int clip_faces(const BoxFacePair& f, float side_tolerance, float margin, FacePoint* points) {

@@ -1,4 +1,4 @@
-// A box as a hull, so that boxes meet every other shape on the general path.
+// A box as a hull, so that boxes can use the general path against every other shape.
 #pragma once
 
 #include "geometry/geometry.hpp"

@@ -5,7 +5,7 @@
 
 namespace fathom {
 
-/// Edges beyond what the cache can name are forgotten rather than confused with others.
+/// Edges with numbers too large for the cache are dropped rather than confused with others.
 FATHOM_HD AxisCache make_cache(AxisCache::Kind kind, int a, int b, bool separated) {
   if (a > 255 || b > 255) return {};
   return {static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b),

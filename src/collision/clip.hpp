@@ -1,8 +1,8 @@
-// Face against face for hulls: the incident polygon cut by the side planes of the reference face.
+// Face against face for hulls: the incident polygon clipped by the side planes of the reference face.
 //
 // I. E. Sutherland, G. W. Hodgman, "Reentrant Polygon Clipping", Comm. ACM 17 (1974), in the frame of the reference
-// face: the sides are lines in its plane, and heights over it ride along. Each corner remembers the edge that
-// leaves it, so that the two edges that meet in it name it in the end.
+// face: the sides are lines in its plane, and heights over it are interpolated. Each corner stores the edge that leaves
+// it, so that the two edges that meet there finally identify it.
 #pragma once
 
 #include "collision/feature.hpp"
@@ -12,7 +12,7 @@
 
 namespace fathom {
 
-/// Orthonormal axes of a face: x and y in it, n its outward normal; heights count from `offset`.
+/// Orthonormal axes of a face: x and y in its plane, n its outward normal; heights are relative to `offset`.
 struct FaceFrame {
   Vec3 x, y, n;
   float offset;
@@ -28,12 +28,12 @@ FATHOM_HD Vec3 from_face(const FaceFrame& f, float x, float y, float z) {
   return mul_add(mul_add(x * f.x, y, f.y), f.offset + z, f.n);
 }
 
-/// While clipping, a corner's `feature` is the half-edge that leaves it: an incident one, or with this bit a reference
-/// one.
+/// While clipping, a corner's `feature` is the half-edge that leaves it: an incident one, or with this bit set a
+/// reference one.
 inline constexpr std::uint32_t reference_edge = 0x8000;
 
-/// Makes room in a full polygon: every other corner goes, the lowest stays. Faces of more than 32 corners
-/// lose little by it.
+/// Makes room in a full polygon by dropping every other corner, but not the lowest. Faces of more than 32 corners lose
+/// little by it.
 FATHOM_HD int thin(FacePoint* points, int count) {
   int lowest = 0;
   for (int i = 1; i < count; ++i) {
@@ -46,7 +46,7 @@ FATHOM_HD int thin(FacePoint* points, int count) {
   return kept;
 }
 
-/// The part of the plane x·nx + y·ny ≤ offset.
+/// The half plane x·nx + y·ny ≤ offset.
 struct Side {
   float nx, ny, offset;
   std::uint32_t edge;
@@ -55,7 +55,7 @@ FATHOM_HD float distance_to(const Side& side, const FacePoint& p) {
   return fma(side.nx, p.x, fma(side.ny, p.y, -side.offset));
 }
 
-/// The side of reference half-edge `e`, `tolerance` (m) outside of it.
+/// The side of reference half-edge `e`, moved outwards by `tolerance` (m).
 FATHOM_HD Side make_side(const HullView& hull, const FaceFrame& frame, int e, float tolerance) {
   const Vec3 from = hull.vertices[hull.edges[e].origin];
   const Vec3 along = hull.vertices[hull.edges[e ^ 1].origin] - from;
@@ -66,7 +66,7 @@ FATHOM_HD Side make_side(const HullView& hull, const FaceFrame& frame, int e, fl
           reference_edge | static_cast<std::uint32_t>(e)};
 }
 
-/// Cuts `count` points by one side; `out` has room for one more than `in`. Returns the number of points in `out`.
+/// Clips `count` points by one side; `out` has room for one more than `in`. Returns the number of points in `out`.
 FATHOM_HD int clip_by_side(const Side& side, const FacePoint* in, int count, FacePoint* out) {
   int n = 0;
   float d0 = distance_to(side, in[0]);
@@ -85,7 +85,7 @@ FATHOM_HD int clip_by_side(const Side& side, const FacePoint* in, int count, Fac
   return n;
 }
 
-/// What the edges that enter and leave a corner make of it.
+/// Feature id of a corner, from the edges that enter and leave it.
 FATHOM_HD std::uint32_t corner_feature(const HullView& ref, const HullView& inc, std::uint32_t entering,
                                        std::uint32_t leaving, bool flipped) {
   const bool ref_enters = (entering & reference_edge) != 0, ref_leaves = (leaving & reference_edge) != 0;
@@ -98,8 +98,8 @@ FATHOM_HD std::uint32_t corner_feature(const HullView& ref, const HullView& inc,
   return ref_enters ? edge_feature(in >> 1, out >> 1, flipped) : edge_feature(out >> 1, in >> 1, flipped);
 }
 
-/// Corners of the overlap of reference and incident face with their features, not higher than `margin`, written to
-/// `points` (room for `max_face_points`). Returns how many.
+/// Writes the corners of the overlap of reference and incident face that are not higher than `margin`, with their
+/// features, to `points` (room for `max_face_points`). Returns how many.
 FATHOM_HD int clip_hull_faces(const HullView& ref, int ref_face, const HullView& inc, const Frame& inc_in_ref,
                               int inc_face, const FaceFrame& frame, float side_tolerance, float margin, bool flipped,
                               FacePoint* points) {

@@ -21,7 +21,7 @@ FATHOM_HD SegmentPair closest_points(const Segment& p, const Segment& q) {
   const Vec3 r = p.from - q.from;
   const float pp = length_squared(p.along), qq = length_squared(q.along), pq = dot(p.along, q.along);
   const float pr = dot(p.along, r), qr = dot(q.along, r);
-  // Of parallel segments any pair of facing points will do: start from the beginning of the first one.
+  // For parallel segments any pair of facing points will do: start at the first one's beginning.
   const float det = pp * qq - pq * pq;
   float s = det > 1e-6f * pp * qq ? clamp((pq * qr - pr * qq) / det, 0, 1) : 0;
   const float t = clamp(ratio(fma(pq, s, qr), qq), 0, 1);

@@ -22,7 +22,7 @@ FATHOM_HD Manifold collide_polyhedron_round(const Geometry& a, const Geometry& b
   return collide_hull_round(a.hull, round, margin, cache);
 }
 
-/// Boxes and hulls of which at least one is a hull.
+/// Boxes and hulls, at least one of them a hull.
 FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                      AxisCache& cache, const PatchLoad& load) {
   const bool is_box_a = a.type == ShapeType::box, is_box_b = b.type == ShapeType::box;
@@ -31,12 +31,12 @@ FATHOM_HD Manifold collide_polyhedra(const Geometry& a, const Geometry& b, const
   return collide_hulls(is_box_a ? view(box) : a.hull, is_box_b ? view(box) : b.hull, b_in_a, margin, cache, load);
 }
 
-/// Any shapes but two boxes; those of a kernel that never sees a hull need not be `with_hulls`. Each function is called
-/// from as few call sites as may be: compilers of SYCL kernels inline every call.
+/// Any shapes except two boxes; a kernel that never sees a hull does not need `with_hulls`. Each function has as few
+/// call sites as possible: SYCL compilers inline every call in kernels.
 template <bool with_hulls = true>
 FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache, const PatchLoad& load = {}) {
-  if (a.type == ShapeType::box && b.type == ShapeType::sphere)  // too cheap for what follows
+  if (a.type == ShapeType::box && b.type == ShapeType::sphere)  // cheap, so the general path would slow it down
     return collide_box_sphere(a.half_extents, b_in_a.position, b.radius, margin);
   const bool is_round_a = is_round(a), is_round_b = is_round(b);
   if (is_round_a && is_round_b) return collide_round(round_shape(a), transform(b_in_a, round_shape(b)), margin);
@@ -48,7 +48,7 @@ FATHOM_HD Manifold collide_others(const Geometry& a, const Geometry& b, const Po
   return manifold;
 }
 
-/// What `collide` does, as a function that kernels can include.
+/// `collide` as a function that kernels can include.
 template <bool with_hulls = true>
 FATHOM_HD Manifold collide_shapes(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin,
                                   AxisCache& cache, const PatchLoad& load = {}) {

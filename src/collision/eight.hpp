@@ -8,8 +8,8 @@
 
 namespace fathom {
 
-/// Vertices or planes of a hull from number `first`, a multiple of eight, on; what is missing in the last eight is
-/// filled up with number 0.
+/// Eight vertices or planes of a hull, starting at number `first`, a multiple of eight; missing ones in the last eight
+/// are filled with number 0.
 #if defined(__CUDACC__)
 FATHOM_HD int lane_index(int first, int count) {
   const int i = first + lane_numbers().lane;
@@ -37,7 +37,7 @@ inline EightPlanes planes_at(const HullView& hull, int first) {
 
 namespace fathom {
 
-/// Whether the hull is searched by eights here: where it has them, or a team asks.
+/// Whether this hull is searched in blocks of eight: where it has them, or for a team.
 FATHOM_HD bool by_eights(const HullView& hull) {
 #if defined(__CUDACC__)
   return hull.is_for_team;

@@ -1,4 +1,4 @@
-// Where one shape stands in the frame of the other, as a matrix: cheaper than a pose for many points.
+// Pose of one shape in the frame of the other, with a matrix: cheaper than a quaternion for many points.
 #pragma once
 
 #include <fathom/math.hpp>

@@ -1,9 +1,9 @@
-// How far two convex shapes are apart, and along which direction: GJK. Pure, for host and device.
+// Distance between two convex shapes and its direction: GJK. Pure, for host and device.
 //
 // E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A Fast Procedure for Computing the Distance Between Complex Objects in
 // Three-Dimensional Space", IEEE J. Robotics and Automation 4 (1988); sub-simplices as in C. Ericson, "Real-Time
-// Collision Detection" (2005), section 5.1. What comes out is a bound by support points along the direction that was
-// found: whatever rounding does to the simplex, the shapes are at least that far apart.
+// Collision Detection" (2005), section 5.1. The result is a bound from the support points along the direction found:
+// whatever rounding does to the simplex, the shapes are at least that far apart.
 #pragma once
 
 #include "collision/frame.hpp"
@@ -12,7 +12,7 @@
 
 namespace fathom {
 
-/// A shape less its radius: a box about `middle`, which may be flat, a segment or a point, or a hull.
+/// A shape without its radius: a hull, or a box about `middle`, which may be flat, a segment or a point.
 struct Core {
   Vec3 middle, half;
   HullView hull;
@@ -42,7 +42,7 @@ FATHOM_HD Vec3 support(const Core& core, Vec3 d) {
   return core.middle + Vec3{d.x < 0 ? -h.x : h.x, d.y < 0 ? -h.y : h.y, d.z < 0 ? -h.z : h.z};
 }
 
-/// Points of B − A, as few as hold the one nearest to the origin.
+/// Points of B − A: the minimal set that contains the point nearest to the origin.
 struct Simplex {
   Vec3 points[4];
   int count = 0;
@@ -54,7 +54,7 @@ struct Simplex {
   }
 };
 
-/// The point of the segment that is nearest to the origin; `used` gets a bit for each end that it depends on.
+/// The segment's point nearest to the origin; `used` gets a bit for each end that it depends on.
 FATHOM_HD Vec3 nearest_of_segment(Vec3 a, Vec3 b, int& used) {
   const Vec3 ab = b - a;
   const float t = -dot(a, ab), whole = length_squared(ab);
@@ -64,7 +64,7 @@ FATHOM_HD Vec3 nearest_of_segment(Vec3 a, Vec3 b, int& used) {
   return mul_add(a, t / whole, ab);
 }
 
-/// Of a triangle (Ericson 5.1.5).
+/// The same for a triangle (Ericson 5.1.5).
 FATHOM_HD Vec3 nearest_of_triangle(Vec3 a, Vec3 b, Vec3 c, int& used) {
   const Vec3 ab = b - a, ac = c - a;
   const float d1 = -dot(ab, a), d2 = -dot(ac, a);
@@ -85,14 +85,14 @@ FATHOM_HD Vec3 nearest_of_triangle(Vec3 a, Vec3 b, Vec3 c, int& used) {
     used <<= 1;
     return p;
   }
-  // Along the normal, which says more than barycentric coordinates where the triangle is large.
+  // Along the normal, which is more precise than barycentric coordinates where the triangle is large.
   used = 7;
   const Vec3 n = cross(ab, ac);
   const float square = length_squared(n);
   return square > 0 ? (dot(n, a) / square) * n : a;
 }
 
-/// Of the simplex, which is left with the points that it depends on. Zero where the origin is inside.
+/// The same for the simplex, which keeps only the points that the result depends on. Zero where the origin is inside.
 FATHOM_HD Vec3 reduce(Simplex& s) {
   Vec3 nearest = s.points[0];
   int used = 1;
@@ -104,7 +104,7 @@ FATHOM_HD Vec3 reduce(Simplex& s) {
     for (int without = 0; without < 4; ++without) {
       const int i = without == 0 ? 1 : 0, j = without <= 1 ? 2 : 1, k = without <= 2 ? 3 : 2;
       const Vec3 a = s.points[i], b = s.points[j], c = s.points[k], n = cross(b - a, c - a);
-      // The origin is inside of a face that has it and the fourth point on the same side.
+      // A face does not separate the origin if the fourth point is on the same side of it.
       const float origin = -dot(n, a), fourth = dot(n, s.points[without] - a);
       if (origin * fourth > 0) continue;
       int of_face = 0;
@@ -123,20 +123,20 @@ FATHOM_HD Vec3 reduce(Simplex& s) {
 }
 
 /// The cores are at least `distance` (m) apart along `normal`, a unit vector in A's frame from A to B; where it is not
-/// above zero they touch or overlap, as far as was found.
+/// above zero, they touch or overlap as far as the search could tell.
 struct Gap {
   float distance = -3e38f;
   Vec3 normal;
 };
 
-/// With `b_in_a` B's pose in A's frame. `guess`: a direction from A to B, of any length; `tolerance` (m): what the
-/// distance may fall short. Ends early with a gap of which `is_enough` says so.
+/// `b_in_a` is B's pose in A's frame, `guess` a direction from A to B of any length, `tolerance` (m) by how much the
+/// distance may fall short. Ends early once `is_enough(gap)`.
 template <class IsEnough>
 FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec3 guess, float tolerance,
                           const IsEnough& is_enough) {
   constexpr int max_rounds = 32;
   constexpr float relative_tolerance = 1e-3f;
-  const auto support_along = [&](Vec3 n) {  // the point of B − A that is least along n
+  const auto support_along = [&](Vec3 n) {  // the point of B − A that is lowest along n
     const Vec3 on_b = support(b, -transpose_mul(b_in_a.rotation, n));
     return (b_in_a.position - support(a, n)) + b_in_a.rotation * on_b;
   };
@@ -155,7 +155,7 @@ FATHOM_HD Gap gap_between(const Core& a, const Core& b, const Frame& b_in_a, Vec
     const Vec3 nearest = reduce(simplex);
     const float distance = length(nearest);
     if (simplex.count == 4 || !(distance > 0.01f * tolerance)) break;
-    // Of what is left between the shapes, which may be far less than between large balls' centres.
+    // Relative to the distance between the surfaces, which may be far smaller than that between large balls' centres.
     const float between = max(distance - (a.radius + b.radius), 0.0f);
     if (distance - best.distance <= relative_tolerance * between + tolerance) break;
     n = (1.0f / distance) * nearest;

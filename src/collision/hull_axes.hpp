@@ -1,8 +1,8 @@
-// Separating axes of two hulls: faces against vertices, and the edge pairs that the Gauss map leaves.
+// Separating axes of two hulls: faces against vertices, and the edge pairs that remain after the Gauss map test.
 //
-// D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013: two edges make a face of the Minkowski
-// difference, and so a candidate axis, only where the arcs between the normals of their faces cross on the sphere. Of
-// these axes few are tried: what is known of some points of a hull bounds its height over all others (hull_bounds.hpp).
+// D. Gregorius, "The Separating Axis Test between Convex Polyhedra", GDC 2013: two edges form a face of the Minkowski
+// difference, and so a candidate axis, only where the arcs between the normals of their faces cross on the sphere. Few
+// of these axes are tried: some known points of a hull bound its height along all others (hull_bounds.hpp).
 #pragma once
 
 #include "collision/frame.hpp"
@@ -24,12 +24,12 @@ FATHOM_HD float face_separation(const HullView& ref, int face, const HullView& o
   return lowest_over(ref, face, other, other_in_ref).height;
 }
 
-/// The face of `ref` that `other` is highest over, the first of equals. Ends where some face has it higher than
+/// The face of `ref` over which `other` is highest; the first of equals. Stops at a face over which it is higher than
 /// `margin`.
 ///
-/// A hull is nowhere higher than any of its points, so few faces have to look for its lowest vertex: `start`, then
-/// again and again the one over which the points found so far are highest. Rounding may make a hull `slack` (m) higher
-/// than its points. The points are left in `witnesses`.
+/// A hull is nowhere higher than any of its points, so its lowest vertex is needed over few faces: `start`, then
+/// repeatedly the face over which the points found so far are highest. Rounding may make a hull `slack` (m) higher than
+/// its points. The points are stored in `witnesses`.
 FATHOM_HD FaceAxis best_face(const HullView& ref, const HullView& other, const Frame& other_in_ref, int start,
                              float slack, float margin, Witnesses& witnesses) {
   FaceAxis best;
@@ -62,7 +62,7 @@ FATHOM_HD EdgeView transform(const Frame& f, const EdgeView& e) {
   return {transform(f, e.from), f.rotation * e.along, f.rotation * e.left, f.rotation * e.right};
 }
 
-/// Do the arcs of normals of `a` and of the mirrored `b` cross? left × right runs along an edge, which saves the
+/// Whether the arcs of normals of `a` and of the mirrored `b` cross. left × right runs along an edge, which saves the
 /// cross products of the normals.
 FATHOM_HD bool makes_minkowski_face(const EdgeView& a, const EdgeView& b) {
   const float left_b = dot(b.left, a.along), right_b = dot(b.right, a.along);
@@ -78,11 +78,10 @@ struct EdgesAxis {
   Vec3 normal;
 };
 
-/// Length of a cross product (m²) whose square single precision still holds with all its digits; a shorter one tells no
-/// direction.
+/// Length of a cross product (m²) whose square still has full single precision; a shorter one defines no direction.
 inline constexpr float min_cross = 1e-18f;
 
-/// `noise` (m) of rounding is taken off before the division by the length of the cross product, as for boxes.
+/// The rounding error `noise` (m) is subtracted before the division by the length of the cross product, as for boxes.
 FATHOM_HD EdgesAxis edges_axis(const EdgeView& a, const EdgeView& b, float noise) {
   const Vec3 axis = cross(a.along, b.along);
   const float l = length(axis);
@@ -93,12 +92,12 @@ FATHOM_HD EdgesAxis edges_axis(const EdgeView& a, const EdgeView& b, float noise
   return {0, 0, (sign * dot(axis, b.from - a.from) - scaled_noise) * inv, (sign * inv) * axis};
 }
 
-/// The best of the pairs of edges that have been offered.
+/// The best of all edge pairs offered.
 struct BestEdges {
   EdgesAxis best;
 
   FATHOM_HD explicit BestEdges(float threshold) { best.separation = threshold; }
-  /// Of equals the one with the lowest numbers is best, whatever the order.
+  /// Among equals the lowest numbers win, whatever the order.
   FATHOM_HD void offer(EdgesAxis axis, int a, int b) {
     const bool is_first = b < best.b || (b == best.b && a < best.a);
     if (axis.separation > best.separation || (axis.separation == best.separation && is_first))
@@ -107,11 +106,11 @@ struct BestEdges {
 };
 
 #if defined(FATHOM_HAS_EIGHT)
-/// What arcs need of eight edges.
+/// Directions and normals of eight edges.
 struct EdgeEight {
   EightVec3 along, left, right;
 
-  /// `makes_minkowski_face`, a bit for each edge, with `b` as the other one.
+  /// `makes_minkowski_face` against `b`, a bit for each edge.
   FATHOM_HD unsigned making_minkowski_faces(const EdgeView& b) const {
     const Eight left_b = dot(eight(b.left), along), right_b = dot(eight(b.right), along);
     const Eight left_a = dot(left, eight(b.along)), right_a = dot(right, eight(b.along));
@@ -120,7 +119,7 @@ struct EdgeEight {
   }
 };
 
-/// Edges of A, eight side by side; of the last eight some may be none.
+/// Edges of A in blocks of eight; the last block may be partly empty.
 #if defined(__CUDACC__)
 struct EdgeEights {
   const HullView& hull;
@@ -154,7 +153,7 @@ struct EdgeEights {
 };
 #endif
 
-/// `best_edges`, by eights.
+/// `best_edges` in blocks of eight.
 FATHOM_HD EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, const Frame& b_in_a,
                                          const NearEdges& near_a, const NearEdges& near_b, float noise, float threshold,
                                          float margin) {
@@ -175,8 +174,8 @@ FATHOM_HD EdgesAxis best_edges_by_eights(const HullView& a, const HullView& b, c
 }
 #endif
 
-/// Of those pairs of edges the one with the largest separation above `threshold`, if any. Ends early where that is more
-/// than `margin`.
+/// The pair among these edges with the largest separation above `threshold`, if any. Ends early where that exceeds
+/// `margin`.
 FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame& b_in_a, const NearEdges& near_a,
                                const NearEdges& near_b, float noise, float threshold, float margin) {
 #if defined(FATHOM_HAS_EIGHT)
@@ -195,8 +194,8 @@ FATHOM_HD EdgesAxis best_edges(const HullView& a, const HullView& b, const Frame
   return found.best;
 }
 
-/// Separation along the axis that the cache names. Edges need not make a Minkowski face any more: the axis across them
-/// is as good as any other to show that the hulls are apart.
+/// Separation along the cached axis. Its edges need not form a Minkowski face: the axis across them is as good as any
+/// other to show that the hulls are apart.
 FATHOM_HD float cached_separation(const HullView& a, const HullView& b, const Frame& b_in_a, const Frame& a_in_b,
                                   float noise, const AxisCache& cache) {
   if (cache.kind == AxisCache::face_a)

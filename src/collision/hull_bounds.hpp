@@ -1,9 +1,9 @@
-// Bounds on separations from some points of a hull, which leave few faces and edges to try.
+// Bounds on separations from some points of a hull, which leave only a few faces and edges to try.
 //
-// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face that is the witness' height h.
-// The axis n across two edges is a combination α·l + β·r of the normals beside either of them, with α, β ≥ 0, and α + β
-// ≥ 1 because it is of unit length; so along it the witness is α·h_l + β·h_r over that edge, and where both heights are
-// less than some t ≤ 0, so is the separation.
+// Along no axis is a hull higher than any of its points, its *witnesses*. Over a face this bound is the witness' height
+// h. The axis n across two edges is a combination α·l + β·r of the normals beside either edge, with α, β ≥ 0, and α + β
+// ≥ 1 because it has unit length; so along n the witness is at α·h_l + β·h_r over that edge, and where both heights are
+// below some t ≤ 0, so is the separation.
 #pragma once
 
 #include "collision/frame.hpp"
@@ -12,17 +12,17 @@
 namespace fathom {
 
 inline constexpr float no_separation = -3e38f;
-inline constexpr int max_faces = 255, max_edges = 512;  ///< of a hull; undirected edges
+inline constexpr int max_faces = 255, max_edges = 512;  ///< of a hull; edges are undirected
 
 struct FaceAxis {
   int face = 0;
   float separation = no_separation;
 };
 
-/// What rounding, and merging faces, may make of a height that is at most `reach` (m).
+/// Error of a height of at most `reach` (m), due to rounding and merged faces.
 FATHOM_HD float height_slack(float reach) { return 5e-6f * reach; }
 
-/// The last points found.
+/// The points found last.
 struct Witnesses {
   static constexpr int most = 6;
   Vec3 points[most];
@@ -32,7 +32,7 @@ struct Witnesses {
   FATHOM_HD int count() const { return found < most ? found : most; }
 };
 
-/// For each face of a hull the least height of the witnesses over it.
+/// For each face of a hull, the lowest height of the witnesses over it.
 struct FaceHeights {
   alignas(32) float heights[max_faces + 1];
 
@@ -49,7 +49,7 @@ struct FaceHeights {
       for (int i = 0; i < 8; ++i) heights[f + i] = f + i < hull.face_count ? -no_separation : no_separation;
   }
 
-  /// Takes a face out.
+  /// Removes a face.
   FATHOM_HD void close(const HullView& hull, int face) {
 #if defined(FATHOM_HAS_EIGHT)
     if (by_eights(hull)) {
@@ -60,7 +60,8 @@ struct FaceHeights {
     heights[face] = no_separation;
   }
 
-  /// Another witness. Returns the highest face then, the first of equals; none has `no_separation`.
+  /// Adds a witness. Returns the face with the greatest height then, the first of equals; without any, its separation
+  /// is `no_separation`.
   FATHOM_HD FaceAxis lower(const HullView& hull, Vec3 witness) {
 #if defined(FATHOM_HAS_EIGHT)
     if (by_eights(hull)) return lower_eights(hull, witness);
@@ -95,12 +96,12 @@ struct FaceHeights {
 
 /// Which of some points see which faces.
 struct SeenFaces {
-  alignas(8) std::uint8_t by[max_faces + 1];  ///< bit i: point i is not lower over this face than asked
+  alignas(8) std::uint8_t by[max_faces + 1];  ///< bit i: point i is at least at the required height over this face
   std::uint8_t faces[max_faces];              ///< those that some point sees, ascending
   int count = 0;
-  int seen[Witnesses::most] = {};  ///< how many each point sees
+  int seen[Witnesses::most] = {};  ///< number of faces that each point sees
 
-  /// `low` (m): height over a face from which on a point sees it.
+  /// `low` (m): minimum height over a face at which a point sees it.
   FATHOM_HD SeenFaces(const HullView& hull, const Witnesses& points, float low) {
 #if defined(FATHOM_HAS_EIGHT)
     if (by_eights(hull)) {
@@ -147,15 +148,15 @@ struct SeenFaces {
 #endif
 };
 
-/// Undirected edges of a hull along which no axis is known to separate less than `threshold` (m).
+/// Undirected edges of a hull whose axes may separate by `threshold` (m) or more.
 struct NearEdges {
-  std::uint16_t edges[max_edges + 1];  // one is written before it is known to count
+  std::uint16_t edges[max_edges + 1];  // an entry is written before it is known to count
   int count = 0;
 
-  /// `witnesses`, one at least, of the other shape, in this hull's frame; `slack`: see `height_slack`.
+  /// `witnesses`: at least one point of the other shape, in this hull's frame; `slack`: see `height_slack`.
   FATHOM_HD NearEdges(const HullView& hull, const Witnesses& witnesses, float threshold, float slack) {
     const SeenFaces faces(hull, witnesses, min(threshold, 0.0f) - slack);
-    // Every witness sees a face beside a near edge, also the one that sees fewest.
+    // Every witness sees a face beside a near edge, including the witness that sees fewest.
     int closest = 0;
     for (int i = 1; i < witnesses.count(); ++i)
       if (faces.seen[i] < faces.seen[closest]) closest = i;

@@ -1,8 +1,8 @@
 // A hull against a sphere or a capsule.
 //
-// The core of the round shape is a segment. While it is outside the hull the closest features are found exactly and
-// tell the normal; once it has entered, the axis of least overlap decides: faces, and cross products of the segment
-// with the edges whose arc of normals crosses the great circle perpendicular to it.
+// The core of the round shape is a segment. While it is outside the hull, the closest features are found exactly and
+// define the normal; once it is inside, the axis of least overlap decides: face normals, and cross products of the
+// segment with the edges whose arc of normals crosses the great circle perpendicular to it.
 #pragma once
 
 #include "collision/cache.hpp"
@@ -13,7 +13,7 @@
 
 namespace fathom {
 
-/// Closest points of a hull and a segment outside of it.
+/// Closest points of a hull and a segment outside it.
 struct HullSegment {
   float distance_squared = 3e38f;
   Vec3 on_hull, on_segment;
@@ -27,7 +27,7 @@ FATHOM_HD float face_separation(const Hull::Plane& plane, const Segment& s) {
 }
 
 #if defined(FATHOM_HAS_EIGHT)
-/// `best_face`, by eights.
+/// `best_face` in blocks of eight.
 FATHOM_HD FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
   const EightVec3 from = eight(s.from), end = eight(end_of(s));
   const EightInts count = lane_numbers();
@@ -45,7 +45,7 @@ FATHOM_HD FaceAxis best_face_by_eights(const HullView& hull, const Segment& s) {
 }
 #endif
 
-/// The face that the segment is highest over, the first of equals.
+/// The face over which the segment is highest; the first of equals.
 FATHOM_HD FaceAxis best_face(const HullView& hull, const Segment& s) {
 #if defined(FATHOM_HAS_EIGHT)
   if (by_eights(hull)) return best_face_by_eights(hull, s);
@@ -75,7 +75,7 @@ FATHOM_HD EdgesAxis best_edges(const HullView& hull, const Segment& s, const Wit
   return best;
 }
 
-/// The stretch lo ≤ t ≤ hi of the segment over a face, and the half-edges that cut it (−1: none).
+/// The part lo ≤ t ≤ hi of the segment over a face, and the half-edges that bound it (−1: none).
 struct Stretch {
   float lo = 0, hi = 1;
   int lo_edge = -1, hi_edge = -1;
@@ -110,10 +110,10 @@ FATHOM_HD std::uint32_t segment_feature(float t, int edge) {
   return edge_feature(static_cast<std::uint32_t>(edge), 0, false);
 }
 
-/// `highest` is the face that the segment is highest over. Nothing is nearer than that, so an end over the face itself
-/// is the closest. Else this is exhaustive over the features that can be seen from the segment's ends; the hull's edges
-/// bring its vertices along. What is closest then lies on a face that some end sees: the direction to it is made of
-/// such faces' normals.
+/// `highest` is the face over which the segment is highest. Nothing is nearer than that, so a segment end over the face
+/// itself is closest. Otherwise the search is exhaustive over the features that the segment's ends can see; edges cover
+/// the vertices. The closest feature then lies on a face that some end sees, because the direction to it is a
+/// combination of such faces' normals.
 FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, const FaceAxis& highest,
                                       const Witnesses& ends, float slack) {
   HullSegment best;
@@ -157,7 +157,7 @@ FATHOM_HD HullSegment closest_outside(const HullView& hull, const Segment& s, co
   return best;
 }
 
-/// The first ends, `count` of them, of the core's stretch over the face, if they are not higher than `reach`.
+/// Adds the first `count` ends of the core's stretch over the face, if they are not higher than `reach`.
 FATHOM_HD void add_stretch(const HullView& hull, int face, const Stretch& stretch, const RoundShape& round, int count,
                            float reach, Manifold& m) {
   const Hull::Plane& plane = hull.planes[face];
@@ -171,8 +171,8 @@ FATHOM_HD void add_stretch(const HullView& hull, int face, const Stretch& stretc
   }
 }
 
-/// One or two points where the core runs over the face, not higher than `reach`. None where the lowest of them is not
-/// as high as `expected`: what is closest then is not the face, or is seen under another angle.
+/// Adds one or two points where the core runs over the face, not higher than `reach`. Adds none where the lowest is not
+/// at the height `expected`: then the closest feature is not the face, or lies in another direction.
 FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape& round, const Tolerance& tolerance,
                                float expected, float reach, Manifold& m) {
   const Hull::Plane& plane = hull.planes[face];
@@ -186,7 +186,7 @@ FATHOM_HD void add_face_points(const HullView& hull, int face, const RoundShape&
   add_stretch(hull, face, stretch, round, one ? 1 : 2, reach, m);
 }
 
-/// Hull A and a round shape given in A's frame. Cache: `kind` face_a names a face of the hull.
+/// Hull A and a round shape given in A's frame. In the cache, `kind` face_a stands for a face of the hull.
 FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& round, float margin, AxisCache& cache) {
   Manifold m;
   const Segment& core = round.core;
@@ -206,7 +206,7 @@ FATHOM_HD Manifold collide_hull_round(const HullView& hull, const RoundShape& ro
   const EdgesAxis edges = best_edges(hull, core, ends, tolerance.noise, face.separation, slack);
   if (edges.separation > reach) return m;
 
-  // Of a core that all but touches the hull the closest points give no direction; the axes do.
+  // The closest points give no direction for a core that almost touches the hull; the axes do.
   const float separation = max(face.separation, edges.separation);
   if (separation > tolerance.depth_tie) {
     const HullSegment closest = closest_outside(hull, core, face, ends, slack);

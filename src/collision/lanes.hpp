@@ -1,10 +1,10 @@
-// Three numbers side by side in a register of four: the axes of a box.
+// Three numbers in a four-lane register: the axes of a box.
 //
-// GCC and Clang map the vector type to SIMD instructions; for GPUs it is a plain array with the same roundings.
-// There is no fused operation, so that both give the same bits. The fourth lane is zero on entry and never read.
+// GCC and Clang map the vector type to SIMD instructions; for GPUs it is a plain array with the same roundings. It uses
+// no fused operations, so that both give the same bits. The fourth lane is zero on entry and never read.
 //
-// SYCL needs the array, too: LLVM 19 reads a lane with a variable index from a vector on the stack of an NVIDIA GPU by
-// a generic load with a local address (its NVPTX back end takes the address space from a pointer that such loads lack).
+// SYCL needs the array, too: LLVM 19 reads a lane with a variable index from a vector on an NVIDIA GPU's stack by a
+// generic load with a local address (its NVPTX back end takes the address space from a pointer that such loads lack).
 #pragma once
 
 #include <fathom/math.hpp>
@@ -48,7 +48,7 @@ FATHOM_HD Lanes lanes(Vec3 a) { return Lanes{a.x, a.y, a.z, 0}; }
 FATHOM_HD Vec3 vector(Lanes a) { return {a[0], a[1], a[2]}; }
 FATHOM_HD float max_lane(Lanes a) { return max(max(a[0], a[1]), a[2]); }
 FATHOM_HD float min_lane(Lanes a) { return min(min(a[0], a[1]), a[2]); }
-/// Index of the largest lane, the first of equals.
+/// Index of the largest lane; the first of equals.
 FATHOM_HD int largest(Lanes a) { return a[0] >= a[1] ? (a[0] >= a[2] ? 0 : 2) : (a[1] >= a[2] ? 1 : 2); }
 
 }  // namespace fathom

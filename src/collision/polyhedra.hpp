@@ -1,4 +1,4 @@
-// Contact manifold of two hulls: the axis of least overlap, then faces clipped or edges crossed.
+// Contact manifold of two hulls: the axis of least overlap, then clipped faces or crossing edges.
 //
 // The order of preference is that of boxes (box_box.hpp): faces before edges, A before B, last step's face before
 // others.
@@ -27,8 +27,8 @@ FATHOM_HD HullPair make_hull_pair(const HullView& a, const HullView& b, const Po
   return {a, b, frame, inverse(frame), make_tolerance(min(size_a.inner, size_b.inner), reach), height_slack(reach)};
 }
 
-/// The face of `inc` that looks at `normal` most directly, of those around the vertex that is lowest along it: so
-/// what touches in the deepest point is on that face.
+/// The face of `inc` most opposed to `normal`, among those around the vertex that is lowest along it: so the deepest
+/// point is on that face.
 FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
   const int vertex = lowest_vertex(inc, normal).vertex;
   int start = inc.vertex_edges ? inc.vertex_edges[vertex] : 0;
@@ -45,7 +45,7 @@ FATHOM_HD int incident_face(const HullView& inc, Vec3 normal) {
   return best;
 }
 
-/// The side of the incident face over which the shape's centre is farthest out, or to which it is nearest, and its
+/// The side of the incident face that the shape's centre is farthest beyond or, if it is inside, nearest to; with its
 /// ends.
 struct NearestSide {
   int edge;
@@ -64,7 +64,7 @@ FATHOM_HD NearestSide nearest_side(const HullView& inc, const Frame& inc_in_ref,
     const int next = inc.edges[e].next;
     const FacePoint to = corner(next);
     const float dx = to.x - from.x, dy = to.y - from.y;
-    // The incident face looks the other way: its corners run clockwise.
+    // The incident face faces the other way: its corners run clockwise.
     const float inside = -area(from, to, centre) / fathom::sqrt(fma(dx, dx, dy * dy));
     if (inside < least) least = inside, nearest = {e, from, to};
     e = next, from = to;
@@ -72,9 +72,9 @@ FATHOM_HD NearestSide nearest_side(const HullView& inc, const Frame& inc_in_ref,
   return nearest;
 }
 
-/// Adds to the `count` points of the incident face the corner that the shape would tip onto: of the face beyond the
-/// nearest side the one farthest out, if it is over the reference face and not higher than `margin` (m). What is small
-/// or thin tips over a side within a step, where no contact would hold it. Returns how many points there are then.
+/// Adds to the `count` points of the incident face the corner onto which the shape would tip: the farthest one of the
+/// face beyond the nearest side, if it is over the reference face and not higher than `margin` (m). Small or thin
+/// shapes tip over a side within a step, where no contact would hold them. Returns the new number of points.
 FATHOM_HD int add_next_corner(const HullView& ref, int ref_face, const HullView& inc, const Frame& inc_in_ref,
                               int inc_face, const FaceFrame& frame, float side_tolerance, float margin, bool flipped,
                               FacePoint* points, int count) {
@@ -99,7 +99,7 @@ FATHOM_HD int add_next_corner(const HullView& ref, int ref_face, const HullView&
   return count + 1;
 }
 
-/// Up to four points over a face of A, or with `flipped` of B.
+/// Up to four points over a face of A, or if `flipped` of B.
 FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, float margin, const PatchLoad& load,
                                  AxisCache& cache, Manifold& manifold) {
   const HullView& ref = flipped ? p.b : p.a;
@@ -130,7 +130,7 @@ FATHOM_HD void hull_face_contact(const HullPair& p, int face, bool flipped, floa
   }
 }
 
-/// One point where the edges pass each other.
+/// One point where the edges cross.
 FATHOM_HD void hull_edge_contact(const HullPair& p, const EdgesAxis& axis, float margin, Manifold& manifold) {
   const EdgeView a = edge_view(p.a, axis.a), b = transform(p.b_in_a, edge_view(p.b, axis.b));
   const SegmentPair closest = closest_points({a.from, a.along}, {b.from, b.along});
@@ -145,7 +145,7 @@ FATHOM_HD void hull_edge_contact(const HullPair& p, const EdgesAxis& axis, float
       edge_feature(static_cast<std::uint32_t>(axis.a), static_cast<std::uint32_t>(axis.b), false);
 }
 
-/// One point at the vertex of B that is deepest under a face of A, or with `flipped` the other way round.
+/// One point at the vertex of B that is deepest under a face of A, or if `flipped` the other way round.
 FATHOM_HD void hull_vertex_contact(const HullPair& p, int face, bool flipped, Manifold& manifold) {
   const HullView& ref = flipped ? p.b : p.a;
   const HullView& inc = flipped ? p.a : p.b;
@@ -162,8 +162,8 @@ FATHOM_HD void hull_vertex_contact(const HullPair& p, int face, bool flipped, Ma
   manifold.points[0].feature = vertex_feature(static_cast<std::uint32_t>(vertex), !flipped);
 }
 
-/// The pair of edges with the largest separation above `threshold`, if any. Ends early where that is more than
-/// `margin`. `of_a` and `of_b` are witnesses of either hull in the other's frame.
+/// The pair of edges with the largest separation above `threshold`, if any. Ends early where that exceeds `margin`.
+/// `of_a` and `of_b` are witnesses of each hull in the other's frame.
 FATHOM_HD EdgesAxis best_edges(const HullPair& p, const Witnesses& of_a, const Witnesses& of_b, float threshold,
                                float margin) {
   const NearEdges near_a(p.a, of_b, threshold, p.slack), near_b(p.b, of_a, threshold, p.slack);
@@ -217,7 +217,7 @@ FATHOM_HD Manifold collide_hulls(const HullView& a, const HullView& b, const Pos
     }
     cache = flipped ? make_cache(AxisCache::face_b, 0, face, false) : make_cache(AxisCache::face_a, face, 0, false);
   }
-  // One call for both, or compilers of kernels would inline it twice.
+  // A single call for both, or kernel compilers would inline it twice.
   Manifold strip;
   AxisCache of_strip;
   hull_face_contact(p, face, flipped, margin, by_edges ? PatchLoad{} : load, by_edges ? of_strip : cache,

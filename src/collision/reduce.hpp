@@ -1,11 +1,11 @@
 // Contact reduction: four points out of many.
 //
-// Of a patch whose load is not known the deepest point stays. Of the quadrilaterals that have it as a corner the
-// largest is found exactly: for each opposite corner the best points on either side of the diagonal are independent of
-// each other, so all pairs need to be looked at once only. High points count less, because a body that leans comes down
-// on the corners next to the deepest one first: a cylinder that rolls on its rim would come down between points that
-// are far apart. Once the load of a patch that does not lean has moved out of what is kept, the edge over which the
-// body would tip stays. The points may come in any order.
+// If the patch's load is unknown, the deepest point is kept, and the largest quadrilateral with it as a corner is found
+// exactly: for each opposite corner the best points on either side of the diagonal are independent of each other, so
+// each pair is examined only once. High points count less, because a leaning body comes down next on the corners beside
+// the deepest one: a cylinder rolling on its rim would otherwise drop between points that are far apart. If the patch
+// does not lean and its load has moved out of the kept points, the edge over which the body would tip is kept. The
+// points may come in any order.
 #pragma once
 
 #include "collision/manifold.hpp"
@@ -20,10 +20,10 @@ struct FacePoint {
 
 inline constexpr int max_face_points = 64;
 
-/// m that a point may be above the deepest one and carry as well: contacts give by as much under a body's weight.
+/// Points no higher above the deepest one than this (m) carry load too: contacts yield by as much under a body's weight.
 inline constexpr float level_height = 3e-4f;
 
-/// Where the load of a patch lies, in the frame of the reference face (m).
+/// Position of a patch's load, in the frame of the reference face (m).
 struct FaceLoad {
   float x = 0, y = 0;
   bool is_known = false;
@@ -34,10 +34,10 @@ FATHOM_HD float area(const FacePoint& a, const FacePoint& b, const FacePoint& c)
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// The points to keep of a patch with this load: the two corners between which it would leave the patch, on its way
-/// from the middle, so that the body tips over the patch's own edge, and the two that make the largest area with them,
-/// one after the other. The lowest takes the last one's place where it lies clearly below the edge. False: the load is
-/// in the middle.
+/// Chooses the points to keep for a patch with this load: the two corners between which the load would leave the patch,
+/// moving from the middle, so that the body tips over the patch's own edge, and the two that add the largest area, one
+/// after the other. The lowest point replaces the last one where it lies clearly below the edge. False: the load is in
+/// the middle.
 FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count, float depth_tie,
                               int chosen[max_manifold_points]) {
   float middle_x = 0, middle_y = 0;
@@ -47,7 +47,7 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   const float dx = load.x - middle_x, dy = load.y - middle_y;
   const auto along = [&](int i) { return (points[i].x - middle_x) * dx + (points[i].y - middle_y) * dy; };
   const auto aside = [&](int i) { return dx * (points[i].y - middle_y) - dy * (points[i].x - middle_x); };
-  // Between corners i and j, as they lie to the left and the right of its way.
+  // Where the load's path crosses the line between corner i on its left and corner j on its right.
   const auto crossing = [&](int i, int j) {
     const float left_of_it = aside(i), right_of_it = -aside(j);
     if (!(left_of_it >= 0 && right_of_it > 0)) return -1e30f;
@@ -56,7 +56,7 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   float farthest = -1e30f;
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < count; ++j) farthest = max(farthest, crossing(i, j));
-  // Corners far apart that lose next to nothing of that serve a load that sways; neighbours would not.
+  // Corners far apart that lose almost none of that distance suit a swaying load; neighbours would not.
   constexpr float enough = 0.985f;
   int left = 0, right = 0;
   float widest = 0;
@@ -85,8 +85,8 @@ FATHOM_HD bool choose_towards(FaceLoad load, const FacePoint* points, int count,
   return true;
 }
 
-/// The deepest point, and of the largest quadrilateral that has it as a corner the others. The areas of what is higher
-/// than `level` (m) above the deepest count less, as heights do.
+/// The deepest point and the other corners of the largest quadrilateral that contains it. A point's areas shrink in
+/// proportion to its height above the deepest one where that exceeds `level` (m).
 FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_tie, float level,
                               int chosen[max_manifold_points]) {
   float lowest = points[0].z;
@@ -122,8 +122,8 @@ FATHOM_HD void choose_largest(const FacePoint* points, int count, float depth_ti
   chosen[0] = deepest, chosen[1] = opposite, chosen[2] = left[opposite], chosen[3] = right[opposite];
 }
 
-/// Reorders the points so that those to keep come first; returns how many (at most 4).
-/// `depth_tie`: points that much (m) above the deepest count as equally deep, so that rounding does not choose.
+/// Moves the points to keep to the front; returns how many (at most 4). `depth_tie`: points up to this much (m) above
+/// the deepest count as equally deep, so that rounding does not decide.
 FATHOM_HD int reduce(FacePoint* points, int count, float depth_tie, FaceLoad load = {}) {
   if (count <= max_manifold_points) return count;
   int chosen[max_manifold_points];

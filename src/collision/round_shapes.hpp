@@ -8,7 +8,7 @@
 
 namespace fathom {
 
-/// A segment with a radius around it; a sphere is one whose segment is a point.
+/// A segment with a radius; for a sphere the segment is a point.
 struct RoundShape {
   Segment core;
   float radius;
@@ -21,14 +21,14 @@ FATHOM_HD RoundShape transform(const Pose& pose, const RoundShape& shape) {
   return {{transform(pose, shape.core.from), rotate(pose.rotation, shape.core.along)}, shape.radius};
 }
 
-/// Adds the point between the surfaces around two core points, `gap` apart along the manifold's normal.
+/// Adds the point between the surfaces around two core points that are `gap` apart along the manifold's normal.
 FATHOM_HD void add_round_point(Manifold& m, Vec3 on_a, float radius_a, float gap, float radius_b,
                                std::uint32_t feature) {
   const float separation = gap - (radius_a + radius_b);
   m.points[m.count++] = {mul_add(on_a, fma(0.5f, separation, radius_a), m.normal), separation, feature};
 }
 
-/// The same shape seen from B: manifolds of unlike types are computed in one order only.
+/// The same manifold seen from B: pairs of different types are computed in one order only.
 FATHOM_HD Manifold swapped(const Manifold& m, const Pose& b_in_a) {
   Manifold result;
   result.count = m.count;
@@ -49,7 +49,7 @@ FATHOM_HD Manifold collide_round(const RoundShape& a, const RoundShape& b, float
   if (gap_squared > reach * reach) return m;
 
   const float gap = fathom::sqrt(gap_squared);
-  // Crossing or touching cores leave no direction: take one that is across both.
+  // Crossing or touching cores define no direction: take one across both.
   const Vec3 across = cross(a.core.along, b.core.along);
   const float length_a = length(a.core.along), length_b = length(b.core.along);
   if (gap > 1e-6f * (a.radius + b.radius)) {
@@ -61,7 +61,7 @@ FATHOM_HD Manifold collide_round(const RoundShape& a, const RoundShape& b, float
                                        : Vec3{0, 0, 1};
   }
 
-  // Side by side within 0.05 rad: the ends of the shared stretch carry more than the one closest pair.
+  // Parallel within 0.05 rad: the ends of the shared stretch support better than the single closest pair.
   const float parallel = length_a * length_b;
   if (parallel > 0 && length_squared(across) < 0.0025f * parallel * parallel) {
     const Vec3 axis = (1.0f / length_a) * a.core.along;

@@ -1,17 +1,16 @@
-// Seams: shapes that do not move against each other and lie side by side, as tiles do, are touched as one.
+// Seams: shapes that do not move against each other and lie side by side, such as tiles, are touched as one surface.
 //
-// Each pair of shapes is collided alone. What slides over two tiles gets a contact with the side of the next one, which
-// the tile before it hides, and a ball one with that tile's edge, tilted against its way. So a manifold at an edge of a
-// shape is compared with what is beside it:
+// Each pair of shapes is collided separately. A body that slides over two tiles would get a contact with the side of
+// the next one, which the tile before it hides, and a ball a contact with that tile's edge, tilted against its motion.
+// So a manifold at an edge of a shape is compared with the neighbours:
 //
-// * A normal counts where no neighbour rises above the plane across it: it is one of both shapes together.
-// * Else the normal of a face counts where that face can be seen. In the corner between a floor and a wall that stands
+// * A normal counts where no neighbour rises above the plane across it: it is a normal of both shapes' union.
+// * Otherwise a face normal counts where that face is visible. In the corner between a floor and a wall that stands
 //   on it both normals count; the side of a tile beside another one is hidden.
-// * What does not count makes way for the manifold over the face that is touched least deep among those that can be
-//   seen, if the other shape is over it; else the neighbour holds it.
+// * A manifold that does not count is replaced by the one over the least deeply touched face among those that are
+//   visible, if the other shape is over it; else the neighbour holds it.
 //
-// The rule for triangles of a mesh (terrain/) is the same, with edges that are known beforehand. Pure, for host and
-// device.
+// Triangles of a mesh (terrain/) follow the same rule, with precomputed edges. Pure, for host and device.
 #pragma once
 
 #include "collision/collide.hpp"
@@ -19,30 +18,30 @@
 
 namespace fathom {
 
-/// Lengths (m) by which a seam is judged.
+/// Tolerances (m) of a seam.
 struct SeamLengths {
-  float gap;   ///< between neighbours, or by which they differ in height, that does not count
-  float step;  ///< from a point to where it is asked what can be seen around it
-  float edge;  ///< farther from any edge nothing is looked for
+  float gap;   ///< ignored gap between neighbours, or difference in height
+  float step;  ///< from a point to the positions around it that are tested for visibility
+  float edge;  ///< distance from an edge beyond which no seam is looked for
 };
 
-/// What touches is twice `half` thick (m), coordinates are at most `extent`.
+/// For a touching shape twice `half` thick (m), with coordinates of at most `extent`.
 FATHOM_HD SeamLengths make_seam_lengths(float half, float extent) {
   const float gap = min(1e-3f, 0.02f * half) + 4e-7f * extent;
   return {gap, 2 * gap, 0.25f * half + 2 * gap};
 }
 
-/// Of B, whose thickness is twice `half_b` (m), on A in its pose.
+/// For B, twice `half_b` thick (m), on A at its pose.
 FATHOM_HD SeamLengths make_seam_lengths(float half_b, float radius_a, float radius_b, const Pose& b_in_a,
                                         const Pose& pose_a) {
   const float extent = min(radius_a, length(b_in_a.position) + radius_b);
   return make_seam_lengths(half_b, max(extent, 0.25f * max_component(abs(pose_a.position))));
 }
 
-/// Boxes and hulls have faces that may be hidden, and hide others'.
+/// Boxes and hulls have faces that may be hidden, and may hide others'.
 FATHOM_HD bool has_faces(const Geometry& g) { return g.type == ShapeType::box || g.type == ShapeType::hull; }
 
-/// Of a point over the shape's highest face, in its frame; below zero: inside.
+/// Height of a point, in the shape's frame, over the face where it is greatest; below zero: inside.
 FATHOM_HD float height_over(const Geometry& g, Vec3 point) {
   if (g.type == ShapeType::box) return max_component(abs(point) - g.half_extents);
   float highest = no_separation;
@@ -50,7 +49,7 @@ FATHOM_HD float height_over(const Geometry& g, Vec3 point) {
   return highest;
 }
 
-/// Whether two of its faces are nearer to a point of its surface than `edge`.
+/// Whether two of its faces are closer than `edge` to a point on its surface.
 FATHOM_HD bool is_at_edge(const Geometry& g, Vec3 point, float edge) {
   int near = 0;
   if (g.type == ShapeType::box) {
@@ -71,16 +70,16 @@ FATHOM_HD bool is_face_normal(const Geometry& g, Vec3 normal) {
   return false;
 }
 
-/// A box or a hull beside the shape that is touched, in the frame of that one.
+/// A box or a hull beside the touched shape, in the frame of the latter.
 struct NeighbourSolid {
   Geometry shape;
   Pose pose;
 
-  /// The point is inside, or outside by less than `gap` (m).
+  /// Whether the point is inside, or at most `gap` (m) outside.
   FATHOM_HD bool holds(Vec3 point, float gap) const {
     return height_over(shape, inverse_transform(pose, point)) <= gap;
   }
-  /// Calls act(plane) for faces that a point is in front of, in the frame of the one that is touched, until it returns
+  /// Calls act(plane) for faces in front of which the point lies, in the frame of the touched shape, until it returns
   /// true; returns whether it did.
   template <class Act>
   FATHOM_HD bool any_face_before(Vec3 point, const Act& act) const {
@@ -99,19 +98,19 @@ struct NeighbourSolid {
     }
     return false;
   }
-  /// How far it reaches above the plane across `normal` through the point (m).
+  /// Height (m) to which it rises above the plane across `normal` through the point.
   FATHOM_HD float rise(Vec3 point, Vec3 normal) const {
     const Vec3 direction = inverse_rotate(pose.rotation, normal);
     return dot(direction, support(shape, direction) - inverse_transform(pose, point));
   }
 };
 
-/// Where the surface of A is touched.
+/// Point on the surface of A.
 FATHOM_HD Vec3 on_first(const Manifold& m, int i) {
   return mul_add(m.points[i].position, -0.5f * m.points[i].separation, m.normal);
 }
 
-/// Whether the manifold, in A's frame, may not count.
+/// Whether the manifold, in A's frame, is near an edge, so that it may not count.
 FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLengths& lengths) {
   if (!has_faces(a)) return false;
   bool at_edge = false;
@@ -122,19 +121,19 @@ FATHOM_HD bool may_be_at_seam(const Geometry& a, const Manifold& m, const SeamLe
 /// Whether a neighbour near the point rises above the plane across the normal.
 template <class Neighbour>
 FATHOM_HD bool rises_at(const Neighbour& neighbour, Vec3 point, Vec3 normal, float gap) {
-  constexpr float flat = 0.02f;  // a face's normal is judged by what can be seen of it
-  constexpr float near = 4;      // points may lie beside the edge
+  constexpr float flat = 0.02f;  // face normals are judged by visibility
+  constexpr float near = 4;      // points may lie slightly beside the edge
   return neighbour.holds(point, near * gap) && neighbour.rise(point, normal) > flat * gap;
 }
 
-/// `Neighbours`: any(act) tells whether act(neighbour) is true of one.
+/// `Neighbours`: any(act) returns whether act(neighbour) is true for any.
 template <class Neighbours>
 FATHOM_HD bool rises_beside(const Neighbours& neighbours, Vec3 point, Vec3 normal, float gap) {
   return neighbours.any([&](const auto& n) { return rises_at(n, point, normal, gap); });
 }
 
-/// Whether the face of A with this normal can be seen around a point on it, or beside what hides it there, where B with
-/// this centre may have been pressed into that.
+/// Whether the face of A with this normal is visible around a point on it, or beside a neighbour that hides it there,
+/// if B with this centre may have been pressed into that neighbour.
 template <class Neighbours>
 FATHOM_HD bool is_seen(const Geometry& a, const Neighbours& neighbours, Vec3 point, Vec3 normal, Vec3 centre,
                        const SeamLengths& lengths) {
@@ -157,7 +156,7 @@ FATHOM_HD bool is_seen(const Geometry& a, const Neighbours& neighbours, Vec3 poi
   });
 }
 
-/// The point or, where it is outside, one of the shape that is near it.
+/// The point or, if it is outside, a nearby one of the shape.
 FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
   if (g.type == ShapeType::box) return max(-g.half_extents, min(point, g.half_extents));
   if (is_round(g)) {
@@ -171,8 +170,8 @@ FATHOM_HD Vec3 pulled_inside(const Geometry& g, Vec3 point) {
   return point;
 }
 
-/// Calls act(point) for points of the manifold, where it touches A, until it returns true; not for those that A itself
-/// rises beside by more than `gap` (m), which lie under B's face beside what it touches. Returns whether it did.
+/// Calls act(point) for the manifold's points on A until it returns true, except those beside which A itself rises by
+/// more than `gap` (m): they lie under B's face beside the touched feature. Returns whether it did.
 template <class Act>
 FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, const Act& act) {
   const float farthest = dot(m.normal, support(a, m.normal)) - gap;
@@ -182,13 +181,13 @@ FATHOM_HD bool any_outermost(const Geometry& a, const Manifold& m, float gap, co
   return false;
 }
 
-/// Whether the point is inside one of them.
+/// Whether the point is inside a neighbour.
 template <class Neighbours>
 FATHOM_HD bool is_held(const Neighbours& neighbours, Vec3 point) {
   return neighbours.any([&](const auto& n) { return n.holds(point, 0); });
 }
 
-/// Whether the manifold touches A where it and its neighbours can be touched, by a B with this centre.
+/// Whether the manifold touches A where the union of A and its neighbours can be touched by a B with this centre.
 template <class Neighbours>
 FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, const Manifold& m, Vec3 centre,
                               const SeamLengths& lengths) {
@@ -199,7 +198,7 @@ FATHOM_HD bool counts_at_seam(const Geometry& a, const Neighbours& neighbours, c
   });
 }
 
-/// Up to two points where the core of a round shape runs over the face, not higher than `reach`.
+/// Adds up to two points where the core of a round shape runs over the face, not higher than `reach`.
 FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundShape& round, float reach, Manifold& m) {
   const Stretch stretch = clip_segment(hull, face, round.core, 0);
   if (stretch.empty()) return;
@@ -207,8 +206,8 @@ FATHOM_HD void round_face_contact(const HullView& hull, int face, const RoundSha
   add_stretch(hull, face, stretch, round, length_squared(round.core.along) > 0 ? 2 : 1, reach, m);
 }
 
-/// What takes the place of a manifold of A, which has faces, and B that does not count: the one over another face of A
-/// that B's centre is in front of and B, twice `half` thick (m), is not deeper under, or nothing.
+/// Replacement for a manifold of A, which has faces, and B that does not count: the manifold over another face of A
+/// that B's centre is in front of and under which B, twice `half` thick (m), is no deeper than `half`; or an empty one.
 template <class Neighbours>
 FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                 const Neighbours& neighbours, const SeamLengths& lengths) {
@@ -220,7 +219,7 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
   const Quat to_b = conjugate(b_in_a.rotation);
   float last = 3e38f;
   int last_face = -1;
-  // From the face that is touched least deep on.
+  // Starting with the face that is touched least deeply.
   for (;;) {
     int face = -1;
     float highest = -half;
@@ -247,18 +246,18 @@ FATHOM_HD Manifold seen_instead(const Geometry& a, const Geometry& b, const Pose
   }
 }
 
-/// What counts of a manifold.
+/// The part of a manifold that counts.
 struct SeamManifold {
   Manifold manifold;
-  bool has_neighbours = false;  ///< something lies beside what is touched
-  bool is_whole = true;         ///< it is what was asked about
+  bool has_neighbours = false;  ///< something lies beside the touched shape
+  bool is_whole = true;         ///< it is the original manifold
 };
 
-/// Of the manifold `m` of A, which has faces and some neighbours, and B.
+/// For the manifold `m` of A, which has faces and some neighbours, and B.
 template <class Neighbours>
 FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const Pose& b_in_a, float margin, float half,
                                     const Neighbours& neighbours, const SeamLengths& lengths, const Manifold& m) {
-  // What has been pressed in by half comes out as each shape alone would push it, and so does what no face carries.
+  // A body pressed in by half its thickness is pushed out by each shape alone, and so is one that no face carries.
   const Vec3 centre = b_in_a.position;
   if (height_over(a, centre) < 0 || is_held(neighbours, centre)) return {m};
   if (counts_at_seam(a, neighbours, m, centre, lengths)) return {m, true, true};
@@ -267,9 +266,9 @@ FATHOM_HD SeamManifold kept_at_seam(const Geometry& a, const Geometry& b, const 
   return {instead, true, false};
 }
 
-/// Where B, beside A, is nearest to it, as a manifold with this normal in A's frame.
+/// The nearest points of A and of B beside it, as a manifold with this normal in A's frame.
 FATHOM_HD Manifold nearest_point(const Geometry& a, const Geometry& b, const Pose& b_in_a, Vec3 normal) {
-  // To and fro between two convex shapes points come as near as they get.
+  // Alternating projections between two convex shapes converge to the nearest points.
   constexpr int max_rounds = 64;
   constexpr float still = 1e-6f;
   Vec3 of_b = b_in_a.position, of_a = pulled_inside(a, of_b);

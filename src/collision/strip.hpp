@@ -1,28 +1,28 @@
-// Edges that nearly lie in a face: a contact of several points.
+// Edges that nearly lie in a face: a contact with several points.
 //
-// Where edges cross, the axis between them is often the best one although both nearly lie in the other shape's face: a
-// box that leans on another's edge by its own side. Then the shapes touch along a strip, and one point where the edges
-// pass each other leaves out where its ends are about to meet. The body turns about that point until a face is the best
-// axis, is pushed back there, and so on: it never comes to rest. So the points are those over the face, along the
-// edges' normal.
+// Where edges cross, the axis between them is often the best one although both nearly lie in the other shape's face:
+// for example when a box leans on another's edge by its own side. The shapes then touch along a strip, and a single
+// point where the edges cross ignores that the strip's ends are about to meet. The body turns about that point until a
+// face is the best axis, is pushed back there, and so on: it never comes to rest. So the contact uses the points over
+// the face, along the edges' normal.
 #pragma once
 
 #include "collision/manifold.hpp"
 
 namespace fathom {
 
-/// Cosine of the largest angle between the normals of such edges and of the face.
+/// Cosine of the largest angle between the edges' normal and the face's.
 inline constexpr float min_strip_cosine = 0.94f;
 
-/// Whether a contact of edges may be one; normals of unit length.
+/// Whether an edge contact may be a strip; normals have unit length.
 FATHOM_HD bool may_be_strip(const Manifold& edges, Vec3 normal_of_face) {
   return edges.count > 0 && dot(edges.normal, normal_of_face) > min_strip_cosine;
 }
 
-/// Puts the points `over_face` into the contact of two `edges`, whose normal stays, if the deepest of them is as deep
-/// as the edges are, within `tolerance` (m), and another one is not farther than `margin` (m) along that normal.
+/// Replaces the point of the contact `edges` by those of `over_face`, keeping its normal, if the deepest of these is as
+/// deep as the edges within `tolerance` (m), and another one is at most `margin` (m) apart along that normal.
 FATHOM_HD void widen_to_strip(const Manifold& over_face, float margin, float tolerance, Manifold& edges) {
-  const float cosine = dot(over_face.normal, edges.normal);  // where centres coincide the face may be the one opposite
+  const float cosine = dot(over_face.normal, edges.normal);  // for coincident centres it may be the opposite face
   if (over_face.count == 0 || !(cosine > min_strip_cosine)) return;
   const float deeper = nearest_separation(over_face) / cosine - edges.points[0].separation;
   if (!(abs(deeper) <= tolerance)) return;

@@ -6,14 +6,14 @@
 
 namespace fathom {
 
-/// A vertex and its height along the direction that was asked for.
+/// A vertex and its height along the given direction.
 struct Support {
   int vertex;
   float height;
 };
 
 #if defined(FATHOM_HAS_EIGHT)
-/// The lowest of `number` vectors along `direction`, the first of equals; `vectors(i)` are those from number i on.
+/// The lowest of `number` vectors along `direction`, the first of equals; `vectors(i)` returns eight from number i on.
 template <class Vectors>
 FATHOM_HD Support lowest_of_eights(int number, Vec3 direction, const Vectors& vectors) {
   const EightVec3 along = eight(direction);
@@ -27,11 +27,11 @@ FATHOM_HD Support lowest_of_eights(int number, Vec3 direction, const Vectors& ve
     vertex = select(lower, count + i, vertex);
   }
   const LeastLane least = min_lane(lowest, vertex);
-  return {least.index, least.value + 0.0f};  // of zeros of both signs the lanes may have taken the other one
+  return {least.index, least.value + 0.0f};  // turns −0 into +0: among zeros the lanes may pick either sign
 }
 #endif
 
-/// The vertex of the hull with the least height along `direction`, the first of equals.
+/// The hull's lowest vertex along `direction`; the first of equals.
 FATHOM_HD Support lowest_vertex(const HullView& hull, Vec3 direction) {
 #if defined(FATHOM_HAS_EIGHT)
   if (by_eights(hull))
@@ -53,7 +53,7 @@ FATHOM_HD Support highest_vertex(const HullView& hull, Vec3 direction) {
 
 FATHOM_HD float plane_height(const Hull::Plane& plane, Vec3 point) { return dot(plane.normal, point) - plane.offset; }
 
-/// The face that looks along `direction` most directly, the first of equals.
+/// The face whose normal is most aligned with `direction`; the first of equals.
 FATHOM_HD int facing(const HullView& hull, Vec3 direction) {
 #if defined(FATHOM_HAS_EIGHT)
   if (by_eights(hull))

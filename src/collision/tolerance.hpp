@@ -1,7 +1,7 @@
-// Lengths below which the narrow phase does not care: one place, so that all paths agree.
+// Lengths that the narrow phase ignores: in one file, so that all paths agree.
 //
-// They are fractions of the solver's linear slop (5 mm) for things of everyday size and shrink with small
-// shapes, so that a pebble is not judged by a yardstick longer than itself.
+// For everyday sizes they are fractions of the solver's linear slop (5 mm); they shrink with small shapes, so that a
+// tolerance never exceeds the pebble it is applied to.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -13,11 +13,11 @@ struct Tolerance {
   float axis = 0;       ///< m by which another axis must beat the preferred one
   float side = 0;       ///< m beyond a reference face's side at which a point still counts as inside
   float depth_tie = 0;  ///< m within which two points are equally deep
-  float noise = 0;      ///< m of rounding to expect in a separation along an unnormalised axis
+  float noise = 0;      ///< m, expected rounding error of a separation along an unnormalised axis
 };
 
-/// m, and share of the smallest half width, of `Tolerance::axis`; and of the reach what rounding may make of it and of
-/// a separation.
+/// m, and share of the smallest half width, of `Tolerance::axis`; and the rounding errors of it and of a separation, as
+/// shares of the reach.
 inline constexpr float max_axis_tolerance = 0.0025f, axis_tolerance_share = 0.05f;
 inline constexpr float axis_rounding = 1e-6f, separation_rounding = 2e-7f;
 

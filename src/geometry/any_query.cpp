@@ -22,7 +22,7 @@ bool touches(const PlacedShape& placed, const Geometry& shape, const Pose& pose)
 
 namespace {
 
-/// Whether act(child, pose) says so of a child of the compound.
+/// Whether act(child, pose) is true for any child of the compound.
 template <class Act>
 bool any_child(const Geometry& compound, const Pose& pose, const Act& act) {
   return std::ranges::any_of(compound.compound().children(),

@@ -1,5 +1,4 @@
-// Queries about shapes of any kind: which of those of query.hpp, separation.hpp, compound_query.hpp and
-// surface_query.hpp answers.
+// Queries about shapes of any kind, dispatched to query.hpp, separation.hpp, compound_query.hpp and surface_query.hpp.
 #pragma once
 
 #include "geometry/placed_shape.hpp"

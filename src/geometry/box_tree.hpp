@@ -1,4 +1,4 @@
-// Makes and searches trees of boxes over the parts of meshes and compounds.
+// Builds and searches trees of boxes over the parts of meshes and compounds.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,11 @@
 
 namespace fathom {
 
-/// Makes a tree over parts 0 … count − 1, of which box_of(part) tells the bounds.
+/// Builds a tree over parts 0 … count − 1 with bounds box_of(part).
 template <class BoxOf>
 class BoxTreeBuilder {
  public:
-  /// Overwrites `nodes`. Leaves have up to `leaf_size` parts, and count them in the order that is in `order`.
+  /// Overwrites `nodes`. Leaves hold up to `leaf_size` parts, numbered in the order that `order` gets.
   BoxTreeBuilder(std::size_t count, std::size_t leaf_size, const BoxOf& box_of, std::vector<BoxTreeNode>& nodes,
                  std::vector<std::uint32_t>& order)
       : leaf_size_(leaf_size), box_of_(box_of), nodes_(nodes), order_(order) {
@@ -34,7 +34,7 @@ class BoxTreeBuilder {
   }
 
  private:
-  /// A part on its way into the tree: its box's centre decides where it goes.
+  /// A part to be inserted, with its box's centre, which decides where it goes.
   struct Item {
     Vec3 centre;
     std::uint32_t part;
@@ -46,7 +46,7 @@ class BoxTreeBuilder {
     return box;
   }
 
-  // Halves at the median along the longest side of the centres' box: as deep as the logarithm, however parts lie.
+  // Splits at the median along the longest side of the centres' box: logarithmic depth for any distribution.
   void add_node(std::size_t begin, std::size_t end) {
     const std::size_t node = nodes_.size();
     const Aabb box = box_of(begin, end);
@@ -61,7 +61,7 @@ class BoxTreeBuilder {
     for (std::size_t i = begin; i < end; ++i) centres = merged(centres, {items_[i].centre, items_[i].centre});
     const Vec3 size = centres.upper - centres.lower;
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    // Leaves are full but for the last one.
+    // All leaves but the last are full.
     const std::size_t half = (end - begin + 1) / 2, middle = begin + (half + leaf_size_ - 1) / leaf_size_ * leaf_size_;
     const auto at = [&](std::size_t i) { return items_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(at(begin), at(middle), at(end), [axis](const Item& a, const Item& b) {
@@ -98,7 +98,7 @@ class OverlapTest {
 
  private:
   static Eight twice(Vec3 v) { return Eight{v.x, v.y, v.z, 0, v.x, v.y, v.z, 0}; }
-  /// Upper bounds become lower ones.
+  /// Negates the upper bounds, to compare them like lower ones.
   static Eight turned(Eight box) {
     constexpr std::int32_t sign = std::numeric_limits<std::int32_t>::min();
     return (Eight)((EightInts)box ^ EightInts{0, 0, 0, 0, sign, sign, sign, sign});
@@ -111,10 +111,10 @@ class OverlapTest {
   Eight limits_;
 };
 
-/// Second children that a search keeps, at most: a tree halves its parts.
+/// Maximum number of second children that a search keeps: each node halves its parts.
 inline constexpr int deepest_box_tree = 64;
 
-/// Calls act(i) for the parts of leaves that the box meets, i being their number in the order of leaves.
+/// Calls act(i) for the parts of leaves that the box overlaps, where i is their number in the order of leaves.
 template <class Act>
 void search_box_tree(std::span<const BoxTreeNode> nodes, const OverlapTest& box, const Act& act) {
   std::uint32_t waiting[deepest_box_tree];
@@ -135,9 +135,8 @@ void search_box_tree(std::span<const BoxTreeNode> nodes, const OverlapTest& box,
   }
 }
 
-/// The way of a box (its half extents, where its centre begins, the translation) against other boxes, by slabs (Kay,
-/// Kajiya 1986): all three quotients are rounded relative to themselves, and what coordinates lose is added to the
-/// moving box.
+/// The path of a box (half extents, initial centre, translation) against other boxes, by slabs (Kay, Kajiya 1986). All
+/// three quotients have relative rounding errors, and the rounding of coordinates is added to the moving box.
 class BoxWay {
  public:
   BoxWay(Vec3 centre, Vec3 half, Vec3 translation) {
@@ -146,12 +145,12 @@ class BoxWay {
     for (int axis = 0; axis < 3; ++axis) {
       centre_[axis] = c[axis];
       half_[axis] = h[axis] + 0x1p-21f * (abs(c[axis]) + abs(t[axis]) + h[axis]);
-      // What does not move along an axis is at every moment where it is: its slab is all of the way or nothing of it.
+      // Without movement along an axis, its slab covers all of the path or none of it.
       per_way_[axis] = t[axis] != 0 ? 1 / t[axis] : 0;
     }
   }
 
-  /// The fraction at which the box begins to meet this one; above 1: never.
+  /// The fraction at which the box first meets this one; above 1: never.
   float entry(Vec3 lower, Vec3 upper) const {
     constexpr float never = 2, rounding = 1 + 0x1p-20f;
     const float lo[] = {lower.x, lower.y, lower.z}, hi[] = {upper.x, upper.y, upper.z};
@@ -173,7 +172,7 @@ class BoxWay {
   float centre_[3], half_[3], per_way_[3];
 };
 
-/// Calls limit = act(i, limit) for the parts of leaves that the box meets on its way before the fraction `limit` of it;
+/// Calls limit = act(i, limit) for the parts of leaves that the box meets on its path before the fraction `limit`;
 /// nearer leaves come first, roughly.
 template <class Act>
 void search_box_tree(std::span<const BoxTreeNode> nodes, const BoxWay& way, const Act& act) {

@@ -13,7 +13,7 @@
 namespace fathom {
 namespace {
 
-/// A symmetric matrix that is summed up.
+/// Accumulates a symmetric matrix.
 struct Tensor {
   double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
@@ -21,7 +21,7 @@ struct Tensor {
     xx += s * to_double(m.xx), yy += s * to_double(m.yy), zz += s * to_double(m.zz);
     xy += s * to_double(m.xy), xz += s * to_double(m.xz), yz += s * to_double(m.yz);
   }
-  /// Of a mass at a position, by Steiner's theorem.
+  /// Adds a mass at a position, by Steiner's theorem.
   void add(double mass, Vec3d at) {
     xx += mass * (at.y * at.y + at.z * at.z), yy += mass * (at.x * at.x + at.z * at.z);
     zz += mass * (at.x * at.x + at.y * at.y);
@@ -45,7 +45,7 @@ float reach_of(const ChildShape& child) {
     case ShapeType::capsule:
       return max(length(transform(child.pose, h)), length(transform(child.pose, -h))) + shape.radius;
     case ShapeType::box: {
-      // The farthest corner is on the side where the centre is.
+      // The farthest corner is on the side away from the compound's centre.
       const Vec3 to = inverse_rotate(child.pose.rotation, child.pose.position);
       return length(to + Vec3{to.x < 0 ? -h.x : h.x, to.y < 0 ? -h.y : h.y, to.z < 0 ? -h.z : h.z});
     }
@@ -110,7 +110,7 @@ void CompoundBuilder::arrange(Compound& compound) {
     compound.inner_radius_ = min(compound.inner_radius_, is_round ? shape.radius : min_component(shape.half_extents));
     compound.boxes_.push_back(bounds(shape, child.pose));
   }
-  // Corners are rounded.
+  // Margin for the rounding of corners.
   const float rounding = 1e-6f * compound.outer_radius_;
   for (Aabb& box : compound.boxes_) box = grown(box, rounding);
   BoxTreeBuilder(

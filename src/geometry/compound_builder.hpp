@@ -1,4 +1,4 @@
-// Makes compounds: mass properties of all children, and a tree of their boxes.
+// Builds compounds: mass properties of all children, and a tree of their boxes.
 #pragma once
 
 #include <fathom/compound.hpp>
@@ -9,13 +9,13 @@ namespace fathom {
 
 class CompoundBuilder {
  public:
-  /// Of children that have been checked. Throws `Error{degenerate_shape}` where single precision cannot hold their
-  /// volume or their size.
+  /// From validated children. Throws `Error{degenerate_shape}` where single precision cannot hold their volume or their
+  /// size.
   static std::shared_ptr<const Compound> build(std::span<const ChildShape> children);
 
  private:
   friend struct CompoundArchive;
-  /// What follows from the children, whose poses are in the compound's frame.
+  /// Derives the other data from the children, whose poses are in the compound's frame.
   static void arrange(Compound& compound);
 };
 

@@ -10,10 +10,10 @@
 namespace fathom {
 namespace {
 
-/// The compound's own frame, as a shape without size.
+/// The compound's own frame, as a shape of zero size.
 PlacedShape frame_of(const Pose& pose) { return {{ShapeType::sphere}, pose}; }
 
-/// The first of what `meet(geometry, pose, limit)` finds of children that the box meets on its way.
+/// The first hit that `meet(geometry, pose, limit)` finds among the children that the box meets on its path.
 template <class Meet>
 std::optional<SurfaceHit> first_child(const Compound& compound, const Pose& pose, const BoxWay& way, double limit,
                                       const Meet& meet) {

@@ -15,10 +15,10 @@ struct HullView {
   int vertex_count = 0;
   int edge_count = 0;  ///< half-edges
   int face_count = 0;
-  float inner = 0;           ///< least distance of a face from the origin (m)
-  float outer = 0;           ///< largest coordinate of a vertex (m); 0: not known, nor `inner`
-  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) ask for the same
-  // What is found faster with these is the same without them: null where there are none.
+  float inner = 0;           ///< distance of the nearest face from the origin (m)
+  float outer = 0;           ///< largest coordinate of a vertex (m); 0: this and `inner` are unknown
+  bool is_for_team = false;  ///< all work-items of a team (math/team.hpp) search together
+  // Optional accelerators (may be null); they do not change results.
   const std::uint16_t* vertex_edges = nullptr;
   const Hull::Eight* vertex_eights = nullptr;
   const Hull::Eight* plane_eights = nullptr;
@@ -44,16 +44,16 @@ inline HullView view(const Hull& hull) {
 struct Geometry {
   ShapeType type = ShapeType::box;
   float radius = 0;  ///< sphere, capsule
-  Vec3 half_extents{0, 0,
-                    0};  ///< box; capsule: z is half its segment's length; hull, compound: its inner radius, thrice
-  HullView hull = {};    ///< hull
-  const void* parts = nullptr;  ///< what `surface` and `compound` return
+  Vec3 half_extents{
+      0, 0, 0};  ///< box; capsule: z is half its segment's length; hull, compound: the inner radius in all components
+  HullView hull = {};           ///< hull
+  const void* parts = nullptr;  ///< object behind `surface` or `compound`
 
   FATHOM_HD bool is_surface() const { return type == ShapeType::mesh || type == ShapeType::height_field; }
   FATHOM_HD bool is_compound() const { return type == ShapeType::compound; }
-  /// Of a mesh or a height field.
+  /// For a mesh or a height field.
   FATHOM_HD const Surface& surface() const { return *static_cast<const Surface*>(parts); }
-  /// Of a compound.
+  /// For a compound.
   FATHOM_HD const Compound& compound() const { return *static_cast<const Compound*>(parts); }
   FATHOM_HD bool is_convex() const { return !is_surface() && !is_compound(); }
 };

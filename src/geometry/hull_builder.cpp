@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t max_vertices = 255, max_faces = 255, max_half_edges = 1024;
 
-/// The mesh's indices without the gaps that merging left. Twins are numbered one after the other.
+/// Numbers the mesh without the gaps left by merging. Twins get consecutive numbers.
 struct Numbering {
   std::vector<int> vertices, edges, faces;  // old index of each new one
   std::vector<int> new_vertex, new_edge;

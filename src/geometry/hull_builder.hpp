@@ -8,7 +8,7 @@ namespace fathom {
 
 class HullBuilder {
  public:
-  /// See `fathom::hull` for what it throws.
+  /// Throws as described at `fathom::hull`.
   static Hull build(std::span<const Vec3> points);
 };
 

@@ -1,4 +1,4 @@
-// Where a shape is as its neighbour sees it, for queries about surfaces and compounds.
+// A shape's box in the frame of a surface or compound, for queries.
 #pragma once
 
 #include "geometry/placed_shape.hpp"
@@ -12,7 +12,7 @@ struct LocalBox {
   LocalBox(const PlacedShape& frame, const PlacedShape& shape)
       : centre(frame.to_local(shape.position - frame.position)),
         half{shape.reach(frame.axes[0]), shape.reach(frame.axes[1]), shape.reach(frame.axes[2])} {}
-  /// With `more` (m) around it, and what single precision loses of it.
+  /// Grown by `more` (m) and by the rounding error of single precision.
   Aabb grown(double more) const {
     const auto rounding = [&](double c, double h) { return h + more + 0x1p-21 * (std::abs(c) + h + more); };
     const Vec3d reach{rounding(centre.x, half.x), rounding(centre.y, half.y), rounding(centre.z, half.z)};
@@ -20,7 +20,7 @@ struct LocalBox {
   }
 };
 
-/// What to look for beyond the nearest so far: who is as near up to rounding may have the lesser number.
+/// Search limit beyond the nearest hit so far: one that is equally near up to rounding may have the lower number.
 inline float search_limit(double nearest) { return static_cast<float>(std::min(1.0, nearest * (1 + 1e-6))); }
 
 }  // namespace fathom

@@ -6,7 +6,7 @@ namespace fathom {
 
 namespace {
 
-/// Two zero bits between neighbouring ones of the low ten.
+/// Inserts two zero bits between neighbouring bits of the low ten.
 std::uint32_t spread(std::uint32_t x) {
   x = (x | x << 16) & 0x030000ffu;
   x = (x | x << 8) & 0x0300f00fu;

@@ -1,4 +1,4 @@
-// Neighbours in space as neighbours in memory.
+// Orders positions so that neighbours in space are neighbours in memory.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace fathom {
 
-/// Indices of the positions, which are finite, in the order of their Morton codes (10 bits an axis over the positions'
+/// Indices of the positions, which are finite, in the order of their Morton codes (10 bits per axis over the positions'
 /// bounds; Morton, "A computer oriented geodetic data base", IBM 1966); of equal codes the lower index first.
 std::vector<std::uint32_t> morton_order(const std::vector<Vec3>& positions);
 

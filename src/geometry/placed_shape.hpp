@@ -1,7 +1,8 @@
 // A shape at a pose in double precision, for queries.
 //
-// Queries reach far: a ray of a kilometre passes a pebble, a plate of a kilometre meets one. In single precision the
-// pebble would be smaller than the rounding. Queries run on the host and outside the step, so they can afford better.
+// Queries have a long range: a ray of a kilometre may hit a pebble, and so may a plate of a kilometre. In single
+// precision the pebble would be smaller than the rounding error. Queries run on the host and outside the step, so they
+// can afford double precision.
 #pragma once
 
 #include <algorithm>
@@ -12,14 +13,14 @@
 
 namespace fathom {
 
-/// A core, which is a box (flat, a segment, a point) or a hull, and all that is within `radius` of it.
+/// A core, which is a hull or a box (possibly flat, a segment or a point), and everything within `radius` of it.
 struct PlacedShape {
   Vec3d position;       ///< m
   Vec3d axes[3];        ///< the shape's, unit
   Vec3d half;           ///< of the box (m)
-  HullView hull;        ///< without vertices where the core is a box
+  HullView hull;        ///< no vertices if the core is a box
   double radius = 0;    ///< m
-  double thinnest = 0;  ///< half the least width, or about (m)
+  double thinnest = 0;  ///< about half the least width (m)
 
   PlacedShape(const Geometry& shape, const Pose& pose) : position(to_double(pose.position)) {
     const Quat& q = pose.rotation;
@@ -45,7 +46,7 @@ struct PlacedShape {
   }
   Vec3d to_world(Vec3d local) const { return local.x * axes[0] + (local.y * axes[1] + local.z * axes[2]); }
 
-  /// The core's point that is farthest along `direction`, from `position`, both in world axes.
+  /// The core's farthest point along `direction`, relative to `position`, both in world axes.
   Vec3d support(Vec3d direction) const {
     const Vec3d d = to_local(direction);
     if (hull.vertex_count == 0)
@@ -59,9 +60,9 @@ struct PlacedShape {
     return to_world(to_double(hull.vertices[best]));
   }
 
-  /// Half the extent about `position`, at least, along a unit vector (m).
+  /// The larger extent from `position`, forwards or backwards, along a unit vector (m).
   double reach(Vec3d axis) const { return radius + std::max(dot(support(axis), axis), -dot(support(-axis), axis)); }
-  /// Of the shape's bounds, by axis.
+  /// The same along the world's axes.
   Vec3d reach() const { return {reach({1, 0, 0}), reach({0, 1, 0}), reach({0, 0, 1})}; }
 };
 

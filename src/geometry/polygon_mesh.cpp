@@ -1,7 +1,7 @@
 // Coplanar merging on half-edges (Gregorius: Implementing Quickhull, GDC 2014, with the merging done afterwards).
 //
-// Every merge is checked before it is made and may be refused: a refused one leaves two faces that are coplanar
-// up to rounding, which is harmless, while a wrong one would leave a mesh that is no polyhedron.
+// Every merge is checked first and may be refused: a refused one leaves two faces that are coplanar up to rounding,
+// which is harmless, while a wrong one would leave a mesh that is not a polyhedron.
 #include "geometry/polygon_mesh.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class Merger {
   }
 
   PolygonMesh run() {
-    // Flattest first, so that faces grow from what is surely one plane.
+    // Flattest first, so that faces grow from triangles that certainly share a plane.
     std::vector<std::pair<double, int>> order;
     for (int e = 0; e < static_cast<int>(mesh_.edges.size()); ++e) {
       if (e < mesh_.edges[e].twin) order.emplace_back(bend(e), e);
@@ -60,7 +60,7 @@ class Merger {
     return edges;
   }
 
-  /// How far the corners of the two triangles at an edge are from each other's plane.
+  /// Distance of the corners of an edge's two triangles from each other's plane.
   double bend(int e) const {
     const int t = edge(e).twin;
     const Face &f = mesh_.faces[edge(e).face], &g = mesh_.faces[edge(t).face];
@@ -98,8 +98,8 @@ class Merger {
     return count;
   }
 
-  /// May the vertex where `e` starts lose e? Yes where three edges remain, or where the two that remain are one
-  /// straight edge and the third face can spare it.
+  /// Whether the vertex where `e` starts may lose e: if three edges remain, or if the two that remain are one straight
+  /// edge and the third face can spare it.
   bool may_lose(int e) const {
     if (degree(e) > 3) return true;
     const int in = edge(e).previous, out = edge(edge(e).twin).next;  // the two that remain: in → e.origin → out
@@ -134,7 +134,7 @@ class Merger {
     return true;
   }
 
-  /// No corner lies further inside the line through its neighbours than the tolerance.
+  /// Whether no corner lies inside the line through its neighbours by more than the tolerance.
   bool is_convex(const std::vector<Vec3d>& corners, Vec3d normal) const {
     const std::size_t n = corners.size();
     for (std::size_t i = 0; i < n; ++i) {
@@ -144,7 +144,7 @@ class Merger {
     return true;
   }
 
-  /// Takes edge `e` away; its face swallows the face beyond.
+  /// Removes edge `e`; its face absorbs the face beyond.
   void merge(int e) {
     const int t = edge(e).twin;
     const bool straight_here = degree(e) == 3, straight_there = degree(t) == 3;
@@ -167,7 +167,7 @@ class Merger {
     mesh_.edges[next].previous = e;
   }
 
-  /// Takes away the vertex where `out` starts, which has two edges only: the edge before goes on along out's way.
+  /// Removes the vertex where `out` starts, which has only two edges: the edge before it continues along `out`.
   void straighten(int out) {
     const int in = edge(out).previous;
     const int out_twin = edge(out).twin, in_twin = edge(in).twin;

@@ -24,8 +24,8 @@ struct PolygonMesh {
   std::vector<Face> faces;
 };
 
-/// Merges neighbours as long as all their vertices stay within a few times the hull's noise of a common plane
-/// and the polygon stays convex. Vertices that end up between two faces only lie on a straight edge and go.
+/// Merges neighbours as long as all their vertices stay within a few times the hull's noise of a common plane and the
+/// polygon stays convex. Vertices left with only two faces lie on a straight edge and are removed.
 PolygonMesh merge_coplanar(const TriangleHull& hull);
 
 }  // namespace fathom

@@ -7,12 +7,12 @@
 namespace fathom {
 namespace {
 
-/// A point of B − A, and the point of A that it is made of.
+/// A point of B − A, and the point of A it comes from.
 struct Corner {
   Vec3d difference, on_a;
 };
 
-/// As few corners as hold the point nearest to the origin, and that point as their weighted mean.
+/// The minimal set of corners that contains the point nearest to the origin, with that point as their weighted mean.
 struct Simplex {
   Corner corners[4];
   double weights[4] = {};
@@ -51,12 +51,12 @@ Nearest of_segment(const Simplex& s, int i, int j) {
 
 Nearest nearer(const Nearest& a, const Nearest& b) { return square(b.point) < square(a.point) ? b : a; }
 
-/// Inside of the triangle where the origin is above it, else on one of its edges.
+/// In the interior if the origin is above it, else on one of the edges.
 Nearest of_triangle(const Simplex& s, int i, int j, int k) {
   const Vec3d a = s.corners[i].difference, b = s.corners[j].difference, c = s.corners[k].difference;
   const Vec3d n = cross(b - a, c - a);
   const double area = square(n);
-  // Parts of the triangle that lie opposite to each corner.
+  // Parts of the triangle opposite each corner.
   const double of_a = dot(n, cross(b, c)), of_b = dot(n, cross(c, a)), of_c = dot(n, cross(a, b));
   if (area > 1e-26 * square(b - a) * square(c - a) && of_a >= 0 && of_b >= 0 && of_c >= 0) {
     Nearest nearest{(dot(n, a) / area) * n};
@@ -69,7 +69,7 @@ Nearest of_triangle(const Simplex& s, int i, int j, int k) {
   return nearer(nearer(of_segment(s, i, j), of_segment(s, j, k)), of_segment(s, k, i));
 }
 
-/// The origin where it is inside.
+/// The origin itself if it is inside.
 Nearest of_tetrahedron(const Simplex& s) {
   Nearest nearest, inside;
   double least = std::numeric_limits<double>::infinity();
@@ -78,7 +78,7 @@ Nearest of_tetrahedron(const Simplex& s) {
     const Vec3d a = s.corners[i].difference;
     const Vec3d n = cross(s.corners[j].difference - a, s.corners[k].difference - a);
     const double origin = -dot(n, a), fourth = dot(n, s.corners[without].difference - a);
-    // The origin is inside of a face that has it and the fourth corner on the same side.
+    // A face does not separate the origin if the fourth corner is on the same side of it.
     if (origin * fourth > 0) {
       inside.weights[without] = origin / fourth;
       continue;
@@ -91,7 +91,7 @@ Nearest of_tetrahedron(const Simplex& s) {
   return least < std::numeric_limits<double>::infinity() ? nearest : inside;
 }
 
-/// Leaves the simplex with the corners that its nearest point depends on; returns that point.
+/// Reduces the simplex to the corners on which its nearest point depends; returns that point.
 Vec3d reduce(Simplex& s) {
   Nearest nearest{s.corners[0].difference, {1}};
   if (s.count == 2) nearest = of_segment(s, 0, 1);
@@ -107,7 +107,7 @@ Vec3d reduce(Simplex& s) {
   return nearest.point;
 }
 
-/// Of two balls about the cores' nearest points, `distance` apart along `n`, that touch: a point of both.
+/// A common point of two touching balls about the cores' nearest points, `distance` apart along `n`.
 Vec3d common_point(Vec3d on_core, Vec3d n, double distance, double radius_a, double radius_b) {
   return on_core + std::clamp(0.5 * (distance - radius_b + radius_a), 0.0, distance) * n;
 }
@@ -127,12 +127,12 @@ Separation separation(const PlacedShape& a, const PlacedShape& b, Vec3d shift, V
     const Vec3d on_a = a.support(n), difference = between + b.support(-n) - on_a;
     if (simplex.has(difference)) break;
     scale = std::max({scale, length(difference), length(on_a)});
-    // Nothing is nearer than this along n.
+    // No point is nearer than this along n.
     if (best.count > 0 && least - dot(n, difference) <= 1e-13 * least + 1e-15 * scale) break;
     simplex.corners[simplex.count++] = {difference, on_a};
     const Vec3d next = reduce(simplex);
     size = length(next);
-    // Rounding ends it where the simplex gets no nearer.
+    // Stop when rounding keeps the simplex from getting nearer.
     if (size >= least) break;
     least = size;
     nearest = next;
@@ -143,7 +143,7 @@ Separation separation(const PlacedShape& a, const PlacedShape& b, Vec3d shift, V
   FATHOM_ASSERT(best.count > 0);
   const Vec3d on_core = best.on_a();
   const double radii = a.radius + b.radius;
-  // Positions are doubles up to a rounding of all that went into them.
+  // Rounding error of everything that the positions were computed from.
   const double rounding = 1e-14 * (scale + radii);
   n = least > rounding ? (1 / least) * nearest : Vec3d{};
   if (least <= radii + rounding) {

@@ -25,7 +25,7 @@ void require_positive(const std::string& where, float value) {
   require(is_finite(value) && value > 0, where, value, "it must be finite and greater than zero");
 }
 
-/// Beside lengths so much larger single precision does not see it.
+/// Single precision cannot resolve thinner shapes.
 void require_thick(const std::string& where, float thickness, float largest) {
   require(thickness >= 1e-6f * largest, where, thickness, "it must be at least a millionth of the largest length");
 }
@@ -79,8 +79,8 @@ Vec3d unit_moments(const Shape& shape) {
     case ShapeType::sphere:
       return 0.4 * r * r * Vec3d{1, 1, 1};
     case ShapeType::capsule: {
-      // Shares of the cylinder and the two half balls; these turn about their own centres of mass, 3r/8 from
-      // the flat side, carried to the capsule's centre by Steiner's theorem.
+      // Mass shares of the cylinder and the two half balls; the latter turn about their own centres of mass, 3r/8 from
+      // the flat side, moved to the capsule's centre by Steiner's theorem.
       const double cylinder = 2 * h.z / (2 * h.z + 4.0 / 3.0 * r), balls = 1 - cylinder;
       const double across = cylinder * (r * r / 4 + h.z * h.z / 3) + balls * (0.4 * r * r + h.z * h.z + 0.75 * h.z * r);
       return {across, across, cylinder * r * r / 2 + balls * 0.4 * r * r};
@@ -96,7 +96,7 @@ Vec3d unit_moments(const Shape& shape) {
   return {};
 }
 
-/// Corners of a frustum of `sides` sides about z, whose cross-sections are as large as circles of these radii.
+/// Corners of a frustum of `sides` sides about z, whose cross-sections have the areas of circles of these radii.
 std::vector<Vec3> frustum(float radius, float top_radius, float half_height, int sides, const std::string& maker) {
   if (sides < 3 || sides > 127)
     throw Error(ErrorCode::invalid_argument,

@@ -1,7 +1,7 @@
 // Conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation of Rigid Body Systems", 1996, section 2.3) of
-// a shape that does not turn. Its distance from a convex shape is then a convex function of the way, and advancing by
-// distance over closing speed is Newton's method from below: never too far, and quadratic but where shapes graze each
-// other, where each round halves what is left.
+// a shape that does not rotate. Its distance from a convex shape is then a convex function of the distance moved, and
+// advancing by distance over closing speed is Newton's method from below: it never overshoots, and converges
+// quadratically, except where shapes graze each other and each round halves the remainder.
 #include "check/check.hpp"
 #include "geometry/query.hpp"
 #include "geometry/separation.hpp"
@@ -23,7 +23,7 @@ std::optional<SurfaceHit> shape_cast(const PlacedShape& moving, Vec3 translation
   Vec3d guess = from_still;
   for (int i = 0; i < max_advances; ++i) {
     const Separation now = separation(still, moving, fraction * way, guess);
-    // Rounding may take the last advance onto the surface, where there is no normal: that of the round before is right.
+    // Rounding may take the last advance onto the surface, where there is no normal: use the one of the round before.
     if (now.touch()) {
       if (i > 0) last.on_a = now.on_a;
       return hit(fraction, i > 0 ? last : now);

@@ -19,8 +19,8 @@ FATHOM_HD int support_vertex(const HullView& hull, Vec3 direction) {
   return best;
 }
 
-/// Point of the shape farthest along `direction`, both in the shape's frame. The direction need not be of unit
-/// length; for a zero one it is some point of the surface.
+/// Point of the shape farthest along `direction`, both in the shape's frame. The direction need not have unit length;
+/// for zero the result is some point of the surface.
 FATHOM_HD Vec3 support(const Geometry& shape, Vec3 direction) {
   const Vec3 h = shape.half_extents;
   switch (shape.type) {
@@ -33,22 +33,22 @@ FATHOM_HD Vec3 support(const Geometry& shape, Vec3 direction) {
     case ShapeType::hull:
       break;
     case ShapeType::mesh:
-    case ShapeType::height_field:  // no convex shape: those who ask for supports ask its triangles, or its children
+    case ShapeType::height_field:  // not convex: callers ask its triangles or children for supports
     case ShapeType::compound:
       return {};
   }
   return shape.hull.vertices[support_vertex(shape.hull, direction)];
 }
 
-/// Of a placed box: tight where it is not turned.
+/// Bounds of a placed box: tight if it is not rotated.
 FATHOM_HD Aabb bounds(const Aabb& box, const Pose& pose) {
   const Vec3 middle = transform(pose, centre(box));
   const Vec3 reach = abs(to_matrix(pose.rotation)) * half_extents(box);
   return {middle - reach, middle + reach};
 }
 
-/// Tight bounds of the placed shape, up to the rounding of its corners; those of a surface or a compound that is turned
-/// hold its box.
+/// Tight bounds of the placed shape, up to the rounding of its corners; for a rotated surface or compound, bounds of
+/// its box.
 FATHOM_HD Aabb bounds(const Geometry& shape, const Pose& pose) {
   const Vec3 r{shape.radius, shape.radius, shape.radius};
   Vec3 reach = r;

@@ -10,13 +10,13 @@
 namespace fathom {
 namespace {
 
-/// One triangle of a placed surface as a shape of its own. Its corners must stay where they are.
+/// One triangle of a placed surface as a separate shape. It refers to the triangle's corners, which must outlive it.
 PlacedShape placed(const PlacedShape& surface, const Triangle& triangle, double thinnest) {
   PlacedShape shape = surface;
   shape.hull.vertices = triangle.corners;
   shape.hull.vertex_count = 3;
   shape.radius = 0;
-  shape.thinnest = thinnest;  // it is the other shape that is thin
+  shape.thinnest = thinnest;  // that of the other shape
   return shape;
 }
 
@@ -25,11 +25,12 @@ struct Corners {
 
   Corners(const Triangle& t, Vec3d origin)
       : a(to_double(t.corners[0]) - origin), b(to_double(t.corners[1]) - origin), c(to_double(t.corners[2]) - origin) {}
-  /// Outward, of twice the triangle's area.
+  /// Outward; its length is twice the triangle's area.
   Vec3d normal() const { return cross(b - a, c - a); }
 };
 
-/// Calls act(number, triangle) for the surface's triangles on the way; act returns up to where to go on.
+/// Calls act(number, triangle) for the surface's triangles along the path; act returns the fraction up to which to
+/// continue.
 template <class Act>
 void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way, const Act& act) {
   struct Visitor final : TriangleVisitor {
@@ -43,8 +44,8 @@ void for_each_along(const Surface& surface, Vec3d centre, Vec3d half, Vec3d way,
 
 }  // namespace
 
-// The edges' signs are the same for the triangles on both sides of an edge, bit for bit: no ray passes between them
-// (S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2 (2013)).
+// The edge tests have bit-identical signs for the triangles on both sides of an edge: no ray passes between them (S.
+// Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2 (2013)).
 std::optional<SurfaceHit> ray_cast_at_surface(const Geometry& surface, const Pose& pose, Vec3 origin, Vec3 translation,
                                               double limit) {
   const PlacedShape frame(surface, pose);
@@ -107,7 +108,7 @@ bool touches_surface(const PlacedShape& shape, const Geometry& surface, const Po
   });
 }
 
-// In boxes of doubled size around the shape, until one holds the nearest triangle.
+// Searches boxes of doubling size around the shape until one contains the nearest triangle.
 Separation separation_from_surface(const Geometry& surface, const Pose& pose, const PlacedShape& shape) {
   const PlacedShape frame(surface, pose);
   const LocalBox box(frame, shape);

@@ -1,6 +1,6 @@
-// Queries about surfaces: what those of geometry/query.hpp and separation.hpp answer of one convex shape, asked of all
-// triangles that may be concerned. A surface is its triangles, and nothing is behind them: what is wholly behind
-// touches nothing, and what comes from there passes.
+// Queries about surfaces: those of geometry/query.hpp and separation.hpp, applied to all triangles that may be
+// affected. A surface consists of its triangles, and nothing is behind them: a shape wholly behind touches nothing, and
+// one that comes from there passes through.
 #pragma once
 
 #include "geometry/query.hpp"
@@ -16,7 +16,7 @@ std::optional<SurfaceHit> shape_cast_at_surface(const PlacedShape& moving, Vec3 
 
 bool touches_surface(const PlacedShape& shape, const Geometry& surface, const Pose& pose);
 
-/// Of the surface from the shape: `normal` points from the surface, points are seen from the surface's position.
+/// `normal` points from the surface to the shape; points are relative to the surface's position.
 Separation separation_from_surface(const Geometry& surface, const Pose& pose, const PlacedShape& shape);
 
 }  // namespace fathom

@@ -1,14 +1,14 @@
 // Quickhull (Barber, Dobkin, Huhdanpaa: The Quickhull Algorithm for Convex Hulls, 1996) with exact decisions.
 //
-// Robust hulls are lost by rounding: a point that is above one of two coplanar triangles and below the other
-// tears the mesh. So the points are first snapped to a grid of 2^26 steps to the half extent, finer than the
-// float they came in; then normals fit 64 bits and orientations 128 bits, and which faces a point sees is decided
-// exactly. The triangles seen are then always a disc and its rim one cycle, whatever the cloud.
+// Rounding is what breaks hulls: a point that is above one of two coplanar triangles and below the other tears the
+// mesh. So the points are first snapped to a grid of 2^26 steps to the half extent, finer than the float input; normals
+// then fit 64 bits and orientations 128 bits, and which faces a point sees is decided exactly. The visible triangles
+// are then always a disc and its rim a single cycle, for any cloud.
 //
-// Coplanar points of a real cloud are coplanar only up to rounding. Two rules keep such noise out of the hull:
-// a point is added only where it sticks out by more than the tolerance, and among the points that are farthest
-// up to the tolerance the one farthest from the centre is taken. A convex function is largest at a corner,
-// so corners come before points inside faces and edges, which then stick out no more.
+// Coplanar points of a real cloud are coplanar only up to rounding. Two rules keep such noise out of the hull: a point
+// is added only if it sticks out by more than the tolerance, and among the points that are farthest up to the
+// tolerance, the one farthest from the centre is taken. A convex function is largest at a corner, so corners come
+// before points inside faces and edges, which then no longer stick out.
 #include "geometry/triangle_hull.hpp"
 
 #include <algorithm>
@@ -25,9 +25,9 @@ namespace {
 __extension__ typedef __int128 Int128;
 
 constexpr int grid_bits = 26;
-constexpr double snap_tolerance = 4;         // × noise: a point that sticks out less is left out
-constexpr double degenerate_tolerance = 32;  // × noise: a cloud that is thinner has no volume
-// Coplanar merging can take vertices away again, but never three of four.
+constexpr double snap_tolerance = 4;         // × noise: points that stick out less are ignored
+constexpr double degenerate_tolerance = 32;  // × noise: a thinner cloud has no volume
+// Coplanar merging can remove vertices again, but never three of four.
 constexpr int vertex_limit = 1020;
 
 [[noreturn]] void refuse(const std::string& what) { throw Error(ErrorCode::degenerate_shape, "fathom::hull: " + what); }
@@ -86,8 +86,8 @@ Cloud snap(std::span<const Vec3> points) {
 class Builder {
   struct Face {
     TriangleHull::Triangle triangle;
-    GridPoint normal;     // exact; its length is twice the area
-    Vec3d unit;           // the same, rounded, of unit length
+    GridPoint normal;     // exact; length is twice the area
+    Vec3d unit;           // the same, rounded and normalised
     double farthest = 0;  // height of the highest point above the face
     bool alive = true;
   };
@@ -187,7 +187,7 @@ class Builder {
 
     const bool below = dot(unit, points_[d] - points_[a]) < 0;
     const int v0 = a, v1 = below ? b : c, v2 = below ? c : b, v3 = d;
-    // Face i is opposite to vertex 3 − i.
+    // Face i is opposite vertex 3 − i.
     add_face({{v0, v1, v2}, {1, 3, 2}});
     add_face({{v1, v0, v3}, {0, 2, 3}});
     add_face({{v0, v2, v3}, {0, 3, 1}});
@@ -204,7 +204,7 @@ class Builder {
     faces_.push_back(face);
   }
 
-  /// The face with the highest point above it, or −1 where no point sticks out.
+  /// The face with the highest point above it, or −1 if no point sticks out.
   int farthest_outside() const {
     int best = -1;
     double most = tolerance_;
@@ -219,7 +219,7 @@ class Builder {
     return dot(face.normal, p[point] - p[face.triangle.vertex[0]]) > 0;
   }
 
-  /// Replaces the faces that `point` sees by a cone from their rim to the point.
+  /// Replaces the faces visible from `point` by a cone from their rim to the point.
   void add(int point) {
     std::vector<int> seen;
     for (int i = 0; i < static_cast<int>(faces_.size()); ++i) {
@@ -252,7 +252,7 @@ class Builder {
   const double tolerance_;  // in grid steps
   std::vector<Vec3d> points_;
   std::vector<Face> faces_;
-  std::vector<int> new_face_at_;  // by the vertex where the new face's rim edge starts
+  std::vector<int> new_face_at_;  // indexed by the vertex where the new face's rim edge starts
 };
 
 }  // namespace

@@ -16,13 +16,14 @@ struct TriangleHull {
   };
   std::vector<Vec3d> vertices;  ///< m, relative to `centre`
   std::vector<Triangle> triangles;
-  Vec3d centre;      ///< m, in the coordinates of the cloud
-  double noise = 0;  ///< rounding of the cloud's coordinates (m): what is nearer than a few of it is the same
+  Vec3d centre;  ///< m, in the coordinates of the cloud
+  double noise =
+      0;  ///< rounding error of the cloud's coordinates (m): points within a few times this distance are the same
 };
 
-/// Throws `Error{degenerate_shape}` where the points span no volume or the hull would have far more vertices
-/// than a `Hull` can hold, `Error{invalid_argument}` on non-finite points. Points less than four times the
-/// noise outside the hull of the others may be left out.
+/// Throws `Error{degenerate_shape}` if the points span no volume or the hull would have far more vertices than a `Hull`
+/// can hold, `Error{invalid_argument}` on non-finite points. Points less than four times the noise outside the hull of
+/// the others may be left out.
 TriangleHull triangle_hull(std::span<const Vec3> points);
 
 }  // namespace fathom

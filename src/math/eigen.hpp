@@ -1,7 +1,7 @@
 // Principal axes of a symmetric 3×3 matrix by cyclic Jacobi rotations, in double precision.
 //
-// Golub, Van Loan: Matrix Computations, 4th ed., section 8.5. A closed formula would be faster and loses
-// half the digits where eigenvalues nearly coincide, which is the usual case for inertia tensors.
+// Golub, Van Loan: Matrix Computations, 4th ed., section 8.5. A closed formula would be faster but loses half the
+// digits if eigenvalues nearly coincide, which is common for inertia tensors.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace eigen_detail {
 
 using Matrix = std::array<std::array<double, 3>, 3>;  // [row][column]
 
-/// One Jacobi rotation in the plane (p, q): makes a[p][q] zero and collects the rotation in v.
+/// One Jacobi rotation in the plane (p, q): makes a[p][q] zero and accumulates the rotation in v.
 inline void rotate_away(Matrix& a, Matrix& v, std::size_t p, std::size_t q) {
   if (a[p][q] == 0) return;
   const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
@@ -75,7 +75,7 @@ inline PrincipalFrame principal_frame(const SymMat3& m) {
   const double xy = to_double(m.xy), xz = to_double(m.xz), yz = to_double(m.yz);
   eigen_detail::Matrix a{{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}};
   eigen_detail::Matrix v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  // Convergence is quadratic: 3×3 matrices take four or five sweeps, ten is a bound that is never reached.
+  // Convergence is quadratic: 3×3 matrices take four or five sweeps, and ten are never reached.
   for (int sweep = 0; sweep < 10; ++sweep) {
     const double off = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
     if (off <= 1e-15 * (std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]))) break;

@@ -1,8 +1,8 @@
-// Eight numbers side by side, in a register of the widest kind that the floor has, or one with each work-item of a team
-// (math/team.hpp).
+// Eight numbers side by side: in a register of the widest kind in the minimum instruction set, or one per work-item of
+// a team (math/team.hpp).
 //
-// GCC and Clang map the vector types to what instructions there are, two of four on Arm. Every operation rounds as the
-// one of single numbers does, so what is found with eight has the same bits as what is found one by one.
+// GCC and Clang map the vector types to the available instructions, two of four lanes each on Arm. Every operation
+// rounds like its scalar counterpart, so results with eight have the same bits as results one by one.
 #pragma once
 
 #include <fathom/math.hpp>
@@ -29,7 +29,7 @@ namespace fathom {
 struct Eight {
   float lane;
 };
-/// Or a mask: all bits or none.
+/// An integer, or a mask: all bits or none.
 struct EightInts {
   std::int32_t lane;
 };
@@ -49,14 +49,15 @@ FATHOM_HD Eight min(Eight a, Eight b) { return {a.lane < b.lane ? a.lane : b.lan
 FATHOM_HD Eight select(EightInts mask, Eight a, Eight b) { return mask.lane != 0 ? a : b; }
 FATHOM_HD EightInts select(EightInts mask, EightInts a, EightInts b) { return mask.lane != 0 ? a : b; }
 
-// What follows asks the other work-items. Nothing of it is called on the host, which nvcc compiles it for, too.
+// The following functions communicate with the other work-items. None is called on the host, for which nvcc compiles
+// them, too.
 
 /// 0, 1, …, 7.
 FATHOM_HD EightInts lane_numbers() { return {static_cast<std::int32_t>(team::item())}; }
 /// A bit for each lane that is true.
 FATHOM_HD unsigned bits(EightInts mask) { return team::ballot(mask.lane != 0); }
 
-/// Eights in an array of single numbers, which the team's work-items share out: each has all of its own lane.
+/// Blocks of eight in an array of floats, which is distributed over the team's work-items: each stores its own lane.
 FATHOM_HD Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first / 8]); }
 FATHOM_HD void set_number(float* numbers, int i, float value) {
   if (i % 8 == lane_numbers().lane) numbers[i / 8] = value;
@@ -84,7 +85,7 @@ inline Eight min(Eight a, Eight b) { return a < b ? a : b; }
 inline EightInts min(EightInts a, EightInts b) { return a < b ? a : b; }
 inline Eight max(Eight a, Eight b) { return a > b ? a : b; }
 inline Eight abs(Eight a) { return (Eight)((EightInts)a & 0x7fffffff); }
-/// Correctly rounded.
+/// Correctly rounded square root.
 inline Eight sqrt(Eight a) {
 #if defined(__FMA__)
   return (Eight)_mm256_sqrt_ps((__m256)a);
@@ -110,13 +111,13 @@ inline unsigned bits(EightInts mask) {
 #endif
 }
 
-/// The eight from number `first`, a multiple of eight, on.
+/// The eight numbers from `first` on, a multiple of eight.
 inline Eight& eight_at(float* numbers, int first) { return reinterpret_cast<Eight&>(numbers[first]); }
 inline void set_number(float* numbers, int i, float value) { numbers[i] = value; }
 
 #endif
 
-/// The lowest bit that is set. nvcc compiles std::countr_zero, and its kernels get 32 whatever the word.
+/// The lowest bit that is set. nvcc compiles std::countr_zero, but in kernels it returns 32 for any word.
 FATHOM_HD int lowest_bit(unsigned word) {
 #if defined(__CUDACC__)
   return std::popcount((word & (0u - word)) - 1);
@@ -125,12 +126,12 @@ FATHOM_HD int lowest_bit(unsigned word) {
 #endif
 }
 
-/// Three coordinates of eight vectors.
+/// Coordinates of eight vectors.
 struct EightVec3 {
   Eight x, y, z;
 };
 FATHOM_HD EightVec3 eight(Vec3 v) { return {eight(v.x), eight(v.y), eight(v.z)}; }
-/// As fathom::dot.
+/// Rounds like fathom::dot.
 FATHOM_HD Eight dot(const EightVec3& a, const EightVec3& b) { return fma(a.z, b.z, fma(a.y, b.y, a.x * b.x)); }
 
 struct EightPlanes {
@@ -141,7 +142,7 @@ FATHOM_HD Eight plane_height(const EightPlanes& planes, const EightVec3& point) 
   return dot(planes.normals, point) - planes.offsets;
 }
 
-/// The least of the lanes, of equals the one with the lowest index; index 0 where nothing is a number.
+/// The least lane; among equals the one with the lowest index; index 0 if all are NaN.
 struct LeastLane {
   float value;
   int index;

@@ -1,4 +1,4 @@
-// Rows of eight numbers in memory, and the columns that they make in registers. For the host alone.
+// Rows of eight numbers in memory, transposed to columns in registers. For the host only.
 #pragma once
 
 #include <cstring>

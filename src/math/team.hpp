@@ -1,8 +1,8 @@
 // A team: eight work-items of a GPU that run one item of a kernel side by side and share its searches.
 //
-// All of a team come to every line together and compute the same, but for what an `Eight` (math/eight.hpp) holds,
-// which is a number a work-item. One of them, the leader, writes. Back ends without teams have one work-item an item,
-// which leads itself.
+// All work-items of a team reach every line together and compute the same values, except those in an `Eight`
+// (math/eight.hpp), which holds one number per work-item. One of them, the leader, writes. Back ends without teams have
+// one work-item per item, which is its own leader.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace fathom::team {
 inline constexpr std::uint32_t size = 8;  ///< divides a warp
 
 #if defined(__CUDA_ARCH__)
-inline constexpr std::uint32_t items = size;  ///< of a team, here
+inline constexpr std::uint32_t items = size;  ///< in a team, on this target
 /// The team's work-items among those of the warp.
 __device__ inline unsigned warp_mask() { return 0xffu << (threadIdx.x & (32 - size)); }
 #else
@@ -28,7 +28,7 @@ FATHOM_HD std::uint32_t item() {
   return 0;
 #endif
 }
-/// A bit for each of the team.
+/// A bit for each work-item of the team.
 FATHOM_HD unsigned ballot(bool vote) {
 #if defined(__CUDA_ARCH__)
   return __ballot_sync(warp_mask(), vote) >> (threadIdx.x & (32 - size)) & 0xffu;
@@ -36,7 +36,7 @@ FATHOM_HD unsigned ballot(bool vote) {
   return vote ? 1u : 0u;
 #endif
 }
-/// The value of the work-item whose number differs in these bits; where a team is one, its own.
+/// The value of the work-item whose number differs in these bits; in a team of one, its own.
 template <class T>
 FATHOM_HD T from_item_xor(T value, [[maybe_unused]] int bits) {
 #if defined(__CUDA_ARCH__)
@@ -45,7 +45,7 @@ FATHOM_HD T from_item_xor(T value, [[maybe_unused]] int bits) {
   return value;
 #endif
 }
-/// The value of the work-item of this number; where a team is one, its own.
+/// The value of the work-item with this number; in a team of one, its own.
 template <class T>
 FATHOM_HD T from_item(T value, [[maybe_unused]] int item) {
 #if defined(__CUDA_ARCH__)
@@ -55,14 +55,14 @@ FATHOM_HD T from_item(T value, [[maybe_unused]] int item) {
 #endif
 }
 
-/// What its work-items wrote and read before is done, for all of the team.
+/// Barrier of the team: its work-items' earlier reads and writes are complete, for all of them.
 FATHOM_HD void sync() {
 #if defined(__CUDA_ARCH__)
   __syncwarp(warp_mask());
 #endif
 }
 
-/// Whether `holds` is true for all of the team. What they wrote before is done, for all of them.
+/// Whether `holds` is true for the whole team. Also a barrier: earlier writes are complete for all of them.
 FATHOM_HD bool all(bool holds) {
   sync();
 #if defined(__CUDA_ARCH__)
@@ -71,7 +71,7 @@ FATHOM_HD bool all(bool holds) {
   return holds;
 }
 
-/// Of the work-items of a team, where kernels run in teams: see `exec::runs_in_teams`.
+/// Whether this work-item leads its team, where kernels run in teams: see `exec::runs_in_teams`.
 FATHOM_HD bool is_leader() { return item() == 0; }
 
 }  // namespace fathom::team

@@ -1,4 +1,4 @@
-// Vectors in double precision, for what is computed outside the step: hulls, mass properties, eigenvalues, queries.
+// Vectors in double precision, for computations outside the step: hulls, mass properties, eigenvalues, queries.
 #pragma once
 
 #include <cmath>
