@@ -1,14 +1,14 @@
 // Atomics on 32- and 64-bit integers for kernels, relaxed, visible to the whole device; each returns the old value.
 //
-// Sums, minima, maxima and or-masks do not depend on the order of their operands. A slot taken with atomic_add
-// does: slots that are filled so must be sorted afterwards, or results differ from run to run.
+// Sums, minima, maxima and or-masks do not depend on the order of their operands. A slot reserved with atomic_add does:
+// lists filled this way must be sorted afterwards, or results differ from run to run.
 #pragma once
 
 #include <cstdint>
 
 #include "fathom/math.hpp"
 
-// FATHOM_SYCL_SOURCE: the build says so of sources that a SYCL compiler compiles (cmake/FathomSycl.cmake).
+// The build defines FATHOM_SYCL_SOURCE for sources compiled by a SYCL compiler (cmake/FathomSycl.cmake).
 #if defined(FATHOM_SYCL_SOURCE)
 #include <sycl/sycl.hpp>
 #else
@@ -20,12 +20,12 @@ namespace fathom::exec {
 namespace detail {
 
 #if defined(__CUDA_ARCH__)
-// CUDA's 64-bit atomics are declared for unsigned long long, which here is a type apart from std::uint64_t.
+// CUDA's 64-bit atomics are declared for unsigned long long, which here is a different type from std::uint64_t.
 __device__ inline std::uint32_t* cuda_word(std::uint32_t& x) { return &x; }
 __device__ inline std::int32_t* cuda_word(std::int32_t& x) { return &x; }
 __device__ inline unsigned long long* cuda_word(std::uint64_t& x) { return reinterpret_cast<unsigned long long*>(&x); }
 #elif defined(FATHOM_SYCL_SOURCE)
-// Device scope also for local memory: AdaptiveCpp makes generic atomics of work-group scope.
+// Device scope even for local memory: AdaptiveCpp compiles work-group scope to generic atomics.
 template <class T>
 auto atomic_ref(T& x) {
   return sycl::atomic_ref<T, sycl::memory_order::relaxed, sycl::memory_scope::device>(x);
@@ -114,8 +114,8 @@ FATHOM_HD T atomic_cas(T& x, T expected, T desired) {
 #endif
 }
 
-/// Reads a word that other work-items change at the same time. On GPUs a volatile access is a relaxed one;
-/// AdaptiveCpp's relaxed loads are plain ones, which loops may hoist.
+/// Reads a word that other work-items may be writing. On GPUs a volatile access is relaxed; AdaptiveCpp's relaxed loads
+/// are plain loads, which may be hoisted out of loops.
 template <class T>
 FATHOM_HD T atomic_load(const T& x) {
 #if defined(__CUDA_ARCH__) || defined(FATHOM_SYCL_SOURCE)

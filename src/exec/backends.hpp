@@ -1,5 +1,5 @@
-// What each back end reports of the machine. A back end that is not built has a stand-in in its place
-// (backends_absent.cpp), so that the list of devices needs no conditional code.
+// The devices that each back end reports. A back end that is not built is replaced by a stub (backends_absent.cpp), so
+// that the list of devices needs no conditional code.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Stand-ins for the back ends that this build does not have.
+// Stubs for back ends that this build lacks.
 #include "exec/backends.hpp"
 
 namespace fathom::exec {

@@ -1,4 +1,4 @@
-// Bits of words, in kernels.
+// Bit operations for kernels.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace fathom::exec {
 
-/// How many bits are set.
+/// Number of set bits.
 FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
 #if defined(__CUDA_ARCH__)
   return static_cast<std::uint32_t>(__popcll(bits));
@@ -15,7 +15,7 @@ FATHOM_HD std::uint32_t bit_count(std::uint64_t bits) {
 #endif
 }
 
-/// The lowest bit that is set; some bit is.
+/// Index of the lowest set bit; `bits` is not zero.
 FATHOM_HD std::uint32_t lowest_bit(std::uint64_t bits) {
 #if defined(__CUDA_ARCH__)
   return static_cast<std::uint32_t>(__ffsll(static_cast<long long>(bits)) - 1);

@@ -11,7 +11,7 @@
 
 namespace fathom::exec {
 
-/// Bytes of `count` items; throws where that is more than an address can span.
+/// Bytes of `count` items; throws if that exceeds the address space.
 template <class T>
 std::size_t bytes_of(std::size_t count, const Where& where) {
   if (count > std::numeric_limits<std::size_t>::max() / sizeof(T)) {
@@ -55,7 +55,7 @@ class Buffer {
     larger.data_ = static_cast<T*>(memory_->allocate(bytes, where));
     larger.size_ = size;
     if (contents == Contents::keep && size_ != 0) memory_->copy_bytes(larger.data_, data_, size_ * sizeof(T), where);
-    *this = std::move(larger);  // `larger` takes the old memory along; its release waits for the copy
+    *this = std::move(larger);  // `larger` now owns the old memory; its release waits for the copy
   }
 
   T* data() { return data_; }

@@ -1,4 +1,4 @@
-// Graphs of closures: what a device whose back end has no graphs of its own records and replays.
+// Graphs of closures, for devices whose back end has no graphs of its own.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace fathom::exec {
 
-/// Runs submissions, or keeps them while a graph is recorded. A base of devices.
+/// Runs submissions, or stores them while a graph is recorded. Base class of devices.
 class ClosureQueue : public Memory {
  public:
   class Graph {

@@ -1,4 +1,4 @@
-// The Device concept: what a back end offers to code that is written once. docs/execution.md tells it as a whole.
+// The Device concept: what a back end offers to code that is written once. docs/execution.md describes it as a whole.
 #pragma once
 
 #include <concepts>
@@ -13,7 +13,8 @@
 
 namespace fathom::exec {
 
-/// What was submitted so far. A sort, scan or selection counts as one launch, a graph as all that it replays.
+/// Totals of all submissions so far. A sort, scan or selection counts as one launch, a graph as everything that it
+/// replays.
 struct Traffic {
   std::uint64_t launches = 0;
   std::uint64_t bytes_to_device = 0;
@@ -54,8 +55,8 @@ struct Submissions {
 
 }  // namespace archetype
 
-/// A device runs submissions one after the other, in the order they were made (one in-order queue), and returns
-/// from most of them before they have run. One thread at a time submits; any thread may ask events.
+/// A device runs submissions one after the other, in the order they were made (one in-order queue), and most calls
+/// return before they have run. Only one thread at a time submits; any thread may query events.
 ///
 /// Every submission also takes a source location (defaulted to the caller's), which a DeviceError then names.
 template <class D>
@@ -75,8 +76,9 @@ concept Device = std::derived_from<D, Memory> &&
   device.copy_to_device(words, read_words, size);
   device.copy_to_host(words, read_words, size);
   device.copy(words, read_words, size);
-  // Beside the queue, where the back end can: to the device at once, while what is submitted later waits for it; to the
-  // host when all that was submitted before is done, while nothing waits for it. `mark_aside` marks the latter's end.
+  // Outside the queue, where the back end can: copies to the device start at once, and later submissions wait for them;
+  // copies to the host start when all earlier submissions are done, and nothing waits for them. `mark_aside` marks the
+  // end of the latter.
   device.copy_to_device_aside(words, read_words, size);
   device.copy_to_host_aside(words, read_words, size);
   device.mark_aside(event);
@@ -93,7 +95,7 @@ concept Device = std::derived_from<D, Memory> &&
   { observed.scan_scratch_bytes(n) } -> std::same_as<std::size_t>;
   { observed.select_scratch_bytes(n) } -> std::same_as<std::size_t>;
 
-  // Graphs: what the function submits is kept instead of run, and replayed by launch.
+  // Graphs: the function's submissions are recorded instead of run, and replayed by launch.
   { device.record(archetype::Submissions{}) } -> std::same_as<typename D::Graph>;
   device.launch(graph);
 

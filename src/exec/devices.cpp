@@ -70,7 +70,7 @@ const DeviceInfo& select_device(std::string_view text, std::span<const DeviceInf
   for (const DeviceInfo& device : devices) {
     if (device.backend != choice.backend) continue;
     if (device.index == choice.index && device.available) return device;
-    // A back end's one entry that stands for none speaks for every index.
+    // The entry of a back end without devices applies to every index.
     if (device.index == choice.index || device.name.empty()) why_not = device.why_not;
     ++offered;
   }

@@ -1,4 +1,4 @@
-// What the execution layer throws: what was asked for, how many bytes, and which line asked.
+// Exceptions of the execution layer: what was requested, how many bytes, and by which line.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace fathom::exec {
 /// A refused allocation, copy or launch. The device stays usable unless `ErrorCode::unavailable` says it is lost.
 class DeviceError : public Error {
  public:
-  /// `bytes` is the size asked for, 0 where the failure has none.
+  /// `bytes` is the requested size, or 0 if the failure has none.
   DeviceError(ErrorCode code, const std::string& what, std::size_t bytes, const Where& where);
 
   std::size_t bytes() const { return bytes_; }

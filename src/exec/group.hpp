@@ -1,11 +1,11 @@
 // What a group kernel may do with its work-group.
 //
-// A group kernel is a sequence of sections. A section is a function of an item that runs for all items of the
-// group, in any order or at once; when it returns, all items are done and what they wrote to local memory is
-// visible to the next section. On the host a section is a plain loop, on a GPU each work-item does its own part
-// and waits at a barrier. So items never meet inside a section, and never outside of one:
+// A group kernel is a sequence of sections. A section is a function of an item that runs for all items of the group, in
+// any order or concurrently; when it returns, all items are done and their writes to local memory are visible to the
+// next section. On the host a section is a plain loop, on a GPU each work-item does its own part and waits at a
+// barrier. So items never synchronise inside a section, and do not exist outside of one:
 //
-// * What lies between sections (loops, conditions) must go the same way for all items: it depends on the
+// * Control flow between sections (loops, conditions) must be the same for all items: it may depend on the
 //   kernel's members, the group's index, or what `broadcast` returned, never on local memory read directly.
 // * An item's own values that outlive a section live in a `per_item` array; an item touches only its own.
 #pragma once

@@ -1,5 +1,5 @@
-// The three shapes of a kernel. Each is a plain struct: its members are its arguments (pointers to const are what it
-// reads, other pointers what it writes), its call operator is marked FATHOM_HD and is the same for all back ends.
+// The three shapes of a kernel. Each is a plain struct: its members are its arguments (it reads through pointers to
+// const and writes through other pointers), its call operator is marked FATHOM_HD and is the same for all back ends.
 #pragma once
 
 #include <concepts>
@@ -11,9 +11,9 @@
 
 namespace fathom::exec {
 
-/// Bytes of a kernel's members: what every CUDA driver passes as arguments.
+/// Maximum bytes of a kernel's members: every CUDA driver accepts so many as arguments.
 inline constexpr std::size_t max_kernel_bytes = 4000;
-/// Bytes of local memory a work-group may have: what every GPU offers without asking.
+/// Maximum bytes of local memory per work-group: every GPU offers so many by default.
 inline constexpr std::size_t max_local_bytes = 48 * 1024;
 
 template <class K>
@@ -23,9 +23,9 @@ concept KernelArguments = std::is_trivially_copyable_v<K> && sizeof(K) <= max_ke
 template <class K>
 concept ItemKernel = KernelArguments<K> && std::invocable<const K&, std::uint32_t>;
 
-/// One call for each work-group, which shares a `Local` and walks through sections (group.hpp tells how):
+/// One call for each work-group, which shares a `Local` and goes through sections (group.hpp):
 ///
-///     struct Local { ... };                          trivial: it is not initialised
+///     struct Local { ... }; trivial, not initialised
 ///     static constexpr std::uint32_t group_size;     a multiple of 32, at most 1024
 ///     void operator()(auto group, Local& local) const
 template <class K>
@@ -34,9 +34,9 @@ concept GroupKernel = KernelArguments<K> && std::is_trivially_default_constructi
                           0 &&
                       K::group_size >= 32 && K::group_size <= 1024;
 
-/// Phases that follow each other across the whole device: all items of a phase are done, and what they wrote is
-/// visible, before any item of the next begins. `phases()` and `items(phase)` are read on the device, so how many
-/// there are may come from an earlier kernel; both must give every work-item the same answer.
+/// Phases that follow each other across the whole device: all items of a phase are done, and their writes visible,
+/// before any item of the next begins. `phases()` and `items(phase)` are evaluated on the device, so they may depend on
+/// an earlier kernel; both must give every work-item the same answer.
 template <class K>
 concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std::uint32_t phase, std::uint32_t item) {
   { kernel.phases() } -> std::same_as<std::uint32_t>;
@@ -44,24 +44,23 @@ concept SimplePhaseKernel = KernelArguments<K> && requires(const K& kernel, std:
   kernel(phase, item);
 };
 
-/// What the items of a phase wait for.
+/// What a phase's items wait for.
 enum class Wait : std::uint32_t {
-  for_all,   ///< items of the phase before
-  for_warp,  ///< those of the same 32, i / 32 being alike
-  for_data   ///< what they read, which they see to themselves, where `can_wait_for_data` (load.hpp)
+  for_all,   ///< items of the previous phase
+  for_warp,  ///< items of the same warp, with equal i / 32
+  for_data   ///< their inputs, for which they wait themselves, where `can_wait_for_data` (load.hpp)
 };
 
-/// Phases with a plan and with loads ahead. A work-group keeps one `Plan` in local memory, whose parts its items fill
-/// by `plan_part(plan, k)`, k < plan_parts, before the first phase; `cursor_at(plan, phase)` is what a phase does, and
-/// `next(plan, cursor)` what the one behind it does. An item may load what no other item writes before its phase
-/// begins: `fetch` does so before the items wait for each other, so that the loads are under way meanwhile. Where
-/// `is_serial(plan, cursor)`, one work-item runs all items in order.
+/// Phases with a plan and prefetching. A work-group keeps one `Plan` in local memory, whose parts its items fill by
+/// `plan_part(plan, k)`, k < plan_parts, before the first phase; `cursor_at(plan, phase)` describes a phase, and
+/// `next(plan, cursor)` the one after it. An item may load data that no other item writes before its phase begins:
+/// `fetch` does so before the items wait for each other, so that the loads overlap the wait. Where `is_serial(plan,
+/// cursor)`, one work-item runs all items in order.
 ///
-/// It may have `void report_overrun()`, called where there are more phases or items than were launched for, of which
-/// those beyond are not run.
-/// It may have `bool needs_barriers(plan)`: false where items themselves wait for what they read, which they may where
-/// `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, after which it is
-/// true. Or it has `Wait wait_before(plan, cursor)`, which says it of each phase but the first.
+/// Optional: `void report_overrun()`, called if there are more phases or items than were launched for; the excess is
+/// not run. Optional: `bool needs_barriers(plan)`, false if items wait for their inputs themselves, which they may
+/// where `can_wait_for_data` (load.hpp); and `keep_barriers(plan)`, called where barriers cost little, which makes it
+/// true. Or `Wait wait_before(plan, cursor)`, which chooses for each phase but the first.
 template <class K>
 concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_constructible_v<typename K::Plan> &&
     std::is_trivially_copyable_v<typename K::Fetched> &&
@@ -81,7 +80,7 @@ concept PlannedPhaseKernel = KernelArguments<K> && std::is_trivially_default_con
 template <class K>
 concept PhaseKernel = SimplePhaseKernel<K> || PlannedPhaseKernel<K>;
 
-/// A simple phase kernel as a planned one without anything to plan or to fetch.
+/// A simple phase kernel as a planned one with nothing to plan or fetch.
 template <SimplePhaseKernel K>
 struct WithoutPlan {
   struct Plan {};
@@ -114,8 +113,8 @@ auto planned(const K& kernel) {
     return WithoutPlan<K>{kernel};
 }
 
-/// Whether a phase without items is the last: a kernel that does not know how many phases it will need says so by
-/// `static constexpr bool ends_at_empty_phase = true`.
+/// Whether a phase without items is the last: declared by `static constexpr bool ends_at_empty_phase = true` in kernels
+/// that do not know their number of phases beforehand.
 template <class K>
 constexpr bool ends_at_empty_phase() {
   if constexpr (requires { K::ends_at_empty_phase; }) {
@@ -125,7 +124,7 @@ constexpr bool ends_at_empty_phase() {
   }
 }
 
-/// Whether a phase kernel has few items as a rule, however many there may be: `static constexpr bool has_few_items`.
+/// Whether a phase kernel usually has few items, whatever their maximum: `static constexpr bool has_few_items`.
 template <class K>
 constexpr bool has_few_items() {
   if constexpr (requires { K::has_few_items; }) {
@@ -135,8 +134,7 @@ constexpr bool has_few_items() {
   }
 }
 
-/// Whether a phase kernel is better off with registers than with company on a compute unit: `static constexpr bool
-/// wants_registers`.
+/// Whether a phase kernel gains more from registers than from occupancy: `static constexpr bool wants_registers`.
 template <class K>
 constexpr bool wants_registers() {
   if constexpr (requires { K::wants_registers; }) {
@@ -147,7 +145,7 @@ constexpr bool wants_registers() {
 }
 
 /// Whether an item of an item kernel is run by a team of work-items (math/team.hpp), on GPUs whose back end has teams:
-/// `static constexpr bool runs_in_teams`. Its call operator lets the team's leader write, once all have read.
+/// `static constexpr bool runs_in_teams`. In its call operator the team's leader writes, once all have read.
 template <class K>
 constexpr bool runs_in_teams() {
   if constexpr (requires { K::runs_in_teams; }) {
@@ -157,8 +155,8 @@ constexpr bool runs_in_teams() {
   }
 }
 
-/// Work-items of a work-group of an item or phase kernel: the kernel's own `group_size`, or 128. Heavy kernels with
-/// few items want small groups, so that they spread over all compute units.
+/// Work-items of a work-group of an item or phase kernel: the kernel's own `group_size`, or 128. Heavy kernels with few
+/// items want small groups, to spread over all compute units.
 template <class K>
 constexpr std::uint32_t items_per_group() {
   if constexpr (requires { K::group_size; }) {
@@ -168,7 +166,7 @@ constexpr std::uint32_t items_per_group() {
   }
 }
 
-/// An array in local memory of a type that has default values, which a `Local` may not have itself.
+/// An array in local memory of a type with default values, which a trivial `Local` may not contain directly.
 template <class T, std::uint32_t Size>
 class LocalArray {
   static_assert(std::is_trivially_copyable_v<T>);

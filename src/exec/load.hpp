@@ -1,4 +1,4 @@
-// Loads that a GPU may serve from a cache which barriers do not empty.
+// Loads that a GPU may serve from a cache that barriers do not flush.
 #pragma once
 
 #include <cstdint>
@@ -30,15 +30,15 @@ FATHOM_HD T load_unchanging(const T& x) {
 #endif
 }
 
-/// Whether work-items may wait for what others write while the kernel runs: where all of them are resident, and 16
-/// bytes arrive at once.
+/// Whether work-items may wait for what others write while the kernel runs: requires all of them to be resident, and
+/// 16-byte accesses to be single.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
 inline constexpr bool can_wait_for_data = true;
 #else
 inline constexpr bool can_wait_for_data = false;
 #endif
 
-/// A quad that another work-item may be writing: all of it is from one store.
+/// Loads a quad that another work-item may be writing: the result is from a single store.
 template <class Quad>
 FATHOM_HD Quad load_shared_quad(const Quad& from) {
   static_assert(sizeof(Quad) == 16 && alignof(Quad) == 16);
@@ -57,8 +57,8 @@ FATHOM_HD Quad load_shared_quad(const Quad& from) {
 #endif
 }
 
-/// Whether all work-items that run together are ready. One that waited for others' data alone would come out of step
-/// with its warp, and never back.
+/// Whether all work-items of the active warp are ready. One that waited for its data alone would diverge from its warp
+/// for good.
 FATHOM_HD bool all_ready(bool ready) {
 #if defined(__CUDA_ARCH__)
   return __all_sync(__activemask(), ready);
@@ -67,11 +67,11 @@ FATHOM_HD bool all_ready(bool ready) {
 #endif
 }
 
-/// How long a work-item waits for data. What never comes, because something has been counted wrongly, must not keep the
-/// GPU forever: after some seconds the kernel crashes, and the host hears that the device is lost.
+/// Limits how long a work-item waits for data. Data that never comes, because of a counting error, must not hang the
+/// GPU forever: after some seconds the kernel traps, and the host sees that the device is lost.
 class Patience {
  public:
-  /// After every look in vain, which takes more than half a microsecond.
+  /// To be called after every unsuccessful poll, which takes more than half a microsecond.
   FATHOM_HD void look_again() {
 #if defined(__CUDA_ARCH__)
     if (++looks_ == max_looks) __trap();
@@ -80,7 +80,7 @@ class Patience {
 
  private:
   static constexpr std::uint32_t max_looks = 1u << 22;
-  [[maybe_unused]] std::uint32_t looks_ = 0;  // on GPUs
+  [[maybe_unused]] std::uint32_t looks_ = 0;  // used on GPUs
 };
 
 template <class Quad>

@@ -1,4 +1,4 @@
-// Where buffers come from: the part of a device that hands out memory, apart from the part that runs kernels.
+// The part of a device that allocates memory, separate from the part that runs kernels.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace fathom::exec {
 
-/// Base of every device. Allocation is rare (start and growth), so a virtual call costs nothing and lets
-/// `Buffer` be one type for all back ends. Throws DeviceError; never hands out null for a size above 0.
+/// Base of every device. Allocation is rare (start and growth), so a virtual call costs nothing and lets `Buffer` be
+/// one type for all back ends. Throws DeviceError; never returns null for a size above 0.
 class Memory {
  public:
   Memory() = default;

@@ -1,4 +1,4 @@
-// Running the phases of a planned kernel, for back ends where all work-items run one kernel and wait for each other.
+// Runs the phases of a planned kernel, for back ends where all work-items run one kernel and wait for each other.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace fathom::exec {
 
-/// Phases and items of a phase are no more than were launched for. That there should be more is an error, which the
-/// kernel reports if it can (`report_overrun()`); what is beyond is not run.
+/// Limits phases and items of a phase to those launched for. More are an error, which the kernel reports if it can
+/// (`report_overrun()`); the excess is not run.
 template <class Kernel>
 FATHOM_HD std::uint32_t within(const Kernel& kernel, std::uint32_t wanted, std::uint32_t most) {
   FATHOM_ASSERT(wanted <= most);
@@ -18,7 +18,7 @@ FATHOM_HD std::uint32_t within(const Kernel& kernel, std::uint32_t wanted, std::
   return most;
 }
 
-/// The items of a phase that are one work-item's: `first`, `first + stride` … below `end`.
+/// One work-item's items of a phase: `first`, `first + stride` … below `end`.
 struct ItemShare {
   std::uint32_t first, stride, end;
 };
@@ -32,7 +32,7 @@ FATHOM_HD ItemShare share_of(const Kernel& kernel, const typename Kernel::Plan& 
   return {first, stride, within(kernel, n, max_phase_items)};
 }
 
-/// Items of a phase that begins now.
+/// Runs a work-item's items of a phase without prefetching.
 template <class Kernel>
 FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan, const typename Kernel::Cursor& cursor,
                          const ItemShare& share) {
@@ -43,12 +43,12 @@ FATHOM_HD void run_share(const Kernel& kernel, const typename Kernel::Plan& plan
   }
 }
 
-/// All phases, once the plan is made, as work-item `first` of `stride` sees them. Between two phases each calls
-/// `barrier.arrive()`, loads what it may, and `barrier.wait()`, which returns when every work-item has arrived; unless
-/// the kernel says that items themselves wait for what they read, or for their warp: then it is `barrier.pass()`, or
-/// `barrier.wait_for_warp()`.
+/// All phases, after planning, from the view of work-item `first` of `stride`. Between two phases each calls
+/// `barrier.arrive()`, loads what it may, and calls `barrier.wait()`, which returns when every work-item has arrived;
+/// if the kernel says that items wait for their inputs themselves, or for their warp, it calls `barrier.pass()` or
+/// `barrier.wait_for_warp()` instead.
 #if defined(__CUDACC__)
-#pragma nv_exec_check_disable  // a barrier exists on the device alone, and so do the callers
+#pragma nv_exec_check_disable  // barriers exist only on the device, and so do the callers
 #endif
 template <bool ends_at_empty, class Kernel, class Barrier>
 FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint32_t max_phases,
@@ -56,7 +56,7 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
                            Barrier& barrier) {
   const std::uint32_t phases = within(kernel, kernel.phases(plan), max_phases);
   if (phases == 0) return;
-  // How many items a phase without a plan has may be what the phase before has counted.
+  // Without a plan, the number of a phase's items may have been counted by the phase before.
   constexpr bool is_planned = Kernel::plan_parts > 0;
   Wait wait = Wait::for_all;
   if constexpr (requires { kernel.needs_barriers(plan); })
@@ -71,8 +71,9 @@ FATHOM_HD void run_planned(std::uint32_t first, std::uint32_t stride, std::uint3
   };
   constexpr bool waits_for_each = requires { kernel.wait_before(plan, cursor); };
   bool begins = false;
-  // One call of `fetch` and one of the kernel, in one loop over items and phases: their code is long, every copy of it
-  // would be fetched anew, and where two loads meet, a register may have to be copied, which waits for its load.
+  // One call of `fetch` and one of the kernel, in a single loop over items and phases: their code is long, and each
+  // copy would have to be fetched again; and where two loads merge, a register may have to be copied, which waits for
+  // its load.
   for (std::uint32_t phase = 0;;) {
     if (ends_at_empty && share.end == 0) return;
     typename Kernel::Fetched fetched;

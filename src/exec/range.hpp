@@ -1,4 +1,4 @@
-// How many items a submission has.
+// Number of items of a submission.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace fathom::exec {
 
-/// Most items of one submission: a work-item's index plus the launch's width still fits 32 bits.
+/// Maximum items of one submission: a work-item's index plus the launch's width still fits 32 bits.
 inline constexpr std::uint32_t max_items = 1u << 31;
 
 inline void check_items(std::size_t items, const Where& where) {
@@ -18,11 +18,11 @@ inline void check_items(std::size_t items, const Where& where) {
   }
 }
 
-/// Items 0 … size()−1, where the size is known now, or is read on the device when the submission runs.
+/// Items 0 … size()−1, where the size is known at submission, or is read on the device when it runs.
 ///
-/// A count in device memory is what lets a whole step be recorded once and replayed while counts change:
-/// the launch is sized by `capacity`, work-items beyond the count leave early. A count above the capacity (a
-/// counter that overflowed) is cut to it, so no kernel ever writes past its buffers.
+/// With counts in device memory a whole step can be recorded once and replayed while counts change: the launch is sized
+/// by `capacity`, and work-items beyond the count return early. A count above the capacity (an overflowed counter) is
+/// clamped to it, so no kernel writes past its buffers.
 struct Range {
   const std::uint32_t* count = nullptr;  ///< in device memory, or null: exactly `capacity` items
   std::uint32_t capacity = 0;

@@ -1,7 +1,7 @@
 // Reduction of any type by any associative operation, written with group kernels, the same for every back end.
 //
-// The shape of the sum depends on the number of items alone. So even a sum of floats has the same bits on every
-// back end and from run to run, and minima and maxima need no library.
+// The order of the sum depends only on the number of items. So even a sum of floats has the same bits on every back end
+// and in every run, and minima and maxima need no library.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct Max {
   FATHOM_HD auto operator()(auto a, auto b) const { return a < b ? b : a; }
 };
 
-/// Item i of an array, for reductions of what is in memory already.
+/// Item i of an array, for reductions of data in memory.
 template <class T>
 struct LoadFrom {
   const T* items;
@@ -33,13 +33,13 @@ namespace detail {
 inline constexpr std::uint32_t reduce_group_size = 256;
 inline constexpr std::uint32_t reduce_max_groups = 256;
 
-/// Work-groups that share out n items: each has at least 8 rounds to go before one more group is worth it.
+/// Number of work-groups for n items: another group pays off only if each has at least 8 rounds.
 FATHOM_HD std::uint32_t reduce_groups(std::uint32_t n) {
   const std::uint32_t groups = n / (8 * reduce_group_size) + 1;
   return groups < reduce_max_groups ? groups : reduce_max_groups;
 }
 
-/// Each group folds its items to one result: first each work-item on its own, then in pairs by halves.
+/// Each group reduces its items to one result: first each work-item on its own, then pairwise by halves.
 template <class T, class Load, class Op>
 struct ReduceGroups {
   static constexpr std::uint32_t group_size = reduce_group_size;
@@ -72,7 +72,7 @@ struct ReduceGroups {
   }
 };
 
-/// First-round results; slots of groups that had nothing to do count as identity.
+/// First-round results; unused groups count as identity.
 template <class T, class Op>
 struct LoadGroupResult {
   const T* results;

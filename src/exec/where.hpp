@@ -1,9 +1,9 @@
-// The line that made a submission, for error texts.
+// The source location of a submission, for error messages.
 #pragma once
 
 namespace fathom::exec {
 
-/// As std::source_location, which clang 14 does not have. The default argument `Where::current()` is the caller's line.
+/// Like std::source_location, which clang 14 lacks. The default argument `Where::current()` is the caller's line.
 struct Where {
   const char* file = "";
   const char* function = "";

@@ -9,11 +9,11 @@
 
 namespace fathom::exec::cuda {
 
-/// Throws unless `result` is success. Clears the runtime's memory of the failure, so that the next call is not
-/// blamed for it; a kernel that crashed cannot be cleared, then the text says that the device is lost.
+/// Throws unless `result` is success. Clears the runtime's last error, so that the next call is not blamed for it; a
+/// crashed kernel cannot be cleared, and the text then says that the device is lost.
 void check(cudaError_t result, const char* what, const Where& where, std::size_t bytes = 0);
 
-/// Whether this is the failure of a running kernel, after which the context is gone with all its memory.
+/// Whether this is a failure of a running kernel, after which the context and all its memory are lost.
 bool is_lost_after(cudaError_t result);
 
 }  // namespace fathom::exec::cuda

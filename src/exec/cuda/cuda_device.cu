@@ -21,7 +21,7 @@ DeviceInfo describe(int index) {
     info.compute_units = static_cast<std::uint32_t>(properties.multiProcessorCount);
     result = cudaSetDevice(index);
   }
-  // Asks for a kernel of this build: fails where it was built for other architectures.
+  // Queries a kernel of this build: fails if it was built for other architectures.
   cudaFuncAttributes attributes;
   if (result == cudaSuccess) result = cudaFuncGetAttributes(&attributes, cuda::run_items<Fill<std::uint32_t>>);
   info.available = result == cudaSuccess;
@@ -82,7 +82,7 @@ void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::u
   config.stream = stream_;
   config.attrs = attributes;
   config.numAttrs = follows_early() ? 2 : 1;
-  // More than 8 blocks are not promised on every GPU with clusters.
+  // Not every GPU with clusters guarantees more than 8 blocks.
   if (blocks > 8)
     cuda::check(cudaFuncSetAttribute(kernel, cudaFuncAttributeNonPortableClusterSizeAllowed, 1), "sizing a cluster",
                 where);
@@ -92,10 +92,10 @@ void CudaDevice::launch_cluster(const void* kernel, std::uint32_t wanted, std::u
 void CudaDevice::launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size,
                                       bool has_barrier_warp, void** arguments, const Where& where) {
   const std::uint32_t threads = size + (has_barrier_warp ? cuda::warp_size : 0);
-  int resident = 0;  // blocks that a multiprocessor can hold at once
+  int resident = 0;  // blocks that fit on a multiprocessor at once
   cuda::check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(threads), 0),
               "sizing parallel_phases", where);
-  // More blocks wait longer for each other; they pay where they hide the latency of much memory.
+  // More blocks wait longer for each other; they pay off where they hide memory latency.
   const bool many = wanted > max_warps_of_few(size);
   const std::uint32_t max_blocks = (many ? static_cast<std::uint32_t>(resident) : 1u) * info_.compute_units;
   cuda::check(

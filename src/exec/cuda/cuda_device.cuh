@@ -1,4 +1,4 @@
-// A CUDA GPU as a device: one stream, plain allocations, graphs of the driver.
+// A CUDA GPU as a device: one stream, plain allocations, the driver's graphs.
 //
 // For translation units that nvcc compiles: it instantiates the kernels. Sorts, scans and selections are compiled
 // once, in primitives.cu.
@@ -18,7 +18,7 @@ namespace fathom::exec {
 
 class CudaDevice final : public Memory {
  public:
-  /// A point in the stream. Never marked counts as done.
+  /// A point in the stream. An unmarked event counts as done.
   class Event {
    public:
     explicit Event(CudaDevice& device) : event_(device.info().index) {}
@@ -79,7 +79,7 @@ class CudaDevice final : public Memory {
     using Planned = decltype(with_plan);
     start_launch();
     void* arguments[] = {&max_phases, &max_phase_items, &barrier_, &with_plan};
-    // One cluster waits half as long as a grid, and has an eighth of its multiprocessors.
+    // One cluster waits half as long as a grid, but has an eighth of its multiprocessors.
     const std::uint32_t warps = (max_phase_items + 31) / 32;
     constexpr bool ends_at_empty = ends_at_empty_phase<Kernel>();
     if (cluster_blocks_ > 0 && (has_few_items<Kernel>() || max_phase_items <= size * cluster_blocks_)) {
@@ -136,7 +136,7 @@ class CudaDevice final : public Memory {
   /// must not be the range's own count.
   void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
                       std::uint32_t* total = nullptr, Where where = Where::current());
-  /// Writes the indices of the flags that are not zero, ascending, and how many they are.
+  /// Writes the indices of the nonzero flags, in ascending order, and their number.
   void select(Scratch& scratch, Range range, const std::uint32_t* flags, std::uint32_t* indices, std::uint32_t* count,
               Where where = Where::current());
 
@@ -174,15 +174,15 @@ class CudaDevice final : public Memory {
   void* do_allocate_pinned(std::size_t bytes, const Where& where) override;
   void do_release(void* memory) noexcept override;
 
-  /// All blocks in one cluster, which takes a launch's few blocks through a barrier several times as fast.
+  /// All blocks in one cluster, whose barrier is several times as fast for a few blocks.
   void launch_cluster(const void* kernel, std::uint32_t wanted, std::uint32_t size, void** arguments,
                       const Where& where);
   void launch_cooperatively(const void* kernel, std::uint32_t wanted, std::uint32_t size, bool has_barrier_warp,
                             void** arguments, const Where& where);
-  /// Items of a phase in warps up to which blocks wait for each other more than for memory.
+  /// Number of warps per phase up to which blocks wait more for each other than for memory.
   std::uint32_t max_warps_of_few(std::uint32_t size) const { return 4 * info_.compute_units * size / cuda::warp_size; }
 
-  /// Whether a kernel may be set up while the one before still runs.
+  /// Whether a kernel may be set up while the previous one still runs.
   bool follows_early() const { return cluster_blocks_ > 0; }  // compute capability 9.0 has both
 
   template <class... Arguments>
@@ -207,15 +207,15 @@ class CudaDevice final : public Memory {
   void abandon_recording() noexcept;
   Graph end_recording(const Traffic& before, const Where& where);
 
-  /// The runtime's current device belongs to the thread, and any thread may submit.
+  /// The runtime's current device is per thread, and any thread may submit.
   void bind() const { (void)cudaSetDevice(info_.index); }
   void start_launch() {
     bind();
     ++traffic_.launches;
   }
 
-  /// Blocks of a grid-stride launch. Where the count is known there are as many as it needs. Where it is not,
-  /// blocks without work cost their start, so there are at most 16 for each multiprocessor, one or two full loads.
+  /// Blocks of a grid-stride launch. If the count is known, as many as needed. Otherwise blocks without work still cost
+  /// their start, so at most 16 per multiprocessor, one or two full loads.
   std::uint32_t blocks_for(Range range, std::uint32_t group_size) const {
     const std::uint32_t needed = (range.capacity + group_size - 1) / group_size;
     return range.count ? std::min(needed, 16 * info_.compute_units) : needed;
@@ -224,11 +224,12 @@ class CudaDevice final : public Memory {
   DeviceInfo info_;
   Traffic traffic_;
   cudaStream_t stream_ = nullptr;
-  cudaStream_t ahead_ = nullptr;      ///< of copies that do not wait for kernels
-  cudaStream_t aside_ = nullptr;      ///< of copies that kernels do not wait for
-  cudaEvent_t fork_ = nullptr;        ///< where a copy leaves or meets the stream
-  std::uint32_t* barrier_ = nullptr;  ///< the word of GridBarrier: launches follow each other in one stream
-  std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 where the GPU has none
+  cudaStream_t ahead_ = nullptr;  ///< for copies that do not wait for kernels
+  cudaStream_t aside_ = nullptr;  ///< for copies that kernels do not wait for
+  cudaEvent_t fork_ = nullptr;    ///< where a copy forks from or joins the stream
+  std::uint32_t* barrier_ =
+      nullptr;  ///< the word of GridBarrier; one suffices, because launches in a stream are sequential
+  std::uint32_t cluster_blocks_ = 0;  ///< blocks of the largest cluster used, 0 if the GPU has no clusters
 };
 
 static_assert(Device<CudaDevice>);

@@ -1,4 +1,4 @@
-// A work-group on CUDA: a thread block. See group.hpp for what sections are.
+// A work-group on CUDA: a thread block. Sections are described in group.hpp.
 #pragma once
 
 #include <cstdint>

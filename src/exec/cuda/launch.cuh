@@ -13,8 +13,8 @@ namespace fathom::exec::cuda {
 
 inline constexpr std::uint32_t warp_size = 32;
 
-/// Lets the next kernel of the queue be set up beside this one, and waits until the one before has ended and what it
-/// wrote can be read ("programmatic dependent launch").
+/// Allows the next kernel of the queue to be set up while this one runs, and waits until the previous one has ended and
+/// its writes are visible ("programmatic dependent launch").
 __device__ inline void follow() {
 #if __CUDA_ARCH__ >= 900
   asm volatile("griddepcontrol.launch_dependents;" ::: "memory");
@@ -22,7 +22,7 @@ __device__ inline void follow() {
 #endif
 }
 
-/// Work-items that run an item.
+/// Number of work-items per item.
 template <class Kernel>
 constexpr std::uint32_t work_items_each() {
   return runs_in_teams<Kernel>() ? team::size : 1;
@@ -48,7 +48,7 @@ __global__ __launch_bounds__(Kernel::group_size) void run_groups(const __grid_co
   for (std::uint32_t i = blockIdx.x; i < n; i += gridDim.x) kernel(CudaGroup<Kernel::group_size>(i), local);
 }
 
-/// Blocks of the largest cluster that a kernel may ask for.
+/// Maximum blocks of a cluster.
 inline constexpr std::uint32_t max_cluster_blocks = 16;
 
 /// Named barriers of a block: 0 is that of __syncthreads.
@@ -63,12 +63,12 @@ __device__ inline void wait_at(BlockBarrier barrier) {
                : "memory");
 }
 
-/// A barrier of all resident blocks. Together they add 2³¹ to the word, so its highest bit turns when the last one has
-/// arrived and the others are as they were: nothing is ever reset, and nobody waits for the answer to an addition,
-/// which cooperative_groups does. The word starts as 0, and belongs to one launch at a time.
+/// A barrier of all resident blocks. Together they add 2³¹ to the word, so its highest bit flips when the last one has
+/// arrived and the others are unchanged: nothing needs a reset, and no block waits for the result of an addition, as
+/// cooperative_groups does. The word starts at 0 and belongs to one launch at a time.
 ///
-/// With a barrier warp, a block's last warp does nothing but tell the others' arrival and listen for all, so that they
-/// load meanwhile.
+/// With a barrier warp, a block's last warp only signals the others' arrival and waits for all blocks, while the others
+/// load.
 template <bool has_barrier_warp>
 class GridBarrier {
  public:
@@ -128,18 +128,18 @@ class GridBarrier {
   }
 
   std::uint32_t* word_;
-  std::uint32_t turned_;  ///< the bit when all have arrived
+  std::uint32_t turned_;  ///< value of the bit once all have arrived
   bool is_barrier_warp_;
 };
 
-/// The barrier of a thread block cluster, which is in hardware.
+/// The hardware barrier of a thread block cluster.
 class ClusterBarrier {
  public:
   static constexpr bool with_barrier_warp = true;
   __device__ ClusterBarrier(std::uint32_t*, bool is_barrier_warp) : is_barrier_warp_(is_barrier_warp) {}
 
-  // One thread's fence makes the whole block's writes visible, as in a grid's barrier: the one that the cluster's
-  // barrier comes with would be every thread's. It is the barrier warp's, so that the others load meanwhile.
+  // A fence by one thread makes the whole block's writes visible, as in the grid's barrier; the cluster barrier's own
+  // fence would be executed by every thread. The barrier warp executes it, while the others load.
   __device__ void arrive() {
 #if __CUDA_ARCH__ >= 900
     __syncwarp();
@@ -167,7 +167,7 @@ class ClusterBarrier {
   bool is_barrier_warp_;
 };
 
-/// All phases, once the plan is made.
+/// Makes the plan, then runs all phases.
 template <class Barrier, class Kernel, std::uint32_t Size, bool ends_at_empty>
 __global__ __launch_bounds__(Size + (Barrier::with_barrier_warp ? warp_size : 0),
                              Barrier::with_barrier_warp || wants_registers<Kernel>()
@@ -187,8 +187,7 @@ __global__ __launch_bounds__(Size + (Barrier::with_barrier_warp ? warp_size : 0)
   if constexpr (requires { kernel.needs_barriers(plan); })
     if (is_barrier_warp && !kernel.needs_barriers(plan)) return;
   Barrier barrier(barrier_word, is_barrier_warp);
-  // Warps take turns between the blocks: a phase of few items then has as many multiprocessors to itself as it has
-  // warps.
+  // Warps are interleaved over the blocks: a phase of few items then uses as many multiprocessors as it has warps.
   const std::uint32_t first = (threadIdx.x / warp_size * gridDim.x + blockIdx.x) * warp_size + threadIdx.x % warp_size;
   run_planned<ends_at_empty>(is_barrier_warp ? ~0u : first, gridDim.x * Size, max_phases, max_phase_items, kernel, plan,
                              barrier);

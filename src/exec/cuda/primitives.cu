@@ -1,4 +1,4 @@
-// Sort, scan and selection on CUDA, by CUB. Its working memory comes from the caller's scratch, so all of it can be
+// Sort, scan and selection on CUDA, by CUB. The working memory comes from the caller's scratch, so everything can be
 // recorded in graphs.
 #include <thrust/iterator/counting_iterator.h>
 #include <thrust/iterator/tabulate_output_iterator.h>
@@ -14,8 +14,8 @@ namespace fathom::exec {
 
 namespace {
 
-/// CUB takes its number of items from the host, so a sort whose count is on the device sorts the whole capacity.
-/// Sorting is stable: these ones stay behind real keys of all ones.
+/// CUB takes the number of items from the host, so a sort whose count is on the device sorts the whole capacity. The
+/// sort is stable: the padding stays behind real keys of all ones.
 template <class Key>
 struct PadWithOnes {
   Range range;
@@ -37,14 +37,14 @@ struct MoveBack {
   }
 };
 
-/// Items beyond the count add nothing.
+/// Items beyond the count contribute zero.
 struct TermOf {
   Range range;
   const std::uint32_t* in;
   __device__ std::uint32_t operator()(std::uint32_t i) const { return i < range.size() ? in[i] : 0; }
 };
 
-/// The sum before the item after the last is the sum of all.
+/// The sum before the item after the last is the total.
 struct StoreSum {
   Range range;
   std::uint32_t* out;
@@ -61,7 +61,7 @@ struct IsFlagged {
   __device__ bool operator()(std::uint32_t i) const { return i < range.size() && flags[i] != 0; }
 };
 
-/// Null memory: only writes to `bytes` what is needed.
+/// With null memory only writes the required size to `bytes`.
 template <class Key>
 cudaError_t sort(void* memory, std::size_t& bytes, cub::DoubleBuffer<Key>& keys,
                  cub::DoubleBuffer<std::uint32_t>& values, std::uint32_t n, int key_bits, cudaStream_t stream) {

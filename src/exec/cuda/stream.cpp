@@ -49,7 +49,8 @@ StreamGraph::~StreamGraph() {
 }
 
 void StreamGraph::begin(Stream stream, const Where& where) {
-  // Relaxed: the driver may still load a kernel that is met here for the first time. `Memory` refuses allocations.
+  // Relaxed mode, because the driver may still have to load a kernel that is used here for the first time. `Memory`
+  // refuses allocations.
   check(cudaStreamBeginCapture(stream, cudaStreamCaptureModeRelaxed), "recording a graph", where);
 }
 

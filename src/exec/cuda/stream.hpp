@@ -1,5 +1,5 @@
-// What a CUDA stream offers beside kernels: events and graphs. Host code that includes no CUDA header, because SYCL
-// devices use it too: AdaptiveCpp's queue on an NVIDIA GPU is such a stream underneath.
+// Events and graphs of CUDA streams. Host code that includes no CUDA header, because SYCL devices use it too:
+// AdaptiveCpp's queue on an NVIDIA GPU is implemented as such a stream.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 #include "exec/error.hpp"
 
-// The driver's types, named as its headers name them.
+// The driver's types, under the names in its headers.
 struct CUevent_st;
 struct CUgraphExec_st;
 struct CUstream_st;
@@ -16,22 +16,22 @@ namespace fathom::exec::cuda {
 
 using Stream = CUstream_st*;
 
-/// Whether this build was made with a CUDA toolkit, so that streams can be used.
+/// Whether this build has a CUDA toolkit, so that streams can be used.
 bool has_streams() noexcept;
 
-/// Whether a kernel crashed, which takes the device away from the program.
+/// Whether a kernel crashed, after which the program has lost the device.
 bool is_lost(Stream stream) noexcept;
 
-/// A point in a stream. Never marked counts as done. Any thread may ask.
+/// A point in a stream. An unmarked event counts as done. Any thread may query it.
 class StreamEvent {
  public:
-  /// Belongs to the device with this number; the thread's current device stays as it is.
+  /// Belongs to the device with this number; the thread's current device is unchanged.
   explicit StreamEvent(int device);
   ~StreamEvent();
   StreamEvent(const StreamEvent&) = delete;
   StreamEvent& operator=(const StreamEvent&) = delete;
 
-  /// In a recording, a node of the graph that each replay passes anew.
+  /// While recording, becomes a node of the graph that each replay passes again.
   void mark(Stream stream, bool recording, const Where& where);
   bool is_done() const;
   void wait() const;
@@ -41,7 +41,7 @@ class StreamEvent {
   CUevent_st* event_ = nullptr;
 };
 
-/// What was submitted to a stream between `begin` and `end`, instead of being run.
+/// The submissions to a stream between `begin` and `end`, recorded instead of run.
 class StreamGraph {
  public:
   StreamGraph() = default;

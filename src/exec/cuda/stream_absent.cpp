@@ -1,4 +1,4 @@
-// Stand-ins where there is no CUDA toolkit: nobody takes a stream then, so only `has_streams` is ever called.
+// Stubs for builds without a CUDA toolkit: there are no streams then, so only `has_streams` is ever called.
 #include "exec/cuda/stream.hpp"
 
 namespace fathom::exec::cuda {

@@ -1,5 +1,4 @@
-// Faults on request, so that tests see what a simulator does when its device runs out of memory, is
-// lost, or is slow.
+// Faults on request, to test what a simulator does when its device runs out of memory, is lost, or is slow.
 #pragma once
 
 #include <atomic>
@@ -7,14 +6,13 @@
 
 namespace fathom::exec {
 
-/// Of all host devices of the process. Negative counts are off.
+/// Applies to all host devices of the process. Negative counts are off.
 struct HostFaults {
-  /// Allocations that still succeed; the one after them fails, those after that succeed again.
+  /// Number of allocations that still succeed; the next one fails, later ones succeed again.
   std::atomic<std::int64_t> allocations{-1};
-  /// Calls that still succeed; all after them fail, as those of a device that was unplugged.
+  /// Number of calls that still succeed; all later ones fail, as if the device had been unplugged.
   std::atomic<std::int64_t> calls{-1};
-  /// Events are not done before somebody waits for them, as if a slow device had not got there: steps stay in flight
-  /// as long as they may.
+  /// Events are not done before they are waited for, as on a slow device: steps stay in flight as long as they may.
   std::atomic<bool> late{false};
 };
 

@@ -20,11 +20,11 @@ namespace fathom::exec {
 
 namespace {
 
-// A cache line, and the widest vector there is.
+// A cache line, and the widest vector.
 constexpr std::size_t alignment = 64;
 
-/// Aligned by hand: what glibc before 2.38 leaves free when it aligns, it does not use again (its bug 14581), so that
-/// memory taken and given back in every step would grow forever.
+/// Aligned by hand: glibc before 2.38 does not reuse the gaps that it leaves for alignment (its bug 14581), so memory
+/// allocated and released in every step would grow forever.
 void* allocate_aligned(std::size_t bytes) {
   const std::size_t room = alignment + sizeof(void*);
   void* const raw = bytes > SIZE_MAX - room ? nullptr : std::malloc(bytes + room);
@@ -88,7 +88,7 @@ void HostDevice::mark(Event& event, Where) {
 }
 
 void* HostDevice::do_allocate(std::size_t bytes, const Where& where) {
-  // An operating system that overcommits would grant this now and end the process when the memory is touched.
+  // An operating system that overcommits would grant this now and kill the process when the memory is touched.
   check_alive(where);
   const std::size_t free_bytes = info_.memory > bytes_in_use() ? info_.memory - bytes_in_use() : 0;
   void* const memory =

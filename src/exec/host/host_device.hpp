@@ -1,7 +1,7 @@
-// The host as a device: kernels run as loops on a pool of threads, submissions return when they are done.
+// The host as a device: kernels run as loops on a pool of threads, and submissions return when done.
 //
-// Any number of threads gives the same results: a kernel's items are independent, and the primitives cut their
-// work by the number of items alone.
+// Any number of threads gives the same results: a kernel's items are independent, and the primitives divide their work
+// by the number of items only.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@ namespace fathom::exec {
 
 class HostDevice : public ClosureQueue {
  public:
-  /// A point in the queue. What was submitted has run, so every point is already passed.
+  /// A point in the queue. All submissions have run, so every point has been passed.
   class Event {
    public:
     explicit Event(HostDevice&) {}
@@ -33,7 +33,7 @@ class HostDevice : public ClosureQueue {
     mutable std::atomic<bool> is_done_{true};
   };
 
-  /// `threads` counts the submitting thread; 0 takes all that the machine has.
+  /// `threads` includes the submitting thread; 0 uses all threads of the machine.
   explicit HostDevice(int threads = 0);
 
   const DeviceInfo& info() const { return info_; }
@@ -69,7 +69,7 @@ class HostDevice : public ClosureQueue {
       typename decltype(kernel)::Plan plan;
       for (std::uint32_t k = 0; k < kernel.plan_parts; ++k) kernel.plan_part(plan, k);
       auto cursor = kernel.cursor_at(plan, 0);
-      // How many phases there are may be known only as they go on.
+      // The number of phases may become known only while they run.
       for (std::uint32_t phase = 0; phase < within(kernel, kernel.phases(plan), max_phases); ++phase) {
         if (phase > 0) cursor = kernel.next(plan, cursor);
         const ItemShare all = share_of(kernel, plan, cursor, 0, 1, max_phase_items);
@@ -126,7 +126,7 @@ class HostDevice : public ClosureQueue {
   /// must not be the range's own count.
   void exclusive_scan(Scratch& scratch, Range range, const std::uint32_t* in, std::uint32_t* out,
                       std::uint32_t* total = nullptr, Where where = Where::current());
-  /// Writes the indices of the flags that are not zero, ascending, and how many they are.
+  /// Writes the indices of the nonzero flags, in ascending order, and their number.
   void select(Scratch& scratch, Range range, const std::uint32_t* flags, std::uint32_t* indices, std::uint32_t* count,
               Where where = Where::current());
 
@@ -168,15 +168,15 @@ class HostDevice : public ClosureQueue {
   void submit_copy(void* to, const void* from, std::size_t bytes);
   void submit_zero(void* to, std::size_t bytes);
 
-  /// 32-bit indices that cannot wrap: a loop that compilers turn into vector code where the kernel allows it.
+  /// 32-bit indices that cannot wrap, so that compilers can vectorise the loop where the kernel allows it.
   template <class Body>
   static void for_each_item(std::size_t begin, std::size_t end, const Body& body) {
     const auto last = static_cast<std::uint32_t>(end);
     for (auto i = static_cast<std::uint32_t>(begin); i < last; ++i) body(i);
   }
 
-  /// Eight chunks a thread even out items of unlike cost; `least` items a chunk keep cheap items from costing more
-  /// to hand out than to run.
+  /// Eight chunks per thread balance items of different cost; at least `least` items per chunk keep cheap items from
+  /// costing more to distribute than to run.
   template <class Body>
   void for_each_chunk(std::size_t count, std::size_t least, Body&& body) {
     const std::size_t grain = count / (8 * static_cast<std::size_t>(pool_.thread_count()));

@@ -1,4 +1,4 @@
-// A work-group on the host; the other back ends' groups behave alike.
+// A work-group on the host; the other back ends' groups behave the same.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class HostGroup {
   FATHOM_HD void for_each(Section section) const {
     for (std::uint32_t item = 0; item < Size; ++item) section(item);
   }
-  /// A section: section(i) for i = 0 … n−1, which the items share out, i going to item i mod size.
+  /// A section: section(i) for i = 0 … n−1, distributed over the items: item i mod size runs i.
   template <class Section>
   FATHOM_HD void for_each(std::uint32_t n, Section section) const {
     for (std::uint32_t i = 0; i < n; ++i) section(i);
@@ -40,7 +40,7 @@ class HostGroup {
   FATHOM_HD void once(Section section) const {
     section();
   }
-  /// A value of local memory that all items then know; later sections may overwrite it.
+  /// Broadcasts a value of local memory to all items; later sections may overwrite it.
   template <class T>
   FATHOM_HD T broadcast(const T& local) const {
     return local;

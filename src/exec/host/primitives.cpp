@@ -32,7 +32,7 @@ void count_digits(ThreadPool& pool, const Key* keys, std::uint32_t n, int shift,
   });
 }
 
-/// Turns counts into the index of each chunk's first item of each digit; false where all items share one digit.
+/// Converts counts to the index of each chunk's first item of each digit; false if all items share one digit.
 bool counts_to_indices(std::uint32_t* counters, std::size_t chunks, std::uint32_t n) {
   std::uint32_t index = 0;
   for (std::uint32_t digit = 0; digit < digits; ++digit) {
@@ -59,7 +59,7 @@ void scatter(ThreadPool& pool, Items<Key> from, Items<Key> to, std::uint32_t n, 
   });
 }
 
-/// Writes to sums[chunk] what comes before the chunk, and returns the sum of all.
+/// Writes the sum before each chunk to sums[chunk], and returns the total.
 template <class CountChunk>
 std::uint32_t sum_before_chunks(ThreadPool& pool, std::uint32_t* sums, std::uint32_t n, CountChunk count_chunk) {
   pool.for_each_chunk(n, chunk_items,

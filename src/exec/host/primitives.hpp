@@ -1,7 +1,7 @@
 // Sort, scan and selection on a pool of threads.
 //
-// All cut their items into chunks of one size, count per chunk, sum the counts in chunk order, and then let each
-// chunk write to its own entries. So results do not depend on the number of threads.
+// All divide their items into chunks of one size, count per chunk, sum the counts in chunk order, and then let each
+// chunk write its own entries. So results do not depend on the number of threads.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,8 @@
 
 namespace fathom::exec::host {
 
-/// Big enough that a chunk's 256 counters cost little beside it, small enough that 100,000 items feed many threads.
+/// Large enough that a chunk's 256 counters cost little in comparison, small enough that 100,000 items occupy many
+/// threads.
 inline constexpr std::size_t chunk_items = 8192;
 
 inline std::size_t chunk_count(std::size_t items) { return (items + chunk_items - 1) / chunk_items; }
@@ -21,7 +22,7 @@ template <class Key>
 struct SortScratch {
   Key* keys;  // the second half of the double buffers
   std::uint32_t* values;
-  std::uint32_t* counters;  // 256 a chunk
+  std::uint32_t* counters;  // 256 per chunk
   std::size_t bytes;
 
   SortScratch(std::byte* memory, std::uint32_t capacity) {
@@ -38,7 +39,7 @@ template <class Key>
 void radix_sort(ThreadPool& pool, const SortScratch<Key>& scratch, std::uint32_t n, Key* keys, std::uint32_t* values,
                 int key_bits);
 
-/// Returns the sum of all. `sums` has one word for each chunk.
+/// Returns the total. `sums` has one word per chunk.
 std::uint32_t exclusive_scan(ThreadPool& pool, std::uint32_t* sums, std::uint32_t n, const std::uint32_t* in,
                              std::uint32_t* out);
 

@@ -1,8 +1,8 @@
-// Stable sort by key from group kernels alone, for back ends without a library of them.
+// Stable sort by key, built from group kernels only, for back ends without a library.
 //
-// By four bits at a time, from the lowest: each work-group counts the digits of its tile, a scan over all groups'
-// counts gives each digit of each tile its index, and each group moves its tile there. A work-item counts and
-// moves a run of neighbouring items in order, which makes the sort stable.
+// Four bits at a time, from the lowest: each work-group counts the digits of its tile, a scan over all groups' counts
+// gives each digit of each tile its index, and each group moves its tile there. A work-item counts and moves a run of
+// consecutive items in order, which makes the sort stable.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct Digit {
   }
 };
 
-/// How often each digit occurs in each work-item's run: 16 rows of one number for each item.
+/// Number of occurrences of each digit in each work-item's run: 16 rows with one number per item.
 struct DigitCounts {
   std::uint32_t of[digits][scan_group_size];
   GroupSums sums;
@@ -47,7 +47,7 @@ FATHOM_HD void count_runs(const Group& group, DigitCounts& counts, Digit digit, 
   });
 }
 
-/// tile_counts[digit · tiles + tile]: in this order a scan gives indices.
+/// tile_counts[digit · tiles + tile]: scanned in this order they become indices.
 template <class Key>
 struct CountDigits {
   static constexpr std::uint32_t group_size = scan_group_size;
@@ -79,7 +79,7 @@ struct MoveItems {
   Pairs<Key> from;
   Pairs<Key> to;
   std::uint32_t tiles;
-  const std::uint32_t* first_indices;  // of each tile's first item of each digit
+  const std::uint32_t* first_indices;  // of the first item of each digit in each tile
 
   FATHOM_HD void operator()(auto group, Local& local) const {
     const std::uint32_t n = range.size();

@@ -1,4 +1,4 @@
-// Exclusive scan and selection from group kernels alone, for back ends without a library of them.
+// Exclusive scan and selection, built from group kernels only, for back ends without a library.
 //
 // Three launches: each work-group sums its tile, one group scans the tiles' sums, each group scans its tile.
 #pragma once
@@ -16,7 +16,7 @@ inline constexpr std::uint32_t scan_tile = scan_group_size * scan_items_per_work
 
 inline std::uint32_t scan_tiles(std::uint32_t capacity) { return (capacity + scan_tile - 1) / scan_tile; }
 
-/// One number for each item of a group, and as many to work with.
+/// One number per item of a group, and as many as working memory.
 struct GroupSums {
   std::uint32_t values[scan_group_size];
   std::uint32_t other[scan_group_size];
@@ -34,7 +34,7 @@ FATHOM_HD void inclusive_scan(const Group& group, GroupSums& sums) {
   }
 }
 
-/// Load and Store: functions of an item's index that say what is summed and where the sum before it goes.
+/// Load and Store are functions of an item's index: the term to sum, and where the sum before it goes.
 template <class Load>
 struct SumTiles {
   static constexpr std::uint32_t group_size = scan_group_size;
@@ -104,7 +104,7 @@ struct ScanTiles {
   FATHOM_HD void operator()(auto group, Local& local) const {
     const std::uint32_t n = range.size();
     auto own = per_item<std::uint32_t>(group);
-    group.for_each([&](std::uint32_t item) {  // each item's own run, so that it can be walked in order below
+    group.for_each([&](std::uint32_t item) {  // each item's own run, so that it can be traversed in order below
       const std::uint32_t begin = group.index() * scan_tile + item * scan_items_per_work_item;
       own[item] = 0;
       for (std::uint32_t i = begin; i < begin + scan_items_per_work_item && i < n; ++i) own[item] += load(i);

@@ -1,7 +1,7 @@
 // Phases in one launch, on GPUs whose work-groups may wait for each other.
 //
-// SYCL promises no progress to work-groups that wait for each other. NVIDIA GPUs run a resident group until it ends, so
-// groups may wait if all of them are resident: at most one for each compute unit.
+// SYCL guarantees no progress to work-groups that wait for each other. NVIDIA GPUs run a resident group until it ends,
+// so groups may wait if all of them are resident: at most one per compute unit.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,22 @@
 
 namespace fathom::exec {
 
-/// Groups of a phase kernel that has few items: fewer pass the barrier sooner.
+/// Maximum groups of a phase kernel with few items: fewer groups pass the barrier sooner.
 inline constexpr std::uint32_t max_groups_with_few_items = 16;
 
-/// Items that a group of a phase kernel has at least where there are compute units enough: two warps.
+/// Minimum items per group of a phase kernel while compute units suffice: two warps.
 inline constexpr std::uint32_t items_of_resident_group = 64;
 
 /// A barrier of all work-groups of a launch, after CUDA's cooperative groups. All groups together add 2³¹ to the word,
-/// so that its highest bit turns when the last one arrives, and the others are as they were: nothing is ever reset, the
-/// next launch may have another number of groups, and nobody waits for the answer to an addition. The word starts as 0.
+/// so that its highest bit flips when the last one arrives and the others are unchanged: nothing needs a reset, the
+/// next launch may have a different number of groups, and no group waits for the result of an addition. The word starts
+/// at 0.
 class GridBarrier {
  public:
   GridBarrier(const sycl::nd_item<1>& work_item, std::uint32_t* word)
       : work_item_(work_item), word_(word), turned_(~adaptive_cpp::load_acquire(*word) & turning_bit) {}
 
-  /// Nothing may follow it but loads before `wait`, which does all.
+  /// Does nothing: `wait` does everything. Only loads may come between the two.
   void arrive() {}
   void pass() {}
   void wait_for_warp() { sycl::group_barrier(work_item_.get_group()); }
@@ -38,7 +39,7 @@ class GridBarrier {
     sycl::group_barrier(group);
     if (groups == 1) return;
     const bool is_first = work_item_.get_local_linear_id() == 0;
-    // AdaptiveCpp's read-modify-writes order nothing whatever order they are told; this makes the group's writes
+    // AdaptiveCpp's read-modify-writes are relaxed, whatever order they are given; this makes the group's writes
     // visible first.
     adaptive_cpp::device_fence_of_first_sub_group(work_item_);
     if (is_first) {
@@ -56,16 +57,16 @@ class GridBarrier {
 
   sycl::nd_item<1> work_item_;
   std::uint32_t* word_;
-  std::uint32_t turned_;  ///< the highest bit when all have arrived
+  std::uint32_t turned_;  ///< value of the highest bit once all have arrived
 };
 
-/// All phases of a planned kernel, of which each group keeps its own plan.
+/// All phases of a planned kernel; each group keeps its own plan.
 template <bool ends_at_empty, class Kernel>
 void run_phases(const sycl::nd_item<1>& work_item, std::uint32_t* barrier_word, std::uint32_t max_phases,
                 std::uint32_t max_phase_items, const Kernel& kernel, typename Kernel::Plan& plan_of_group) {
   GridBarrier barrier(work_item, barrier_word);
   const auto stride = static_cast<std::uint32_t>(work_item.get_global_range(0));
-  // Warps take turns between the groups: a phase of few items then has as many compute units to itself as it has warps.
+  // Warps are interleaved over the groups: a phase of few items then uses as many compute units as it has warps.
   constexpr std::uint32_t warp_size = 32;
   const auto local = static_cast<std::uint32_t>(work_item.get_local_linear_id());
   const auto groups = static_cast<std::uint32_t>(work_item.get_group_range(0));

@@ -10,13 +10,13 @@ namespace fathom::exec {
 
 namespace {
 
-// What CUDA aligns to. A processor's allocations would have 16 bytes only, and code for wider types fails on them.
+// CUDA's alignment. A CPU's allocations would be aligned to 16 bytes only, which code for wider types cannot use.
 constexpr std::size_t alignment = 256;
 
-/// Aligned sizes, which C's aligned_alloc asks for.
+/// A multiple of the alignment, as C's aligned_alloc requires.
 std::size_t padded(std::size_t bytes) { return (bytes + alignment - 1) / alignment * alignment; }
 
-/// GPUs first, so that `sycl` means one where there is one.
+/// GPUs first, so that `sycl` selects one if there is any.
 std::vector<sycl::device> all_devices() {
   adaptive_cpp::keep_runtime();
   std::vector<sycl::device> devices = sycl::device::get_devices();
@@ -32,7 +32,7 @@ DeviceInfo describe(const sycl::device& device, int index) {
   info.memory = device.get_info<sycl::info::device::global_mem_size>();
   info.compute_units = device.get_info<sycl::info::device::max_compute_units>();
   info.is_gpu = device.is_gpu();
-  // AdaptiveCpp names all that an address can span as a processor's memory.
+  // AdaptiveCpp reports the whole address space as a CPU's memory.
   if (!info.is_gpu) info.memory = std::min(info.memory, host_device_info().memory);
   info.available = device.has(sycl::aspect::usm_device_allocations);
   if (!info.available) info.why_not = "it has no unified shared memory";
@@ -43,7 +43,7 @@ void throw_first(sycl::exception_list errors) {
   for (const std::exception_ptr& error : errors) std::rethrow_exception(error);
 }
 
-/// Times of points come from the stream where there is one; elsewhere each submission must be timed.
+/// Event times come from the stream if there is one; otherwise each submission must be profiled.
 sycl::property_list properties_for(const sycl::device& device) {
   if (adaptive_cpp::has_native_stream(device)) return {sycl::property::queue::in_order()};
   return {sycl::property::queue::in_order(), sycl::property::queue::enable_profiling()};
@@ -87,7 +87,7 @@ SyclDevice::~SyclDevice() {
   try {
     queue_.wait_and_throw();
     if (grid_barrier_) sycl::free(grid_barrier_, queue_);
-  } catch (const sycl::exception&) {  // nobody is left to hear of it
+  } catch (const sycl::exception&) {  // no one is left to report it to
   }
 }
 
@@ -144,7 +144,7 @@ void SyclDevice::wait(Where where) {
 }
 
 void* SyclDevice::do_allocate(std::size_t bytes, const Where& where) {
-  // A CPU's driver may grant more than there is.
+  // A CPU's driver may grant more than exists.
   const bool fits = bytes_in_use() <= info_.memory && bytes <= info_.memory - bytes_in_use();
   void* const memory = fits ? checked(
                                   "allocating device memory", where,

@@ -1,8 +1,7 @@
 // A SYCL 2020 device through AdaptiveCpp: one in-order queue, unified shared memory.
 //
-// For translation units that a SYCL compiler compiles. On an NVIDIA GPU the queue is a CUDA stream underneath, which
-// gives events and graphs; elsewhere graphs are closures. docs/execution.md names the environment variables that
-// matter.
+// For translation units compiled by a SYCL compiler. On an NVIDIA GPU the queue is a CUDA stream, which provides events
+// and graphs; elsewhere graphs are closures. docs/execution.md lists the relevant environment variables.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +21,7 @@
 
 namespace fathom::exec {
 
-/// One phase as a kernel of its own: each group makes the plan anew.
+/// One phase as a separate kernel: each group makes the plan again.
 template <class Kernel, std::uint32_t Size>
 struct RunPhase {
   static constexpr std::uint32_t group_size = Size;
@@ -51,7 +50,7 @@ struct RunPhase {
 
 class SyclDevice final : public ClosureQueue {
  public:
-  /// A point in the queue. Never marked counts as done.
+  /// A point in the queue. An unmarked event counts as done.
   class Event {
    public:
     explicit Event(SyclDevice& device) {
@@ -67,8 +66,8 @@ class SyclDevice final : public ClosureQueue {
     sycl::event get() const;
     void set(const sycl::event& event);
 
-    std::optional<cuda::StreamEvent> native_;  // instead of the others where the queue is a CUDA stream
-    mutable std::mutex mutex_;                 // a replayed graph marks anew while another thread may ask
+    std::optional<cuda::StreamEvent> native_;  // used instead of the others if the queue is a CUDA stream
+    mutable std::mutex mutex_;                 // a replayed graph marks again while another thread may query
     sycl::event event_;
   };
 
@@ -143,8 +142,8 @@ class SyclDevice final : public ClosureQueue {
         });
       });
     } else {
-      // One work-item runs the sections of a whole group as loops. AdaptiveCpp's own loops around barriers are wrong
-      // where loops that hold barriers are nested (its issue 2177), and slower.
+      // One work-item runs the sections of a whole group as loops. AdaptiveCpp's own loops around barriers are wrong if
+      // loops that contain barriers are nested (its issue 2177), and slower.
       launch_kernel("launching parallel_groups", where, [=](sycl::handler& handler) {
         handler.parallel_for(nd_range(launched, 1), [=](sycl::nd_item<1> work_item) {
           typename Kernel::Local local;
@@ -154,8 +153,8 @@ class SyclDevice final : public ClosureQueue {
     }
   }
 
-  /// One launch where work-groups may wait for each other, else one for each phase: on GPUs for each that there may be;
-  /// a processor's memory is the host's, which waits and sees how many there are.
+  /// One launch if work-groups may wait for each other, else one per phase: on GPUs for the maximum number of phases;
+  /// on CPUs the host waits and reads their number, because it shares their memory.
   template <PhaseKernel Kernel>
   void parallel_phases(std::uint32_t max_phases, std::uint32_t max_phase_items, Kernel kernel,
                        Where where = Where::current()) {
@@ -267,7 +266,7 @@ class SyclDevice final : public ClosureQueue {
   void do_release(void* memory) noexcept override;
   void submit_zero(void* to, std::size_t bytes, const Where& where);
 
-  /// Calls work() and turns what SYCL throws, now or by the queue's handler, into DeviceError.
+  /// Calls work() and converts SYCL's exceptions, synchronous or from the queue's handler, to DeviceError.
   template <class Work>
   auto checked(const char* what, const Where& where, Work work, std::size_t bytes = 0) const {
     try {
@@ -287,7 +286,7 @@ class SyclDevice final : public ClosureQueue {
     }
   }
 
-  /// Failures of submissions are listed by the runtime, not thrown.
+  /// The runtime lists failures of submissions instead of throwing them.
   void throw_asynchronous() const { const_cast<sycl::queue&>(queue_).throw_asynchronous(); }
 
   template <class Fill>
@@ -320,15 +319,15 @@ class SyclDevice final : public ClosureQueue {
     for (auto i = static_cast<std::uint32_t>(work_item.get_group_linear_id()); i < n; i += stride) body(i);
   }
 
-  /// As many as a known count needs; where the count is on the device, at most 16 for each compute unit.
+  /// As many as a known count needs; if the count is on the device, at most 16 per compute unit.
   std::uint32_t groups_for(Range range, std::uint32_t size) const {
     const std::uint32_t needed = (range.capacity + size - 1) / size;
     const std::uint32_t most = 16 * info_.compute_units;
     return range.count && most < needed ? most : needed;
   }
 
-  /// Groups of a launch that wait for each other. What fits in one needs no barrier; more than that is done soonest on
-  /// many compute units (H100: pyramids of 1,240 and 9,455 bodies take 13 % less than with full groups).
+  /// Groups of a launch that wait for each other. Items that fit in one group need no barrier; more are processed
+  /// fastest on many compute units (H100: pyramids of 1,240 and 9,455 bodies take 13 % less than with full groups).
   std::uint32_t resident_groups(std::uint32_t max_phase_items, std::uint32_t size, bool few_items) const {
     if (max_phase_items <= size) return 1;
     const std::uint32_t most =
@@ -338,9 +337,9 @@ class SyclDevice final : public ClosureQueue {
 
   DeviceInfo info_;
   sycl::queue queue_;
-  cuda::Stream stream_;                    // the queue's, where it is one of CUDA, else null
-  std::uint32_t* grid_barrier_ = nullptr;  // its word, where work-groups may wait for each other
-  // On processors, where AdaptiveCpp has several queues wait for each other, submissions without events block them.
+  cuda::Stream stream_;                    // the queue's CUDA stream, else null
+  std::uint32_t* grid_barrier_ = nullptr;  // the barrier's word, if work-groups may wait for each other
+  // On CPUs, where AdaptiveCpp makes several queues wait for each other, submissions without events block them.
   sycl::property_list no_event_ = stream_ ? adaptive_cpp::without_event() : sycl::property_list();
 };
 

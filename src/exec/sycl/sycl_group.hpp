@@ -1,6 +1,6 @@
-// A work-group on SYCL. See group.hpp for what sections are.
+// A work-group on SYCL. Sections are described in group.hpp.
 //
-// Barriers and local memory only: AdaptiveCpp's generic target compiles group algorithms and fails when they run.
+// Barriers and local memory only: AdaptiveCpp's generic target compiles group algorithms, but they fail at run time.
 #pragma once
 
 #include <cstdint>
