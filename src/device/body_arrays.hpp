@@ -1,8 +1,8 @@
-// What the device keeps of bodies, by device index: one array for each thing that some kernel reads without the others.
+// The device's data of bodies, by device index: one array for each item that some kernel reads without the others.
 //
-// A device index is not a World's slot: bodies that come in one go are laid out along a space-filling curve, so that
-// neighbours in space are neighbours in memory, and an index is not given away again before a step has dropped its
-// last owner's contacts.
+// A device index is not a World's slot: bodies that are added together are laid out along a space-filling curve, so
+// that neighbours in space are neighbours in memory, and an index is not reused before a step has dropped its last
+// owner's contacts.
 #pragma once
 
 #include <cstdint>
@@ -35,12 +35,12 @@ enum BodyBits : std::uint32_t {
   rule_bits = 15
 };
 
-/// What a step only reads of a body: four quads.
+/// Data of a body that steps only read: four quads.
 struct alignas(16) BodyConstants {
   std::uint32_t bits = 0;
   float radius = 0;           ///< of the bounding sphere (m)
   float inverse_mass = 0;     ///< 1/kg
-  float inverse_inertia = 0;  ///< of isotropic bodies (1/(kg·m²)), else 0
+  float inverse_inertia = 0;  ///< for isotropic bodies (1/(kg·m²)), else 0
   Vec3 half_extents;
   float shape_radius = 0;
   float gravity_scale = 0, linear_damping = 0, angular_damping = 0;
@@ -64,12 +64,13 @@ FATHOM_HD float half_thickness(const BodyConstants& c) {
   return half_thickness(c.shape(), c.half_extents, c.shape_radius);
 }
 
-/// A body's filter but for its group.
+/// A body's filter without its group.
 struct FilterMasks {
   std::uint64_t category = 1, mask = ~std::uint64_t{0};
 };
 
-/// Inertia in body axes and its inverse (kg·m²), read for anisotropic bodies alone, and what only round contacts read.
+/// Inertia in body axes and its inverse (kg·m²), read only for anisotropic bodies, and data read only by round
+/// contacts.
 struct BodyTensors {
   SymMat3 inertia, inverse;
   float rolling_resistance = 0;
@@ -79,29 +80,28 @@ struct BodyTensors {
 enum BodyFlags : std::uint32_t {
   awake_flag = 1,
   isolated_flag = 2,  ///< stopped because its state was not finite
-  forced_flag = 4,    ///< `forces`, of a kinematic body `targets`, holds something for the next step
-  edited_flag = 8,    ///< its velocity is new, its boxes are not yet
+  forced_flag = 4,    ///< `forces`, or `targets` for a kinematic body, has an entry for the next step
+  edited_flag = 8,    ///< its velocity is new, its boxes are not updated yet
 };
 
-/// Where the published flags hold the body's island, of which 28 bits tell apart as many as there can be bodies.
+/// Position of the body's island in the published flags; its 28 bits suffice for the maximum number of bodies.
 inline constexpr std::uint32_t island_shift = 4;
 
-/// What has happened to a body since pairs were last searched; kept beside its fat box, which every reader loads
-/// anyway.
+/// Changes to a body since pairs were last searched; stored with its fat box, which every reader loads anyway.
 enum Changes : std::uint32_t {
   box_change = 1,     ///< the fat box is new
-  drop_contacts = 2,  ///< contacts found before are void
-  mix_materials = 4,  ///< friction and restitution of its contacts are to be mixed anew
-  wake_partners = 8,  ///< what rests on it wakes
-  joint_change = 16,  ///< it has other joints
+  drop_contacts = 2,  ///< earlier contacts are invalid
+  mix_materials = 4,  ///< friction and restitution of its contacts must be mixed again
+  wake_partners = 8,  ///< bodies that rest on it wake
+  joint_change = 16,  ///< its joints have changed
 };
 
-/// A box as two quads, the fourth elements carrying notes.
+/// A box as two quads; the fourth elements carry notes.
 struct alignas(16) NotedBox {
   Vec3 lower;
   std::uint32_t changes = 0;
   Vec3 upper;
-  std::uint32_t level = 0;  ///< of the grid
+  std::uint32_t level = 0;  ///< grid level
 
   FATHOM_HD Aabb box() const { return {lower, upper}; }
 };
@@ -120,8 +120,9 @@ struct alignas(16) Quad {
 
 FATHOM_HD Quad quad(Vec3 v, float w) { return {v.x, v.y, v.z, w}; }
 
-/// A SolverBody as the device's solver has it: quads that arrive as one. The fourth elements are inverse mass (of
-/// `moved`) and inverse inertia (of `turned`) until the solver begins, then how often the quad was written (solve.hpp).
+/// A SolverBody in the device's solver: quads, each of which is loaded and stored as a unit. The fourth elements are
+/// inverse mass (of `moved`) and inverse inertia (of `turned`) until the solver begins, then the number of times the
+/// quad was written (solve.hpp).
 struct alignas(64) SolverQuads {
   Quad linear, angular, moved, turned;
 
@@ -132,7 +133,7 @@ struct alignas(64) SolverQuads {
         moved(quad(b.moved, b.inverse_mass)),
         turned(quad(b.turned, b.inverse_inertia)) {}
 
-  /// Before the solver begins.
+  /// Valid before the solver begins.
   FATHOM_HD SolverBody body() const {
     SolverBody b;
     b.linear = linear.xyz(), b.angular = angular.xyz(), b.moved = moved.xyz(), b.turned = turned.xyz();
@@ -143,13 +144,13 @@ struct alignas(64) SolverQuads {
 
 /// Hulls of all shapes, in device memory.
 struct HullRecord {
-  std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< where each array begins
+  std::uint32_t vertices = 0, edges = 0, planes = 0, face_edges = 0;  ///< offset in each array
   int vertex_count = 0, edge_count = 0, face_count = 0;
   float inner = 0, outer = 0;  ///< see HullView
 };
 /// A bit for each type of shape.
 FATHOM_HD constexpr std::uint32_t shape_bit(ShapeType type) { return 1u << static_cast<std::uint32_t>(type); }
-/// Beside these: there are bullets, or surfaces that move against their bodies.
+/// In addition: there are bullets, or surfaces that move relative to their bodies.
 inline constexpr std::uint32_t bullets_bit = 1u << 31, moving_surfaces_bit = 1u << 30;
 /// Several fixed bodies have faces.
 inline constexpr std::uint32_t seams_bit = 1u << 29;
@@ -160,7 +161,7 @@ struct HullArrays {
   const Hull::HalfEdge* edges = nullptr;
   const Hull::Plane* planes = nullptr;
   const std::uint16_t* face_edges = nullptr;
-  const std::uint16_t* vertex_edges = nullptr;  ///< as `vertices`
+  const std::uint16_t* vertex_edges = nullptr;  ///< parallel to `vertices`
 
   FATHOM_HD HullView view(std::uint32_t index) const {
     const HullRecord h = hulls[index];
@@ -177,7 +178,7 @@ struct HullArrays {
   }
 };
 
-/// The parts of what the device keeps of bodies, for `Bodies`.
+/// Parts of the device's body data, for `Bodies`.
 enum BodyPart : std::uint8_t {
   body_data,
   body_state,
@@ -188,7 +189,7 @@ enum BodyPart : std::uint8_t {
   body_solver
 };
 
-/// An array for each thing, by device index, of which the parts `written` may be written (access.hpp).
+/// One array per item, by device index; the parts `written` may be written (access.hpp).
 template <BodyPart... written>
 struct Bodies {
   template <class T, BodyPart part>
@@ -198,10 +199,11 @@ struct Bodies {
   Of<std::uint32_t, body_data> slots;  ///< World's slot of each body, or `none`
   Of<BodyConstants, body_data> constants;
   Of<BodyTensors, body_data> tensors;
-  Of<FilterMasks, body_data> filters;  ///< read where one of two bodies `is_filtered`
+  Of<FilterMasks, body_data> filters;  ///< read if one of two bodies `is_filtered`
   Of<Force, body_data> forces;
-  Of<Pose, body_data> targets;             ///< where kinematic bodies are to be at the end of the step
-  Of<Vec3, body_data> surface_velocities;  ///< m/s, body axes, of those with `has_moving_surface`; null: never any
+  Of<Pose, body_data> targets;  ///< poses of kinematic bodies at the end of the step
+  Of<Vec3, body_data>
+      surface_velocities;  ///< m/s, body axes, for bodies with `has_moving_surface`; null if there never were any
   HullArrays hulls;
 
   // Moved by steps.
@@ -209,30 +211,30 @@ struct Bodies {
   Of<Velocity, body_state> velocities;
   Of<std::uint32_t, body_state> flags;
   Of<float, body_state> slow_time;  ///< s
-  Of<NotedBox, body_state> fat;     ///< what the broad phase knows
+  Of<NotedBox, body_state> fat;     ///< the broad phase's boxes
   Of<NotedBox, body_state> known;   ///< the fat boxes that pairs were last searched with
-  Of<Aabb, body_state> boxes;       ///< of the next step's motion
+  Of<Aabb, body_state> boxes;       ///< covers the next step's motion
 
   // Contacts and joints of a body.
-  Of<std::uint64_t, body_colours> colours;             ///< taken by them
-  Of<std::uint64_t, body_colours> further;             ///< and those from `further_colour` on
-  Of<std::uint64_t, body_colours> joint_colours;       ///< of `colours` those of joints
-  Of<std::uint32_t, body_colours> touching;            ///< how many they are
-  Of<std::uint64_t, body_colours> recoloured;          ///< `colours` while all choose anew
-  Of<std::uint64_t, body_colours> further_recoloured;  ///< `further` meanwhile
-  Of<std::uint64_t, body_colours> best;                ///< priority of the contact that may choose its colour next
+  Of<std::uint64_t, body_colours> colours;             ///< used by them
+  Of<std::uint64_t, body_colours> further;             ///< colours from `further_colour` on
+  Of<std::uint64_t, body_colours> joint_colours;       ///< the part of `colours` used by joints
+  Of<std::uint32_t, body_colours> touching;            ///< number of contacts and joints
+  Of<std::uint64_t, body_colours> recoloured;          ///< `colours` during recolouring
+  Of<std::uint64_t, body_colours> further_recoloured;  ///< `further` during recolouring
+  Of<std::uint64_t, body_colours> best;                ///< priority of the contact that chooses its colour next
 
   // Islands.
-  Of<std::uint32_t, body_islands> island;        ///< while it sleeps: what it shares with all that must wake with it
-  Of<std::uint32_t, body_islands> parent;        ///< of the forest that islands are found with
-  Of<std::uint32_t, body_islands> island_slow;   ///< least slow time of the island, as bits
+  Of<std::uint32_t, body_islands> island;        ///< while it sleeps: shared with all bodies that wake with it
+  Of<std::uint32_t, body_islands> parent;        ///< in the union-find forest of islands
+  Of<std::uint32_t, body_islands> island_slow;   ///< minimum slow time of the island, as bits
   Of<std::uint32_t, body_islands> island_woken;  ///< number of the step that woke it
   Of<std::uint32_t, body_islands> isolated_in;   ///< number of the step that isolated it
 
-  // Of bodies in fast pairs, and of those that strayed (`MoveBodies`).
-  Of<std::uint32_t, body_fast_pairs> fast;  ///< those bodies, `Counters::fast_bodies` of them, in any order
-  Of<Pose, body_fast_pairs> before;         ///< as the step began; `reserved` is 1 where the body strayed, else 0
-  Of<Pose, body_fast_pairs> ends;  ///< where those got to that what cannot be pushed has held back; for bullets
+  // For bodies in fast pairs and bodies that strayed (`MoveBodies`).
+  Of<std::uint32_t, body_fast_pairs> fast;  ///< these bodies, `Counters::fast_bodies` of them, in any order
+  Of<Pose, body_fast_pairs> before;         ///< at the start of the step; `reserved` is 1 if the body strayed, else 0
+  Of<Pose, body_fast_pairs> ends;           ///< end poses of bodies held back by non-dynamic ones; for bullets
   Of<std::uint32_t, body_fast_pairs> fast_pair;      ///< the first of its fast pairs, `none` between steps
   Of<std::uint32_t, body_fast_pairs> fixed_contact;  ///< the first of its `fixed_contacts`; null: no seams
 
@@ -240,10 +242,10 @@ struct Bodies {
   Of<BodySupport, body_supports> support;
   Of<SupportNode, body_supports> nodes;
   Of<SupportMove, body_supports> moves;
-  Of<Structure, body_supports> structures;    ///< of the least of their bodies
+  Of<Structure, body_supports> structures;    ///< indexed by the least of their bodies
   Of<std::uint32_t, body_supports> by_level;  ///< bodies of structures
 
-  // Of bodies in contact, within a step.
+  // For bodies in contact, within a step.
   Of<SolverQuads, body_solver> solver;
   Of<BodyMotion, body_solver> motion;
   Of<WarmStart, body_solver> warm;
@@ -255,7 +257,7 @@ struct Bodies {
     return __builtin_bit_cast(Bodies<fewer...>, *this);
   }
 
-  /// Of a body that is no hull.
+  /// For a body that is not a hull.
   FATHOM_HD Geometry simple_geometry(std::uint32_t i) const {
     const BodyConstants& c = constants[i];
     return {c.shape(), c.shape_radius, c.half_extents};
@@ -265,7 +267,7 @@ struct Bodies {
     if (g.type == ShapeType::hull) g.hull = hulls.view(constants[i].hull);
     return g;
   }
-  /// Where all of a team ask.
+  /// For calls by a whole team.
   FATHOM_HD Geometry geometry_for_team(std::uint32_t i) const {
     Geometry g = geometry(i);
     g.hull.is_for_team = true;
@@ -278,7 +280,7 @@ struct Bodies {
 using BodyArrays =
     Bodies<body_data, body_state, body_colours, body_islands, body_fast_pairs, body_supports, body_solver>;
 
-/// Whether the filters of two bodies let them collide.
+/// Whether the filters of two bodies allow them to collide.
 template <BodyPart... written>
 FATHOM_HD bool may_collide(const Bodies<written...>& bodies, std::uint32_t i, std::uint32_t j) {
   if (!bodies.constants[i].is_filtered() && !bodies.constants[j].is_filtered()) return true;
@@ -287,7 +289,7 @@ FATHOM_HD bool may_collide(const Bodies<written...>& bodies, std::uint32_t i, st
                      Filter{b.category, b.mask, bodies.constants[j].group});
 }
 
-/// Of body i with this orientation, on which a force of the application acts beside `gravity` (m/s²).
+/// Acceleration of body i with this orientation, under the application's force and `gravity` (m/s²).
 template <BodyPart... written>
 FATHOM_HD Acceleration forced_acceleration(const Bodies<written...>& bodies, std::uint32_t i, Quat rotation,
                                            Vec3 gravity) {

@@ -1,8 +1,8 @@
-// Which device index each body has, and who had it before.
+// The device index of each body, and the indices' former owners.
 //
-// Indices are given by what the application asked for alone, never by how far the device has got: an index is free for
-// the batch of edits behind the one that removed its last owner, since steps run in order and that one's step drops the
-// owner's contacts. So the same calls give the same indices, however and whenever results are read.
+// Indices depend only on the application's calls, never on the device's progress: an index becomes free for the batch
+// of edits after the one that removed its last owner, since steps run in order and that batch's step drops the owner's
+// contacts. So the same calls give the same indices, however and whenever results are read.
 #pragma once
 
 #include <algorithm>
@@ -17,16 +17,16 @@
 
 namespace fathom::device {
 
-/// Who had an index up to a step: that step's events may still name it.
+/// The owner of an index up to a step, whose events may still name it.
 struct FormerOwner {
-  std::uint64_t step;  ///< whose edits removed it
+  std::uint64_t step;  ///< the step whose edits removed it
   BodyId id;
   std::uint32_t index, unused = 0;
 };
 
 class BodyIndices {
  public:
-  /// For the body in `slot`, which the edits before step `step` add.
+  /// Assigns an index to the body in `slot`, which is added by the edits before step `step`.
   std::uint32_t add(std::uint32_t slot, std::uint64_t step) {
     while (!resting_.empty() && resting_.front().step < step) {
       free_.push_back(resting_.front().index);
@@ -45,7 +45,7 @@ class BodyIndices {
     return index;
   }
 
-  /// Body `id`, which the edits before step `step` remove. Steps never decrease.
+  /// Releases the index of body `id`, which is removed by the edits before step `step`. Steps never decrease.
   void remove(BodyId id, std::uint64_t step) {
     FATHOM_ASSERT(former_.empty() || former_.back().step <= step);
     const std::uint32_t index = std::exchange(of_slot_[id.index], none);
@@ -55,23 +55,23 @@ class BodyIndices {
     note_loss(former_.back());
   }
 
-  /// Indices in use, free or resting: all are below.
+  /// Upper bound of all indices: in use, free or resting.
   std::uint32_t size() const { return static_cast<std::uint32_t>(slots_.size()); }
   std::uint32_t of(std::uint32_t slot) const { return of_slot_[slot]; }
-  /// The slot of the body that has `index` now, or `none`.
+  /// The slot of the body that currently has `index`, or `none`.
   std::uint32_t slot(std::uint32_t index) const { return slots_[index]; }
   const std::vector<std::uint32_t>& slots() const { return slots_; }
 
-  /// Who had `index` in step `step` and has it no more; null where its present owner had it then.
+  /// The former owner that had `index` in step `step`; null if its present owner had it then.
   const BodyId* former(std::uint32_t index, std::uint64_t step) const {
     if (index >= losses_.size() || losses_[index].step < step) return nullptr;
     if (losses_[index].step_before < step) return &losses_[index].id;
-    // Of several who lost an index since, the first is the one who had it then.
+    // If several have lost the index since, the first of them had it then.
     const auto first =
         std::ranges::find_if(former_, [&](const FormerOwner& f) { return f.index == index && f.step >= step; });
     return first != former_.end() ? &first->id : nullptr;
   }
-  /// Nobody will ask for owners in steps before `step` any more.
+  /// Drops former owners in steps before `step`, which will not be queried again.
   void forget_before(std::uint64_t step) {
     while (!former_.empty() && former_.front().step < step) former_.pop_front();
   }
@@ -100,7 +100,7 @@ class BodyIndices {
       self.list_losses();
     }
   }
-  /// Whether what was read does not contradict itself, nor the bodies that are alive in `slot_count` slots.
+  /// Whether the data read is consistent with itself and with the bodies alive in `slot_count` slots.
   template <class IsAlive>
   bool is_sound(std::uint32_t slot_count, const IsAlive& is_alive) const {
     if (of_slot_.size() > slot_count) return false;
@@ -117,7 +117,7 @@ class BodyIndices {
   }
 
  private:
-  /// When an index was last lost, by whom, and when the time before: names nearly all former owners at once.
+  /// When an index was last lost, by whom, and when the time before: identifies nearly all former owners directly.
   struct Loss {
     std::uint64_t step = 0, step_before = 0;
     BodyId id;
@@ -137,8 +137,8 @@ class BodyIndices {
   std::vector<std::uint32_t> of_slot_;  // by slot
   std::vector<std::uint32_t> slots_;    // by index
   std::vector<std::uint32_t> free_;
-  std::deque<FormerOwner> resting_;  // in the order of removal: not free before the next batch of edits
-  std::deque<FormerOwner> former_;   // the same, kept for events
+  std::deque<FormerOwner> resting_;  // in order of removal: not free before the next batch of edits
+  std::deque<FormerOwner> former_;   // the same, for events
   std::vector<Loss> losses_;         // by index
 };
 

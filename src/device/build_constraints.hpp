@@ -1,15 +1,16 @@
-// build_constraints: colours for contacts that have none, constraints laid out colour by colour, and what sweeps read.
+// build_constraints: colours contacts that have no colour, lays out constraints colour by colour, and prepares the data
+// that sweeps read.
 //
 // Colouring is greedy and persistent, as on the CPU: a contact takes the lowest colour free on both of its bodies when
-// it begins to touch and keeps it. Where one thread would go through new contacts in order, here they choose in rounds:
-// the contact with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring
-// Heuristic", 1993). Priorities are a hash of the pair, so the outcome depends on the contacts alone. A body's colours
-// are the bits of one word, and of a second one that is looked at only where the first is full. A contact that finds no
-// free colour, or no turn within the rounds, is in the overflow of this step, which one work-item solves in the order
-// of priorities, and tries again in the next: no contact is ever left out.
+// it begins to touch, and keeps it. Instead of one thread that goes through new contacts in order, contacts choose in
+// rounds: the contact with the highest priority on both bodies chooses (Jones and Plassmann, "A Parallel Graph Coloring
+// Heuristic", 1993). Priorities are a hash of the pair, so the outcome depends only on the contacts. A body's colours
+// are the bits of one word, and of a second one that is used only when the first is full. A contact that finds no free
+// colour, or gets no turn within the rounds, is in this step's overflow, which one work-item solves in order of
+// priority, and tries again in the next step: no contact is ever left out.
 //
-// Joints come with a colour (device/joint_arrays.hpp), which their bodies' words have too. In the layout a colour's
-// joints lie behind its contacts.
+// Joints come with a colour (device/joint_arrays.hpp), which is set in their bodies' words too. In the layout a
+// colour's joints follow its contacts.
 #pragma once
 
 #include "check/check.hpp"
@@ -25,7 +26,8 @@
 
 namespace fathom::device {
 
-/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so that neighbours do not wait in line.
+/// Unique for each pair of indices below 2²⁸: a bijection of 56-bit words, so that neighbours do not have to choose one
+/// after the other.
 FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
   std::uint64_t x = std::uint64_t{a} << 28 | b;
@@ -36,10 +38,10 @@ FATHOM_HD std::uint64_t priority(std::uint32_t a, std::uint32_t b) {
   return x ^ x >> 28;
 }
 
-/// Whether contacts have been deferred: then colours wait for them.
+/// Whether contacts have been deferred; colouring then waits for them.
 FATHOM_HD bool is_stopping(const Counters& c) { return c.all_deferred() > 0; }
 
-/// A contact between dynamic bodies takes the lowest colour that is free on both, where one is.
+/// A contact between dynamic bodies takes the lowest colour that is free on both, if any.
 FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* further, Counters& counters) {
   constexpr std::uint64_t fixed = ~std::uint64_t{0} << dynamic_colours;
   std::uint64_t taken = colours[c.a] | colours[c.b] | fixed;
@@ -57,12 +59,12 @@ FATHOM_HD void choose_colour(Contact& c, std::uint64_t* colours, std::uint64_t* 
   colours[c.b] |= std::uint64_t{1} << free;
 }
 
-/// All contacts between dynamic bodies choose anew, colour by colour from the last to the first. A colour's contacts
-/// share no body, so they choose at once; the outcome never has more colours, and mostly fewer ("iterated greedy":
-/// Culberson and Luo, "Exploring the k-colorable landscape with iterated greedy", 1996). Every colour fewer is nine
-/// phases of the solver fewer.
+/// All contacts between dynamic bodies choose again, colour by colour from the last to the first. A colour's contacts
+/// share no body, so they choose concurrently; the result never has more colours, and usually fewer ("iterated greedy":
+/// Culberson and Luo, "Exploring the k-colorable landscape with iterated greedy", 1996). Each colour saved is nine
+/// solver phases saved.
 ///
-/// It works on the layout of the step before: contacts that have ended since, or begun, are not in their colour.
+/// It works on the previous step's layout: contacts that have ended or begun since are not in their colour.
 struct RecolourContacts {
   Bodies<body_colours> bodies;
   Contacts<contact_list> contacts;
@@ -87,7 +89,7 @@ struct RecolourContacts {
   }
 
  private:
-  // Where bodies have been isolated, their contacts keep their colours, and so must have them before the others choose.
+  // Contacts of isolated bodies keep their colours, so these must be reserved before the others choose.
   FATHOM_HD std::uint32_t sweeps() const { return (counters->any_isolated ? 2 : 1) * counters->dynamic_sweeps; }
   FATHOM_HD bool is_sweep(std::uint32_t phase) const { return phase > 0 && phase <= sweeps(); }
   FATHOM_HD Stretch stretch(std::uint32_t phase) const {
@@ -120,7 +122,7 @@ struct RecolourContacts {
   }
 };
 
-/// Rounds of two phases: contacts without a colour post their priorities, then the highest ones choose.
+/// Rounds of two phases: uncoloured contacts post their priorities, then the highest ones choose.
 struct ColourContacts {
   Bodies<body_colours> bodies;
   Contacts<contact_list, contact_worklists> contacts;
@@ -134,7 +136,7 @@ struct ColourContacts {
     const std::uint32_t index = contacts.uncoloured[round % 2][k];
     Contact& c = contacts.contacts[index];
     if (!c.touching()) return;
-    // Later rounds count more, so that what earlier ones posted needs no clearing.
+    // Later rounds have higher values, so that earlier posts need no clearing.
     const std::uint64_t mine = std::uint64_t{round + 1} << 56 | priority(c.a, c.b);
     if (phase % 2 == 0) {
       exec::atomic_max(bodies.best[c.b], mine);
@@ -161,8 +163,8 @@ struct ColourContacts {
   }
 };
 
-/// Both, one after the other. Sleeping bodies' contacts have colours and are not in the layout, so where bodies sleep
-/// nothing is recoloured.
+/// Both, one after the other. Contacts of sleeping bodies have colours but are not in the layout, so nothing is
+/// recoloured while bodies sleep.
 struct ChooseColours {
   static constexpr bool ends_at_empty_phase = true;
   static constexpr bool has_few_items = true;
@@ -191,18 +193,18 @@ struct ChooseColours {
   FATHOM_HD std::uint32_t recolouring_phases() const { return recolours ? recolour.phases() : 0; }
 };
 
-/// Of the free slots of manifolds, how many were taken.
+/// Number of free manifold slots that were reused.
 FATHOM_HD std::uint32_t reused_manifolds(const Counters& c) {
   return c.taken_manifolds < c.free_manifolds ? c.taken_manifolds : c.free_manifolds;
 }
 
-/// Contacts as what constraints are laid out for.
+/// Contacts as input for the layout of constraints.
 struct ContactsToLayOut {
   Bodies<> bodies;
   Contacts<contact_manifolds> contacts;
 
   FATHOM_HD static std::uint32_t count(const Counters& c) { return c.live_contacts; }
-  /// Of constraint `index`, or `none` where it is not solved: those are that touch and have a body awake.
+  /// Colour of constraint `index`, or `none` if it is not solved; solved are those that touch and have an awake body.
   FATHOM_HD std::uint32_t colour(std::uint32_t index) const {
     const Contact& c = contacts.contacts[index];
     const bool solved = c.in_use() && c.touching() && (bodies.flags[c.a] | bodies.flags[c.b]) & awake_flag;
@@ -217,8 +219,8 @@ struct ContactsToLayOut {
     constraints.manifold[entry] = c.manifold;
     constraints.bodies[entry] = {c.a, c.b};
   }
-  /// The last of the freed manifolds move into the gap in their list: there is one only where a contact began, and then
-  /// all contacts are counted.
+  /// The last freed manifolds move into the gap in their list, which exists only if a contact began; all contacts are
+  /// then counted.
   FATHOM_HD void before_counting(std::uint32_t k, const Counters& c) const {
     const std::uint32_t free = c.free_manifolds, freed = c.freed_manifolds;
     const std::uint32_t gap = reused_manifolds(c);
@@ -228,7 +230,7 @@ struct ContactsToLayOut {
   FATHOM_HD static void note_laid_out(Counters&, std::uint32_t) {}
 
  private:
-  /// Whether its bodies hold the colour for it.
+  /// Whether its bodies have reserved its colour.
   FATHOM_HD bool has_its_colour(const Contact& c) const {
     if (c.colour() == overflow_colour) return true;
     const std::uint64_t* const taken = c.colour() < further_colour ? bodies.colours : bodies.further;
@@ -237,7 +239,7 @@ struct ContactsToLayOut {
   }
 };
 
-/// Joints likewise.
+/// The same for joints.
 struct JointsToLayOut {
   Bodies<> bodies;
   Joints<> joints;
@@ -258,7 +260,7 @@ struct JointsToLayOut {
   FATHOM_HD static void note_laid_out(Counters& c, std::uint32_t n) { exec::atomic_add(c.solved_joints, n); }
 };
 
-/// Counts the constraints of each colour where they must be laid out anew.
+/// Counts the constraints of each colour if they must be laid out again.
 template <class List>
 struct CountColours {
   static constexpr std::uint32_t group_size = 128;
@@ -285,13 +287,13 @@ struct CountColours {
   }
 };
 
-/// Where each colour begins, and the order of sweeps: the overflow, further colours, the others, those against fixed
-/// bodies last because the ground is the firmer side. Or stops the step where contacts were deferred.
+/// Finds the start of each colour, and the order of sweeps: the overflow, further colours, the others, and last those
+/// against fixed bodies, because the ground is the firmer side. Stops the step if contacts were deferred.
 struct ScheduleColours {
   static constexpr std::uint32_t group_size = colour_count;
   struct Local {
-    std::uint32_t constraints[colour_count];  ///< of an entry in that order and those before
-    std::uint32_t colours[colour_count];      ///< that have any
+    std::uint32_t constraints[colour_count];  ///< of an entry in that order and all before it
+    std::uint32_t colours[colour_count];      ///< nonempty colours up to the entry
     std::uint32_t lays_out;
   };
 
@@ -328,14 +330,14 @@ struct ScheduleColours {
  private:
   static constexpr std::uint32_t further = colour_count - further_colour;
 
-  /// The colour at an index of that order.
+  /// The colour at an index in that order.
   FATHOM_HD static std::uint32_t colour(std::uint32_t index) {
     return index < further ? further_colour + index : index - further;
   }
 
-  /// Whether constraints must be laid out anew.
+  /// Whether constraints must be laid out again.
   FATHOM_HD static bool begin(Counters& c) {
-    c.direct = 0;  // until CheckLinks and PrepareMechanisms have looked
+    c.direct = 0;  // set by CheckLinks and PrepareMechanisms
     c.any_kinematic = c.support_levels = c.contacts_listed = c.has_wide_level = c.layout_groups = c.laying_out = 0;
     for (std::uint32_t k = 0; c.may_bounce && k < noted_bounce_sweeps; ++k) c.bounced[k] = 0;
     if (is_stopping(c) && !c.stopped) {
@@ -372,7 +374,7 @@ struct ScheduleColours {
     c.first_overflow = c.cursor[overflow_colour] = begin;
     c.constraints = begin + c.overflow;
     c.constraint_groups = (c.constraints + constraint_group_size - 1) / constraint_group_size;
-    // A colouring that is no better than the one before is tried a few times more, then left until contacts change.
+    // A colouring that is no better than the last is retried a few times, then kept until contacts change.
     if (c.any_began || c.sweeps < c.former_sweeps)
       c.recolour_trials = 4;
     else if (c.recolouring && c.recolour_trials)
@@ -417,7 +419,7 @@ struct LayOutConstraints {
   }
 };
 
-/// What the solver knows of bodies in contact.
+/// Loads bodies in contact for the solver.
 struct LoadBodies {
   Bodies<body_colours, body_solver> bodies;
   Counters* counters;
@@ -427,8 +429,8 @@ struct LoadBodies {
     bodies.best[i] = 0;
     const BodyConstants c = bodies.constants[i];
     if (!c.is_living()) return;
-    // A body's contacts have a colour each, but those in the overflow, which in cells are all that are awake: so
-    // colours share no body.
+    // Each of a body's contacts has its own colour, except those in the overflow, which with cells are all awake ones:
+    // so colours share no body.
     FATHOM_VALIDATE(counters->overflow > 0 || !bodies.is_awake(i) ||
                         exec::bit_count(bodies.colours[i]) + exec::bit_count(bodies.further[i]) == bodies.touching[i],
                     i);
@@ -458,7 +460,7 @@ struct LoadBodies {
         motion.acceleration = a.linear;
         motion.angular_acceleration = inverse_scale * a.angular;
       }
-      motion.acceleration *= inverse_scale;  // forces stay what they are
+      motion.acceleration *= inverse_scale;  // forces are unchanged
       if (!c.is_isotropic()) {
         const SymMat3 world = rotated(to_matrix(q), inverse_scale * bodies.tensors[i].inverse);
         bodies.inertia[i] = {world.xx, world.yy, world.zz, world.xy, world.xz, world.yz, 0, 0, q};

@@ -1,4 +1,4 @@
-// How constraints and bodies lie in the solver's memory: rows of quads, and what their bits say.
+// Layout of constraints and bodies in the solver's memory: rows of quads, and the meaning of their bits.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace fathom::device {
 
-/// `ConstraintHead::bits`: the number of points in the low bits, or all of these of a joint, and
+/// `ConstraintHead::bits`: the number of points in the low bits, all of which are set for a joint, and
 enum ConstraintBits : std::uint32_t {
   point_bits = 7,
   bounces_bit = 8,
-  generic_bit = bounces_bit,  ///< of a joint
+  generic_bit = bounces_bit,  ///< for a joint
   anisotropic_bit = 16,
   pushes_fixed_bit = 32,  ///< A cannot be pushed
-  // Which of its contacts this is for a body, and how many it has, of those with a colour.
+  // For each body: rank of this contact, and number, among its contacts with a colour.
   rank_a_shift = 6,
   rank_b_shift = 12,
   rank_bits = 63,
@@ -28,19 +28,19 @@ enum ConstraintBits : std::uint32_t {
 
 FATHOM_HD bool is_joint(std::uint32_t bits) { return (bits & point_bits) == point_bits; }
 
-/// Of body i's surface against the body (m/s, world axes).
+/// Velocity of body i's surface relative to the body (m/s, world axes).
 template <BodyPart... written>
 FATHOM_HD Vec3 surface_velocity(const Bodies<written...>& bodies, std::uint32_t i) {
   if (!bodies.constants[i].has_moving_surface()) return {};
   return rotate(bodies.poses[i].rotation, bodies.surface_velocities[i]);
 }
-/// What the surfaces of two bodies add to the sliding velocity of B against A (m/s, world axes).
+/// Contribution of two bodies' surfaces to the sliding velocity of B against A (m/s, world axes).
 template <BodyPart... written>
 FATHOM_HD Vec3 surface_slide(const Bodies<written...>& bodies, const PairRecord& pair) {
   return surface_velocity(bodies, pair.b) - surface_velocity(bodies, pair.a);
 }
 
-/// Where the rows of constraint k begin; row r is 32·r quads further.
+/// Start of the rows of constraint k; row r is 32·r quads further.
 template <ConstraintPart... written>
 FATHOM_HD auto rows_of(const Constraints<written...>& c, std::uint32_t k) {
   return c.rows + (static_cast<std::size_t>(k / tile_width) * (row_count * tile_width) + k % tile_width);
@@ -87,7 +87,7 @@ FATHOM_HD ContactImpulses impulses_of(const Quad* rows) {
   return p;
 }
 
-/// All rows of a contact with `count` points, of `q`, one quad a row; what bouncing needs apart.
+/// Loads all rows of a contact with `count` points from `q`, one quad per row, except those for bouncing.
 FATHOM_HD void load_contact(const Quad* q, int count, ContactRows& rows) {
   rows.frame = frame_of(q);
   for (int i = 0; i < max_manifold_points; ++i)
@@ -96,7 +96,7 @@ FATHOM_HD void load_contact(const Quad* q, int count, ContactRows& rows) {
   rows.count = count;
 }
 
-// Of a joint sweeps read four rows and write four.
+// Sweeps read four rows of a joint and write four.
 
 FATHOM_HD void store_joint(Quad* rows, const BallJointRow<float>& r) {
   rows[0] = quad(r.arm_a, r.bias_rate);
@@ -125,7 +125,7 @@ FATHOM_HD BallJointRow<float> joint_of(const Quad* q) {
   return r;
 }
 
-// Of a generic joint sweeps read all rows, and its definition beside them.
+// Sweeps read all rows of a generic joint, and its definition.
 
 FATHOM_HD void store_generic_start(Quad* rows, const GenericJointRow<float>& r) {
   rows[0] = quad(r.frame_a.v, r.frame_a.w);
@@ -144,7 +144,7 @@ FATHOM_HD void store_generic_impulses(Quad* rows, const GenericJointRow<float>& 
   to[5 * tile_width] = quad(r.moment_b, r.force.z);
   to[6 * tile_width] = quad(r.torque, 0);
 }
-/// Of `q`, one quad a row.
+/// From `q`, one quad per row.
 FATHOM_HD void load_generic_impulses(const Quad* q, float (&hold)[axis_count], float (&drive)[axis_count]) {
   q += generic_written_row;
   hold[0] = q[0].x, hold[1] = q[0].y, hold[2] = q[0].z, hold[3] = q[0].w, hold[4] = q[1].x, hold[5] = q[1].y;
@@ -177,7 +177,7 @@ FATHOM_HD void load_reactions(const JointReactions& from, float min_hit, JointUs
   for (int i = 0; use.reacts && i < axis_count; ++i) r.bounce[i] = from.bounce[i], r.rate[i] = from.rate[i];
 }
 
-// Of a coupling likewise.
+// The same for a coupling.
 
 FATHOM_HD void store_coupling_impulses(Quad* rows, const CouplingRow<float>& r) {
   Quad* const to = rows + generic_written_row * tile_width;
@@ -199,7 +199,7 @@ FATHOM_HD void store_coupling(Quad* rows, JointReactions& reactions, const Coupl
   reactions.rate[2] = r.start_b.turns, reactions.rate[3] = r.start_b.angle;
   store_coupling_impulses(rows, r);
 }
-/// What sweeps leave, of `q`, one quad a row.
+/// Results of sweeps, from `q`, one quad per row.
 FATHOM_HD void load_coupling_impulses(const Quad* q, CouplingRow<float>& r) {
   q += generic_written_row;
   r.impulse = q[0].x, r.angle_a = {q[0].y, q[0].z}, r.angle_b = {q[0].w, q[1].w};
@@ -228,7 +228,7 @@ FATHOM_HD ContactBody<Inertia> contact_body(const Bodies<written...>& bodies, st
           world_inertia<Inertia>(bodies, i, body.inverse_mass, body.inverse_inertia)};
 }
 
-/// How often a quad of SolverQuads was written by the solver.
+/// Number of times the solver wrote a quad of SolverQuads.
 FATHOM_HD std::uint32_t writes_of(const Quad& q) { return __builtin_bit_cast(std::uint32_t, q.w); }
 FATHOM_HD Quad written(Vec3 v, std::uint32_t writes) { return quad(v, __builtin_bit_cast(float, writes)); }
 

@@ -1,4 +1,4 @@
-// Collision detection alone on a device: what the hybrid simulator (src/hybrid) asks of it. Bodies are known by slot.
+// Collision detection only, on a device, for the hybrid simulator (src/hybrid). Bodies are identified by slot.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct alignas(16) BoxUpdate {
   Vec3 lower{3e38f, 3e38f, 3e38f};  ///< m; above `upper`: the slot holds no body
   std::uint32_t slot = 0;
   Vec3 upper{-3e38f, -3e38f, -3e38f};
-  std::uint32_t is_new = 0;  ///< 1: pairs with it are searched for
+  std::uint32_t is_new = 0;  ///< 1: pairs with it are searched
 };
 
 /// Two shapes whose manifold is wanted.
@@ -37,7 +37,7 @@ struct alignas(16) CollideResult {
 
 class Detection {
  public:
-  /// Parts of the narrow phase that may be on their way at the same time.
+  /// Parts of the narrow phase that may be in progress at the same time.
   static constexpr std::uint32_t portions = 4;
 
   virtual ~Detection() = default;
@@ -46,24 +46,24 @@ class Detection {
   /// Shape and motion type of the body in `slot`, uploaded with the next search.
   virtual void set_body(std::uint32_t slot, const BodyInfo& info) = 0;
   virtual void remove_body(std::uint32_t slot) = 0;
-  /// Adopts boxes and begins to search for pairs. `slots`: how many there are. `set_changed`: bodies came or went.
+  /// Adopts boxes and starts a search for pairs. `slots`: number of slots. `set_changed`: bodies were added or removed.
   virtual void begin_search(std::span<const BoxUpdate> boxes, std::uint32_t slots, bool set_changed) = 0;
-  /// Waits for the search: pairs whose boxes overlap, in any order, each once. With the grid those of which one is new,
-  /// with the sweep all.
+  /// Waits for the search and returns pairs whose boxes overlap, in any order, each once: with the grid those with a
+  /// new box, with the sweep all.
   virtual std::span<const PairRecord> found_pairs() = 0;
 
-  /// Room for so many jobs of a portion, to be written by the caller: pairs of boxes first. Valid until its `collide`.
+  /// Memory for so many jobs of a portion, to be filled by the caller: pairs of boxes first. Valid until its `collide`.
   virtual CollideJob* jobs(std::uint32_t portion, std::uint32_t count) = 0;
-  /// Begins to upload, collide and copy back; `boxes` of the jobs are pairs of boxes.
+  /// Starts to upload, collide and copy back; the first `boxes` jobs are pairs of boxes.
   virtual void collide(std::uint32_t portion, std::uint32_t boxes, std::uint32_t count) = 0;
-  /// Waits for them.
+  /// Waits for the results.
   virtual const CollideResult* results(std::uint32_t portion) = 0;
 
   virtual exec::Traffic traffic() const = 0;
   virtual std::size_t memory_bytes() const = 0;
 };
 
-/// On the device that `def.device` names. Throws `Error{unavailable}` where it is not there.
+/// On the device that `def.device` names. Throws `Error{unavailable}` if it does not exist.
 std::unique_ptr<Detection> make_detection(const WorldDef& def);
 
 }  // namespace fathom::device

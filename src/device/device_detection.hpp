@@ -17,7 +17,7 @@
 
 namespace fathom::device {
 
-/// A body's constants on their way.
+/// An update of a body's constants.
 struct alignas(16) ConstantsUpdate {
   BodyConstants constants;
   std::uint32_t slot = 0;
@@ -64,7 +64,7 @@ struct BeginSearch {
   }
 };
 
-/// What the host reads of a search.
+/// Results of a search that the host reads.
 struct SearchReport {
   std::uint32_t found, max_overlaps;
 };
@@ -151,7 +151,7 @@ class DeviceDetection final : public Detection {
     u.constants.half_extents = info.geometry.half_extents;
     u.constants.shape_radius = info.geometry.radius;
     u.constants.hull = hold_hull(slot, info.hull());
-    // Filters are the host's: no body is filtered.
+    // The host applies filters: here no body is filtered.
     new_bodies_.push_back(u);
     if (info.motion == MotionType::dynamic && settings_.wide_length == 0) radii_.push_back(info.radius);
   }
@@ -170,7 +170,7 @@ class DeviceDetection final : public Detection {
       device_.copy_to_device(updates_.data(), update_staging_.data(), boxes.size());
       device_.parallel_for(update_count_, PutBoxes{updates_.data(), fat_.data(), grid_.grid(grid_base_)});
     }
-    // The grid finds nothing new where nothing is; the published sweep is done in every step.
+    // The grid finds nothing new if nothing is new; the published sweep runs in every step.
     searching_ = update_count_ > 0 || set_changed_ || settings_.sweep;
     if (searching_) submit_search();
   }
@@ -238,11 +238,11 @@ class DeviceDetection final : public Detection {
     typename D::Event done;
   };
 
-  /// The body in `slot` has this hull, or none, and no other any more; returns its index.
+  /// Sets the hull of the body in `slot`, or none, and releases its previous one; returns the hull's index.
   std::uint32_t hold_hull(std::uint32_t slot, const std::shared_ptr<const Hull>& hull) {
     if (hull_of_.size() <= slot) hull_of_.resize(slot + 1 + slot / 2);
     if (hull) hulls_.begin_use(hull);
-    // Nothing of a step is under way between steps.
+    // Between steps nothing is in flight.
     if (hull_of_[slot]) hulls_.end_use(hull_of_[slot], 0), hulls_.step_finished(0);
     hull_of_[slot] = hull.get();
     return hull ? hulls_.index_of(hull.get()) : 0;
@@ -255,7 +255,7 @@ class DeviceDetection final : public Detection {
       constants_.grow(target, exec::Contents::keep);
       fat_.grow(target, exec::Contents::keep);
       known_.grow(target);
-      // A search that found its pairs before finds them again: the host tells which are new.
+      // The next search finds known pairs again: the host decides which are new.
       device_.fill(known_.data(), target, no_box());
       device_.fill(fat_.data() + filled_, target - filled_, no_box());
       filled_ = target;
@@ -269,7 +269,7 @@ class DeviceDetection final : public Detection {
     }
   }
 
-  /// As the device simulator's: cells as large as the fat box of a typical body that turns but does not fly.
+  /// Like the device simulator's: cells as large as the fat box of a typical body that turns but does not fly.
   void choose_grid() {
     if (grid_base_ == 0) {
       float typical = 1;
@@ -300,7 +300,7 @@ class DeviceDetection final : public Detection {
     if (!hulls_.is_current()) hulls_.upload(device_);
     if (constant_staging_.size() < n) constant_staging_ = exec::PinnedBuffer<ConstantsUpdate>(device_, n + n / 4);
     constant_updates_.grow(constant_staging_.size());
-    // Of a slot that was filled twice the last owner counts; items of a kernel have no order.
+    // If a slot was filled twice, the last owner counts; items of a kernel have no order.
     std::stable_sort(new_bodies_.begin(), new_bodies_.end(),
                      [](const ConstantsUpdate& x, const ConstantsUpdate& y) { return x.slot < y.slot; });
     std::size_t kept = 0;

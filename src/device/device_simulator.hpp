@@ -1,9 +1,9 @@
 // The device simulator: the step of step.hpp behind the World's interface, on any device of the execution layer.
 //
-// Steps are submitted and not waited for. The host keeps three things beside: what the application changed since the
-// last submission (edits), the steps in flight with the edits that went before each, and a mirror of poses and
-// velocities that is fetched when somebody looks. A step that finds a capacity too small stops the queue; the
-// host then makes room and submits it again, or what is left of it, with all that came after it.
+// Steps are submitted without waiting for them. The host keeps three things: the application's changes since the last
+// submission (edits), the steps in flight with the edits before each, and a mirror of poses and velocities that is
+// fetched on demand. A step that finds a capacity too small stops the queue; the host then makes room and submits the
+// step, or the rest of it, again with all later steps.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ namespace fathom::device {
 template <exec::Device D>
 class DeviceSimulator final : public Simulator {
  public:
-  /// `device_arguments` make the device.
+  /// `device_arguments` construct the device.
   template <class... Arguments>
   explicit DeviceSimulator(const WorldDef& definition, Arguments&&... device_arguments);
   ~DeviceSimulator() override;
@@ -89,10 +89,10 @@ class DeviceSimulator final : public Simulator {
   struct GravityChange {
     Vec3 gravity;  ///< m/s²
     bool is_new = false;
-    bool wakes = false;  ///< all that it acts on
+    bool wakes = false;  ///< all bodies that it acts on
   };
 
-  /// Trees of joints as the device will have them, where these `are_new`.
+  /// Trees of joints for the device, if they `are_new`.
   struct FoundMechanisms {
     bool are_new = false;
     std::vector<MechanismLink> links;
@@ -100,10 +100,10 @@ class DeviceSimulator final : public Simulator {
     std::vector<std::uint32_t> levels, of_joint;
   };
 
-  /// A step in flight, and the edits that went before it.
+  /// A step in flight, and the edits before it.
   struct PendingStep {
     std::uint64_t number = 0;
-    // When the step was asked for; it may be submitted again when the application has added more.
+    // At the time the step was requested; it may be resubmitted after the application has added more.
     std::uint32_t indices = 0;
     std::size_t slots = 0;
     std::vector<Edit> edits;
@@ -114,13 +114,13 @@ class DeviceSimulator final : public Simulator {
     std::vector<ApartEdit> apart_edits;
     FoundMechanisms mechanisms;
     GravityChange gravity;
-    std::size_t uploaded = 0;  ///< of `edits`, before the step was asked for
+    std::size_t uploaded = 0;  ///< number of `edits` uploaded before the step was requested
     exec::Traffic traffic;
-    bool was_idle = false;     ///< the device had nothing to do when it came
+    bool was_idle = false;     ///< the device was idle when it was submitted
     bool set_changed = false;  ///< bodies were added or removed before it
   };
 
-  /// What each of the steps in flight has for itself; step n takes set n modulo their number.
+  /// Buffers of each step in flight; step n uses set n modulo their number.
   struct StepBuffers {
     explicit StepBuffers(D& device)
         : start(device),
@@ -154,8 +154,8 @@ class DeviceSimulator final : public Simulator {
     Event start;
     StageMarks<D> marks;
     std::optional<typename D::Graph> graph;
-    std::optional<typename D::Graph> set_changed_graph;  ///< of the sweep, whose list is then sorted from scratch
-    std::optional<typename D::Graph> repeat_graph;       ///< of a step that stopped half way
+    std::optional<typename D::Graph> set_changed_graph;  ///< for the sweep, whose list is then sorted from scratch
+    std::optional<typename D::Graph> repeat_graph;       ///< for a step that stopped halfway
     exec::Buffer<Edit> edits;
     exec::Buffer<BodyData> data;
     exec::PinnedBuffer<Edit> staged_edits;
@@ -172,24 +172,24 @@ class DeviceSimulator final : public Simulator {
     exec::PinnedBuffer<MechanismLink> staged_links;
     exec::PinnedBuffer<MechanismRecord> staged_mechanisms;
     exec::PinnedBuffer<std::uint32_t> staged_levels, staged_of_joint;
-    SlotResults results;  ///< on the device, where every step's are copied
+    SlotResults results;  ///< on the device, if every step's results are copied
     exec::PinnedBuffer<Pose> poses;
     exec::PinnedBuffer<Velocity> velocities;
     exec::PinnedBuffer<std::uint32_t> flags;
-    std::size_t slots = 0;  ///< how many of the last three were read
+    std::size_t slots = 0;  ///< number of entries read into the last three
     exec::PinnedBuffer<PairRecord> begun, ended;
     exec::PinnedBuffer<HitRecord> hits;
-    std::uint64_t events_of = 0;  ///< the step whose events the last three have
-    Event copied;                 ///< they have arrived
+    std::uint64_t events_of = 0;  ///< the step whose events the last three hold
+    Event copied;                 ///< results and events have arrived
   };
-  /// One more than lanes, because a step is timed from the end of the one before.
+  /// One more than steps in flight, because a step is timed from the end of the previous one.
   Event& end_of(std::uint64_t step) const { return *ends_[step % ends_.size()]; }
   StepBuffers& buffers_of(std::uint64_t step) const { return *step_buffers_[step % max_pending_]; }
 
-  /// Every step's results go to the host, not only those that somebody asks for.
+  /// Whether every step's results go to the host, not only those that are requested.
   bool copies_results() const { return def.ahead > 0 && def.copy_results; }
 
-  /// Where steps overtake what is read, each one's events must last.
+  /// If steps run ahead of reading, each one's events must be kept.
   std::size_t event_lists() const { return def.ahead > 0 ? max_pending_ : 1; }
 
   // Submitting.
@@ -201,8 +201,7 @@ class DeviceSimulator final : public Simulator {
   void record();
   void forget_graphs();
   void order_in_space();
-  /// `resumes`: what is left of a step that stopped half way.
-  /// `after`: why the step stopped, of which only what is left is submitted.
+  /// `after`: if the step has stopped, the reason why; then only its remainder is submitted.
   void submit(PendingStep& pending, bool with_edits, Stop after = no_stop);
   void reserve_results(const PendingStep& pending);
   void submit_results(const PendingStep& pending);
@@ -244,7 +243,7 @@ class DeviceSimulator final : public Simulator {
   void retire_all() const;
   void repair(const Report& report);
   void make_room_for(const Report& report);
-  /// Retires what a reader must, or may, see.
+  /// Retires the steps that a reader must, or may, see.
   void look() const;
   void make_profile();
 
@@ -259,18 +258,18 @@ class DeviceSimulator final : public Simulator {
   void mirror_waking(std::uint32_t slot);
   void mirror_gravity();
   void fetch_events() const;
-  /// The events of a finished step, `number`, that has told of itself in `report`.
+  /// Collects the events of the finished step `number`, whose report is `report`.
   void collect_events(std::uint64_t number, const Report& report);
   void clear_events();
   template <class T>
   std::vector<T> download(const T* from, std::size_t count);
-  /// The same where it is done in every step.
+  /// The same, for use in every step.
   template <class T>
   std::span<const T> fetch(exec::PinnedBuffer<T>& staging, const T* from, std::size_t count);
   // Snapshots.
   template <class T>
   void upload(T* to, const std::vector<T>& from);
-  /// Constraints that are solved one by one; those of cells have no colours either.
+  /// Number of constraints solved one by one in order; none with cells, where constraints have no colours anyway.
   std::uint32_t ordered_overflow(const Counters& counters) const {
     return def.partition == Partition::cells ? 0 : counters.overflow;
   }
@@ -289,7 +288,7 @@ class DeviceSimulator final : public Simulator {
   void give_hull(BodyConstants& constants, std::uint32_t index);
   void check_indices(const ByteReader& in, const Counters& counters) const;
 
-  // Reading fetches what is not there yet, which changes nothing that a reader could have seen.
+  // Reading fetches missing data, which changes nothing that a reader could have seen.
   DeviceSimulator& self() const { return *const_cast<DeviceSimulator*>(this); }
 
   D device_;
@@ -307,7 +306,7 @@ class DeviceSimulator final : public Simulator {
   std::vector<std::unique_ptr<StepBuffers>> step_buffers_;
   std::vector<std::unique_ptr<Event>> ends_;
   float grid_base_ = 0;
-  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps of a body that the sweep has room for
+  std::uint32_t wanted_slots_ = first_slots;  ///< overlaps per body for which the sweep has room
   bool set_changed_ = true;                   ///< bodies were added or removed since the last submission
 
   std::size_t wanted_bodies_ = 0;
@@ -315,19 +314,19 @@ class DeviceSimulator final : public Simulator {
   BodyIndices indices_;
   JointMirror joint_mirror_;
   JointTrees trees_;
-  bool trees_are_stale_ = true;   // joints, or their bodies, are others than when the trees were found
+  bool trees_are_stale_ = true;   // joints or their bodies have changed since the trees were found
   GravityChange gravity_change_;  // since the last step
 
   std::vector<Edit> edits_;                // since the last submission
-  std::size_t uploaded_ = 0;               // of them, in the next step's buffers
-  bool uploads_ahead_ = true;              // no edit of this batch was changed after its upload
-  std::vector<BodyData> data_;             // that they bring
-  std::vector<std::uint32_t> last_edit_;   // of each index, in `edits_`
+  std::size_t uploaded_ = 0;               // number of them already in the next step's buffers
+  bool uploads_ahead_ = true;              // no edit of this batch has changed after its upload
+  std::vector<BodyData> data_;             // belonging to the edits
+  std::vector<std::uint32_t> last_edit_;   // by index: position in `edits_`
   std::deque<PendingStep> pending_steps_;  // submitted and not retired
   std::uint64_t submitted_ = 0;
-  std::uint32_t movable_ = 0;  // bodies that are not fixed
+  std::uint32_t movable_ = 0;  // number of bodies that are not fixed
 
-  // The newest retired step, and what was read of it.
+  // The newest retired step, and the data read from it.
   Report newest_;
   PublishedReport newest_published_;
   double newest_interval_ = 0;
@@ -336,18 +335,18 @@ class DeviceSimulator final : public Simulator {
   bool may_bounce_ = false;                         // some material has a restitution above zero
   bool any_extras_ = false;                         // some material has a rolling resistance or a moving surface
   std::uint32_t fixed_slot_ = none;                 // of the last fixed body with faces
-  std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; of the graphs
+  std::uint32_t shapes_ = 0, recorded_shapes_ = 0;  // see StepSettings::shapes; the second is that of the graphs
   bool profile_is_current_ = false;
   bool bodies_are_current_ = false;
   bool events_are_current_ = false;
-  mutable bool events_are_read_ = false;  // since the last step was asked for
+  mutable bool events_are_read_ = false;  // since the last step was requested
   mutable bool joints_are_current_ = false;
-  // By slot, with some room: the device writes them.
+  // By slot, with spare room: the device writes them.
   exec::PinnedBuffer<Pose> poses_;
   exec::PinnedBuffer<Velocity> velocities_;
   exec::PinnedBuffer<std::uint32_t> flags_;
-  MirrorTree tree_;  // of queries
-  // Reading marks what was read.
+  MirrorTree tree_;  // for queries
+  // Reading marks entries as read.
   mutable EventList<ContactEvent> begun_, ended_;
   mutable EventList<HitEvent> hits_;
   mutable EventList<Quarantine> quarantined_;

@@ -1,5 +1,5 @@
-// What DeviceSimulator does; included by the one source of each back end, which instantiates it. Here: making one, and
-// submitting steps. The rest, by subject, is included at the end.
+// Implementation of DeviceSimulator; included by the one source file of each back end that instantiates it. This file
+// constructs it and submits steps; the other subjects are included at the end.
 #pragma once
 
 #include <algorithm>
@@ -82,7 +82,7 @@ void DeviceSimulator<D>::step() {
     submit(pending, true);
     events_are_read_ = false;
   } catch (...) {
-    // Nothing of the step has run: it is as if it had not been asked for.
+    // Nothing of the step has run: restore the state from before the request.
     gravity_change_ = pending.gravity;
     edits_ = std::move(pending.edits);
     data_ = std::move(pending.data);
@@ -104,8 +104,8 @@ void DeviceSimulator<D>::step() {
     retire_oldest();
 }
 
-/// Buffers for what was added since; growing waits for the steps in flight. Graphs hold addresses, so they go before a
-/// buffer is replaced: where memory runs out half way, the next call goes on from there.
+/// Grows buffers for whatever was added; growing waits for the steps in flight. Graphs contain addresses, so they are
+/// dropped before a buffer is replaced: if memory runs out halfway, the next call continues from there.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room() {
   const std::size_t bodies_needed = std::max(
@@ -120,7 +120,7 @@ void DeviceSimulator<D>::make_room() {
     body_memory_.reserve(target);
     grid_memory_.reserve(target);
     bodies_are_current_ = false;
-    // All boxes enter the larger grid.
+    // All boxes move to the larger grid.
     choose_grid();
   }
   make_room_for_joints();
@@ -166,7 +166,7 @@ void DeviceSimulator<D>::make_room() {
 /// Cells as large as the fat box of a typical body that turns but does not fly.
 template <exec::Device D>
 void DeviceSimulator<D>::choose_grid() {
-  if (grid_base_ > 0) return;  // boxes know their level: it must not change under them
+  if (grid_base_ > 0) return;  // boxes store their level, which must not change
   std::vector<float> radii;
   for (const BodyId id : bodies.living())
     if (bodies[id.index].motion == MotionType::dynamic) radii.push_back(bodies[id.index].radius);
@@ -233,7 +233,7 @@ PublishedRoom DeviceSimulator<D>::published_room() const {
   return {body_memory_.capacity(), contact_memory_.capacity(), contact_memory_.manifold_capacity(), wanted_slots_};
 }
 
-/// Bodies that are there before the first step lie along a space-filling curve.
+/// Orders the bodies added before the first step along a space-filling curve.
 template <exec::Device D>
 void DeviceSimulator<D>::order_in_space() {
   std::vector<Vec3> positions(indices_.size());
@@ -290,7 +290,7 @@ void DeviceSimulator<D>::submit(PendingStep& pending, bool with_edits, Stop afte
   counted_ = device_.traffic();
 }
 
-/// Memory for results, asked for while nothing of the step has been submitted.
+/// Reserves memory for results before anything of the step is submitted.
 template <exec::Device D>
 void DeviceSimulator<D>::reserve_results(const PendingStep& pending) {
   StepBuffers& buffers = buffers_of(pending.number);
@@ -302,7 +302,7 @@ void DeviceSimulator<D>::reserve_results(const PendingStep& pending) {
   reserve(buffers.poses), reserve(buffers.velocities), reserve(buffers.flags);
 }
 
-/// Copies of one step's results run beside the kernels of the next, from memory that only they read until then.
+/// Copies of one step's results overlap the next step's kernels; until they are done, nothing else uses their source.
 template <exec::Device D>
 void DeviceSimulator<D>::submit_results(const PendingStep& pending) {
   StepBuffers& buffers = buffers_of(pending.number);
@@ -322,7 +322,7 @@ SlotResults& DeviceSimulator<D>::publish(SlotResults& results, std::uint32_t ind
   return results;
 }
 
-/// Copies edits to where the device can take them from.
+/// Copies edits to pinned memory.
 template <exec::Device D>
 void DeviceSimulator<D>::stage_edits(PendingStep& pending) {
   StepBuffers& buffers = buffers_of(pending.number);
@@ -330,7 +330,7 @@ void DeviceSimulator<D>::stage_edits(PendingStep& pending) {
   stage(buffers.staged_data, buffers.data, pending.data, 0);
 }
 
-/// Copies a list but for its first `done` items; all, where its room is new. Returns how many were not copied.
+/// Copies a list except its first `done` items; all items if the memory is new. Returns the number not copied.
 template <exec::Device D>
 template <class T>
 std::size_t DeviceSimulator<D>::stage(exec::PinnedBuffer<T>& staging, exec::Buffer<T>& buffer,
@@ -344,7 +344,7 @@ std::size_t DeviceSimulator<D>::stage(exec::PinnedBuffer<T>& staging, exec::Buff
   return done;
 }
 
-/// Edits come while the steps before still run.
+/// Uploads overlap the steps in flight.
 template <exec::Device D>
 void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
   if (pending.edits.empty()) return;
@@ -353,7 +353,7 @@ void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
                                pending.edits.size() - pending.uploaded);
   if (!pending.data.empty())
     device_.copy_to_device_aside(buffers.data.data(), buffers.staged_data.data(), pending.data.size());
-  // Looking at every body pays where many are edited.
+  // Visiting every body pays off if many are edited.
   const bool follows = 8 * pending.edits.size() > pending.indices;
   const ApplyEdits apply{body_memory_.arrays(),
                          grid_memory_.grid(grid_base_),
@@ -366,7 +366,7 @@ void DeviceSimulator<D>::upload_edits(const PendingStep& pending) {
   if (follows) device_.parallel_for(pending.indices, FollowEdits{apply});
 }
 
-/// Before the step's edits, and like them not while the simulator is stopped.
+/// Applied before the step's edits, and like them not while the simulator is stopped.
 template <exec::Device D>
 void DeviceSimulator<D>::change_gravity(const PendingStep& pending) {
   const GravityChange& change = pending.gravity;

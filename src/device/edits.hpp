@@ -1,4 +1,4 @@
-// What the application changes between steps, applied in the order it was asked for.
+// The application's changes between steps, applied in the order of its calls.
 #pragma once
 
 #include "device/contact_arrays.hpp"
@@ -14,24 +14,24 @@ enum class EditKind : std::uint32_t {
   remove,
   set_pose,
   set_velocity,
-  add_velocity,  ///< velocity: the change
-  impulse,       ///< velocity: impulse (N·s) and angular impulse (N·m·s)
+  add_velocity,  ///< velocity is the change
+  impulse,       ///< velocity is the impulse (N·s) and angular impulse (N·m·s)
   move_to,       ///< of a kinematic body
-  force,         ///< velocity: force (N) and torque (N·m), for the next step
-  constants,     ///< its BodyData's constants alone
+  force,         ///< velocity is the force (N) and torque (N·m), for the next step
+  constants,     ///< only the constants of its BodyData
   wake,
-  joints,  ///< joints come, go or change: wakes the body, where it was not isolated
+  joints,  ///< its joints change: wakes the body, unless it is isolated
 };
 
-/// Three quads, because a million bodies may be pushed in one go.
+/// Only three quads, because a million bodies may be pushed at once.
 struct alignas(16) Edit {
   EditKind kind = EditKind::wake;
   std::uint32_t index = 0;    ///< device index of the body
   std::uint32_t next = none;  ///< the body's next edit of this batch
   std::uint32_t data = 0;     ///< index of its BodyData
-  Vec3 linear{};              ///< of a velocity, impulse or force; or a position
+  Vec3 linear{};              ///< part of a velocity, impulse or force; or a position
   std::uint32_t later = 0;    ///< 1: not the body's first edit of this batch
-  Vec3 angular{};             ///< of the same; or the vector of a rotation
+  Vec3 angular{};             ///< part of the same; or the vector of a rotation
   float w = 0;                ///< of a rotation
 
   FATHOM_HD Pose pose() const { return {linear, 0, {w, angular.x, angular.y, angular.z}}; }
@@ -59,24 +59,25 @@ struct alignas(16) BodyData {
   FilterMasks filter;
   Pose pose{};                ///< of a body that is added
   Velocity velocity{};        ///< of a body that is added
-  std::uint32_t changes = 0;  ///< `Changes` to note where constants change
+  std::uint32_t changes = 0;  ///< `Changes` to note when constants change
   std::uint32_t slot = none;  ///< of a body that is added
   Vec3 surface_velocity;      ///< m/s, body axes
   float unused[3] = {};
 };
 
-/// The change of velocity by an impulse and an angular impulse.
+/// `v` after an impulse and an angular impulse.
 FATHOM_HD Velocity pushed(const Velocity& v, const BodyConstants& c, const BodyTensors& t, Quat rotation,
                           const Velocity& impulse) {
   const Vec3 turn = angular_response(rotation, c.inverse_inertia, t.inverse, impulse.angular);
   return {mul_add(v.linear, c.inverse_mass, impulse.linear), 0, v.angular + turn, 0};
 }
 
-/// Each body's edits, one after the other. Nothing happens while the simulator is stopped: the batch comes again.
+/// Applies each body's edits, one after the other. Nothing happens while the simulator is stopped: the batch is
+/// submitted again.
 ///
-/// Edits come in the order of the application's calls, bodies lie along a curve: what they read of a body is scattered.
-/// Where `follows`, a body whose one edit changes its velocity is only marked, and FollowEdits does the rest, in the
-/// bodies' own order.
+/// Edits are in the order of the application's calls, bodies along a curve, so edits read body data from scattered
+/// addresses. If `follows`, a body with a single edit that changes its velocity is only marked, and FollowEdits does
+/// the rest in the order of bodies.
 struct ApplyEdits {
   static constexpr std::uint32_t group_size = 64;
 
@@ -94,7 +95,7 @@ struct ApplyEdits {
     for (std::uint32_t e = k; e != none; e = edits[e].next) apply(edits[e]);
   }
 
-  /// The part of an edit that bodies' own order is better for.
+  /// The part of an edit that is better done in the order of bodies.
   FATHOM_HD void follow(std::uint32_t i) const {
     if (counters->stopped || i >= counters->bodies || !(bodies.flags[i] & edited_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(edited_flag);
@@ -103,7 +104,7 @@ struct ApplyEdits {
   }
 
  private:
-  /// The velocity of body i is new: a kinematic one goes nowhere else, and wakes what rests on it.
+  /// The velocity of body i is new: a kinematic body drops its target, and wakes what rests on it if it moves.
   FATHOM_HD std::uint32_t set_moving(std::uint32_t i) const {
     if (bodies.constants[i].motion() != MotionType::kinematic) return 0;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);
@@ -252,14 +253,14 @@ struct ApplyEdits {
   }
 };
 
-/// Behind ApplyEdits, for every body.
+/// After ApplyEdits, for every body.
 struct FollowEdits {
   ApplyEdits edits;
 
   FATHOM_HD void operator()(std::uint32_t i) const { edits.follow(i); }
 };
 
-/// For tests, and on the host alone: isolates bodies of a category before a step.
+/// For tests, on the host only: isolates bodies of a category before a step.
 struct IsolateOnRequest {
   Bodies<body_state> bodies;
   Counters* counters;
@@ -299,7 +300,7 @@ struct WakeByGravity {
   }
 };
 
-/// Lets steps run again after one was stopped.
+/// Lets steps run again after one has stopped.
 struct GoOn {
   Counters* counters;
 

@@ -1,8 +1,8 @@
-// The graph of supports (dynamics/support.hpp): which bodies belong to structures, how far each is from the ground, and
-// the factors of their supports' rows.
+// The graph of supports (dynamics/support.hpp): which bodies belong to structures, each body's distance from the
+// ground, and the factors of their supports' rows.
 //
-// Only where some contact was overloaded in the step before; else the kernel has no phases. Nothing depends on the
-// order in which items run: lists are in any order, sums are of integers, and each body goes through its contacts in
+// Only if some contact was overloaded in the previous step; otherwise the kernel has no phases. Nothing depends on the
+// order in which items run: lists may be in any order, sums use integers, and each body goes through its contacts in
 // the order of their colours.
 #pragma once
 
@@ -15,8 +15,8 @@
 namespace fathom::device {
 
 /// Bodies forget, contacts join them, structures are noted and their bodies admitted. Then all contacts together lift
-/// bodies from level to level, as long as some are; bodies are listed by level, and look for their supports, and look
-/// again as long as something changes.
+/// bodies from level to level, until none is lifted. Bodies are listed by level and look for their supports, and look
+/// again while something changes.
 struct FindSupports {
   static constexpr bool ends_at_empty_phase = true;
   static constexpr std::uint32_t group_size = 128;
@@ -110,11 +110,11 @@ struct FindSupports {
   enum class What : std::uint32_t { forget, join, note, admit, lift, lay_out, list, look, look_again, settle, nothing };
   struct Turn {
     What what;
-    std::uint32_t number = 0;  ///< of the level, or the round
+    std::uint32_t number = 0;  ///< the level or round
   };
 
-  /// What a phase does. How many levels and rounds there are is found on the way; counters that items of this very
-  /// phase write tell the same before and after.
+  /// The work of a phase. The number of levels and rounds becomes known on the way; counters that items of the current
+  /// phase write give the same answer before and after.
   FATHOM_HD Turn turn_of(std::uint32_t phase) const {
     if (phase < first_phases) return {static_cast<What>(phase)};
     std::uint32_t k = phase - first_phases;
@@ -134,7 +134,8 @@ struct FindSupports {
   }
   FATHOM_HD SupportFactors factors() const { return {bodies, constraints, counters, h}; }
 
-  /// Whether levels are found anew. Else bodies keep theirs, so that what stands is held in the same way.
+  /// Whether levels are determined again. Otherwise bodies keep theirs, so that a standing structure is held in the
+  /// same way.
   FATHOM_HD bool is_anew() const {
     const Counters& c = *counters;
     return c.any_began || c.any_ended || c.step % levels_last == 0 || c.unlevelled_step == c.step ||
@@ -148,7 +149,7 @@ struct FindSupports {
       s.held = 1;
     else if (counters->held_step != counters->step || s.level == 0)
       s.held = 0;
-    // What sleeps keeps its level: it wakes as part of the structure that it was.
+    // A sleeping body keeps its level: it wakes as part of the same structure.
     if (pushable ? is_anew() : !bodies.constants[i].is_dynamic()) s.level = 0;
     bodies.parent[i] = i;
     bodies.structures[i] = Structure{};
@@ -167,7 +168,7 @@ struct FindSupports {
 
   FATHOM_HD void join(std::uint32_t k) const {
     constraints.supports[k].upper = no_upper;
-    if (is_joint(constraints.heads[k].bits)) return;  // joints support nothing
+    if (is_joint(constraints.heads[k].bits)) return;  // joints are not supports
     const Contact& c = contacts.contacts[constraints.contact[k]];
     if (c.colour() == overflow_colour) return;
     const bool pushes_a = is_pushable(bodies, c.a), pushes_b = is_pushable(bodies, c.b);
@@ -214,13 +215,14 @@ struct FindSupports {
     if (is_anew()) exec::atomic_store(bodies.support[c.b].level, 1u);
   }
 
-  /// Whether what rests on A's moving surface may go with it: only if nothing else moves, and nothing is in its way.
+  /// Whether a body on A's moving surface may go with it: only if its own surface does not move, and the surface moves
+  /// along the contact plane.
   FATHOM_HD bool may_be_base(std::uint32_t k, const Contact& c) const {
     if (!c.fixed_a() || bodies.constants[c.b].has_moving_surface()) return false;
     const Quad* const rows = rows_of(constraints, k);
     return is_along_surface(constraints.extras[k].surface_slide, rows[0].xyz());
   }
-  /// The bodies of constraint k do not move as one with what their structure rests on.
+  /// Notes that the bodies of constraint k do not move as one with what their structure rests on.
   FATHOM_HD void split(std::uint32_t k, const Contact& c) const {
     if (!is_pushable(bodies, c.b) || !touches(k)) return;
     Structure& s = bodies.structures[root_of(bodies.parent, c.b)];
@@ -263,9 +265,9 @@ struct FindSupports {
     bodies.by_level[counters->level[s.level].first + index] = i;
   }
 
-  /// Mass in units of the heaviest body's, and kinetic energy in units of what that may have (see `is_calm`).
+  /// Adds mass in units of the heaviest body's, and kinetic energy in units of its maximum (see `is_calm`).
   FATHOM_HD void add_energy(std::uint32_t i, Structure& structure) const {
-    constexpr float max_energy = 0.1f;  // J/kg: what is faster has yet to come down
+    constexpr float max_energy = 0.1f;  // J/kg: a faster structure is still falling
     const Velocity common = common_motion(bodies, structure, i);
     const Vec3 linear = bodies.velocities[i].linear - common.linear;
     const Vec3 angular = bodies.velocities[i].angular - common.angular;
@@ -277,7 +279,7 @@ struct FindSupports {
     exec::atomic_add(structure.mass, static_cast<std::uint64_t>(unit * min(mass, 1.0f)));
     exec::atomic_add(structure.energy, static_cast<std::uint64_t>(unit * (share >= 0 ? share : 256.0f)));
   }
-  /// Of two bodies that press on each other one has this level: the other gets the next, unless it has one.
+  /// If one of two bodies that press on each other has this level, the other gets the next, unless it has one.
   FATHOM_HD void lift(std::uint32_t k, std::uint32_t level) const {
     const PairRecord pair = constraints.bodies[k];
     const std::uint32_t level_a = exec::atomic_load(bodies.support[pair.a].level);
@@ -288,7 +290,7 @@ struct FindSupports {
     if (exec::atomic_cas(bodies.support[i].level, 0u, level + 1) == 0)
       exec::atomic_add(counters->level[level + 1].count, 1u);
   }
-  /// Whether constraint k is a contact by which one of the two may carry the other.
+  /// Whether constraint k is a contact through which one body may carry the other.
   FATHOM_HD bool presses(std::uint32_t k, const PairRecord& pair) const {
     if (is_joint(constraints.heads[k].bits)) return false;
     if (contacts.contacts[constraints.contact[k]].colour() == overflow_colour) return false;

@@ -6,7 +6,7 @@ namespace fathom::device {
 
 namespace {
 
-/// Times what is in use when memory is taken, so that moving hulls together is rare.
+/// Allocated memory as a multiple of that in use, so that hulls are rarely compacted.
 constexpr std::size_t spare_room = 4;
 constexpr std::size_t min_records = 64;
 
@@ -68,7 +68,7 @@ bool HullMemory::fits(const Extent& more) const {
          face_edges_.size + more.face_edges <= face_edges_.room();
 }
 
-// Where half of the room is in use, moving hulls together would soon be needed again.
+// If half of the memory is in use, compaction would soon be needed again.
 bool HullMemory::must_grow() const {
   if (must_pack_) return true;
   if (fits(total(new_))) return false;
@@ -84,7 +84,7 @@ void HullMemory::grow(exec::Memory& memory) {
     column.device.grow(spare_room * in_use);
     column.host = std::decay_t<decltype(column.host)>(memory, spare_room * in_use);
   };
-  // Records are not moved: an index without a hull is used again.
+  // Records are not moved: indices without a hull are reused.
   if (all.records > records_.room()) reserve(records_, std::max(all.records, min_records));
   reserve(vertices_, all.vertices), reserve(vertex_edges_, all.vertices), reserve(edges_, all.edges),
       reserve(planes_, all.planes);

@@ -1,8 +1,8 @@
-// Hulls of the shapes that bodies have, in device memory.
+// Hulls of the bodies' shapes, in device memory.
 //
-// A hull keeps its index while some body uses it. Its points, edges and faces are put behind those of others; where no
-// room is left there, those that are still in use are moved together. So a stream of bodies, each with a hull of its
-// own, takes as much memory as those that live at a time, and uploads each hull once.
+// A hull keeps its index while some body uses it. Its vertices, edges and faces are appended to the arrays; if no room
+// is left there, those still in use are compacted. So a stream of bodies, each with its own hull, takes only as much
+// memory as the bodies that live at one time, and uploads each hull once.
 #pragma once
 
 #include <algorithm>
@@ -21,24 +21,24 @@ class HullMemory {
  public:
   explicit HullMemory(exec::Memory& memory);
 
-  /// One body more uses the hull, which `upload` brings to the device if it is new there.
+  /// Another body uses the hull; `upload` copies it to the device if it is new there.
   void begin_use(const std::shared_ptr<const Hull>& hull);
-  /// One less, from step `step` on. Until `step_finished(step)` the hull stays where it is.
+  /// A body stops using it from step `step` on. Until `step_finished(step)` the hull stays in place.
   void end_use(const Hull* hull, std::uint64_t step);
   void step_finished(std::uint64_t step);
-  /// Of a hull in use.
+  /// Index of a hull in use.
   std::uint32_t index_of(const Hull* hull) const { return indices_.at(hull); }
 
   bool is_current() const { return new_.empty() && !must_pack_; }
-  /// Whether `upload` takes other memory than before.
+  /// Whether `upload` will allocate new memory.
   bool must_grow() const;
-  /// Hulls in use, or in use until a step finishes.
+  /// Number of hulls in use, or in use until a step finishes.
   std::size_t count() const { return indices_.size(); }
 
   template <class D>
   void upload(D& device) {
     if (must_pack_ || !fits(total(new_))) {
-      device.wait();  // for what still reads the host's side
+      device.wait();  // for pending copies from the host's side
       must_pack_ = true;
       grow(device);
       pack();
@@ -53,7 +53,7 @@ class HullMemory {
   HullArrays arrays() const;
 
  private:
-  /// An array on the device and its image on the host, from which it is uploaded.
+  /// An array on the device and its image on the host, the source of uploads.
   template <class T>
   struct Column {
     explicit Column(exec::Memory& memory) : device(memory), host(memory, 0) {}
@@ -98,7 +98,7 @@ class HullMemory {
   }
   Extent total(const std::vector<std::uint32_t>& indices) const;
   Extent total_in_use() const;
-  /// Whether as much as that finds room behind what is there.
+  /// Whether that much can be appended.
   bool fits(const Extent& more) const;
   void grow(exec::Memory& memory);
   void pack();
@@ -108,13 +108,13 @@ class HullMemory {
   std::unordered_map<const Hull*, std::uint32_t> indices_;
   std::vector<std::uint32_t> free_, new_;
   std::deque<EndedUse> ended_;
-  bool must_pack_ = false;  // growing began and has not ended
+  bool must_pack_ = false;  // growing has begun but not ended
   Column<HullRecord> records_;
   Column<Vec3> vertices_;
   Column<Hull::HalfEdge> edges_;
   Column<Hull::Plane> planes_;
   Column<std::uint16_t> face_edges_;
-  Column<std::uint16_t> vertex_edges_;  // as long as vertices_
+  Column<std::uint16_t> vertex_edges_;  // same length as vertices_
 };
 
 }  // namespace fathom::device

@@ -1,7 +1,7 @@
-// Joints on the device: constraints that the application makes, where contacts are made by the narrow phase.
+// Joints on the device: constraints made by the application, whereas contacts are made by the narrow phase.
 //
 // Joints and contacts share colours and layout, so a joint is one more constraint of its bodies. The host gives joints
-// their colours when it adds them (device/joint_mirror.hpp); contacts choose among the others.
+// their colours when it adds them (device/joint_mirror.hpp); contacts choose among the remaining ones.
 #pragma once
 
 #include <cstdint>
@@ -12,41 +12,40 @@
 
 namespace fathom::device {
 
-/// Marks a joint's slot where constraints name their contacts.
+/// Marks an entry as a joint's slot in the constraints' list of contacts.
 inline constexpr std::uint32_t joint_tag = 0x80000000u;
 
-/// Which joints a world has had. Solvers are compiled for each, so that none carries the registers of what is not
-/// there.
+/// Kinds of joints a world has had. Solvers are compiled for each, so that none uses registers for absent joints.
 enum class JointKinds : std::uint8_t { absent, balls, all };
 
-/// A joint by its slot of the World. The host writes all but the impulses. Of a generic or distance joint only the
-/// first row and the anchors count; the rest is in `JointArrays::generic` and `generic_impulses`.
+/// A joint by its World slot. The host writes everything except the impulses. For a generic or distance joint only the
+/// first row and the anchors are used; the rest is in `JointArrays::generic` and `generic_impulses`.
 struct alignas(16) JointRecord {
   std::uint32_t a = none, b = none;  ///< device indices; a body that cannot be pushed is always A; `none`: unused
   std::uint32_t colour = 0;          ///< below `dynamic_colours`, or `overflow_colour`
   std::uint16_t fixed_a = 0;         ///< 1: A is fixed or kinematic
-  std::uint16_t is_generic = 0;      ///< 1: it is no ball joint
+  std::uint16_t is_generic = 0;      ///< 1: it is not a ball joint
   Vec3 anchor_a;                     ///< m, body axes
   float bias_rate = 0;               ///< of its Softness
   Vec3 anchor_b;
   float mass_scale = 0;
-  Vec3 impulse;  ///< N·s on B, of the last substep, which warm starting begins with
+  Vec3 impulse;  ///< N·s on B, of the last substep, for warm starting
   float impulse_scale = 0;
   Vec3 total;             ///< N·s on B, of the last step that solved it
-  float max_impulse = 0;  ///< N·s a substep, of a spring; 0 of a rigid joint
-  float max_start = 0;    ///< N·s, that sweeps begin a step with
+  float max_impulse = 0;  ///< N·s per substep, of a spring; 0 for a rigid joint
+  float max_start = 0;    ///< N·s, maximum with which sweeps begin a step
   std::uint32_t unused[3] = {};
 
   FATHOM_HD bool in_use() const { return a != none; }
 };
 static_assert(sizeof(JointRecord) == 96);
 
-/// Pairs of bodies that make no contacts with each other: an open hash table with linear probing.
+/// Pairs of bodies that do not collide: an open hash table with linear probing.
 struct ApartTable {
   static constexpr std::uint64_t no_pair = ~std::uint64_t{0};
 
   const std::uint64_t* pairs;
-  std::uint32_t mask;   ///< slots less one
+  std::uint32_t mask;   ///< number of slots − 1
   std::uint32_t is_on;  ///< 1: there are joints
 
   FATHOM_HD static std::uint64_t pair(std::uint32_t a, std::uint32_t b) {
@@ -64,24 +63,24 @@ struct ApartTable {
   }
 };
 
-/// What a generic joint hands from sweep to sweep within a step besides its rows: of a coupling the angles that the
-/// step began with, as rates.
+/// State of a generic joint that lasts from sweep to sweep within a step, besides its rows; for a coupling `rate` holds
+/// the angles at the start of the step.
 struct JointReactions {
   float bounce[axis_count], rate[axis_count];
   Vec3 pulled, pulled_a, pulled_b;
 };
 
-/// The parts of what the device keeps of joints, for `Joints`.
+/// Parts of the device's joint data, for `Joints`.
 enum JointPart : std::uint8_t { joint_records, joint_definitions, joint_impulses };
 
-/// Joints, of which the parts `written` may be written (access.hpp). Worlds without have no memory for any.
+/// Joints; the parts `written` may be written (access.hpp). Worlds without joints have no memory for them.
 template <JointPart... written>
 struct Joints {
   template <class T, JointPart part>
   using Of = Array<T, part, written...>;
 
   Of<JointRecord, joint_records> records;
-  // By slot too; null where there never was a generic or distance joint.
+  // Also by slot; null if there never was a generic or distance joint.
   Of<GenericJoint, joint_definitions> generic;
   Of<GenericImpulse, joint_impulses> generic_impulses;
   Of<JointReactions, joint_impulses> reactions;
@@ -97,15 +96,15 @@ struct Joints {
 
 using JointArrays = Joints<joint_records, joint_definitions, joint_impulses>;
 
-/// A joint's new record. Its impulses are the device's: where the joint is not new, they stay.
+/// A joint's new record. The device owns its impulses: if the joint is not new, they stay.
 struct alignas(16) JointEdit {
   JointRecord record;
   std::uint32_t slot = 0;
-  std::uint32_t is_new = 0;  ///< 1: another joint had the slot, or none
+  std::uint32_t is_new = 0;  ///< 1: the slot held another joint or none
   std::uint32_t unused[2] = {};
 };
 
-/// What a generic or distance joint is from now on, behind its JointEdit.
+/// The new definition of a generic or distance joint, applied after its JointEdit.
 struct GenericEdit {
   GenericJoint joint;
   std::uint32_t slot = 0;

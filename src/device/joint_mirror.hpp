@@ -1,7 +1,7 @@
-// Joints on the host: which colours they have, which pairs they and the application keep apart, and what the device has
-// yet to be told.
+// Joints on the host: their colours, the pairs that they and the application keep apart, and the edits that the device
+// has yet to receive.
 //
-// All of it follows from the application's calls alone, never from how far the device has got.
+// All of it depends only on the application's calls, never on the device's progress.
 #pragma once
 
 #include <algorithm>
@@ -17,17 +17,17 @@
 
 namespace fathom::device {
 
-/// What an ApartTable on the device holds, and which of its slots are new.
+/// The content of the ApartTable on the device, and which of its slots are new.
 class ApartPairs {
  public:
-  /// Slots of the table, a power of two; 0 as long as there never was a joint.
+  /// Slots of the table, a power of two; 0 until there is a joint.
   std::size_t size() const { return pairs_.size(); }
   const std::vector<std::uint64_t>& pairs() const { return pairs_; }
 
   void begin() {
     if (pairs_.empty()) resize(first_size);
   }
-  /// As often as it is added, a pair has to be removed.
+  /// A pair must be removed as often as it was added.
   void add(std::uint64_t pair) {
     if (2 * (count_ + 1) > pairs_.size()) resize(2 * pairs_.size());
     const std::uint32_t slot = find(pair);
@@ -39,7 +39,7 @@ class ApartPairs {
     std::uint32_t gap = find(pair);
     if (--times_[gap] > 0) return;
     --count_;
-    // What lies behind comes nearer to its home, so that no search ends too early.
+    // Later entries move towards their home slots, so that no search ends too early.
     for (std::uint32_t k = next(gap); pairs_[k] != ApartTable::no_pair; k = next(k)) {
       const std::uint32_t way = (k - ApartTable::home(pairs_[k], mask())) & mask();
       if (way < ((k - gap) & mask())) continue;
@@ -52,7 +52,7 @@ class ApartPairs {
   }
 
   void touch(std::uint32_t slot) { changed_.push_back(slot); }
-  /// What has changed since the last call.
+  /// Changes since the last call.
   std::vector<ApartEdit> take_edits() {
     std::ranges::sort(changed_);
     changed_.erase(std::unique(changed_.begin(), changed_.end()), changed_.end());
@@ -67,7 +67,7 @@ class ApartPairs {
 
   std::uint32_t mask() const { return static_cast<std::uint32_t>(pairs_.size()) - 1; }
   std::uint32_t next(std::uint32_t slot) const { return (slot + 1) & mask(); }
-  /// Where the pair is, or would be.
+  /// The slot where the pair is, or would be.
   std::uint32_t find(std::uint64_t pair) const {
     std::uint32_t slot = ApartTable::home(pair, mask());
     while (pairs_[slot] != pair && pairs_[slot] != ApartTable::no_pair) slot = next(slot);
@@ -90,12 +90,12 @@ class ApartPairs {
   }
 
   std::vector<std::uint64_t> pairs_;
-  std::vector<std::uint32_t> times_;  // each was added
+  std::vector<std::uint32_t> times_;  // number of times each was added
   std::vector<std::uint32_t> changed_;
   std::size_t count_ = 0;
 };
 
-/// Two bodies, by device index, that collide no more, or again.
+/// Two bodies, by device index, that stop colliding, or collide again.
 struct PairNote {
   std::uint32_t a = none, b = none;
   bool apart = false;
@@ -103,29 +103,28 @@ struct PairNote {
 
 class JointMirror {
  public:
-  /// The joint in `slot` came, went or changed.
+  /// The joint in `slot` was added, removed or changed.
   void note(std::uint32_t slot) {
     if (slot >= is_noted_.size()) is_noted_.resize(slot + 1);
     if (!is_noted_[slot]) noted_.push_back(slot);
     is_noted_[slot] = true;
   }
-  /// The joint in `slot` goes. It may come back with its generation, to bodies with other indices.
+  /// The joint in `slot` is removed. A joint may get the same slot and generation again, for bodies with other indices.
   void note_removed(std::uint32_t slot) {
     note(slot);
     if (slot < joints_.size()) joints_[slot].generation = unknown;
   }
-  /// Two bodies, by device index, collide no more (`apart`), or again.
+  /// Two bodies, by device index, stop colliding (`apart`), or collide again.
   void note_pair(std::uint32_t a, std::uint32_t b, bool apart) { pair_notes_.push_back({a, b, apart}); }
-  /// Bodies have other indices, while the device knows none.
+  /// Bodies get other indices, before the device knows any.
   void reorder(std::span<const std::uint32_t> new_of) {
     for (PairNote& note : pair_notes_) note.a = new_of[note.a], note.b = new_of[note.b];
   }
   bool has_notes() const { return !noted_.empty() || !pair_notes_.empty(); }
   const ApartPairs& apart() const { return apart_; }
 
-  /// Edits that bring the device up to date with `table`; `h` is a substep (s), `min_hit`
-  /// GenericJoint's. Joints that come take the lowest colour
-  /// that is free on both bodies, in the order of slots.
+  /// Edits that bring the device up to date with `table`; `h` is a substep (s), `min_hit` that of GenericJoint. New
+  /// joints take the lowest colour that is free on both bodies, in the order of slots.
   std::vector<JointEdit> take_edits(const JointTable& table, const BodyIndices& indices, float h, float min_hit) {
     std::ranges::sort(noted_);
     apart_.begin();
@@ -148,9 +147,9 @@ class JointMirror {
     noted_.clear();
     return edits;
   }
-  /// The definitions that belong to them.
+  /// The definitions that belong to these edits.
   std::vector<GenericEdit> take_generic_edits() { return std::exchange(generic_edits_, {}); }
-  /// Carries out what was noted of pairs.
+  /// Applies the notes of pairs.
   std::vector<PairNote> take_pair_notes() {
     if (!pair_notes_.empty()) apart_.begin();
     for (const PairNote& note : pair_notes_) apply(note);
@@ -160,7 +159,7 @@ class JointMirror {
   /// Whether there ever was a generic or distance joint.
   bool had_generic() const { return had_generic_; }
 
-  /// The device was not told.
+  /// Restores notes that did not reach the device.
   void take_back(const std::vector<JointEdit>& edits, const std::vector<PairNote>& pair_notes,
                  const std::vector<ApartEdit>& apart_edits) {
     for (const JointEdit& edit : edits) {
@@ -173,7 +172,7 @@ class JointMirror {
       if (edit.slot < apart_.size()) apart_.touch(edit.slot);
   }
 
-  /// Whether the device knows the joint that is in `slot` now.
+  /// Whether the device knows the joint currently in `slot`.
   bool is_known(const JointTable& table, std::uint32_t slot) const {
     return slot < joints_.size() && table.alive(slot) && joints_[slot].generation == table.id(slot).generation;
   }
@@ -182,7 +181,7 @@ class JointMirror {
   static void archive(Self& self, Archive& a) {
     a(self.joints_, self.noted_, self.had_generic_);
   }
-  /// Whether what was read does not contradict itself, nor `table`.
+  /// Whether the data read is consistent with itself and with `table`.
   bool is_sound(const JointTable& table, std::uint32_t index_count) const {
     const auto fits = [&](const Mirrored& joint) {
       return joint.a == none ||
@@ -192,7 +191,7 @@ class JointMirror {
     return had_generic_ <= 1 && joints_.size() <= table.slot_count() && std::ranges::all_of(joints_, fits) &&
            std::ranges::all_of(noted_, [&](std::uint32_t slot) { return slot < table.slot_count(); });
   }
-  /// All else, from what was read and is sound; `excluded`: by slot. The device, where it knows bodies, is given the
+  /// Rebuilds everything else from sound data that was read; `excluded` is by slot. A device that knows bodies gets the
   /// whole table of pairs.
   void rebuild(const ExcludedPairs& excluded, const BodyIndices& indices, bool is_on_device) {
     for (const std::uint32_t slot : std::exchange(noted_, {})) note(slot);
@@ -213,7 +212,7 @@ class JointMirror {
  private:
   static constexpr std::uint32_t unknown = 0;  // no living joint has this generation
 
-  /// A joint as the device will have it.
+  /// A joint in the form that the device will have.
   struct Mirrored {
     std::uint32_t a = none, b = none;  // device indices
     std::uint32_t colour = 0;
@@ -274,7 +273,7 @@ class JointMirror {
   }
 
   std::vector<Mirrored> joints_;        // by slot
-  std::vector<std::uint64_t> colours_;  // that joints have taken, by device index
+  std::vector<std::uint64_t> colours_;  // used by joints, by device index
   ApartPairs apart_;
   std::vector<PairNote> pair_notes_;  // for the next step
   std::vector<std::uint32_t> noted_;

@@ -1,8 +1,8 @@
-// The laws of joints (src/dynamics) over a device's rows, as a sweep over one of them wants them:
+// The joint laws (src/dynamics) over a device's rows, with the interface that a sweep expects:
 //     begin_without_impulses();  warm_start(bodies);  solve<pass>(bodies, h, ends_substep);
 //     forget();  store(rows, ends_substep);
-// `solve` returns what is finite only if all is; `forget` is for when it is not. `by_inertia`: bodies of one inverse
-// inertia have code of their own, which pays where a row is short.
+// `solve` returns a sum that is finite only if all results are; otherwise `forget` is called. `by_inertia`: bodies with
+// a single inverse inertia have separate code, which pays off for short rows.
 #pragma once
 
 #include "device/constraint_rows.hpp"

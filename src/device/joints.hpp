@@ -1,4 +1,4 @@
-// What steps and edits do to joints, but solve them (device/solve.hpp).
+// Operations of steps and edits on joints, other than solving (device/solve.hpp).
 #pragma once
 
 #include "device/contact_arrays.hpp"
@@ -7,15 +7,15 @@
 
 namespace fathom::device {
 
-/// The bodies of a joint that it can push give it its colour, and count it; `Act` is done to each.
+/// Calls `act` for each body that the joint can push: these reserve its colour and count it.
 template <class Act>
 FATHOM_HD void for_each_pushed(const JointRecord& joint, const Act& act) {
   act(joint.b);
   if (!joint.fixed_a) act(joint.a);
 }
 
-/// The first of two passes over a batch of edits, behind ApplyEdits: joints that go give their colours back. Nothing
-/// happens while the simulator is stopped: the batch comes again.
+/// The first of two passes over a batch of edits, after ApplyEdits: removed joints release their colours. Nothing
+/// happens while the simulator is stopped: the batch is submitted again.
 struct ForgetJoints {
   Bodies<body_colours> bodies;
   Joints<> joints;
@@ -29,7 +29,7 @@ struct ForgetJoints {
     for_each_pushed(old, [&](std::uint32_t i) {
       exec::atomic_add(bodies.touching[i], ~0u);
       if (old.colour == overflow_colour) return;
-      // The bit is this joint's alone, so subtracting takes it away.
+      // Only this joint has set the bit, so subtraction clears it.
       const std::uint64_t bit = std::uint64_t{1} << old.colour;
       exec::atomic_add(bodies.joint_colours[i], ~bit + 1);
       exec::atomic_add(bodies.colours[i], ~bit + 1);
@@ -37,7 +37,7 @@ struct ForgetJoints {
   }
 };
 
-/// The second: joints that come take theirs. A contact that has the same colour gives it up when it is looked at
+/// The second pass: new joints reserve theirs. A contact with the same colour gives it up when it is visited
 /// (`ContactChanges::meet_joints`).
 struct TakeJoints {
   Bodies<body_colours> bodies;
@@ -65,7 +65,7 @@ struct TakeJoints {
   }
 };
 
-/// And the definitions of those that are generic.
+/// Adopts the definitions of generic joints.
 struct TakeGenericJoints {
   Joints<joint_definitions, joint_impulses> joints;
   const Counters* counters;
@@ -91,8 +91,8 @@ struct EditApartTable {
   }
 };
 
-/// Who sleeps wakes with what it is joined to: where only one of the bodies is awake, and where one that cannot be
-/// pushed was moved.
+/// Wakes a sleeping body with what it is joined to: if only one of the bodies is awake, or if one that cannot be pushed
+/// was moved.
 struct WakeJoined {
   Bodies<body_islands> bodies;
   Joints<> joints;

@@ -6,7 +6,7 @@ namespace fathom {
 
 namespace {
 
-/// Makes what `Make` makes on the back end that `def.device` names.
+/// Calls `Make` for the back end that `def.device` names.
 template <class Make>
 auto make_on(const WorldDef& def) {
   const std::vector<exec::DeviceInfo> devices = exec::list_devices();

@@ -1,4 +1,4 @@
-// Makers of device simulators, and of collision detection alone, for each back end that may be built.
+// Factories of device simulators, and of collision detection only, for each back end that may be built.
 #pragma once
 
 #include <memory>

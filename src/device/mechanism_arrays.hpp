@@ -1,5 +1,5 @@
 // Mechanisms on the device: trees of joints that are solved directly (dynamics/mechanism.hpp). The host finds them
-// whenever joints change (world/joint_trees.hpp); which of them a step solves, the device sees by their state.
+// whenever joints change (world/joint_trees.hpp); the device decides from their state which of them a step solves.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,23 @@ namespace fathom::device {
 
 struct MechanismRecord {
   Mechanism tree{};
-  std::uint32_t is_driven = 0;  ///< some drive moves it
-  // Of a step, and zero between steps.
-  std::uint32_t is_blocked = 0;   ///< 1: it sleeps, or a body of it is isolated
-  std::uint32_t is_acted_on = 0;  ///< 1: more than its own joints acts on some body of it
+  std::uint32_t is_driven = 0;  ///< it has a drive
+  // Valid within a step, zero between steps.
+  std::uint32_t is_blocked = 0;   ///< 1: it sleeps, or one of its bodies is isolated
+  std::uint32_t is_acted_on = 0;  ///< 1: something besides its own joints acts on one of its bodies
 
   /// Whether the step solves it directly.
   FATHOM_HD bool is_direct() const { return !is_blocked; }
   /// Whether its bodies swing: move by the mean of their velocities before and after gravity's acceleration. A
-  /// mechanism of which some body rests on something would come to rest with the velocity that the others are to have
-  /// between positions; so would one that drives move, which aim at a velocity.
+  /// mechanism with a body that rests on something would come to rest at the velocity that the others should have
+  /// between positions; so would one with drives, which aim at a velocity.
   FATHOM_HD bool swings() const { return !is_driven && !is_acted_on; }
 };
 
-/// The parts of what the device keeps of mechanisms, for `Mechanisms`.
+/// Parts of the device's mechanism data, for `Mechanisms`.
 enum MechanismPart : std::uint8_t { mechanism_tables, mechanism_records, mechanism_states };
 
-/// Mechanisms, of which the parts `written` may be written (access.hpp). Worlds without have no memory for any.
+/// Mechanisms; the parts `written` may be written (access.hpp). Worlds without mechanisms have no memory for them.
 template <MechanismPart... written>
 struct Mechanisms {
   template <class T, MechanismPart part>
@@ -36,12 +36,12 @@ struct Mechanisms {
   Of<MechanismLink, mechanism_tables> links;  ///< bodies by device index, joints by slot
   Of<MechanismRecord, mechanism_records> records;
   Of<std::uint32_t, mechanism_tables> levels;
-  Of<std::uint32_t, mechanism_tables> of_joint;  ///< by slot: the mechanism that the joint is of, or `none`
+  Of<std::uint32_t, mechanism_tables> of_joint;  ///< by slot: the joint's mechanism, or `none`
   Of<LinkState, mechanism_states> states;        ///< by link
   Of<JointLink, mechanism_states> generic;
-  Of<float, mechanism_states> closures;  ///< of LoopClosures
+  Of<float, mechanism_states> closures;  ///< memory of LoopClosures
   std::uint32_t capacity;                ///< of records
-  std::uint32_t link_capacity;           ///< and states
+  std::uint32_t link_capacity;           ///< and of states
   std::uint32_t joint_capacity;          ///< of `of_joint`
 
   /// Whether this step solves the joint in `slot` directly.
@@ -58,7 +58,7 @@ struct Mechanisms {
 
 using MechanismArrays = Mechanisms<mechanism_tables, mechanism_records, mechanism_states>;
 
-/// All mechanisms, as the host has found them.
+/// All mechanisms, as found by the host.
 struct MechanismTables {
   MechanismLink* links;
   MechanismRecord* records;

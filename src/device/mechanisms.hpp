@@ -1,4 +1,4 @@
-// What steps do with mechanisms, but solve them (device/solve_directly.hpp).
+// Operations of steps on mechanisms, other than solving (device/solve_directly.hpp).
 #pragma once
 
 #include "check/check.hpp"
@@ -9,7 +9,7 @@
 
 namespace fathom::device {
 
-/// Bodies and joints as MechanismSolver asks for them, of sets that allow to write what it does.
+/// Bodies and joints with the interface that MechanismSolver expects, from sets that allow the writes it does.
 template <class BodySet, class JointSet>
 struct LinkedBodies {
   struct Ends {
@@ -50,8 +50,8 @@ struct LinkedBodies {
   FATHOM_HD Vec3 swing(const MechanismLink& link) const {
     return mechanisms->records[link.mechanism].swings() ? bodies->motion[link.body].acceleration : Vec3{};
   }
-  /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has moved by
-  /// the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
+  /// A body that swings moves by the mean of its velocities before and after gravity's acceleration. It has already
+  /// moved by the latter, unless nothing acted on it (`SolveConstraints::integrate_position`).
   FATHOM_HD void move_by_mean(const MechanismLink& link, float h) const {
     if (link.is_copy()) return;
     SolverQuads& body = bodies->solver[link.body];
@@ -86,8 +86,8 @@ FATHOM_HD MechanismSolver<LinkedBodies<BodySet, JointSet>> direct_solver(const B
   return {{&bodies, &joints, &m, push_out, limits}, m.links, m.levels, m.closures};
 }
 
-/// What the host has found takes the place of what there was. Nothing happens while the simulator is stopped: it comes
-/// again.
+/// Replaces the mechanisms by those the host has found. Nothing happens while the simulator is stopped: they are
+/// submitted again.
 struct TakeMechanisms {
   MechanismArrays to;
   MechanismTables from;
@@ -103,8 +103,8 @@ struct TakeMechanisms {
   }
 };
 
-/// Whether its bodies let a mechanism be solved directly in this step, whether they swing, and how inert they are: a
-/// link each.
+/// Checks, for each link, whether its body allows the mechanism to be solved directly in this step and to swing, and
+/// the inertia that the body needs.
 struct CheckLinks {
   Bodies<body_supports> bodies;
   Mechanisms<mechanism_records> mechanisms;
@@ -134,7 +134,7 @@ struct CheckLinks {
   }
 };
 
-/// Reads joints and bodies of those that are.
+/// Reads joints and bodies of directly solved mechanisms.
 struct PrepareMechanisms {
   Bodies<> bodies;
   Joints<> joints;
@@ -150,7 +150,7 @@ struct PrepareMechanisms {
   }
 };
 
-/// Hands back what the joints have given.
+/// Stores the joints' impulses.
 struct StoreMechanisms {
   Bodies<> bodies;
   Joints<joint_records, joint_impulses> joints;
@@ -163,7 +163,7 @@ struct StoreMechanisms {
   }
 };
 
-/// Behind it, also where the step has stopped.
+/// After it, even if the step has stopped.
 struct ClearMechanisms {
   Mechanisms<mechanism_records> mechanisms;
 

@@ -1,4 +1,4 @@
-// The tree that queries of the device simulator search: on the host, over the mirror's poses.
+// The tree for queries of the device simulator: on the host, over the mirror's poses.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace fathom::device {
 
 class MirrorTree {
  public:
-  // What has changed; bodies that are not fixed always count as moved.
+  // Notes changes; bodies that are not fixed always count as moved.
   void note_set(std::uint32_t slot) { tree_.note_set(slot); }
   void note_fixed_moved(std::uint32_t slot) { tree_.note_fixed_moved(slot); }
 

@@ -1,4 +1,4 @@
-// Which contacts carry more than sweeps alone can, and how inert their bodies are (dynamics/overload.hpp).
+// Overloaded contacts, and the inertia of their bodies (dynamics/overload.hpp).
 #pragma once
 
 #include "device/constraint_rows.hpp"
@@ -8,8 +8,8 @@
 
 namespace fathom::device {
 
-/// Marks the bodies of overloaded contacts for the next step. Supports are looked for where one has been overloaded in
-/// two steps on end: a hit is over by then.
+/// Marks the bodies of overloaded contacts for the next step. Supports are searched if one has been overloaded in two
+/// consecutive steps: a hit is over by then.
 struct MarkOverload {
   Bodies<body_supports> bodies;
   Constraints<> constraints;
@@ -29,7 +29,7 @@ struct MarkOverload {
     const float load = impulse / weight;
     const float half = thinner_half(head);
     const float bodies_stiffness = (fixed_a ? fixed_stiffness_ratio : 1.0f) * stiffness / gravity;
-    // No need to take the cube root for thick bodies, which are most, where the load is small.
+    // Avoids the cube root for thick bodies under small loads, the most frequent case.
     if (half * bodies_stiffness > 343 && load <= 12) return;
     if (!(load > sweep_load(half, bodies_stiffness)) || is_moving(k, head, loaded_speed)) return;
     const float lasting = lasting_load(impulse, gained(head.a, inverse_a), gained(head.b, inverse_b));
@@ -44,35 +44,35 @@ struct MarkOverload {
     if (!(stiffness > 0 && gravity > 0 && impulse > 0)) return 0;
     const ConstraintHead head = constraints.heads[k];
     const float half = thinner_half(head);
-    if (lift == 0 && !(depth > lasting_depth(half))) return 0;  // most
+    if (lift == 0 && !(depth > lasting_depth(half))) return 0;  // most contacts
     if (is_moving(k, head, pressed_speed)) return lift;
     return next_lift(lift, depth, impulse / weight_of(head, gravity), half, dt);
   }
 
  private:
   FATHOM_HD float thickness(std::uint32_t i) const { return half_thickness(bodies.constants[i]); }
-  /// N·s in a step, of the contact's own bodies.
+  /// Weight of the contact's own bodies over a step (N·s).
   FATHOM_HD float weight_of(const ConstraintHead& head, float gravity) const {
     const float inverse_a = head.bits & pushes_fixed_bit ? 0.0f : bodies.constants[head.a].inverse_mass;
     return gravity * dt / (inverse_a + bodies.constants[head.b].inverse_mass);
   }
-  /// m, of those that can be pushed.
+  /// Half thickness (m) of the thinner body, among those that can be pushed.
   FATHOM_HD float thinner_half(const ConstraintHead& head) const {
     return head.bits & pushes_fixed_bit ? thickness(head.b) : min(thickness(head.a), thickness(head.b));
   }
-  /// Whether they move against each other by more than `limit` (m/s).
+  /// Whether the bodies move against each other at more than `limit` (m/s).
   FATHOM_HD bool is_moving(std::uint32_t k, const ConstraintHead& head, float limit) const {
     Vec3 speed = bodies.solver[head.b].linear.xyz() - bodies.solver[head.a].linear.xyz();
     if (head.has(row_extra)) speed += constraints.extras[k].surface_slide;
     return !(length_squared(speed) <= limit * limit);
   }
-  /// Momentum (N·s), of the body with the inertia that it has in this step.
+  /// Momentum (N·s) gained by the body, with its inertia in this step.
   FATHOM_HD float gained(std::uint32_t i, float inverse_mass) const {
     if (!(inverse_mass > 0)) return 0;
     const Vec3 change = bodies.solver[i].linear.xyz() - bodies.velocities[i].linear;
     return length(change) * inertia_scale(bodies, *counters, i) / inverse_mass;
   }
-  /// What stands on nothing keeps its own inertia.
+  /// A body that stands on nothing keeps its own inertia.
   FATHOM_HD float wanted(std::uint32_t i, float ratio, float inverse_mass, float inverse_sum) const {
     const BodySupport& s = bodies.support[i];
     if (s.level == 0) return 1;

@@ -1,4 +1,4 @@
-// The last of build_constraints: what sweeps read of contacts.
+// The last part of build_constraints: the contact data that sweeps read.
 #pragma once
 
 #include "device/build_constraints.hpp"
@@ -12,7 +12,7 @@
 
 namespace fathom::device {
 
-/// Rows of every constraint, from its manifold and its bodies, and the order of the overflow.
+/// Sets the rows of every constraint from its manifold and bodies, and the order of the overflow.
 struct PrepareConstraints {
   static constexpr std::uint32_t group_size = constraint_group_size;
   struct Local {
@@ -42,7 +42,7 @@ struct PrepareConstraints {
   }
 
  private:
-  /// What `StoreImpulses` will have to know. Written only where it changes.
+  /// Sets flags for `StoreImpulses`. Written only if they change.
   FATHOM_HD static void look_at_touch(Contact& c, float nearest, bool is_closing) {
     const bool is_near = nearest <= touch_distance(c.touch_halvings(), c.in_touch());
     const std::uint32_t bits = (c.bits & ~static_cast<std::uint32_t>(near_bit | closing_bit)) |
@@ -50,8 +50,8 @@ struct PrepareConstraints {
     if (bits != c.bits) c.bits = bits;
   }
 
-  /// By priorities; of one pair's constraints its contact comes first, then joints by their slots. Every constraint of
-  /// the overflow counts those before it: they are few.
+  /// By priority; within a pair its contact comes first, then joints by slot. Each constraint of the overflow counts
+  /// those before it: they are few.
   FATHOM_HD void order(std::uint32_t k) const {
     const std::uint32_t first = counters->first_overflow;
     const auto key = [&](std::uint32_t i) {
@@ -163,7 +163,7 @@ struct PrepareConstraints {
     rows[mass_row * tile_width] = {a.inverse_mass, a.inverse_inertia, b.inverse_mass, b.inverse_inertia};
   }
 
-  /// How a joint's bodies lie: their orientations, and from A's centre to B's (m).
+  /// Placement of a joint's bodies: their orientations, and the vector from A's centre to B's (m).
   struct Placement {
     UnitQuat<float> q_a, q_b;
     Vec3 between;

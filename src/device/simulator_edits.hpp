@@ -1,4 +1,4 @@
-// What the application changes between steps, kept by the device simulator until the next is submitted.
+// The application's changes between steps, kept by the device simulator until the next step is submitted.
 #pragma once
 
 #include "device/device_simulator.hpp"
@@ -26,8 +26,8 @@ void DeviceSimulator<D>::add_edit(Edit edit) {
   if (edits_.size() >= uploaded_ + edits_at_once) upload_ahead();
 }
 
-/// Uploads what waits, where the next step's buffers are free and has room: a million bodies' changes take a while to
-/// make, and to copy.
+/// Uploads waiting edits if the next step's buffers are free and have room: the changes of a million bodies take a
+/// while to make and to copy.
 template <exec::Device D>
 void DeviceSimulator<D>::upload_ahead() {
   if (!uploads_ahead_ || submitted_ == 0 || pending_steps_.size() >= max_pending_) return;
@@ -40,7 +40,7 @@ void DeviceSimulator<D>::upload_ahead() {
   uploaded_ = edits_.size();
 }
 
-/// The last edit of each body among those that wait.
+/// Lists each body's last waiting edit.
 template <exec::Device D>
 void DeviceSimulator<D>::list_last_edits() {
   last_edit_.assign(indices_.size(), none);
@@ -71,7 +71,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
              (has_moving_surface ? moving_surfaces_bit : 0u);
   note_fixed(slot);
   if (info.geometry.type == ShapeType::hull) c.hull = hull_memory_.index_of(info.hull().get());
-  // Sensors collide with nobody.
+  // Sensors collide with nothing.
   const Filter filter = info.is_sensor ? Filter{0, 0} : info.filter;
   d.filter = {filter.category, filter.mask};
   c.group = filter.group;
@@ -85,7 +85,7 @@ BodyData DeviceSimulator<D>::body_data(std::uint32_t slot) {
   return d;
 }
 
-/// From the second one on there may be seams.
+/// From the second fixed body on there may be seams.
 template <exec::Device D>
 void DeviceSimulator<D>::note_fixed(std::uint32_t slot) {
   const BodyInfo& info = bodies[slot];

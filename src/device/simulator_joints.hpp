@@ -1,4 +1,4 @@
-// Joints of the device simulator: what the application changed goes to the device with the next step.
+// Joints of the device simulator: the application's changes go to the device with the next step.
 #pragma once
 
 #include <algorithm>
@@ -7,23 +7,23 @@
 
 namespace fathom::device {
 
-/// Both bodies wake, and their contacts are looked at.
+/// Both bodies wake, and their contacts are visited.
 template <exec::Device D>
 void DeviceSimulator<D>::note_joint(std::uint32_t slot) {
   joint_mirror_.note(slot);
   trees_are_stale_ = true;
-  // Whether couplings beside it are alone may have changed.
+  // Neighbouring couplings may have become, or ceased to be, alone.
   for (const std::uint32_t body : {joints[slot].a, joints[slot].b})
     for (const std::uint32_t other : joints.of(body))
       if (joints[other].def.type == JointType::coupling) joint_mirror_.note(other);
   for (const std::uint32_t body : {joints[slot].a, joints[slot].b}) {
     const std::uint32_t index = indices_.of(body), last = index < last_edit_.size() ? last_edit_[index] : none;
-    // A body with many joints is not told of each.
+    // A body with many joints gets only one edit.
     if (last == none || edits_[last].kind != EditKind::joints) add_edit(edit_of(EditKind::joints, index, Velocity{}));
   }
 }
 
-/// As with a joint that keeps its bodies apart, or goes: contacts are looked at.
+/// Contacts are visited, as for a joint that keeps its bodies apart, or is removed.
 template <exec::Device D>
 void DeviceSimulator<D>::note_pair(std::uint32_t a, std::uint32_t b, bool apart) {
   joint_mirror_.note_pair(indices_.of(a), indices_.of(b), apart);
@@ -40,7 +40,7 @@ void DeviceSimulator<D>::list_joint_edits(PendingStep& pending) {
   pending.apart_edits = joint_mirror_.take_apart_edits();
 }
 
-/// The table of pairs comes anew where it grows: all of its slots are among the edits.
+/// If the table of pairs grows, all of its slots are uploaded as edits.
 template <exec::Device D>
 void DeviceSimulator<D>::make_room_for_joints() {
   const std::size_t joints_needed = joints.slot_count(), old = joint_memory_.capacity();

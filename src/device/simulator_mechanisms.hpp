@@ -1,5 +1,5 @@
 // Mechanisms of the device simulator: the host finds the trees of joints whenever joints change, and the next step
-// takes them along.
+// uploads them.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace fathom::device {
 
-/// Sequential impulses and cells have sweeps alone, and so has who asks for it.
+/// Sequential impulses and cells use only sweeps, and so do worlds that ask for it.
 template <exec::Device D>
 bool DeviceSimulator<D>::solves_directly() const {
   return def.solver.method == Solver::soft && def.solver.direct_joints && def.partition == Partition::colours;

@@ -1,4 +1,4 @@
-// The device simulator's mirror: poses and velocities on the host, fetched when somebody looks, edits on top.
+// The device simulator's mirror: poses and velocities on the host, fetched on demand, with edits applied on top.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   std::fill(poses_.begin() + known, poses_.begin() + n, Pose{});
   std::fill(velocities_.begin() + known, velocities_.begin() + n, Velocity{});
   std::fill(flags_.begin() + known, flags_.begin() + n, 0u);
-  // What an earlier owner of a slot left there is nobody's.
+  // Clears data that former owners left in free slots.
   if (known > 0 && bodies.count() < n)
     for (std::uint32_t slot = 0; slot < known; ++slot)
       if (!bodies.alive(slot)) poses_[slot] = {}, velocities_[slot] = {}, flags_[slot] = 0;
@@ -40,7 +40,7 @@ void DeviceSimulator<D>::fetch_bodies_now() {
   bodies_are_current_ = true;
 }
 
-/// The newest finished step's, of up to so many slots; returns of how many.
+/// Fetches the newest finished step's results for up to so many slots; returns the number fetched.
 template <exec::Device D>
 std::size_t DeviceSimulator<D>::fetch_results(std::size_t slots) {
   if (copies_results()) {
@@ -74,13 +74,13 @@ std::optional<DevicePoses> DeviceSimulator<D>::publish_poses() {
   }
 }
 
-/// What an edit does to poses and velocities that the application reads.
+/// Applies an edit to the poses and velocities that the application reads.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data) {
   const std::uint32_t slot = indices_.slot(e.index);
   if (slot == none) return;
   if (slot >= mirror_room()) {
-    bodies_are_current_ = false;  // they are fetched anew when somebody looks
+    bodies_are_current_ = false;  // they are fetched again on demand
     return;
   }
   const BodyInfo& info = bodies[slot];
@@ -123,7 +123,7 @@ void DeviceSimulator<D>::mirror(const Edit& e, const std::vector<BodyData>& data
   if (info.motion != MotionType::fixed) mirror_waking(slot);
 }
 
-/// A body that wakes takes along all that fell asleep with it.
+/// A body that wakes wakes all bodies that fell asleep with it.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
   const std::uint32_t flags = flags_[slot];
@@ -136,7 +136,7 @@ void DeviceSimulator<D>::mirror_waking(std::uint32_t slot) {
   }
 }
 
-/// What a change of gravity that waits for the next step wakes.
+/// Wakes bodies for a change of gravity that waits for the next step.
 template <exec::Device D>
 void DeviceSimulator<D>::mirror_gravity() {
   if (!gravity_change_.wakes) return;

@@ -1,4 +1,4 @@
-// Steps in flight: how the device simulator hears of their ends, repairs what found no room, and tells of them.
+// Steps in flight: how the device simulator detects their end, repairs those that found no room, and reports them.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ void DeviceSimulator<D>::retire_oldest() {
   newest_interval_ = pending.was_idle || report.step == 1 ? end.milliseconds_since(buffers_of(pending.number).start)
                                                           : end.milliseconds_since(end_of(report.step - 1));
   newest_traffic_ = pending.traffic;
-  // What brought most of the bodies will hardly be needed again.
+  // Buffers that added most of the bodies will hardly be needed again.
   StepBuffers& buffers = buffers_of(pending.number);
   if (4 * buffers.data.size() > body_memory_.capacity()) {
     buffers.data = exec::Buffer<BodyData>(device_);
@@ -61,9 +61,9 @@ void DeviceSimulator<D>::retire_all() const {
   while (!pending_steps_.empty()) self().retire_oldest();
 }
 
-/// Makes room for what a step found no room for, or has its bodies that failed isolated; then submits it, or what is
-/// left of it, and all that came after it once more. The first one's edits have been applied already, those of the
-/// others have been passed over.
+/// Makes room for a step that found too little; bodies that failed are already isolated. Then submits the step, or its
+/// remainder, and all later steps again. The first one's edits have already been applied, those of the others have been
+/// skipped.
 template <exec::Device D>
 void DeviceSimulator<D>::repair(const Report& report) {
   device_.wait();
@@ -81,12 +81,12 @@ template <exec::Device D>
 void DeviceSimulator<D>::make_room_for(const Report& report) {
   forget_graphs();
   const bool resumes = report.stopped == no_room_for_manifolds;
-  // A quarter more would be 80 % full at once.
+  // With a quarter more it would be 80 % full at once.
   const auto room_for = [](std::size_t needed) { return needed + 13 * needed / 50; };
   contact_memory_.reserve(resumes ? 0 : room_for(std::size_t{report.contacts} + report.found),
                           resumes ? room_for(report.manifolds) : 0, joint_memory_.capacity(), event_lists(),
                           may_bounce_, any_extras_);
-  // Slots by eights, so that they need not grow for every single overlap more.
+  // In multiples of eight, so that they do not grow with every single overlap.
   const std::uint32_t overlaps = published_memory_.reports[pending_steps_.front().number % max_pending_].max_overlaps;
   wanted_slots_ = std::max(wanted_slots_, (overlaps + 7) / 8 * 8);
   published_memory_.reserve(published_settings(), published_room());

@@ -1,4 +1,4 @@
-// What the device simulator answers of a finished step: events, contacts, queries.
+// Results of a finished step of the device simulator: events, contacts, queries.
 #pragma once
 
 #include <algorithm>
@@ -62,8 +62,8 @@ void DeviceSimulator<D>::fetch_events() const {
   self().events_are_current_ = true;
 }
 
-// Lists come in any order; the application gets them by index. Those that came with their step are on the host already,
-// unless they are longer than ever.
+// Lists are in any order; the application gets them sorted by index. Lists copied with their step are already on the
+// host, unless they exceed the memory there.
 template <exec::Device D>
 void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& report) {
   const std::uint32_t most = std::max({report.begun, report.ended, report.hits});
@@ -77,7 +77,7 @@ void DeviceSimulator<D>::collect_events(std::uint64_t number, const Report& repo
     device_.wait();
     buffers.events_of = number;
   }
-  // Bodies that came since may have no memory yet.
+  // Bodies added since may have no memory yet.
   const std::size_t stepped = std::min<std::size_t>(indices_.size(), body_memory_.capacity());
   const auto isolated_in = download(body_memory_.arrays().isolated_in, report.quarantined ? stepped : 0);
 
@@ -146,7 +146,7 @@ void DeviceSimulator<D>::for_each_contact(const std::function<void(const Contact
   for (const Contact& c : contacts)
     if (c.in_use() && c.touching()) last = std::max<std::size_t>(last, c.manifold + 1);
   const std::span<const ContactManifold> manifolds = self().fetch(manifolds_read_, arrays.manifolds, last);
-  // By slots, with little to move about.
+  // Sorted by slots, with small entries.
   struct Entry {
     std::uint64_t slots;
     std::uint32_t contact;

@@ -1,4 +1,4 @@
-// Islands of bodies that touch, found by union-find, fall asleep together.
+// Islands of touching bodies, found by union-find, fall asleep together.
 #pragma once
 
 #include "device/build_constraints.hpp"
@@ -9,11 +9,11 @@
 
 namespace fathom::device {
 
-/// What a body's `best`, which colouring is done with by then, tells of it while islands fall asleep.
+/// Meaning of a body's `best` while islands fall asleep, when colouring no longer needs it.
 enum Rest : std::uint64_t {
   is_carried = 1,    ///< a contact or a joint acts on it
-  is_supported = 2,  ///< one with something that cannot be pushed; of an island: on some of its bodies
-  is_moving = 4,     ///< of an island: some of its bodies move
+  is_supported = 2,  ///< one of them is with something that cannot be pushed; for an island: on some body
+  is_moving = 4,     ///< for an island: some of its bodies move
 };
 
 struct BeginIslands {
@@ -27,26 +27,26 @@ struct BeginIslands {
   }
 };
 
-/// What a contact or a joint tells of its bodies' islands.
+/// Effect of a contact or a joint on its bodies' islands.
 struct IslandLink {
   Bodies<body_state, body_colours, body_islands> bodies;
   float time;  ///< s
 
-  /// `acts`: whether it does something, asked for bodies alone that have been slow for long enough.
+  /// `acts`: whether it acts, called only for bodies that have been slow for long enough.
   template <class Acts>
   FATHOM_HD void join(std::uint32_t a, std::uint32_t b, bool fixed_a, const Acts& acts) const {
     const auto note_rest = [&](std::uint32_t i, std::uint64_t rest) {
       if (bodies.slow_time[i] >= time && acts()) exec::atomic_or(bodies.best[i], rest);
     };
     if (fixed_a) {
-      // A body that something moving pushes stays awake.
+      // A body pushed by something moving stays awake.
       const Velocity& v = bodies.velocities[a];
       if (fathom::is_moving(v)) bodies.slow_time[b] = 0;
       note_rest(b, is_carried | is_supported);
       return;
     }
     const bool a_awake = bodies.is_awake(a), b_awake = bodies.is_awake(b);
-    // One of them may be quarantined.
+    // One of them may be in quarantine.
     if (a_awake) note_rest(a, b_awake ? is_carried : is_carried | is_supported);
     if (b_awake) note_rest(b, a_awake ? is_carried : is_carried | is_supported);
     if (a_awake && b_awake) unite(bodies.parent, a, b);
@@ -65,7 +65,7 @@ struct JoinIslands {
   }
 
  private:
-  /// What goes with a moving surface stays awake, however slowly; who drives on it, too.
+  /// A body that goes with a moving surface stays awake, however slow it is; so does one that drives on it.
   FATHOM_HD void look_at_surface(const Contact& c) const {
     const auto& bodies = link.bodies;
     const Vec3 velocity = bodies.velocities[c.b].linear - bodies.velocities[c.a].linear;
@@ -88,7 +88,7 @@ struct JoinIslandsByJoints {
   }
 };
 
-/// The least slow time of an island. Times are not negative, so their bits are in the order of their values.
+/// Minimum slow time of an island. Times are not negative, so their bits have the order of their values.
 struct MeasureIslands {
   Bodies<body_state, body_colours, body_islands> bodies;
   Counters* counters;
@@ -130,7 +130,7 @@ struct FallAsleep {
   }
 
  private:
-  /// A kinematic body stops that is where it was to get.
+  /// A kinematic body stops once it is at its target.
   FATHOM_HD void arrive(std::uint32_t i) const {
     if (!(bodies.flags[i] & forced_flag)) return;
     bodies.flags[i] &= ~static_cast<std::uint32_t>(forced_flag);

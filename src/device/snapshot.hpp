@@ -1,6 +1,6 @@
-// The device simulator's part of a snapshot: what outlives a step on the device, and what the host keeps beside it.
+// The device simulator's part of a snapshot: data that outlasts a step on the device, and the host's data.
 //
-// Indices in the arrays are saved as they are, although no result depends on them. Graphs, the grid's table and the
+// Indices in the arrays are saved unchanged, although no result depends on them. Graphs, the grid's table and the
 // mirror are rebuilt; hulls get new indices.
 #pragma once
 
@@ -31,7 +31,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
         data_);
   BodyIndices::archive(indices_, write);
   JointMirror::archive(joint_mirror_, write);
-  // Events that wait for being read are nothing that steps depend on: the last step's are enough.
+  // Steps do not depend on unread events: the last step's are enough.
   write(begun_.of_step(submitted_), ended_.of_step(submitted_), hits_.of_step(submitted_),
         quarantined_.of_step(submitted_));
   const Counters counters = s.download(counters_.data(), 1).front();
@@ -41,7 +41,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   const ContactArrays arrays = s.contact_memory_.contacts();
   write(s.download(arrays.contacts, counters.contacts), s.download(arrays.free, counters.free_contacts),
         s.download(arrays.manifolds, counters.manifolds), s.download(arrays.free_manifolds, counters.free_manifolds));
-  // The layout of constraints, which stays while no colour changes.
+  // The layout of constraints, which is kept while no colour changes.
   const ConstraintArrays layout = s.contact_memory_.constraints();
   write(s.download(layout.bodies, counters.constraints), s.download(layout.contact, counters.constraints),
         s.download(layout.manifold, counters.constraints),
@@ -49,7 +49,7 @@ void DeviceSimulator<D>::save(ByteWriter& write) const {
   const JointArrays joint_arrays = s.joint_memory_.arrays();
   write(s.download(joint_arrays.records, counters.joints),
         s.download(joint_arrays.generic_impulses, joint_arrays.generic_impulses ? counters.joints : 0));
-  // The sweep's list, which need not be sorted where bodies move fast.
+  // The sweep's list, which may be unsorted if bodies move fast.
   const bool has_list = published_settings().sweep && submitted_ > 0 && !set_changed_;
   write(set_changed_, wanted_slots_,
         s.download(s.published_memory_.order.data(), has_list ? list_size(counters.bodies) : 0));
@@ -85,13 +85,13 @@ void DeviceSimulator<D>::restore(ByteReader& in) {
   if (is_on_device()) publish_restored();
 }
 
-/// Whether the saved world had made a step: before its first a device holds nothing.
+/// Whether the saved world had made a step: before the first one the device holds nothing.
 template <exec::Device D>
 bool DeviceSimulator<D>::is_on_device() const {
   return submitted_ > 0;
 }
 
-/// By the order of slots; constants name them.
+/// Registers hulls in the order of slots, and sets their indices in constants.
 template <exec::Device D>
 void DeviceSimulator<D>::restore_hulls() {
   for (const BodyId id : bodies.living())
@@ -114,7 +114,7 @@ void DeviceSimulator<D>::make_room_for_restored(ByteReader& in, const Counters& 
   upload(counters_.data(), {counters});
 }
 
-/// An array of `count` elements into memory with room for `room`, once `check` has seen it.
+/// Reads an array of `count` elements into memory with room for `room`, after `check` has accepted it.
 template <exec::Device D>
 template <class T, class Check>
 void DeviceSimulator<D>::read_into(ByteReader& in, T* to, std::size_t room, std::size_t count, const Check& check) {
@@ -146,7 +146,7 @@ void DeviceSimulator<D>::restore_bodies(ByteReader& in, const Counters& counters
   upload(body_memory_.arrays().surface_velocities, velocities);
 }
 
-/// Requires that all are below `limit`.
+/// Requires that all indices are below `limit`.
 inline auto are_below(ByteReader& in, std::uint32_t limit) {
   return [&in, limit](const std::vector<std::uint32_t>& indices) {
     for (const std::uint32_t index : indices) in.require(index < limit);
@@ -179,7 +179,7 @@ void DeviceSimulator<D>::restore_layout(ByteReader& in, const Counters& counters
     for (const std::uint32_t number : numbers)
       in.require(number & joint_tag ? (number & ~joint_tag) < counters.joints : number < counters.contacts);
   });
-  // Of a joint it is 0, be there manifolds or not.
+  // A joint's entry is 0, even without manifolds.
   read_into(in, layout.manifold, room, counters.constraints, are_below(in, std::max(counters.manifolds, 1u)));
   read_into(in, layout.overflow_order, room, ordered_overflow(counters), are_below(in, counters.constraints));
 }
@@ -211,10 +211,10 @@ void DeviceSimulator<D>::restore_list(ByteReader& in, const Counters& counters) 
   upload(published_memory_.order.data(), list);
 }
 
-/// Makes the newest step's results what a finished step leaves.
+/// Publishes the newest step's results, as a finished step does.
 template <exec::Device D>
 void DeviceSimulator<D>::publish_restored() {
-  // Slots of the saved world have been checked; bodies that wait for being added lie behind.
+  // Slots of the saved world have been checked; bodies waiting to be added come after them.
   upload(body_memory_.arrays().slots, indices_.slots());
   device_.mark(end_of(submitted_));  // the next step is timed from here
   if (copies_results()) {
@@ -226,7 +226,7 @@ void DeviceSimulator<D>::publish_restored() {
   device_.wait();
 }
 
-/// Their definitions follow from the application's; of one that is gone nothing is read before its edit.
+/// Definitions follow from the application's; those of removed joints are not read before their edits.
 template <exec::Device D>
 void DeviceSimulator<D>::restore_generic_joints(ByteReader& in, std::uint32_t count) {
   std::vector<GenericImpulse> impulses;

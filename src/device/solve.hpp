@@ -1,7 +1,7 @@
 // solve: all substeps in one kernel, whose phases are sweeps over colours and integrations over bodies.
 //
-// The same soft step as the native simulator's (native/solver.hpp), contact by contact with the functions of
-// dynamics/contact_rows.hpp: warm starting once a step, later substeps carrying it in the bodies.
+// The same soft step as in the native simulator (native/solver.hpp), contact by contact with the functions of
+// dynamics/contact_rows.hpp: warm starting once per step, which later substeps carry in the bodies.
 #pragma once
 
 #include "check/check.hpp"
@@ -19,7 +19,7 @@
 
 namespace fathom::device {
 
-/// As sweeps leave them, and direct solutions of supports.
+/// Constraints that sweeps and direct solutions of supports may write.
 using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
 
 /// The phases of a step, each over one colour or over all bodies:
@@ -27,26 +27,26 @@ using SolvedConstraints = Constraints<constraint_rows, constraint_supports>;
 ///     integrate velocities, warm start, then for each substep
 ///       sweeps, integrate positions, sweeps without bias, integrate velocities of the next substep.
 ///
-/// Where something may bounce, velocities are integrated after bounce sweeps, and what these are not to be part of
-/// is put aside before.
+/// If something may bounce, velocities are integrated after bounce sweeps, and the carried impulses, which must not
+/// include these, are saved before.
 ///
-/// A constraint is always one work-item's, which therefore may load its rows and impulses while it waits for the phase
-/// before; only bodies are read after the barrier.
+/// A constraint always belongs to one work-item, which may therefore load its rows and impulses while it waits for the
+/// previous phase; only bodies are read after the barrier.
 ///
-/// Most steps need no barrier at all on devices that can do without (`Plan::by_data`). A body's quads say how often
-/// they were written, and a constraint knows how often that must be when its turn comes: once for each integration
-/// before, once for each sweep and contact of the body, and once for each of its contacts with an earlier colour. So it
-/// waits for its two bodies alone, and nobody else; what a chain of phases costs is a store and a load each. Not so
-/// where the overflow is solved in an order of its own or colours do not fit into one word, where bounce sweeps skip
-/// contacts, or where contacts read bodies that move without being told by them.
+/// Most steps need no barrier at all on devices that can do without (`Plan::by_data`). A body's quads count how often
+/// they were written, and a constraint knows the count required at its turn: one for each integration before, one for
+/// each sweep and contact of the body, and one for each of its contacts with an earlier colour. So it waits only for
+/// its two bodies; a chain of phases costs one store and one load per phase. This does not work if the overflow is
+/// solved in its own order, if colours do not fit into one word, if bounce sweeps skip contacts, or if contacts read
+/// bodies whose motion has no write counts.
 ///
-/// Worlds without joints have a kernel of their own, which does not carry the registers that joints take, and so have
-/// those with ball joints alone.
+/// Worlds without joints have a separate kernel without the registers that joints need, and so have those with only
+/// ball joints.
 template <JointKinds kinds>
 struct SolveConstraints {
   static constexpr std::uint32_t group_size = 256;
 
-  /// `push_first` is a push that begins without impulses.
+  /// `push_first` is a push that starts without impulses.
   enum What : std::uint32_t {
     carry,
     integrate_first_v,
@@ -61,13 +61,15 @@ struct SolveConstraints {
   struct Cursor {
     What what;
     std::uint32_t colour;
-    std::uint32_t round;  ///< integrations and sweeps over all colours within the substep, from the first `warm` on
+    std::uint32_t
+        round;  ///< number of integrations and sweeps over all colours within the substep, from the first `warm` on
     std::uint32_t substep;
-    std::uint32_t bounce_sweeps = 0;                        ///< sweeps of them that ended in the substep
-    std::uint32_t integrations = 0, sweeps = 0, moves = 0;  ///< ended before: all, over all colours, of positions
-    Stretch stretch = {0, 0};                               ///< the phase's constraints, or bodies
-    bool serial = false;                                    ///< it is the overflow
-    // Of the plan, in registers.
+    std::uint32_t bounce_sweeps = 0;  ///< bounce sweeps completed in the substep
+    std::uint32_t integrations = 0, sweeps = 0,
+                  moves = 0;   ///< completed: all integrations, sweeps over all colours, integrations of positions
+    Stretch stretch = {0, 0};  ///< the phase's constraints, or bodies
+    bool serial = false;       ///< it is the overflow
+    // Copied from the plan, to be in registers.
     bool by_data = false;
     std::uint32_t colours = 0;
   };
@@ -75,20 +77,20 @@ struct SolveConstraints {
   struct Plan {
     Stretch schedule[schedule_size];
     std::uint32_t sweeps, overflow, bodies, bounces, support_levels;
-    std::uint32_t mechanisms;  ///< 0 where none is solved directly
+    std::uint32_t mechanisms;  ///< 0 if none is solved directly
     bool any_kinematic;
-    bool by_data;  ///< items wait for what they read, not for the phase before
+    bool by_data;  ///< items wait for their inputs, not for the previous phase
 
-    /// Then SolveDirectly is due.
+    /// Whether SolveDirectly is due.
     FATHOM_HD bool any_direct() const { return support_levels > 0 || mechanisms > 0; }
   };
   static constexpr std::uint32_t plan_parts = schedule_size;
 
-  /// How many contacts and joints a body has: all, and those with a colour, read where work-items wait for data.
+  /// Number of a body's contacts and joints: all, and those with a colour, read if work-items wait for data.
   struct BodyCounts {
     std::uint32_t touching, colours;
   };
-  /// A constraint's rows, or what a body is integrated by. Nothing has a default value here, which would be set before
+  /// A constraint's rows, or the data to integrate a body. No member has a default value, which would be set before
   /// each load.
   struct Fetched {
     union {
@@ -109,7 +111,7 @@ struct SolveConstraints {
   FATHOM_HD void plan_part(Plan& plan, std::uint32_t k) const {
     plan.schedule[k] = counters->schedule[k];
     if (k > 0) return;
-    // All are loaded at once: each load that hangs on another costs every step a microsecond.
+    // All are loaded at once: each dependent load costs every step a microsecond.
     const std::uint32_t further = counters->further_sweeps;
     plan.sweeps = counters->sweeps;
     plan.overflow = counters->overflow;
@@ -122,7 +124,7 @@ struct SolveConstraints {
     const std::uint32_t any = plan.overflow | plan.bounces | further | direct;
     plan.by_data = exec::can_wait_for_data && !(any | plan.any_kinematic);
   }
-  /// Where memory is what takes time, looking for data that is not there yet takes more of it.
+  /// In memory-bound kernels polling for data costs more time.
   FATHOM_HD void keep_barriers(Plan& plan) const { plan.by_data = false; }
   FATHOM_HD bool needs_barriers(const Plan& plan) const { return !plan.by_data; }
 
@@ -161,8 +163,8 @@ struct SolveConstraints {
   }
   FATHOM_HD bool is_serial(const Plan&, Cursor cursor) const { return cursor.serial; }
 
-  // All loads are made at once, whether the contact has that many points or not: none waits for another. What a sweep
-  // does without is loaded from another row, which costs less than a branch.
+  // All loads are issued at once, whether the contact has that many points or not, so that none waits for another. Rows
+  // that a sweep does not need are loaded from another row, which costs less than a branch.
   FATHOM_HD_INLINED void fetch(const Plan&, Cursor cursor, std::uint32_t i, Fetched& f) const {
     if (!is_sweep(cursor)) return fetch_body(cursor, i, f);
     if (cursor.what == bounce && is_calm(cursor)) {
@@ -171,7 +173,8 @@ struct SolveConstraints {
     }
     const std::uint32_t k = constraint(cursor, i);
     const Quad* const rows = rows_of(constraints, k);
-    const bool friction = with_friction(cursor.what) || kinds == JointKinds::all;  // generic joints have other rows
+    const bool friction =
+        with_friction(cursor.what) || kinds == JointKinds::all;  // generic joints have a different layout
     f.head = exec::load_unchanging(constraints.heads[k]);
     constexpr std::uint32_t unchanging = kinds == JointKinds::all     ? generic_written_row
                                          : kinds == JointKinds::balls ? joint_moment_row
@@ -197,17 +200,17 @@ struct SolveConstraints {
 
   FATHOM_HD static bool is_sweep(Cursor cursor) { return cursor.what > integrate_x; }
 
-  /// Whether the sweep is the first since positions moved.
+  /// Whether the sweep is the first after positions have moved.
   FATHOM_HD bool has_just_moved(Cursor cursor) const { return cursor.round == p.sweeps_before + 2; }
 
  private:
-  /// The first phase of what the cursor has come to.
+  /// Sets the first phase of the cursor's current work.
   FATHOM_HD static void begin(const Plan& plan, Cursor& cursor) {
     cursor.colour = 0;
     cursor.stretch = is_sweep(cursor) ? plan.schedule[0] : Stretch{0, plan.bodies};
     cursor.serial = is_sweep(cursor) && plan.overflow > 0;
   }
-  /// What follows all of the bodies, or all colours.
+  /// Goes on after all bodies, or all colours.
   FATHOM_HD void begin_round(const Plan& plan, Cursor& cursor) const {
     if (cursor.what == carry) {
       cursor.what = bounce;
@@ -237,7 +240,7 @@ struct SolveConstraints {
     if (cursor.round == 1 && !p.warm_start) cursor.what = push_first;
     if (cursor.round == moving) cursor.what = integrate_x;
   }
-  /// How a substep integrates velocities.
+  /// The kind of velocity integration of a substep.
   FATHOM_HD What first_of(Cursor cursor) const {
     return p.warm_start && cursor.substep > 0 ? integrate_v : integrate_first_v;
   }
@@ -245,8 +248,8 @@ struct SolveConstraints {
   FATHOM_HD static std::uint32_t bounce_index(Cursor cursor) {
     return cursor.substep * max_bounce_sweeps + cursor.bounce_sweeps;
   }
-  /// Whether nothing bounced in an earlier bounce sweep: then nothing will. What the last one found is not known to
-  /// all before the barrier at its end, which loads for the first colour are ahead of.
+  /// Whether nothing bounced in an earlier bounce sweep: then nothing will. The result of the last one is known to all
+  /// only after the barrier at its end, and loads for the first colour precede that.
   FATHOM_HD bool is_calm(Cursor cursor) const {
     const std::uint32_t before = cursor.colour > 0 ? 1 : 2, index = bounce_index(cursor);
     return cursor.bounce_sweeps >= before && index < noted_bounce_sweeps &&
@@ -258,7 +261,7 @@ struct SolveConstraints {
   }
   FATHOM_HD std::uint32_t of_substep(std::uint32_t n) const { return (p.sweeps_before + p.sweeps_after) * n + 2; }
 
-  /// Whether a sweep needs more than the points' rows and impulses: friction, or the sum over the step.
+  /// Whether a sweep needs friction or the sum over the step, besides the points' rows and impulses.
   FATHOM_HD bool with_friction(What what) const { return what >= warm && !(what == push && p.soft); }
 
   /// Whether the sweep is its substep's last.
@@ -291,7 +294,7 @@ struct SolveConstraints {
       sweep_with<what, float>(cursor, k, f);
   }
 
-  /// Whether quads have been written as often as they must have been; those of bodies that cannot be pushed never are.
+  /// Whether quads have the required write counts; those of bodies that cannot be pushed are never written.
   FATHOM_HD static bool is_due(const Quad& linear, const Quad& angular, std::uint32_t writes) {
     return writes_of(linear) == writes && writes_of(angular) == writes;
   }
@@ -299,11 +302,11 @@ struct SolveConstraints {
   /// The bodies of a constraint in a sweep.
   struct Pair {
     SolverQuads a, b;
-    std::uint32_t due_a, due_b;  ///< how often their velocities have been written
+    std::uint32_t due_a, due_b;  ///< required write counts of their velocities
     bool pushes_a, pushes_b;
   };
 
-  /// Waits until the bodies of a constraint are as the sweep is to find them.
+  /// Loads a constraint's bodies once they are in the state that the sweep requires.
   template <What what>
   FATHOM_HD_INLINED void load_pair(Cursor cursor, const Fetched& fetched, Pair& pair) const {
     const ConstraintHead& head = fetched.head;
@@ -369,7 +372,7 @@ struct SolveConstraints {
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
-    // Velocities first: others wait for them.
+    // Velocities first, because others wait for them.
     if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     if constexpr (what == warm) return;
@@ -379,7 +382,7 @@ struct SolveConstraints {
     if (with_friction(what) || from_zero) store_friction_impulses(rows, impulses);
   }
 
-  /// Points and friction, in the order of the pass.
+  /// Sweeps points and friction, in the order of the pass.
   template <What what, class Inertia>
   FATHOM_HD_INLINED void sweep_contact(const ConstraintHead& head, ContactRows& contact, ContactBodies<Inertia>& both,
                                        SurfaceSlide surfaces) const {
@@ -393,7 +396,7 @@ struct SolveConstraints {
       step.slop = support_slop(contact.frame.friction.patch_radius);
     }
     stiffen_uneven(both.a.inverse_mass, both.b.inverse_mass, step);
-    // Something above zero is all that a sweep asks of it.
+    // A sweep only tests whether it is above zero.
     contact.bounce.restitution = head.bits & bounces_bit ? 1.0f : 0.0f;
     if constexpr (what == relax)
       fathom::sweep_contact<ContactPass::relax, true>(contact, axes, both, step, carried);
@@ -403,7 +406,7 @@ struct SolveConstraints {
       fathom::sweep_contact<ContactPass::iterate, true>(contact, axes, both, step, carried);
   }
 
-  /// Warm starting is done before anything has moved.
+  /// Warm starting comes before anything has moved.
   template <What what, class Inertia>
   FATHOM_HD static ContactBody<Inertia> contact_side(const auto& bodies, std::uint32_t i, const SolverQuads& quads,
                                                      float inverse_mass, float inverse_inertia) {
@@ -413,7 +416,7 @@ struct SolveConstraints {
     return side;
   }
 
-  /// Apart from the others, which would pay for it in registers.
+  /// A separate function, since it would cost the others registers.
   FATHOM_HD void sweep_generic(Cursor cursor, std::uint32_t k, const Fetched& f) const {
     const std::uint32_t slot = constraints.contact[k] & ~joint_tag;
     const GenericJoint& joint = generic_joints[slot];
@@ -480,13 +483,13 @@ struct SolveConstraints {
       reload_velocity(head.a, both.a.linear, both.a.angular);
       reload_velocity(head.b, both.b.linear, both.b.angular);
     }
-    // Velocities first: others wait for them.
+    // Velocities first, because others wait for them.
     if (pair.pushes_b) store_velocity(head.b, both.b.linear, both.b.angular, pair.due_b + 1);
     if (pair.pushes_a) store_velocity(head.a, both.a.linear, both.a.angular, pair.due_a + 1);
     law.store(rows_of(constraints, k), ends);
   }
 
-  /// Whether a sweep asks how far the bodies have moved.
+  /// Whether a sweep reads the bodies' movement.
   FATHOM_HD static constexpr bool moves_matter(What what) { return what == push || what == relax || what == bounce; }
 
   FATHOM_HD void reload_velocity(std::uint32_t i, Vec3& linear, Vec3& angular) const {
@@ -498,14 +501,14 @@ struct SolveConstraints {
     exec::store_shared_quad(bodies.solver[i].angular, written(angular, writes));
   }
 
-  /// W brought up to date.
+  /// Updates W.
   FATHOM_HD static void carry_on(WarmStart& w, Vec3 linear, Vec3 angular) {
     w.linear = carried(w.linear, linear, w.linear_reference);
     w.angular = carried(w.angular, angular, w.angular_reference);
   }
 
-  /// Of a body, all is its work-item's but the velocities. `head`: contacts, contacts with a colour, inverse inertia;
-  /// `rows`: warm start, motion, what it has moved.
+  /// Only a body's own work-item writes its data, except the velocities. `body`: contacts, contacts with a colour;
+  /// `rows`: warm start, motion, movement, inverse inertia.
   FATHOM_HD_INLINED void fetch_body(Cursor cursor, std::uint32_t i, Fetched& f) const {
     f.body.touching = bodies.touching[i];
     if (f.body.touching == 0) return;
@@ -522,7 +525,7 @@ struct SolveConstraints {
     f.rows[8].x = bodies.constants[i].inverse_inertia;
   }
 
-  /// Velocities of body i, once they are due; returns how often they were written then.
+  /// Loads the velocities of body i once they are due; returns their write count.
   FATHOM_HD_INLINED std::uint32_t load_velocity(Cursor cursor, std::uint32_t i, const Fetched& f, Vec3& linear,
                                                 Vec3& angular) const {
     const std::uint32_t due = cursor.by_data ? cursor.integrations + cursor.sweeps * f.body.colours : 0;
@@ -550,7 +553,7 @@ struct SolveConstraints {
 
   FATHOM_HD_INLINED void integrate_velocity(Cursor cursor, std::uint32_t i, const Fetched& f, bool carried) const {
     const float linear_damping = f.rows[4].w, angular_damping = f.rows[5].w;
-    if (f.body.touching == 0 || linear_damping == 0) return;  // the latter: it cannot be pushed
+    if (f.body.touching == 0 || linear_damping == 0) return;  // zero damping factor: it cannot be pushed
     const bool first = cursor.what == integrate_first_v;
     Vec3 linear, angular;
     const std::uint32_t due = load_velocity(cursor, i, f, linear, angular);
@@ -590,7 +593,7 @@ struct SolveConstraints {
     }
     fail_on_request(SolverStage::positions, cursor, i, linear, angular);
     if (!is_finite(linear) || !is_finite(angular) || !is_finite(moved) || !is_finite(turned)) isolate(i);
-    // Where nobody counts, inverse mass and inertia stay.
+    // Without write counts, inverse mass and inertia stay.
     const bool counts = cursor.by_data;
     exec::store_shared_quad(bodies.solver[i].moved,
                             counts ? written(moved, cursor.moves + 1) : quad(moved, f.rows[6].w));
@@ -599,9 +602,9 @@ struct SolveConstraints {
     store_velocity(i, linear, angular, due + 1);
   }
 
-  /// A body whose state is not finite stays where it was when the step began, a fixed obstacle, and the step stops, to
-  /// be solved again from there. No contact carries what is not finite to another body (`is_sound`), and sweeps make
-  /// nothing of the kind, so those that fail are found when they are moved.
+  /// A body whose state is not finite stays at its pose at the start of the step, as a fixed obstacle, and the step
+  /// stops, to be solved again from there. No contact carries NaN or infinity to another body (`is_sound`), and sweeps
+  /// create none, so failed bodies are found when they are moved.
   FATHOM_HD void isolate(std::uint32_t i) const {
     std::uint32_t& flags = bodies.flags[i];
     if (flags & isolated_flag) return;  // found in an earlier substep
@@ -616,13 +619,13 @@ struct SolveConstraints {
     exec::atomic_store(counters->stopped, static_cast<std::uint32_t>(body_failed));
   }
 
-  /// For tests. What a sweep does is done to a body before its next integration.
+  /// For tests. Faults of sweeps are applied before the body's next integration.
   FATHOM_HD void fail_on_request(SolverStage stage, Cursor cursor, std::uint32_t i, Vec3& linear, Vec3& angular) const {
     const std::uint32_t substep = stage == SolverStage::relaxes ? cursor.substep - 1 : cursor.substep;
     fathom::fail_on_request(stage, substep, bodies.filters[i].category, linear, angular);
   }
 
-  /// A kinematic body, or one that no impulse moves. Of those that sleep, nothing moves.
+  /// Moves a kinematic body, or one that no impulse moves. Sleeping ones do not move.
   FATHOM_HD void move_unpushed(const Plan& plan, std::uint32_t i) const {
     if (!plan.any_kinematic) return;
     if (bodies.touching[i] == 0 && bodies.constants[i].motion() != MotionType::kinematic) return;

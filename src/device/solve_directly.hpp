@@ -1,8 +1,8 @@
-// solve, where something is solved directly: as SolveConstraints, after every sweep mechanisms
-// (dynamics/mechanism.hpp), and after every relax sweep supports (dynamics/support.hpp).
+// solve, if something is solved directly: like SolveConstraints, with mechanisms after every sweep
+// (dynamics/mechanism.hpp), and supports after every relax sweep (dynamics/support.hpp).
 //
-// A kernel of its own, so that worlds without overloaded contacts and mechanisms do not carry its registers. Of the two
-// the one that is not due has no phases.
+// A separate kernel, so that worlds without overloaded contacts and mechanisms do not use its registers. Only one of
+// the two kernels has phases in a step.
 #pragma once
 
 #include "device/mechanisms.hpp"
@@ -11,7 +11,7 @@
 
 namespace fathom::device {
 
-/// The supports of a body, as `ask_supports` wants them.
+/// The supports of a body, with the interface that `ask_supports` expects.
 struct SupportsOfBody {
   const SolvedConstraints& constraints;
   const std::uint32_t* contacts;
@@ -30,26 +30,26 @@ struct SupportsOfBody {
   FATHOM_HD SupportChange& change(int j) const { return constraints.supports[contacts[j]].change; }
 };
 
-// Outside of the kernel's template, in which nvcc 13 cannot compile these.
+// Outside the kernel's template, because nvcc 13 cannot compile these inside it.
 FATHOM_HD std::uint32_t bits_of(float x) { return __builtin_bit_cast(std::uint32_t, x); }
 FATHOM_HD float power_of_two(int exponent) {
   return __builtin_bit_cast(float, static_cast<std::uint32_t>(127 + exponent) << 23);
 }
 
-/// Mechanisms take a phase, a team each. A direct solution of supports takes a phase for each level, from the top down,
-/// in which bodies ask their supports; one that sums up what all that would do; and one in which each structure goes
-/// its part of the way. Everybody waits for all before and after, but between the levels of towers, which are one
-/// warp's; between sweeps for data only, where that is possible.
+/// Mechanisms take one phase, with one team each. A direct solution of supports takes one phase per level, from the top
+/// down, in which bodies ask their supports; one that sums up the effect of all; and one in which each structure goes
+/// its part of the way. All work-items wait for all others before and after, except between the levels of towers, which
+/// belong to one warp; between sweeps they wait only for data, where that is possible.
 template <JointKinds kinds>
 struct SolveDirectly {
   using Solver = SolveConstraints<kinds>;
-  // Seven warps, and on CUDA an eighth that tells of their arrival: a ninth would leave each a third fewer registers.
+  // Seven warps, and on CUDA an eighth that signals their arrival: a ninth would leave each a third fewer registers.
   static constexpr std::uint32_t group_size = 224;
   static constexpr bool wants_registers = true;
   static constexpr std::uint32_t plan_parts = level_slots;
   struct Plan : Solver::Plan {
     std::uint32_t supported;
-    bool in_one_warp;  ///< each level is
+    bool in_one_warp;  ///< each level fits in one warp
     Stretch level[level_slots];
   };
   using Fetched = typename Solver::Fetched;
@@ -65,7 +65,7 @@ struct SolveDirectly {
   Joints<> joints;
   Mechanisms<mechanism_states> mechanisms;
 
-  /// Phases of the direct solutions of a step.
+  /// Number of phases of the direct solutions of a step.
   FATHOM_HD static std::uint32_t support_phases(const SolveParameters& p, std::uint32_t levels) {
     return p.substeps * p.sweeps_after * (levels + 2);
   }
@@ -143,7 +143,7 @@ struct SolveDirectly {
   FATHOM_HD const auto& bodies() const { return solver.bodies; }
   FATHOM_HD const auto& constraints() const { return solver.constraints; }
 
-  /// After a sweep, what it leaves to a direct solution.
+  /// The direct solution of a mechanism after a sweep.
   FATHOM_HD void solve_mechanism(const typename Solver::Cursor& at, std::uint32_t number) const {
     if constexpr (kinds != JointKinds::absent) {
       const MechanismRecord& record = mechanisms.records[number];
@@ -166,8 +166,8 @@ struct SolveDirectly {
     team::sync();
   }
 
-  /// What those above take from body i, about its centre. Each has left it with its contact, so that sums do not depend
-  /// on the order of items.
+  /// The wrench that upper bodies take from body i, about its centre. Each has stored it with its contact, so that sums
+  /// do not depend on the order of items.
   FATHOM_HD Wrench passed_on(const SupportNode& node) const {
     Wrench sum;
     for (std::uint32_t j = node.supports; j < node.contacts; ++j) {
@@ -204,17 +204,17 @@ struct SolveDirectly {
     m.energy = dot(linear, excess.force) + dot(angular, excess.torque);
     m.reference = fall * fall / mass.inverse_mass;
     bodies().moves[i] = m;
-    // Numbers that are not negative are in the order of their bits; what is not a number comes last.
+    // Nonnegative floats have the order of their bits; NaN comes last.
     const float sizes = max(max(abs(m.slope), abs(m.curvature)), max(m.energy, m.reference));
     exec::atomic_max(structure.largest, bits_of(sizes) & 0x7fffffffu);
     exec::atomic_max(structure.largest, bits_of(m.slope + m.curvature + m.energy) & 0x7fffffffu);
   }
 
-  /// Terms in units of a power of two: the largest one fills 36 bits.
+  /// Sums terms in units of a power of two: the largest one fills 36 bits.
   FATHOM_HD static void add_up(const SupportMove& m, Structure& structure, std::uint32_t parity) {
     constexpr std::uint32_t infinity = 255, least = 40;
     const std::uint32_t largest = structure.largest >> 23, exponent = largest < least ? least : largest;
-    std::int64_t slope = 1, curvature = 1, energy = 1, reference = 1;  // of what is not finite: nothing moves
+    std::int64_t slope = 1, curvature = 1, energy = 1, reference = 1;  // if not finite: nothing moves
     if (exponent < infinity) {
       const float scale = power_of_two(127 + 35 - static_cast<int>(exponent));
       slope = static_cast<std::int64_t>(scale * m.slope);
@@ -233,7 +233,7 @@ struct SolveDirectly {
     const float slope = sum(structure.slope[parity]), curvature = sum(structure.curvature[parity]);
     const float part = best_part(slope, curvature);
     const float energy = fma(part, fma(part, curvature, 2 * slope), sum(structure.excess[parity]));
-    // For the next solution. All bodies of a structure store the same.
+    // Reset for the next solution. All bodies of a structure store the same.
     exec::atomic_store(structure.largest, 0u);
     structure.slope[1 - parity] = structure.curvature[1 - parity] = 0;
     structure.excess[1 - parity] = structure.reference[1 - parity] = 0;
@@ -241,7 +241,7 @@ struct SolveDirectly {
     if (!(part > 0)) return;
     const SupportMove& m = bodies().moves[i];
     SolverQuads& to = bodies().solver[i];
-    // How often the quads were written stays as it is: nobody waits for them now.
+    // The write count stays unchanged: no work-item waits for the quads now.
     to.linear = quad(mul_add(to.linear.xyz(), part, m.linear), to.linear.w);
     to.angular = quad(mul_add(to.angular.xyz(), part, m.angular), to.angular.w);
     const SupportsOfBody supports{constraints(), constraints().contacts_of + node.first, node.supports};

@@ -12,18 +12,18 @@ namespace fathom::device {
 struct SolveParameters {
   float h = 0;  ///< s, a substep
   std::uint32_t substeps = 4;
-  std::uint32_t sweeps_before = 1;  ///< sweeps of a substep before positions move
-  std::uint32_t sweeps_after = 1;   ///< and after
+  std::uint32_t sweeps_before = 1;  ///< sweeps per substep before positions move
+  std::uint32_t sweeps_after = 1;   ///< and after they move
   bool soft = true;
-  bool warm_start = true;  ///< else every substep begins without impulses
+  bool warm_start = true;  ///< if not, every substep begins without impulses
   ContactSoftness contacts;
-  float stiffness = 0;  ///< of contacts between bodies that can be pushed (1/s²); 0: nothing is solved directly
+  float stiffness = 0;  ///< of contacts between movable bodies (1/s²); 0: no supports are solved directly
   float push_out_velocity = 0, restitution_threshold = 0;
   float friction_lead = 0;  ///< s
   SpeedLimits limits;
 };
 
-/// Coefficients of both solvers, as the native simulator has them.
+/// Coefficients of both solvers, the same as in the native simulator.
 inline SolveParameters solve_parameters(const WorldDef& def) {
   const SolverSettings& s = def.solver;
   SolveParameters p;

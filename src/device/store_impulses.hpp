@@ -1,4 +1,4 @@
-// What a step's sweeps leave goes back from the rows of constraints.
+// Stores the results of a step's sweeps from the rows of constraints.
 #pragma once
 
 #include "check/check.hpp"
@@ -10,9 +10,9 @@
 
 namespace fathom::device {
 
-/// Hands the impulses back to the manifolds and joints, and the offsets that a step leaves to the contacts; marks what
-/// was overloaded, tells of touches and hits, which takes the velocities that bodies began the step with. An impulse
-/// that is not finite is forgotten.
+/// Stores impulses in manifolds and joints, and new offsets in contacts; marks overloaded contacts, and reports touches
+/// and hits, for which it needs the bodies' velocities at the start of the step. Impulses that are not finite are
+/// dropped.
 struct StoreImpulses {
   Bodies<> bodies;
   Contacts<contact_list, contact_manifolds, contact_events> contacts;
@@ -21,8 +21,8 @@ struct StoreImpulses {
   Counters* counters;
   float hit_threshold;      ///< m/s
   float dt;                 ///< s
-  float overlap_kept;       ///< a step
-  bool ends_with_friction;  ///< every constraint, and the step
+  float overlap_kept;       ///< per step
+  bool ends_with_friction;  ///< holds for every constraint, and the step
   MarkOverload mark_overload;
 
   FATHOM_HD void operator()(std::uint32_t k) const {
@@ -42,8 +42,8 @@ struct StoreImpulses {
     m.twist_impulse = ok ? f.z : 0;
     m.step_impulse = ok ? f.w : 0;
     if (head.has(row_extra) && constraints.extras[k].roll.length > 0) store_rolling(k, m);
-    // The `impulse` solver ends with the points, which friction has not seen then. A direct solution that takes a load
-    // away leaves some of the cone to rounding.
+    // The `impulse` solver ends with the points, so friction does not yet reflect them. After a direct solution that
+    // removes a load the cone holds only up to rounding.
     [[maybe_unused]] const float beyond = counters->solved_step == counters->step + 1 ? 1.25f : 1.001f;
     FATHOM_VALIDATE(!ends_with_friction || !ok || is_within_cone(m, beyond, stopping_impulse(k)),
                     constraints.bodies[k].b);
@@ -53,7 +53,7 @@ struct StoreImpulses {
   }
 
  private:
-  /// What stops any slide of the two (N·s), for checks.
+  /// Impulse that stops any slide of the two (N·s), for checks.
   FATHOM_HD float stopping_impulse(std::uint32_t k) const {
     const PairRecord pair = constraints.bodies[k];
     const auto speed = [&](std::uint32_t i) {
@@ -90,7 +90,7 @@ struct StoreImpulses {
                        {hit_threshold, touch_distance(c.touch_halvings(), true), dt});
   }
 
-  /// Few contacts are read: only those that have an offset, and those that lie deeper than they may.
+  /// Few contacts are read: only those with an offset, and those deeper than allowed.
   FATHOM_HD void change_offset(std::uint32_t k, const ConstraintHead& head, float impulse) const {
     const Quad* const points = rows_of(constraints, k) + first_point_row * tile_width;
     const int count = static_cast<int>(head.bits & point_bits);

@@ -1,8 +1,8 @@
 // Which contacts of a body are its supports, and the factors of their rows (dynamics/support.hpp).
 //
 // Whether a body is held depends on those that carry it, so it is known from the ground up. But nearly always all of
-// them are held: so every body first takes for granted that they are, all at once, and who learns of one that is not
-// looks again. What comes of it is what going from level to level would give.
+// them are held: so every body first assumes that, all at once, and a body that has a carrier that is not held looks
+// again. The result is the same as going from level to level.
 #pragma once
 
 #include "device/support_rows.hpp"
@@ -15,7 +15,7 @@ struct SupportFactors {
   Counters* counters;
   float h;  ///< s, a substep
 
-  /// Looks for the supports of body `i`, round 0, and tells its contacts how far they were held.
+  /// Looks for the supports of body `i`, round 0, and stores in its contacts how far they were held.
   FATHOM_HD void look(std::uint32_t i) const {
     const Structure& structure = structure_of(i);
     if (!is_calm(structure)) return;
@@ -28,7 +28,7 @@ struct SupportFactors {
     if (!support(i, structure, false)) note_change(i, 0);
   }
 
-  /// Looks again where a body that carries `i` has changed in the round before or meanwhile.
+  /// Looks again if a body that carries `i` has changed in the previous round or since.
   FATHOM_HD void look_again(std::uint32_t i, std::uint32_t round) const {
     const Structure& structure = structure_of(i);
     if (!is_calm(structure) || !has_changed_carrier(i, round)) return;
@@ -36,7 +36,7 @@ struct SupportFactors {
     if (support(i, structure, true) != was_held) note_change(i, round);
   }
 
-  /// Supports come first among a body's contacts, the others stay in their order.
+  /// Moves supports to the front of a body's contacts; the others keep their order.
   FATHOM_HD void settle(std::uint32_t i) const {
     const SupportNode& node = bodies.nodes[i];
     if (!node.is_held()) return;
@@ -80,7 +80,7 @@ struct SupportFactors {
     return has;
   }
 
-  /// Of two bodies the one that is not nearer to the ground tells their contact how far they were held.
+  /// The body farther from the ground stores in the contact how far the two were held.
   FATHOM_HD void stiffen(std::uint32_t contact, std::uint32_t i, std::uint32_t level) const {
     ConstraintHead& head = constraints.heads[contact];
     float held = bodies.support[i].held;
@@ -103,14 +103,14 @@ struct SupportFactors {
     const Velocity& v = bodies.velocities[other];
     return length_squared(v.linear) + length_squared(v.angular) == 0;
   }
-  /// Whether body `i` may rest on the other one of contact k.
+  /// Whether body `i` may rest on the other body of contact k.
   FATHOM_HD bool may_hold(std::uint32_t k, std::uint32_t i, std::uint32_t level, const Structure& structure) const {
     const ConstraintHead& head = constraints.heads[k];
     const std::uint32_t other = other_of(head, i);
     return head.bits & pushes_fixed_bit ? is_base(other, structure) : may_carry(other, i, level);
   }
 
-  /// Whether body `i` is held, by bodies that are known to be held themselves or, unless `is_known`, by any.
+  /// Whether body `i` is held: by bodies known to be held themselves or, unless `is_known`, by any.
   FATHOM_HD bool support(std::uint32_t i, const Structure& structure, bool is_known) const {
     SupportNode& node = bodies.nodes[i];
     const std::uint32_t* const mine = constraints.contacts_of + node.first;

@@ -15,7 +15,7 @@ FATHOM_HD ContactImpulses load_impulses(const Constraints<written...>& constrain
   return p;
 }
 
-/// Where a contact's centre is from A's and B's (m).
+/// Vectors from A's and B's centres to a contact's centre (m).
 struct ContactArms {
   Vec3 a, b;
 };
@@ -26,7 +26,7 @@ FATHOM_HD ContactArms load_arms(const Constraints<written...>& constraints, std:
   return {{q1.z, q1.w, q2.x}, {q2.y, q2.z, q2.w}};
 }
 
-/// A bit for each point of constraint k that presses, or is near enough to.
+/// A bit for each point of constraint k that presses, or nearly does.
 template <ConstraintPart... written>
 FATHOM_HD std::uint32_t touching_points(const Constraints<written...>& constraints, std::uint32_t k,
                                         const ContactImpulses& impulses) {
@@ -63,14 +63,14 @@ FATHOM_HD SupportRows load_support(const Constraints<written...>& constraints, s
   return r;
 }
 
-/// Whether contacts can push a body, and it takes part in the step.
+/// Whether contacts can push a body that takes part in the step.
 template <BodyPart... written>
 FATHOM_HD bool is_pushable(const Bodies<written...>& bodies, std::uint32_t i) {
   const BodyConstants& c = bodies.constants[i];
   return c.is_living() && c.is_dynamic() && c.inverse_mass > 0 && bodies.is_awake(i);
 }
 
-/// The velocity of a body that moves as one with what its structure rests on.
+/// The velocity of a body if it moves as one with what its structure rests on.
 template <BodyPart... written>
 FATHOM_HD Velocity common_motion(const Bodies<written...>& bodies, const Structure& structure, std::uint32_t i) {
   Velocity v;
@@ -83,7 +83,7 @@ FATHOM_HD Velocity common_motion(const Bodies<written...>& bodies, const Structu
   return v;
 }
 
-/// A body's inverse mass and inertia, as its contacts have them in this step.
+/// A body's inverse mass and inertia, as used by its contacts in this step.
 struct SupportMass {
   float inverse_mass, inverse_inertia;
   SymMat3 inverse_tensor;  ///< world axes

@@ -1,4 +1,4 @@
-// Where the device simulator's host looks for trees of joints (world/joint_trees.hpp), by slots.
+// Source from which the device simulator's host finds trees of joints (world/joint_trees.hpp), by slot.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class TreeSource {
 
   std::uint32_t bodies() const { return bodies_.slot_count(); }
   std::uint32_t joints() const { return joints_.slot_count(); }
-  /// A joint that holds nothing, but drives, does well in sweeps, as springs do.
+  /// A joint that only drives works well in sweeps, as springs do.
   bool is_candidate(std::uint32_t slot) const {
     if (!joints_.alive(slot) || joints_[slot].def.hertz > 0 || is_coupling(slot)) return false;
     return !is_generic(slot) || generic_[slot].holds();
@@ -38,7 +38,7 @@ class TreeSource {
   bool is_obstacle(std::uint32_t body) const { return bodies_[body].motion != MotionType::dynamic; }
   float inverse_mass(std::uint32_t body) const { return bodies_[body].inverse_mass; }
   bool may_collide(std::uint32_t body) const { return fathom::may_collide(bodies_[body]); }
-  /// A coupling's row and a direct solution of what it pushes would take turns against each other.
+  /// A coupling's row and a direct solution of the bodies it pushes would work against each other.
   bool accepts(std::span<const MechanismLink> tree) const {
     return std::ranges::none_of(tree, [this](const MechanismLink& link) {
       return std::ranges::any_of(joints_.of(link.body), [this](std::uint32_t slot) { return is_coupling(slot); });

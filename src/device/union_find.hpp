@@ -1,7 +1,7 @@
 // Union-find over bodies, for kernels.
 //
-// Roots are the smallest index of a set whatever the order of unions, as each joins the larger root to the smaller
-// (Jaiganesh and Burtscher, "A High-Performance Connected Components Implementation for GPUs", HPDC 2018).
+// The root is the smallest index of a set, whatever the order of unions, because each union attaches the larger root to
+// the smaller (Jaiganesh and Burtscher, "A High-Performance Connected Components Implementation for GPUs", HPDC 2018).
 #pragma once
 
 #include <cstdint>

@@ -1,17 +1,17 @@
 // The partition of constraints into cells, cell groups and batches (dissertation, sections 2.2.3, 2.2.6 and 3.4; Le
 // Grand 2007, Harada 2011).
 //
-// A uniform grid of s_gc cells a side covers the bodies; each cell is halved along each axis, and its 2³ parts, the
-// same part of all cells being a cell group, are worked through one group after the other. A constraint belongs to the
-// lower of its bodies' parts along each axis, so it reaches from there into the next part only, and constraints of one
-// group in different cells never share a body: work-groups need not wait for each other. (Taking the part of body A,
-// as the text says, they would share bodies that lie between; two work-groups would then change one body at a time.)
-// For this a part is at least as large as the largest box of a body that can be pushed. Bodies that cannot be pushed
-// are never written: neither do they count for the grid's extents, nor are they marked.
+// A uniform grid of s_gc cells per side covers the bodies; each cell is halved along each axis into 2³ parts. The same
+// part of all cells is a cell group; groups are processed one after the other. A constraint belongs to the lower of its
+// bodies' parts along each axis, so it reaches only into the next part, and constraints of one group in different cells
+// never share a body: work-groups need not wait for each other. (With the part of body A, as the text says, they would
+// share bodies in between, and two work-groups would change one body at the same time.) For this a part is at least as
+// large as the largest box of a body that can be pushed. Bodies that cannot be pushed are never written, so they
+// neither count for the grid's extents nor are marked.
 //
-// In its work-group a part's constraints get batches, in rounds: each marks both bodies in an array kept for each cell
-// group, and a contact that holds both marks is in this round's batch. Where any may win in the text, the one with the
-// higher hash of pair and step does here, so that the outcome does not depend on timing.
+// In its work-group a part's constraints are assigned to batches, in rounds: each marks both bodies in an array per
+// cell group, and a contact that owns both marks joins this round's batch. In the text any contact may win; here the
+// one with the higher hash of pair and step does, so that the outcome does not depend on timing.
 //
 // Constraints beyond the n_wi of a work-group, and those without a batch after the last round, are not solved in this
 // step; they are counted.
@@ -45,7 +45,7 @@ FATHOM_HD CellPlan plan_cells(std::uint64_t overlaps) {
   return plan;
 }
 
-/// Extents of the boxes of all bodies that can be pushed.
+/// Extents of the boxes of all movable bodies.
 struct WorldExtents {
   Vec3 lower{3e38f, 3e38f, 3e38f}, upper{-3e38f, -3e38f, -3e38f};
   Vec3 largest;  ///< of any box (m)
@@ -67,10 +67,10 @@ struct UniteExtents {
 
 struct CellCounters {
   std::uint32_t side = 1, work_groups = 0, work_items = 0;
-  std::uint32_t lists = 0;  ///< a part of a cell each: 2³ n_wg, or 0 where the step was stopped
+  std::uint32_t lists = 0;  ///< one per part of a cell: 2³ n_wg, or 0 if the step was stopped
   Vec3 origin, inverse_edge;
-  std::uint32_t unbatched = 0;  ///< constraints that are not solved in this step
-  std::uint32_t batches = 0;    ///< the most in any work-group
+  std::uint32_t unbatched = 0;  ///< constraints not solved in this step
+  std::uint32_t batches = 0;    ///< maximum in any work-group
 };
 
 /// A constraint in its work-group.
@@ -78,10 +78,10 @@ struct alignas(8) CellSlot {
   std::uint32_t constraint, batch;
 };
 
-/// The parts of what the partition keeps, for `Cells`.
+/// Parts of the partition's data, for `Cells`.
 enum CellPart : std::uint8_t { cell_plan, cell_lists, cell_batches };
 
-/// What the partition keeps, of which the parts `written` may be written (access.hpp).
+/// The partition's data; the parts `written` may be written (access.hpp).
 template <CellPart... written>
 struct Cells {
   template <class T, CellPart part>
@@ -89,14 +89,14 @@ struct Cells {
 
   Of<CellCounters, cell_plan> counters;
   const WorldExtents* extents;
-  Of<std::uint32_t, cell_lists> list_of;  ///< of each constraint
+  Of<std::uint32_t, cell_lists> list_of;  ///< by constraint
   Of<std::uint32_t, cell_lists> members;  ///< constraints, list by list
-  Of<CellSlot, cell_batches> slots;       ///< those that have a batch, with it
-  // Of each list.
+  Of<CellSlot, cell_batches> slots;       ///< constraints with their batches
+  // By list.
   Of<std::uint32_t, cell_lists> counts;
   Of<std::uint32_t, cell_lists> cursors;
   Of<std::uint32_t, cell_lists> firsts;
-  Of<std::uint32_t, cell_batches> used;  ///< slots
+  Of<std::uint32_t, cell_batches> used;  ///< number of slots
   Of<std::uint32_t, cell_batches> batches;
   Of<std::uint64_t, cell_batches> marks;  ///< of body b in cell group g: g · bodies + b
   std::uint32_t body_capacity;
@@ -129,7 +129,7 @@ struct PlanCells {
     const WorldExtents world = *cells.extents;
     c.origin = world.lower;
     const Vec3 part = (1.0f / static_cast<float>(2 * plan.side)) * (world.upper - world.lower);
-    // A hundredth for the rounding of middles.
+    // One percent for the rounding of centres.
     const Vec3 edge = max(part, 1.01f * world.largest);
     c.inverse_edge = {1.0f / max(edge.x, 1e-6f), 1.0f / max(edge.y, 1e-6f), 1.0f / max(edge.z, 1e-6f)};
   }
@@ -141,7 +141,7 @@ struct ClearLists {
   FATHOM_HD void operator()(std::uint32_t list) const { cells.counts[list] = cells.cursors[list] = 0; }
 };
 
-/// Which list each constraint is in, and how many a list has.
+/// Finds the list of each constraint, and counts the constraints of each list.
 struct CountCells {
   Bodies<> bodies;
   Contacts<> contacts;
@@ -188,7 +188,7 @@ struct FillCells {
   }
 };
 
-/// Chooses the n_wi of a list that has more, and gives them batches.
+/// Chooses n_wi constraints of a list that has more, and assigns them to batches.
 struct MakeBatches {
   static constexpr std::uint32_t group_size = max_work_items;
   struct Local {
@@ -219,7 +219,7 @@ struct MakeBatches {
     std::uint32_t left = n, round = 0;
     for (; round < cells.rounds && left > 0; ++round) {
       group.once([&] { local.left = 0; });
-      // Later rounds count more, so that what earlier ones marked needs no clearing.
+      // Later rounds have higher values, so that earlier marks need no clearing.
       const std::uint64_t base = std::uint64_t{round + 1} << 56;
       group.for_each(n, [&](std::uint32_t item) {
         if (batch[item] == none) mark(list, local.members[item], base | mine[item]);
@@ -243,7 +243,7 @@ struct MakeBatches {
   }
 
  private:
-  /// Differs from step to step, so that it is not always the same ones that lose.
+  /// Differs from step to step, so that not always the same constraints lose.
   FATHOM_HD std::uint64_t rank(std::uint32_t constraint) const {
     const PairRecord pair = constraints.bodies[constraint];
     constexpr std::uint64_t mask = (std::uint64_t{1} << 56) - 1;
@@ -252,7 +252,7 @@ struct MakeBatches {
            mask;
   }
 
-  /// The largest limit of ranks, to 2⁻³² of their range, below which there are no more than n_wi.
+  /// The largest rank limit, to 2⁻³² of the range, below which there are at most n_wi constraints.
   FATHOM_HD std::uint64_t limit(auto group, Local& local, std::uint32_t first, std::uint32_t all) const {
     std::uint64_t below = 0;
     for (std::uint64_t bit = std::uint64_t{1} << 55; bit >= 1u << 24; bit >>= 1) {

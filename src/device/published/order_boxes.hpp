@@ -1,14 +1,15 @@
 // The list that sweep-and-sort sweeps: projected minima of all boxes, ascending (dissertation, section 3.3.1).
 //
 // An element is the minimum's projection a·min(B) on the unit axis a with components ≥ 0 (conditions 3.3 and 3.4), as
-// bits that sort like the float, above the body's index, so that elements are unique and every target sorts alike.
-// Rounding keeps condition 3.4: each operation of the dot product is monotonic, so p ≤ q gives a·p ≤ a·q in floats too.
+// bits that sort like the float, above the body's index, so that elements are unique and every target sorts
+// identically. Rounding keeps condition 3.4: each operation of the dot product is monotonic, so p ≤ q gives a·p ≤ a·q
+// in floats too.
 //
-// When bodies were added or removed the whole list is sorted by a bitonic merge sort, padded to a power of two n, a
-// launch for each of its (log₂²n + log₂n)/2 steps. Else it is nearly sorted: one launch sorts blocks in local memory, a
-// second one blocks that begin half a block later, so that an element moves half a block in a step or more. One that
-// moves farther is out of order for some steps, and pairs may be missed while it is: a property of the method
-// (docs/published-algorithms.md).
+// After bodies were added or removed, the whole list is sorted by a bitonic merge sort, padded to a power of two n,
+// with one launch for each of its (log₂²n + log₂n)/2 steps. Otherwise it is nearly sorted: one launch sorts blocks in
+// local memory, and a second one blocks shifted by half a block, so that an element can move by at least half a block
+// per step. An element that moves farther is out of order for some steps, and pairs may be missed meanwhile: a property
+// of the method (docs/published-algorithms.md).
 #pragma once
 
 #include "device/access.hpp"
@@ -21,32 +22,32 @@ namespace fathom::device {
 /// Elements that a work-group sorts in local memory: the work-group size of the published measurements.
 inline constexpr std::uint32_t sort_block = 1024;
 
-/// What of the sweep kernels tell each other, and its part of the report.
+/// Data passed between the sweep's kernels, and its part of the report.
 struct SweepCounters {
-  std::uint32_t elements = 0;  ///< of the list, a power of two; 0 where the step was stopped
-  std::uint32_t pairs = 0;     ///< of elements that a step of the full sort compares
+  std::uint32_t elements = 0;  ///< of the list, a power of two; 0 if the step was stopped
+  std::uint32_t pairs = 0;     ///< of elements compared by a step of the full sort
   std::uint32_t blocks = 0;
   std::uint32_t shifted_blocks = 0;
   std::uint32_t wide = 0;          ///< bodies too long to be in the list
-  std::uint32_t max_overlaps = 0;  ///< c', the most that one body has found
-  std::uint32_t table_quads = 0;   ///< of the table of pairs, to clear
-  std::uint32_t contacts = 0;      ///< to enter into it
+  std::uint32_t max_overlaps = 0;  ///< c', the maximum found by one body
+  std::uint32_t table_quads = 0;   ///< of the table of pairs, to be cleared
+  std::uint32_t contacts = 0;      ///< to be entered into it
 };
 
-/// The parts of what the sweep keeps, for `Sweep`.
+/// Parts of the sweep's data, for `Sweep`.
 enum SweepPart : std::uint8_t { sweep_list, sweep_wide, sweep_overlaps, sweep_table, sweep_counters };
 
-/// What the sweep keeps, of which the parts `written` may be written (access.hpp).
+/// The sweep's data; the parts `written` may be written (access.hpp).
 template <SweepPart... written>
 struct Sweep {
   template <class T, SweepPart part>
   using Of = Array<T, part, written...>;
 
   Of<std::uint64_t, sweep_list> order;         ///< the list; a permutation of all indices below its size
-  Of<std::uint32_t, sweep_overlaps> overlaps;  ///< c slots for each body
+  Of<std::uint32_t, sweep_overlaps> overlaps;  ///< c slots per body
   Of<std::uint32_t, sweep_overlaps> counts;    ///< slots in use, by body
   Of<std::uint32_t, sweep_wide> wide;          ///< list of bodies
-  Of<std::uint64_t, sweep_table> pairs;        ///< hash table of the contacts there are
+  Of<std::uint64_t, sweep_table> pairs;        ///< hash table of existing contacts
   Of<SweepCounters, sweep_counters> counters;
   std::uint32_t slots;      ///< c
   std::uint32_t pair_mask;  ///< size of the table − 1
@@ -62,7 +63,7 @@ struct Sweep {
 
 using SweepArrays = Sweep<sweep_list, sweep_wide, sweep_overlaps, sweep_table, sweep_counters>;
 
-/// Where no body is, or a wide one: behind all others.
+/// For an index without a body, or a wide body: sorts after all others.
 inline constexpr std::uint64_t absent = std::uint64_t{0xffffffffu} << 32;
 
 FATHOM_HD std::uint64_t sortable(float x) {
@@ -70,7 +71,7 @@ FATHOM_HD std::uint64_t sortable(float x) {
   return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
-/// Elements of the list for so many indices of bodies.
+/// Size of the list for so many body indices.
 FATHOM_HD std::uint32_t list_size(std::uint32_t bodies) {
   std::uint32_t n = sort_block;
   while (n < bodies) n *= 2;
@@ -95,7 +96,7 @@ struct BeginSweep {
   }
 };
 
-/// Every element's projection anew, in place. `from_scratch` starts from the order of indices.
+/// Recomputes every element's projection, in place. `from_scratch` starts from the order of indices.
 struct ProjectBoxes {
   Bodies<> bodies;
   const Counters* counters;
@@ -121,7 +122,8 @@ struct ProjectBoxes {
   }
 };
 
-/// One step of the network: `run` is the length of the runs being merged, `apart` how far apart it compares.
+/// One step of the network: `run` is the length of the runs being merged, `apart` the distance between compared
+/// elements.
 struct NetworkStep {
   std::uint32_t run, apart;
 
@@ -134,7 +136,7 @@ struct NetworkStep {
   FATHOM_HD NetworkStep next() const { return apart > 1 ? NetworkStep{run, apart / 2} : NetworkStep{2 * run, run}; }
 };
 
-/// A step of the full sort; beyond the list's size there is nothing to merge.
+/// A step of the full sort; runs longer than the list need no merging.
 struct SortStep {
   Sweep<sweep_list> sweep;
   NetworkStep step;

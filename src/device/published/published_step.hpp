@@ -1,4 +1,4 @@
-// The dissertation's strategies as parts of a step: their memory, and the order in which their kernels are submitted.
+// The dissertation's strategies as parts of a step: their memory, and the order of their kernels.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace fathom::device {
 
-/// What the host reads of them after a step, in pinned memory.
+/// Results that the host reads after a step, in pinned memory.
 struct PublishedReport {
   std::uint32_t max_overlaps = 0;
   std::uint32_t unbatched = 0, batches = 0, work_groups = 0;
@@ -26,19 +26,19 @@ struct WritePublishedReport {
   PublishedReport* reports;
   std::uint32_t report_count;
 
-  // A stopped step is reported under the number it would have had; this runs before `step` counts on.
+  // A stopped step is reported under the number it would have had; this runs before `step` is incremented.
   FATHOM_HD void operator()(std::uint32_t) const {
     reports[(counters->step + 1) % report_count] = {sweep->max_overlaps, cells->unbatched, cells->batches,
                                                     cells->work_groups};
   }
 };
 
-/// c to begin with.
+/// Initial c.
 inline constexpr std::uint32_t first_slots = 8;
-/// A body so many cells long (of the finest grid) overlaps too many others to find them itself.
+/// Length, in cells of the finest grid, above which a body overlaps too many others to find them itself.
 inline constexpr float wide_bodies = 8;
 
-/// Which strategies a step follows, and their parameters.
+/// The strategies that a step uses, and their parameters.
 struct PublishedSettings {
   bool sweep = false;
   bool cells = false;
@@ -47,7 +47,7 @@ struct PublishedSettings {
   std::uint32_t rounds = 0;  ///< of marking
 };
 
-/// How much the buffers hold.
+/// Capacities of the buffers.
 struct PublishedRoom {
   std::size_t bodies = 0, contacts = 0, constraints = 0;
   std::uint32_t slots = 0;  ///< overlaps of a body
@@ -55,7 +55,7 @@ struct PublishedRoom {
   bool operator==(const PublishedRoom&) const = default;
 };
 
-/// Memory of the strategies that are in use. `D` decides how much scratch its scan needs.
+/// Memory of the strategies in use. `D` determines how much scratch its scan needs.
 template <exec::Device D>
 class PublishedMemory {
  public:
@@ -81,9 +81,9 @@ class PublishedMemory {
   }
 
   exec::PinnedBuffer<PublishedReport> reports;
-  exec::Buffer<std::uint64_t> order;  ///< outlives a step
+  exec::Buffer<std::uint64_t> order;  ///< outlasts a step
 
-  /// Whether there is not yet room for just so much.
+  /// Whether the capacities differ from those requested.
   bool needs(const PublishedSettings& settings, const PublishedRoom& room) const {
     return (settings.sweep || settings.cells) && room != room_;
   }
@@ -175,7 +175,7 @@ class PublishedStep {
         counters_(counters),
         body_capacity_(body_capacity) {}
 
-  /// In place of the search in the grid; a list whose set of bodies changed is sorted from scratch.
+  /// Replaces the search in the grid; a list whose set of bodies changed is sorted from scratch.
   void find_pairs(bool set_changed) {
     const SweepArrays sweep = memory_.sweep(settings_);
     SweepCounters* const c = sweep.counters;
@@ -204,7 +204,7 @@ class PublishedStep {
                  memory_.extents());
   }
 
-  /// In place of colours.
+  /// Replaces colouring.
   void partition(exec::Range constraints) {
     const CellArrays cells = memory_.cells(settings_);
     const exec::Range lists{&cells.counters->lists, memory_.max_lists()};

@@ -1,6 +1,6 @@
-// Sweeps over constraints that are partitioned into cells: a launch for each cell group, in which a work-group solves
-// the constraints of one part batch by batch, with a barrier between (dissertation, figure 3.10). What is done to a
-// constraint or a body is what solve.hpp does.
+// Sweeps over constraints partitioned into cells: one launch per cell group, in which a work-group solves the
+// constraints of one part batch by batch, with barriers in between (dissertation, figure 3.10). Constraints and bodies
+// are processed as in solve.hpp.
 #pragma once
 
 #include "device/published/cells.hpp"
@@ -9,7 +9,7 @@
 
 namespace fathom::device {
 
-/// The partition `cells` is for contacts alone.
+/// The partition `cells` is for contacts only.
 using SolveContacts = SolveConstraints<JointKinds::absent>;
 
 /// Bodies' integrations, one launch each.
@@ -21,7 +21,7 @@ struct IntegrateBodies {
   FATHOM_HD void operator()(std::uint32_t i) const {
     SolveContacts::Plan plan{};
     plan.bounces = bounces;
-    plan.any_kinematic = true;  // perhaps: bodies are asked
+    plan.any_kinematic = true;  // possibly: each body is checked
     const SolveContacts::Cursor cursor{what, 0, 0, 0};
     SolveContacts::Fetched fetched;
     solver.fetch(plan, cursor, i, fetched);
@@ -50,7 +50,7 @@ struct SolveCells {
   SolveContacts solver;
   Cells<> cells;
   std::uint32_t cell_group;
-  std::uint32_t round;  ///< as in SolveContacts::Cursor; of bounce sweeps, which sweep of the step
+  std::uint32_t round;  ///< as in SolveContacts::Cursor; for bounce sweeps, the number of the sweep in the step
 
   FATHOM_HD void operator()(auto group, Local&) const {
     const std::uint32_t list = cell_group * cells.counters->work_groups + group.index();
@@ -79,7 +79,7 @@ struct SolveCells {
   }
 };
 
-/// All substeps (figure 3.9), over the cell groups in place of colours.
+/// All substeps (figure 3.9), over cell groups instead of colours.
 template <exec::Device D>
 void submit_cell_substeps(D& device, const SolveContacts& solver, const Cells<>& cells, bool warm_start, bool bounces,
                           exec::Range bodies, exec::Range constraints, exec::Range work_groups) {

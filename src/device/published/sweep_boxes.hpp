@@ -1,8 +1,9 @@
-// The sweep: every body goes forward from its minimum in the sorted list until its maximum is passed (condition 3.6),
-// and keeps those whose boxes overlap its own (test 3.2) in its c slots.
+// The sweep: each body scans forward from its minimum in the sorted list until its maximum is passed (condition 3.6),
+// and stores the bodies whose boxes overlap its own (test 3.2) in its c slots.
 //
-// The contacts of the device simulator outlive a step, so of these overlaps only those that are no contacts yet go on.
-// A table of the contacts tells; that a pair's boxes overlapped before does not, since the sweep may have missed it.
+// The contacts of the device simulator outlast a step, so only overlaps that are not contacts yet are passed on,
+// according to a table of contacts. Overlap of a pair's boxes in the previous step would not suffice as a criterion,
+// since the sweep may have missed it.
 #pragma once
 
 #include "device/published/order_boxes.hpp"
@@ -30,7 +31,7 @@ struct ClearPairs {
   }
 };
 
-/// Enters every contact but those that end in this step because the application changed their bodies.
+/// Enters every contact except those that end in this step because the application changed their bodies.
 struct EnterPairs {
   Bodies<> bodies;
   Contacts<> contacts;
@@ -55,8 +56,8 @@ FATHOM_HD bool is_entered(const Sweep<>& sweep, std::uint32_t a, std::uint32_t b
 
 // The sweep ------------------------------------------------------------------------------------------------------
 
-/// A work-item for each entry of the list. A wide body, a sea floor, would sweep over everybody and need as many slots:
-/// n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
+/// One work-item per entry of the list. A wide body, such as a sea floor, would sweep over all bodies and need as many
+/// slots: n × c with c = n. So wide bodies are not in the list, and every other body tests itself against them.
 struct SweepBoxes {
   Bodies<> bodies;
   const Counters* counters;
@@ -98,7 +99,7 @@ struct SweepBoxes {
   }
 };
 
-/// Adopts the overlaps that are no contacts yet, a work-group for each body.
+/// Adopts the overlaps that are not contacts yet, one work-group per body.
 struct TakeOverlaps {
   static constexpr std::uint32_t group_size = 32;
   struct Local {};
@@ -125,8 +126,8 @@ struct TakeOverlaps {
   }
 };
 
-/// A step in which some body found more than c overlaps stops before it has changed anything; with c grown it is done
-/// again.
+/// A step in which some body found more than c overlaps stops before it has changed anything, and is repeated with a
+/// larger c.
 struct CheckSlots {
   Counters* counters;
   Sweep<> sweep;
