@@ -1,5 +1,5 @@
-// Work division and initial capacities of the device simulator. Only the constants under "what a step does" affect any
-// bit of the state. Constants that all simulators share are in dynamics/tuning.hpp; work-group sizes are with the
+// Work division and initial capacities of the device simulator. Only the constants under "behaviour of a step" affect
+// any bit of the state. Constants that all simulators share are in dynamics/tuning.hpp; work-group sizes are with the
 // kernels.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace fathom::device {
 
-// --- what a step does ------------------------------------------------------------------------------------------------
+// --- behaviour of a step ---------------------------------------------------------------------------------------------
 
 /// Each round colours at most one new contact per body. At the foot of a tower that is crushed, bodies begin about
 /// fifty contacts in one step.

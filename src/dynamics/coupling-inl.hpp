@@ -93,7 +93,7 @@ template <class L, bool all_isotropic>
 struct CoupledSide {
   CoupledPosition<L> at;
   SpinFrame<L, all_isotropic> frame;
-  VecOf<L> turn;  ///< `at.moment` as the spin is written
+  VecOf<L> turn;  ///< `at.moment` in the axes of the spin
   L drift;        ///< m/s by which a substep changes it beyond its rate
 
   template <class Side>

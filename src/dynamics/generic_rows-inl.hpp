@@ -276,8 +276,8 @@ struct GenericJointRows {
     const L turned = smaller(dot(across, across) * inverse * inverse, splat<L>(max_drift * max_drift));
     drift[0] = splat<L>(0.5f) * row.distance * turned * length * inverse_or_zero(h);
   }
-  /// The part of a gap that the translations allow. The rest is an error: with that as a lever of A, a joint that has
-  /// been torn apart would turn A ever faster instead of closing.
+  /// The part of a gap that the translations allow. The remainder is an error: if it counted as a lever of A, a joint
+  /// that has been torn apart would turn A ever faster instead of closing.
   FATHOM_LANE_FUNCTION VecOf<L> slide_of(const GenericJointRow<L>& row, VecOf<L> gap) const {
     for (int i = 0; i < translations; ++i) {
       const GenericAxis<L>& a = row.axes[i];

@@ -27,7 +27,7 @@ enum class LinkPass { aimed, closing, probing };
 ///     state(i): LinkState&;  generic(n): JointLink&
 ///     body(i, link): an object with linear, angular, moved, turned and inverse_mass, like a SolverBody
 ///     set_velocity(i, link, linear, angular);  add_velocity(i, link, linear, angular)
-///     response(i, link): inverse inertia as the spin is written
+///     response(i, link): inverse inertia in the axes of the spin
 ///     push_out_velocity(): Real;  limits(h): its members are compared with Reals
 ///     look_at_masses(i, link, joint, h): `JointLink::look_at_masses`, where joints ask for that
 template <class Access>

@@ -58,7 +58,7 @@ class MechanismSolver : public LinkSolver<Access> {
                             float* all_closures)
       : Base{of, all_links}, levels(all_levels), closures(all_closures) {}
 
-  /// Reads joints and bodies as the step begins.
+  /// Reads joints and bodies at the start of the step.
   FATHOM_HD void prepare(const Mechanism& m) const {
     each(m, [&](std::uint32_t i) { prepare_link(i); });
   }

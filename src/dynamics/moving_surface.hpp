@@ -13,8 +13,8 @@
 namespace fathom {
 
 /// Whether a body that moves at `velocity` (m/s, B against A) goes with the surfaces, so that it must not fall asleep
-/// however slow it is. `slide` is what they add to B's sliding velocity against A (m/s). A body held in place may fall
-/// asleep, though the surface slides on below it.
+/// however slow it is. `slide` is their contribution to B's sliding velocity against A (m/s). A body held in place may
+/// fall asleep, though the surface slides on below it.
 FATHOM_HD bool goes_with_surface(Vec3 slide, Vec3 velocity) {
   const float squared = length_squared(slide);
   return -dot(slide, velocity) > min(0.5f * squared, min_speed_with_surface * fathom::sqrt(squared));

@@ -22,7 +22,7 @@ FATHOM_HD float half_thickness(ShapeType type, Vec3 half_extents, float radius) 
 /// under a body's own weight, so that they press. Zero where that depth exceeds 10 cm or a tenth of the thinner shape's
 /// half thickness: a deeper body might be pushed through by its load. Bouncing bodies carry nothing, and where hits
 /// have turned bodies within a step they may be unexpectedly deep inside others: they may start at a larger share of
-/// the half thickness, and bounce from there as they would have before.
+/// the half thickness, and bounce from there as usual.
 FATHOM_HD float first_overlap(const Manifold& m, float restitution, float half_thickness_a, float half_thickness_b,
                               float sag) {
   float nearest = 0;

@@ -1,12 +1,12 @@
 // Loads that sweeps alone cannot carry, and the inertia that they add to bodies. Pure, for host and device.
 //
 // A sweep passes on as much momentum as a contact's effective mass has at the approach speed, and the contact's spring
-// gives way in inverse proportion to that mass. So a pebble under a boulder needs as many more sweeps as it is lighter,
-// and sinks in meanwhile. While a body lies still under such a load it is therefore solved with a correspondingly
-// higher mass, though with its true weight: at rest the impulses are those of the true masses, and both convergence and
-// stiffness are those of bodies that match their load. A body that stands on nothing keeps its own mass, and so its
-// momentum. (Andrews, Teichmann and Kry, "Geometric Stiffness for Real-time Constrained Multibody Dynamics", Computer
-// Graphics Forum 36(2), 2017, also add inertia in proportion to the load.)
+// gives way in inverse proportion to that mass. So a pebble under a boulder needs more sweeps in proportion to the mass
+// ratio, and sinks in meanwhile. While a body lies still under such a load it is therefore solved with a
+// correspondingly higher mass, though with its true weight: at rest the impulses are those of the true masses, and both
+// convergence and stiffness are those of bodies that match their load. A body that stands on nothing keeps its own
+// mass, and so its momentum. (Andrews, Teichmann and Kry, "Geometric Stiffness for Real-time Constrained Multibody
+// Dynamics", Computer Graphics Forum 36(2), 2017, also add inertia in proportion to the load.)
 #pragma once
 
 #include <fathom/math.hpp>

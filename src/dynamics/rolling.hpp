@@ -7,7 +7,7 @@
 //   Mechanics", 1985, 4.2 and 7.4). Here d is a ten-thousandth of R, so a = R/100.
 // * Rolling is braked because a material gives back less than is put into it: the normal force acts a little ahead of
 //   the middle, by `Material::rolling_resistance` times R (Johnson, 9.4). It is off unless a material asks for it, and
-//   what it needs lies apart.
+//   its data is stored separately.
 #pragma once
 
 #include "dynamics/contact_manifold.hpp"

@@ -35,7 +35,7 @@ struct Hit {
 
 /// A body before and after the step; `after` is the solver's result.
 struct Stepped {
-  Vec3 position, linear, angular;  ///< as the step began
+  Vec3 position, linear, angular;  ///< at the start of the step
   Quat rotation;
   SolverBody after;
 };

@@ -1,4 +1,4 @@
-// Shapes as the simulators see them: plain structs for host and device code.
+// Shapes in the form that simulators use: plain structs for host and device code.
 #pragma once
 
 #include <fathom/compound.hpp>
